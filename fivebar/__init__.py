@@ -1,7 +1,8 @@
 """The five-bar parallel robot and the biglide: exact models, singularities, simulation and control.
 
-`import fivebar as fb` loads NumPy and the models; everything else comes with its first use: `fb.simulate`, `fb.aspects`
-and the like, and with them CasADi, SciPy, Matplotlib, meshcat and Bokeh where they are needed.
+`import fivebar as fb` loads NumPy and the models; everything else comes with its first use:
+`fb.simulate`, `fb.aspects` and the like, and with them CasADi, SciPy, Matplotlib, meshcat and Bokeh
+where they are needed.
 """
 
 import typing as _typing
@@ -24,7 +25,8 @@ from .models.named_robots import ROBOTS
 from .models.robots import Biglide, FiveBar
 from .singularities.margins import Singularity, singularity, singularity_margins
 
-# Public name -> module. No module has the name of what it gives: as a package's attribute it would hide it.
+# Public name -> module. No module has the name of what it gives: as a package's attribute it would
+# hide it.
 _LATER = {
     "LinkCollisions": "constraints.link_collisions",
     "Calibration": "estimation.calibration.result",

@@ -1,4 +1,6 @@
-"""The lab's functions as thin calls into the package: there the passive joints, too, are arguments."""
+"""The lab's functions as thin calls into the package: there the passive joints, too, are
+arguments.
+"""
 
 from types import SimpleNamespace
 
@@ -21,10 +23,11 @@ def checked(**given):
 
 
 def models(robot):
-    """The ten functions of the AMORO lab for `robot`: `models(robot).dgm(q11, q21, assembly_mode)` and so on.
+    """The ten functions of the AMORO lab for `robot`: `models(robot).dgm(q11, q21, assembly_mode)`
+    and so on.
 
-    Floats in, tuples of floats out; dynamic_model gives arrays M (2, 2) and c (2,). D and DD mark first and second
-    derivatives. Errors are those of the package's functions of the same names.
+    Floats in, tuples of floats out; dynamic_model gives arrays M (2, 2) and c (2,). D and DD mark
+    first and second derivatives. Errors are those of the package's functions of the same names.
     """
 
     must_be_robot(robot, "robot")

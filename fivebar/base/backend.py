@@ -1,6 +1,7 @@
 """One spelling of the elementary functions for Python floats, NumPy arrays and CasADi symbols.
 
-Equations are written on components. A component is a float (one pose), an array (a batch) or a CasADi symbol.
+Equations are written on components. A component is a float (one pose), an array (a batch) or a
+CasADi symbol.
 """
 
 import math
@@ -18,7 +19,8 @@ _EXACT = ContextVar("exact", default=False)
 
 @contextmanager
 def as_numbers() -> Iterator[None]:
-    """Within, expressions of CasADi symbols do at their limits what numbers do: rounding forgiven, nan beyond.
+    """Within, expressions of CasADi symbols do at their limits what numbers do: rounding forgiven,
+    nan beyond.
 
     For models in another language; it costs comparisons, and derivatives there are no use.
     """
@@ -129,7 +131,9 @@ def sign(x, tolerance):
 
 
 def unpack(v, name):
-    """The two components of v, shape (*batch, 2): floats without a batch, else contiguous arrays."""
+    """The two components of v, shape (*batch, 2): floats without a batch, else contiguous
+    arrays.
+    """
     if is_symbolic(v) and type(v).__name__ == "DM":
         v = v.full().ravel()  # CasADi's numbers are numbers
     if is_symbolic(v):
@@ -187,7 +191,8 @@ def _refuse_huge(array, name):
     what = "finite" if not np.isfinite(array[index]) else f"below {HUGE:g} in size"
     if array.ndim < 2 and array.size <= 2:
         raise ValueError(
-            f"{name} must be {what}, not {array.tolist() if array.ndim == 0 else tuple(array.tolist())}"
+            f"{name} must be {what}, not"
+            f" {array.tolist() if array.ndim == 0 else tuple(array.tolist())}"
         )
     raise ValueError(
         f"{name} must be {what}, but {name}[{', '.join(map(str, index))}] is {array[index]}"
@@ -195,7 +200,9 @@ def _refuse_huge(array, name):
 
 
 def unpack_for(known, v, name):
-    """`unpack` for a value that goes with `known`, a component of what it is added to: their batches must fit."""
+    """`unpack` for a value that goes with `known`, a component of what it is added to: their
+    batches must fit.
+    """
     components = unpack(v, name)
     if isinstance(known, np.ndarray) and isinstance(components[0], np.ndarray):
         try:

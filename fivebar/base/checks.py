@@ -1,8 +1,9 @@
-"""What public functions take: one rule for each kind of argument, and an error that names the argument.
+"""What public functions take: one rule for each kind of argument, and an error that names the
+argument.
 
-A rule is called (value, name) and gives the value as it is to be used. `takes` puts rules before a function; those of a
-single pose, which takes microseconds, ask for the type of what they get and come here only where it is not the usual
-one.
+A rule is called (value, name) and gives the value as it is to be used. `takes` puts rules before a
+function; those of a single pose, which takes microseconds, ask for the type of what they get and
+come here only where it is not the usual one.
 """
 
 from __future__ import annotations
@@ -56,7 +57,8 @@ def shown(value: object) -> str:
 
 
 def instance(*kinds: type | str, what: str = "") -> Callable:
-    """Rule: an instance of one of these classes; TypeError for anything else. what: to be called in the message.
+    """Rule: an instance of one of these classes; TypeError for anything else. what: to be called in
+    the message.
 
     A class that a lower room does not know is given by its name.
     """
@@ -78,7 +80,9 @@ def _article(name):
 
 
 def robot(value: object, name: str) -> object:
-    """Rule: a robot, that is all that `models.robots.Robot` asks for; TypeError for anything else."""
+    """Rule: a robot, that is all that `models.robots.Robot` asks for; TypeError for anything
+    else.
+    """
     asked = (
         "drives",
         "distal",
@@ -99,7 +103,9 @@ def robot(value: object, name: str) -> object:
 def number(
     value: object, name: str, low: float = -HUGE, high: float = HUGE, above: bool = False
 ) -> float:
-    """Rule: a finite number from low (above: more than it) to high, as a float; ValueError for anything else."""
+    """Rule: a finite number from low (above: more than it) to high, as a float; ValueError for
+    anything else.
+    """
     if isinstance(value, np.ndarray) and value.ndim == 0 and value.dtype != object:
         value = value.item()
     if not isinstance(value, Real):
@@ -141,7 +147,9 @@ def share(value: object, name: str) -> float:
 
 
 def seconds(value: object, name: str) -> float:
-    """Rule: how long something takes, s; outside 1e-12 to 1e12 powers of it might overflow. ValueError."""
+    """Rule: how long something takes, s; outside 1e-12 to 1e12 powers of it might overflow.
+    ValueError.
+    """
     return number(positive(value, name), name, 1e-12, 1e12)
 
 
@@ -261,13 +269,16 @@ def size(value: object, name: str) -> float:
     found = number(value, name, 0.0, sys.float_info.max, above=True)
     if not SHORTEST <= found <= LONGEST:
         raise ValueError(
-            f"{name} = {found:g} m is outside {SHORTEST:g} to {LONGEST:g} m: choose another unit of length"
+            f"{name} = {found:g} m is outside {SHORTEST:g} to {LONGEST:g} m: choose another unit of"
+            " length"
         )
     return found
 
 
 def base(value: object, name: str) -> float:
-    """Rule: a distance of base joints or guides, m: 0, or from NARROWEST to LONGEST; ValueError for anything else."""
+    """Rule: a distance of base joints or guides, m: 0, or from NARROWEST to LONGEST; ValueError for
+    anything else.
+    """
     found = number(value, name, 0.0, sys.float_info.max)
     if found and not NARROWEST <= found <= LONGEST:
         raise ValueError(
@@ -285,7 +296,9 @@ def inertia(value: object, name: str) -> float:
 
 
 def moment(value: object, name: str) -> float:
-    """Rule: a first moment, or a grouped inertia that may be negative: 0 or from LIGHTEST to HEAVIEST in size."""
+    """Rule: a first moment, or a grouped inertia that may be negative: 0 or from LIGHTEST to
+    HEAVIEST in size.
+    """
     found = number(value, name)
     inertia(abs(found), f"the size of {name}")
     return found
@@ -297,14 +310,17 @@ def not_too_different(lengths: dict[str, float]) -> None:
     short, long = (extreme(found, key=lambda name: found[name]) for extreme in (min, max))
     if found[long] > RATIO * found[short]:
         raise ValueError(
-            f"{long} = {found[long]:g} m is more than {RATIO:g} times {short} = {found[short]:g} m: rounding of "
-            "the one would be as large as what the other does"
+            f"{long} = {found[long]:g} m is more than {RATIO:g} times {short} = {found[short]:g} m:"
+            " rounding of the one would be as large as what the other does"
         )
 
 
 def bounded(count: float, most: float, what: str, bytes_each: float) -> None:
-    """Refuse what would take too much memory, and say how much; what: where so many rows, or the like, come from."""
+    """Refuse what would take too much memory, and say how much; what: where so many rows, or the
+    like, come from.
+    """
     if not count <= most:
         raise ValueError(
-            f"{what}: at most {most:g}, and these would take about {count * bytes_each / 1e9:.3g} GB"
+            f"{what}: at most {most:g}, and these would take about"
+            f" {count * bytes_each / 1e9:.3g} GB"
         )

@@ -1,6 +1,8 @@
-"""Tables as people have them: whatever stands between their columns, before their decimals and after their names.
+"""Tables as people have them: whatever stands between their columns, before their decimals and
+after their names.
 
-`tables` reads what fivebar wrote; this reads what others did, in SI units, and says what it made of it.
+`tables` reads what fivebar wrote; this reads what others did, in SI units, and says what it made of
+it.
 """
 
 from __future__ import annotations
@@ -55,8 +57,9 @@ _MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
 
 @dataclass(frozen=True)
 class Quantity:
-    """A column that is looked for: the names it goes by, its units with what each is in the first, which is SI, whether
-    there must be one, and a regular expression of further headings."""
+    """A column that is looked for: the names it goes by, its units with what each is in the first,
+    which is SI, whether there must be one, and a regular expression of further headings.
+    """
 
     names: tuple[str, ...]
     units: Mapping[str, float]
@@ -72,9 +75,11 @@ TIME = Quantity(
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """What a file holds. values: name -> (n,), SI, nan where a cell is empty; lines: (n,), the row's line in the file.
+    """What a file holds. values: name -> (n,), SI, nan where a cell is empty; lines: (n,), the
+    row's line in the file.
 
-    said: sentences on what was converted, assumed or passed over; stated: the names whose unit somebody named.
+    said: sentences on what was converted, assumed or passed over; stated: the names whose unit
+        somebody named.
     """
 
     name: str
@@ -95,13 +100,15 @@ def read(
 ) -> Columns:
     """The wanted columns of a CSV file, by their headings, in SI units.
 
-    Columns are parted by commas, semicolons, tabs, bars or blanks; decimals by points or commas. A heading is a name
-    and perhaps a unit: x, X [mm], q1 (deg), time/ms, x_mm; or a row of units follows. Lines with # or % are comments,
-    the last of them the header where none follows (as NumPy and ROS write it). Times may be of a clock, as
-    2024-05-01 10:00:00.25, or have their unit with them, as 0.25 sec.
+    Columns are parted by commas, semicolons, tabs, bars or blanks; decimals by points or commas. A
+    heading is a name
+    and perhaps a unit: x, X [mm], q1 (deg), time/ms, x_mm; or a row of units follows. Lines with #
+    or % are comments, the last of them the header where none follows (as NumPy and ROS write it).
+    Times may be of a clock, as 2024-05-01 10:00:00.25, or have their unit with them, as 0.25 sec.
 
-    file: path or open text file; units: {name: unit} or units alone ("mm", "t=ms"), for headings without one.
-    ValueError with file and line for what is missing, twice there, no number, not finite, or of contradicting units.
+    file: path or open text file; units: {name: unit} or units alone ("mm", "t=ms"), for headings
+    without one. ValueError with file and line for what is missing, twice there, no number, not
+    finite, or of contradicting units.
     """
     text, name = whole_text(file, "a table")
     numbered = [(k, line.strip()) for k, line in enumerate(text.splitlines(), 1)]
@@ -151,7 +158,8 @@ def read(
         if (huge := np.abs(column) >= HUGE).any():
             line = rows[huge.argmax()][0]
             raise ValueError(
-                f"{name}, line {line}: {key} must be below {HUGE:g} in size, not {column[huge][0]:g}"
+                f"{name}, line {line}: {key} must be below {HUGE:g} in size, not"
+                f" {column[huge][0]:g}"
             )
         if unit != next(iter(wanted[key].units)):
             notes.append(f"{headings[place]}: read in {unit}")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 
 class UnreachableError(ValueError):
-    """No pose closes the mechanism; `gap` is by how many metres, `index` where in a batch (None for one pose)."""
+    """No pose closes the mechanism; `gap` is by how many metres, `index` where in a batch (None for
+    one pose).
+    """
 
     def __init__(self, message: str, gap: float, index: tuple | None = None):
         super().__init__(message)
@@ -13,7 +15,9 @@ class UnreachableError(ValueError):
 
 
 class SingularityError(ArithmeticError):
-    """The model asked for has no answer at a singular pose; `margin` is the singular quantity, `index` as above."""
+    """The model asked for has no answer at a singular pose; `margin` is the singular quantity,
+    `index` as above.
+    """
 
     def __init__(self, message: str, margin: float, index: tuple | None = None):
         super().__init__(message)

@@ -23,10 +23,11 @@ class FolderError(ValueError, UsageError):
 
 @contextmanager
 def alone(folder: Path, what: str, parts: tuple[str, ...] = ()) -> Iterator[None]:
-    """Make a folder, keep out of it all others who do the same, and clear away what a killed one began to write.
+    """Make a folder, keep out of it all others who do the same, and clear away what a killed one
+    began to write.
 
-    what: is done there, as "sweep"; parts: folders in it that are made and cleared too. FolderError for what is no
-    folder, or where another process writes; OSError where it is read-only.
+    what: is done there, as "sweep"; parts: folders in it that are made and cleared too. FolderError
+    for what is no folder, or where another process writes; OSError where it is read-only.
     """
     places = [folder, *(folder / name for name in parts)]
     try:

@@ -1,7 +1,9 @@
-"""What NumPy took of files written years ago, and takes no more: an array of one element for a number, dropped names.
+"""What NumPy took of files written years ago, and takes no more: an array of one element for a
+number, dropped names.
 
-An array's own conversion cannot be replaced, so the source is rewritten where a conversion can take place: in
-assignments to elements, in calls of float, int, np.array and the functions of math, and in "..." % x. Python's own
+An array's own conversion cannot be replaced, so the source is rewritten where a conversion can take
+place: in assignments to elements, in calls of float, int, np.array and the functions of math, and
+    in "..." % x. Python's own
 library only: a confined process gets this file as text.
 """
 

@@ -1,7 +1,9 @@
-"""Methods by which results show themselves: plot, page, scene, animate and the notebook representation.
+"""Methods by which results show themselves: plot, page, scene, animate and the notebook
+representation.
 
-A result knows nothing of pictures. `fivebar/__init__` sets `load_presenters`, and the room `visualization` says in
-`presenters.py` which function draws which class. So no lower room imports a higher one.
+A result knows nothing of pictures. `fivebar/__init__` sets `load_presenters`, and the room
+`visualization` says in `presenters.py` which function draws which class. So no lower room imports a
+higher one.
 """
 
 from __future__ import annotations
@@ -62,7 +64,8 @@ class Paged:
         show: str | Sequence | None = None,
         title: str | None = None,
     ) -> Page:
-        """Return a page in one HTML file on which pointing at a plot moves the mechanism: `fb.page`.
+        """Return a page in one HTML file on which pointing at a plot moves the mechanism:
+        `fb.page`.
 
         Parameters
         ----------
@@ -85,7 +88,8 @@ class Animated(Plotted, Paged):
         Parameters
         ----------
         show : str or sequence of str, optional
-            Names out of `fb.view.SHOWS`; the traced path, and the reference where there is one, by default.
+            Names out of `fb.view.SHOWS`; the traced path, and the reference where there is one, by
+            default.
         title : str, optional
             Text over the scene; the mechanism's own by default.
         """
@@ -102,8 +106,8 @@ class Animated(Plotted, Paged):
         Parameters
         ----------
         path : str or path, optional
-            A page in meshcat's viewer (.html; no server, no network), an animation (.gif; with ffmpeg .mp4, .webm)
-            or a strip of poses (.png).
+            A page in meshcat's viewer (.html; no server, no network), an animation (.gif; with
+            ffmpeg .mp4, .webm) or a strip of poses (.png).
         show, title
             As in `scene`.
         """

@@ -15,7 +15,9 @@ from multiprocessing.connection import Connection, wait
 
 @contextmanager
 def without_interrupts() -> Iterator[None]:
-    """What is started meanwhile hears no Ctrl-C from its first moment on; who starts it hears it after."""
+    """What is started meanwhile hears no Ctrl-C from its first moment on; who starts it hears it
+    after.
+    """
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
@@ -28,10 +30,11 @@ def without_interrupts() -> Iterator[None]:
 
 
 def end_with_parent(room: str | None = None, leash: Connection | None = None) -> None:
-    """Said by a process of `multiprocessing`: that it ends when who started it is killed, and not by Ctrl-C.
+    """Said by a process of `multiprocessing`: that it ends when who started it is killed, and not
+    by Ctrl-C.
 
-    The pipe or queue that it reads would tell it late, or never. room: a folder to take along; leash: a pipe whose
-    other end, when it is closed, ends the process too, whatever it is at.
+    The pipe or queue that it reads would tell it late, or never. room: a folder to take along;
+    leash: a pipe whose other end, when it is closed, ends the process too, whatever it is at.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()

@@ -15,7 +15,9 @@ def single(parts: tuple) -> bool:
 
 
 def vector(name: str, parts: tuple, unit: str) -> str:
-    """Components with their name and unit; of a batch its shape, and of CasADi symbols that they are."""
+    """Components with their name and unit; of a batch its shape, and of CasADi symbols that they
+    are.
+    """
     if single(parts):
         numbers = [float(part) for part in parts]
         rounding = 1e-15 * max(map(abs, numbers))
@@ -32,7 +34,9 @@ def one_line(what: str, *parts: str) -> str:
 
 
 def printable(text: str) -> str:
-    """The text with whatever could move a cursor, reverse or hide something written as an escape."""
+    """The text with whatever could move a cursor, reverse or hide something written as an
+    escape.
+    """
     return "".join(
         c if c.isprintable() else c.encode("unicode_escape", "backslashreplace").decode()
         for c in text
@@ -51,7 +55,9 @@ def table(words: str, rows: Mapping[str, object]) -> str:
 
 
 def aligned(rows: Sequence[Sequence[str]], words: int) -> list[str]:
-    """Lines of a table in columns, the first `words` of them to the left, the others, numbers, to the right."""
+    """Lines of a table in columns, the first `words` of them to the left, the others, numbers, to
+    the right.
+    """
     columns = [
         [
             cell.ljust(max(map(len, column))) if k < words else cell.rjust(max(map(len, column)))

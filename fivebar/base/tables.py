@@ -1,4 +1,6 @@
-"""Files that a user names, and tables in them, CSV under a comment line of JSON; written whole or not at all."""
+"""Files that a user names, and tables in them, CSV under a comment line of JSON; written whole or
+not at all.
+"""
 
 from __future__ import annotations
 
@@ -57,8 +59,8 @@ def must_increase(t: np.ndarray, whose: str) -> None:
 def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFile:
     """A path, or an open file that `does` ("read" or "write"); TypeError for anything else.
 
-    `open` takes integers, and so False and True, for the caller's own streams, and closes them; for a name that no file
-    may have it raises a ValueError in which the name is missing.
+    `open` takes integers, and so False and True, for the caller's own streams, and closes them; for
+    a name that no file may have it raises a ValueError in which the name is missing.
     """
     if not isinstance(file, (str, os.PathLike)) and not hasattr(file, does):
         raise TypeError(
@@ -70,9 +72,11 @@ def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFil
 
 
 def whole_text(file: TextFile, what: str, most: int | None = None) -> tuple[str, str]:
-    """What is in a text file of any program, and the file's name: UTF-8 or 16, or as spreadsheets of the West save it.
+    """What is in a text file of any program, and the file's name: UTF-8 or 16, or as spreadsheets
+    of the West save it.
 
-    file: path or open text file; what: is read from it ("a table"); most: bytes. ValueError for what is no text.
+    file: path or open text file; what: is read from it ("a table"); most: bytes. ValueError for
+        what is no text.
     """
     if not isinstance(file_or_path(file, "read"), (str, os.PathLike)):
         text = file.read()
@@ -113,7 +117,8 @@ def arrays_in(file: FilePath) -> dict[str, np.ndarray]:
         try:
             with np.load(raw, allow_pickle=False) as found:
                 return {name: found[name] for name in found.files}
-        # What zipfile, zlib and NumPy's reader of headers let through: a dozen kinds, from TokenError to SystemError.
+        # What zipfile, zlib and NumPy's reader of headers let through: a dozen kinds, from
+        # TokenError to SystemError.
         except Exception as error:
             raise ValueError(
                 f"{file}: no arrays as NumPy saves them: {type(error).__name__}: {error}"
@@ -121,7 +126,9 @@ def arrays_in(file: FilePath) -> dict[str, np.ndarray]:
 
 
 def saved(figure: Figure, file: BinaryFile | None, **options: Any) -> Figure:
-    """The figure, written to a file if there is one, by Matplotlib's options; as PNG where its name has no ending."""
+    """The figure, written to a file if there is one, by Matplotlib's options; as PNG where its name
+    has no ending.
+    """
     if file is not None:
         kind = {}
         if not hasattr(file_or_path(file, "write"), "write"):
@@ -134,7 +141,9 @@ def saved(figure: Figure, file: BinaryFile | None, **options: Any) -> Figure:
 
 @contextmanager
 def written(file: TextFile | BinaryFile, binary: bool = False) -> Iterator[IO]:
-    """A file to write, which gets its name once it is whole: until then, and on failure, what had the name stays."""
+    """A file to write, which gets its name once it is whole: until then, and on failure, what had
+    the name stays.
+    """
     if hasattr(file_or_path(file, "write"), "write"):
         yield file
         return
@@ -147,7 +156,9 @@ def written(file: TextFile | BinaryFile, binary: bool = False) -> Iterator[IO]:
 
 @contextmanager
 def replaced(file: FilePath, end: str = "") -> Iterator[str]:
-    """The name of another file, with this ending, which takes the place of this one once it is whole."""
+    """The name of another file, with this ending, which takes the place of this one once it is
+    whole.
+    """
     path = os.path.realpath(file)  # a link stays one
     direct = os.path.exists(path) and not os.path.isfile(
         path
@@ -185,7 +196,8 @@ def write(
     rows: Iterable[Sequence],
     end: str = "\r\n",
 ) -> None:
-    """Write a table: what it is (kind) and is about as a comment, its header, its rows; floats with all their digits.
+    """Write a table: what it is (kind) and is about as a comment, its header, its rows; floats with
+    all their digits.
 
     file: path or open text file; end: of the lines after the first.
     """
@@ -215,7 +227,9 @@ def opened(file: TextFile) -> Iterator[Table]:
 
 
 class Table:
-    """A CSV file, read once from its first line to its last; ValueErrors name file and line. From `opened`."""
+    """A CSV file, read once from its first line to its last; ValueErrors name file and line. From
+    `opened`.
+    """
 
     def __init__(self, file: IO[str], name: str):
         self.name, self.first = name, next(file, "").removeprefix("\ufeff")
@@ -225,7 +239,9 @@ class Table:
         self._cells = filter(None, self._reader)
 
     def about(self, kind: str, what: str, parse: Callable[[Any], Any] = lambda about: about) -> Any:
-        """What `parse` makes of the JSON in the first line, which must speak of this kind; what: the file expected."""
+        """What `parse` makes of the JSON in the first line, which must speak of this kind; what:
+        the file expected.
+        """
         found = re.match(r"# fivebar (.+?), SI units: ", self.first)
         if found is None or found[1] != kind:
             instead = f"a fivebar {found[1]}" if found else f"it begins with {_short(self.first)!r}"

@@ -1,4 +1,6 @@
-"""The command line: data on stdout, messages on stderr; exit 0 done, 1 the work failed, 2 wrong usage."""
+"""The command line: data on stdout, messages on stderr; exit 0 done, 1 the work failed, 2 wrong
+usage.
+"""
 
 from __future__ import annotations
 
@@ -92,7 +94,9 @@ def _run(words):
 
 
 def _flush():
-    """Write what was printed while its failure can still be said: at the interpreter's end it is a strange message."""
+    """Write what was printed while its failure can still be said: at the interpreter's end it is a
+    strange message.
+    """
     for name in ("stderr", "stdout"):
         stream = getattr(sys, name)
         try:

@@ -1,4 +1,6 @@
-"""`fivebar calibrate`: lengths, joint readings and measuring frame of a robot as built, from a CSV of measurements."""
+"""`fivebar calibrate`: lengths, joint readings and measuring frame of a robot as built, from a CSV
+of measurements.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +19,11 @@ def add_parsers(commands: _SubParsersAction) -> None:
     """Add `calibrate` to the program's commands."""
     parser = commands.add_parser(
         "calibrate",
-        description="The file has columns q1, q2 and x, y (m, rad, or a unit in the heading: x (mm), q1_deg); or "
-        "distance and to, the number of the row it leads to; perhaps working1, working2, assembly, sigma.",
+        description=(
+            "The file has columns q1, q2 and x, y (m, rad, or a unit in the heading: x (mm),"
+            " q1_deg); or distance and to, the number of the row it leads to; perhaps working1,"
+            " working2, assembly, sigma."
+        ),
     )
     parser.add_argument("data", metavar="DATA.csv")
     parser.add_argument(
@@ -26,7 +31,10 @@ def add_parsers(commands: _SubParsersAction) -> None:
         nargs="+",
         metavar="NAME",
         default=None,
-        help="of l11 l12 l21 l22 d offset1 offset2 ratio1 ratio2 x0 y0 turn scale (default: lengths and offsets)",
+        help=(
+            "of l11 l12 l21 l22 d offset1 offset2 ratio1 ratio2 x0 y0 turn scale (default: lengths"
+            " and offsets)"
+        ),
     )
     parser.add_argument(
         "--start",

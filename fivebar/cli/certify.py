@@ -1,4 +1,6 @@
-"""`fivebar certify`: a whole path proved free of singularities and within reach, and such a proof checked."""
+"""`fivebar certify`: a whole path proved free of singularities and within reach, and such a proof
+checked.
+"""
 
 from __future__ import annotations
 
@@ -126,7 +128,10 @@ def _claim(claim):
         f"{n} = {v:g}{f' +- {tolerances[n]:g}' if n in tolerances else ''}"
         for n, v in robot.items()
     )
-    return f"{lengths} m, working {claim['working']}, assembly {claim['assembly']:+d}, margin {claim['margin']:g}"
+    return (
+        f"{lengths} m, working {claim['working']}, assembly {claim['assembly']:+d}, margin"
+        f" {claim['margin']:g}"
+    )
 
 
 def _check(file):

@@ -36,7 +36,8 @@ def _chart(arguments):
         made = make(names, arguments.out, arguments.quick)
     except KeyboardInterrupt:
         raise RuntimeError(
-            f"interrupted: what was measured is kept in {arguments.out}; the same command goes on there"
+            f"interrupted: what was measured is kept in {arguments.out}; the same command goes on"
+            " there"
         ) from None
     for name in made:
         print(*(arguments.out / f"{name}{suffix}" for suffix in (".csv", ".png", ".svg")), sep="\n")

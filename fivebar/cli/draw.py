@@ -1,4 +1,6 @@
-"""`fivebar draw`: a drawing read, placed, timed, checked, drawn by the simulated robot; pictures and tables of it."""
+"""`fivebar draw`: a drawing read, placed, timed, checked, drawn by the simulated robot; pictures
+and tables of it.
+"""
 
 from __future__ import annotations
 
@@ -185,10 +187,11 @@ def _draw(arguments):
     size = np.ptp(run.xi_ref[down], axis=0).max()
     if figures["max_error_m"] > LOST * size:
         print(
-            f"fivebar: the simulated robot leaves its drawing of {1e3 * size:.3g} mm by "
-            f"{1e3 * figures['max_error_m']:.3g} mm: the setpoints are right, but too fast for its tracker, which "
-            f"changes its torques each {1e3 * period:.3g} ms, when {peak:.3g} m/s² move it "
-            f"{1e3 * missed(peak, period):.2g} mm: give a --duration, a larger --reserve or a shorter --period",
+            f"fivebar: the simulated robot leaves its drawing of {1e3 * size:.3g} mm by"
+            f" {1e3 * figures['max_error_m']:.3g} mm: the setpoints are right, but too fast for its"
+            f" tracker, which changes its torques each {1e3 * period:.3g} ms, when {peak:.3g} m/s²"
+            f" move it {1e3 * missed(peak, period):.2g} mm: give a --duration, a larger --reserve"
+            " or a shorter --period",
             file=sys.stderr,
         )
     files = _written(arguments, robot, path, working, run, table, down, error)
@@ -220,7 +223,9 @@ def _read(arguments):
 
 
 def _placed(arguments, robot, path):
-    """The path where it is to be drawn, the working modes, and the largest scale that is known to fit, or None."""
+    """The path where it is to be drawn, the working modes, and the largest scale that is known to
+    fit, or None.
+    """
     from ..paths.placement import Placement
     from ..paths.placing.fitting_in import bounds, fitted_in
     from ..paths.placing.place import place
@@ -254,7 +259,9 @@ def _placed(arguments, robot, path):
 
 
 def _modes(arguments, robot, path):
-    """The working modes in which the path keeps farthest from singularities, of those that it can be followed in."""
+    """The working modes in which the path keeps farthest from singularities, of those that it can
+    be followed in.
+    """
     from ..constraints.path_check import check_path
 
     modes = [tuple(arguments.working)] if arguments.working else MODES
@@ -273,7 +280,9 @@ def _modes(arguments, robot, path):
 
 
 def _passes(arguments, check):
-    """Whether a path may go on where it meets the first singularity; whether it can, `time_path` finds."""
+    """Whether a path may go on where it meets the first singularity; whether it can, `time_path`
+    finds.
+    """
     return arguments.through and check.leaves is None and int(check.type) == 2
 
 
@@ -287,7 +296,10 @@ def _met(path, check):
         else f"{'touches' if check.touching else 'meets'} Type {int(check.type)}"
     )
     line = path.line_of(s)
-    return f"it {what} at ({x:.4g}, {y:.4g}) mm, {1e3 * s:.4g} mm along it{f' (line {line})' if line else ''}"
+    return (
+        f"it {what} at ({x:.4g}, {y:.4g}) mm, {1e3 * s:.4g} mm along"
+        f" it{f' (line {line})' if line else ''}"
+    )
 
 
 def _timed(arguments, robot, path, working):
@@ -307,7 +319,9 @@ def _timed(arguments, robot, path, working):
 
 
 def _checked(arguments, robot, path, working):
-    """What `check_path` says of it in these modes; an error where it is not free of singularities."""
+    """What `check_path` says of it in these modes; an error where it is not free of
+    singularities.
+    """
     from ..constraints.path_check import check_path
 
     check = check_path(robot, path.at_unit_speed, working)
@@ -339,7 +353,10 @@ def _written(arguments, robot, path, working, run, table, down, error):
     arguments.out.mkdir(parents=True, exist_ok=True)
     files = [arguments.out / name for name in ("drawing.png", "setpoints.csv", "run.csv")]
     rows = strokes.runs(down)
-    title = f"{Path(arguments.drawing).name}: drawn in {run.t[-1]:.4g} s, within {1e6 * error[down].max():.3g} µm"
+    title = (
+        f"{Path(arguments.drawing).name}: drawn in {run.t[-1]:.4g} s, within"
+        f" {1e6 * error[down].max():.3g} µm"
+    )
     picture = drawing(
         robot,
         working,
@@ -364,7 +381,10 @@ def _print(robot, figures):
     rows = [
         (
             "drawn",
-            f"{1e3 * figures['drawn_m']:.4g} mm in {figures['strokes']} strokes, {figures['pieces']} pieces",
+            (
+                f"{1e3 * figures['drawn_m']:.4g} mm in {figures['strokes']} strokes,"
+                f" {figures['pieces']} pieces"
+            ),
         ),
         ("working modes", ", ".join(f"{sign:+d}" for sign in figures["working"])),
         (
@@ -377,7 +397,10 @@ def _print(robot, figures):
         ("RMS error", length(figures["rms_error_m"])),
         (
             "tracker's period",
-            f"{1e3 * figures['period_s']:.4g} ms, of {figures['peak_acceleration']:.3g} m/s² at most",
+            (
+                f"{1e3 * figures['period_s']:.4g} ms, of {figures['peak_acceleration']:.3g} m/s² at"
+                " most"
+            ),
         ),
         (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
         ("setpoints", f"{figures['setpoints']} rows"),

@@ -15,7 +15,10 @@ def add_parsers(commands):
     """Add `check` and `grade` to the program's commands."""
     check = commands.add_parser("check")
     _common(check, "?")
-    what = "your .py file or notebook, or a folder or zip with it; without it you are told which one to fill in"
+    what = (
+        "your .py file or notebook, or a folder or zip with it; without it you are told which one"
+        " to fill in"
+    )
     check.add_argument("file", type=Path, nargs="?", metavar="FILE", help=what)
     check.set_defaults(run=_check)
 
@@ -142,7 +145,8 @@ def _grade(arguments):
         raise UsageError("--dask is for a folder of submissions: one is graded here")
     if arguments.out:
         raise UsageError(
-            "--out is for a folder of submissions; for one there are --html, --csv, --json, --gradescope"
+            "--out is for a folder of submissions; for one there are --html, --csv, --json,"
+            " --gradescope"
         )
     student = (
         arguments.student or (program.path if arguments.file.is_dir() else arguments.file).stem
@@ -177,7 +181,9 @@ def _grade(arguments):
 
 
 def _program(arguments, lab):
-    """The program in the file, folder or zip that is named, and those in it that it may import; says what is left."""
+    """The program in the file, folder or zip that is named, and those in it that it may import;
+    says what is left.
+    """
     from ..base.representation import printable
     from ..grading.intake.hand_in import beside, choose, look_into
     from ..grading.worker.submission import SubmissionError
@@ -236,7 +242,8 @@ def _secret(path):
         raise UsageError(f"--secret-file: {error}") from None
     if (path or given) and len(secret) < 8:
         raise UsageError(
-            f"{f'--secret-file: {path}' if path else SECRET} holds fewer than 8 bytes: too easy to guess"
+            f"{f'--secret-file: {path}' if path else SECRET} holds fewer than 8 bytes: too easy to"
+            " guess"
         )
     return secret or None
 

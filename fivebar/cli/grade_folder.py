@@ -44,8 +44,8 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
         raise UsageError(f"--jobs must be at least 1, not {arguments.jobs}")
     if folder.resolve() in (out.resolve(), *out.resolve().parents):
         raise UsageError(
-            f"--out {out} lies within the submissions, where the results would be taken for a student's: give a folder "
-            f"beside {folder}"
+            f"--out {out} lies within the submissions, where the results would be taken for a"
+            f" student's: give a folder beside {folder}"
         )
     if arguments.gradebook:
         fill_gradebook(
@@ -134,7 +134,9 @@ def _say_what_is_left(entries, left):
 
 
 def hand_out(arguments, lab, secret):
-    """Write each student's own student.py, or the lab's own and the files that tell of his robot."""
+    """Write each student's own student.py, or the lab's own and the files that tell of his
+    robot.
+    """
     from ..grading.report.outputs import file_name, write_whole
     from ..grading.variants import draw_for, id_key, robot_for, with_constants
 

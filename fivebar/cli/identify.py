@@ -1,4 +1,6 @@
-"""`fivebar identify`: masses and friction of the robot on the table, from logs of its motion and torques."""
+"""`fivebar identify`: masses and friction of the robot on the table, from logs of its motion and
+torques.
+"""
 
 from __future__ import annotations
 

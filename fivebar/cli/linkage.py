@@ -1,4 +1,6 @@
-"""`fivebar linkage ...`: the verdict on a linkage, then its study as table, picture and animation."""
+"""`fivebar linkage ...`: the verdict on a linkage, then its study as table, picture and
+animation.
+"""
 
 from __future__ import annotations
 
@@ -152,7 +154,8 @@ def _run(arguments, build):
                 not math.isfinite(value) or value == 0 or (name == "turns" and value < 0)
             ):
                 raise ValueError(
-                    f"--{name} must be finite and {'> 0' if name == 'turns' else 'not 0'}, not {value:g}"
+                    f"--{name} must be finite and {'> 0' if name == 'turns' else 'not 0'}, not"
+                    f" {value:g}"
                 )
         options |= {
             k: v for k in ("speed", "turns", "drive") if (v := getattr(arguments, k)) is not None
@@ -243,8 +246,11 @@ def _straight_line(arguments):
     ends, how = sorted(mechanism.stroke), straightness(mechanism)
     first, last = (f"{math.degrees(end):.6f}" for end in ends)
     extra = [
-        f"straight stroke {how.stroke:.6g} m with the crank from {first} to {last} deg: off the line by at most "
-        f"{how.deviation:.6g} m, band {how.band:.6g} m, {100 * how.ratio:.4g} % of the stroke",
+        (
+            f"straight stroke {how.stroke:.6g} m with the crank from {first} to {last} deg: off the"
+            f" line by at most {how.deviation:.6g} m, band {how.band:.6g} m, {100 * how.ratio:.4g}"
+            " % of the stroke"
+        ),
         f"source: {mechanism.source}",
     ]
     drive = "turn" if crank_range(mechanism.linkage).full else "swing"

@@ -1,4 +1,6 @@
-"""`fivebar map`: the singularity map as a picture and as data, the aspects, and whether a path crosses."""
+"""`fivebar map`: the singularity map as a picture and as data, the aspects, and whether a path
+crosses.
+"""
 
 from __future__ import annotations
 
@@ -146,7 +148,8 @@ def _table(name, parts):
     print(f"{name}  working  assembly    area (mm²)")
     for part in parts:
         print(
-            f"{part.number:>6}  {_signs(part.working):>7}  {_signs((part.assembly,)):>8}  {1e6 * part.area:>12.4f}"
+            f"{part.number:>6}  {_signs(part.working):>7}  {_signs((part.assembly,)):>8} "
+            f" {1e6 * part.area:>12.4f}"
         )
 
 
@@ -166,7 +169,10 @@ def _verdict(check):
     if not check.reachable and check.leaves == check.time:
         return f"leaves the workspace at t = {check.leaves:.12g} s"
     if check.singularity_free:
-        return f"free of singularities, smallest sine {check.min_margin:.3g} at t = {check.min_margin_time:.6g} s"
+        return (
+            f"free of singularities, smallest sine {check.min_margin:.3g} at t ="
+            f" {check.min_margin_time:.6g} s"
+        )
     how = "touches" if check.touching else "crosses"
     text = f"{how} Type {int(check.type)} at t = {check.time:.12g} s"
     if check.criterion is not None:

@@ -19,14 +19,17 @@ LONG = 20.0  # m: hardly a robot's or a linkage's, but likely in mm
 def add_robot_options(parser):
     group = parser.add_argument_group(
         "robot",
-        "a set or a file; over it go single values, each by its name, as --l11 0.1, in m, kg m² and kg: "
-        + ", ".join(LAB),
+        "a set or a file; over it go single values, each by its name, as --l11 0.1, in m, kg m² and"
+        " kg: " + ", ".join(LAB),
     )
     group.add_argument(
         "--robot",
         default=DEFAULT,
         metavar="NAME|FILE",
-        help=f"one of {', '.join(ROBOTS)}, or a .toml or .json file: parameters by name, or lengths and links",
+        help=(
+            f"one of {', '.join(ROBOTS)}, or a .toml or .json file: parameters by name, or lengths"
+            " and links"
+        ),
     )
     for name in LAB:  # 24 lines of names without a word would bury all others
         group.add_argument(f"--{name}", type=float, help=SUPPRESS)
@@ -66,7 +69,8 @@ def chosen_robot(arguments):
         own = [f.name for f in fields(robot)]
         if foreign := [f"--{name}" for name in given if name not in own]:
             raise UsageError(
-                f"{', '.join(foreign)}: --robot {arguments.robot} is a {robot.words.title}, with {', '.join(own)}"
+                f"{', '.join(foreign)}: --robot {arguments.robot} is a {robot.words.title}, with"
+                f" {', '.join(own)}"
             )
         robot = replace(robot, **given)
         ask_for_mm(max(getattr(robot, name) for name in own if name[0] in "ld"))
@@ -83,7 +87,8 @@ def robot_from(path):
     read = next((reader for end, reader in readers.items() if path.endswith(end)), None)
     if read is None:
         raise UsageError(
-            f"no robot {path!r}: the known ones are {', '.join(ROBOTS)}; or name a file that ends in .toml or .json"
+            f"no robot {path!r}: the known ones are {', '.join(ROBOTS)}; or name a file that ends"
+            " in .toml or .json"
         )
     try:
         with open(path, "rb") as file:

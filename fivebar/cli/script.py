@@ -24,8 +24,11 @@ def add_parsers(commands):
         "run",
         parents=[options],
         allow_abbrev=False,
-        description="Run a script written for the AMORO lab's ROS class as `python3 SCRIPT ARGS` would, on the "
-        "simulated five-bar or biglide. Options may stand before or after the script; what follows -- is the script's.",
+        description=(
+            "Run a script written for the AMORO lab's ROS class as `python3 SCRIPT ARGS` would, on"
+            " the simulated five-bar or biglide. Options may stand before or after the script; what"
+            " follows -- is the script's."
+        ),
     )
     run.add_argument("script", metavar="SCRIPT")
     run.add_argument("rest", nargs=argparse.REMAINDER, metavar="ARGS", help="of the script")
@@ -64,7 +67,9 @@ def _options():
         "--exact-acceleration",
         dest="exact",
         action="store_true",
-        help="joint accelerations of the dynamics, not velocity differences over 10 ms as in the lab",
+        help=(
+            "joint accelerations of the dynamics, not velocity differences over 10 ms as in the lab"
+        ),
     )
     add(
         "--mark",
@@ -130,8 +135,8 @@ def _check(arguments):
             raise UsageError(f"--{name} must be finite and > 0, not {getattr(arguments, name):g}")
     if arguments.until > MOST_TIME:
         raise UsageError(
-            f"--until {arguments.until:g} is more rows, one each millisecond, than memory holds: at most "
-            f"{MOST_TIME:g} s"
+            f"--until {arguments.until:g} is more rows, one each millisecond, than memory holds: at"
+            f" most {MOST_TIME:g} s"
         )
     if not 0 <= arguments.seed <= MOST_SEED:
         raise UsageError(f"--seed must be from 0 to {MOST_SEED}, not {arguments.seed}")

@@ -49,7 +49,10 @@ def add_parsers(commands: _SubParsersAction) -> None:
     path.add_argument("--duration", type=float, metavar="S")
     path.add_argument(
         "--case",
-        help="compare computed torque and MPC on task-1, torque-limit, mass, delay, encoder, crossing",
+        help=(
+            "compare computed torque and MPC on task-1, torque-limit, mass, delay, encoder,"
+            " crossing"
+        ),
     )
     track.add_argument(
         "--controller",
@@ -121,7 +124,8 @@ def _demo(arguments):
     robot = FiveBar()
     figures, run = _tracked(robot, line(*TASK_1), ComputedTorque(robot, KP, KD), 0.01, None)
     print(
-        "AMORO lab, control task 1: (90, 68) mm to (0, 100) mm in 2 s,\ncomputed torque, one sample each 10 ms"
+        "AMORO lab, control task 1: (90, 68) mm to (0, 100) mm in 2 s,\ncomputed torque, one sample"
+        " each 10 ms"
     )
     _print_table(robot, figures)
     files = _write(run, arguments.out)
@@ -137,7 +141,9 @@ def _demo(arguments):
 
 
 def _task_2(robot):
-    """The lab's task 2 with a timing that can cross its singularity: the Run, and what is to be said."""
+    """The lab's task 2 with a timing that can cross its singularity: the Run, and what is to be
+    said.
+    """
     from ..constraints.path_check import check_path
     from ..simulation.simulate import simulate
     from ..study.pitfalls import crossing

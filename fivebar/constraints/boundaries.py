@@ -1,4 +1,6 @@
-"""Where something that a motion must keep ends, in one working mode: exact arcs, and traced curves where bars meet."""
+"""Where something that a motion must keep ends, in one working mode: exact arcs, and traced curves
+where bars meet.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +26,10 @@ OFF = 1e-8  # of the size of what is kept, off a wall: there it is asked what is
 
 
 def walls(robot: FiveBar, working: tuple[int, int], keep: Keep) -> list[Arc]:
-    """Curves of the plane across which something is no longer kept: arcs of lines, circles and coupler curves, exactly;
-    where bars touch, curves traced from node to node of a grid, each point of them where they do to rounding."""
+    """Curves of the plane across which something is no longer kept: arcs of lines, circles and
+    coupler curves, exactly; where bars touch, curves traced from node to node of a grid, each point
+    of them where they do to rounding.
+    """
     found = [*_of_lines(robot, keep), *_of_joints(robot, working, keep)]
     if keep.det_A or keep.sin:
         circles = LegCircles(robot, keep.sin)
@@ -36,7 +40,9 @@ def walls(robot: FiveBar, working: tuple[int, int], keep: Keep) -> list[Arc]:
 
 
 def facing(found: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
-    """Of walls the parts with what is kept on one side only, and run through so that it is on their left."""
+    """Of walls the parts with what is kept on one side only, and run through so that it is on their
+    left.
+    """
     parts = []
     for wall in found:
         # The chords of a traced curve are that far off it at most.
@@ -89,7 +95,9 @@ def _line(a, b):
 
 
 def _of_joints(robot, working, keep) -> Iterator[Locus]:
-    """With a crank at a limit the distal bar turns about a fixed elbow, half a turn of it in one working mode."""
+    """With a crank at a limit the distal bar turns about a fixed elbow, half a turn of it in one
+    working mode.
+    """
     for leg, limits in enumerate(keep.joints or ()):
         drive, bar = robot.drives[leg], robot.distal[leg]
         for q in limits or ():
@@ -151,7 +159,9 @@ def _polyline(points):
 
 
 def _put(room, z, across):
-    """Points moved along `across`, by less than a chord, to where the room is 0, and which of them are: bool (n,)."""
+    """Points moved along `across`, by less than a chord, to where the room is 0, and which of them
+    are: bool (n,).
+    """
     low, high = -np.ones(len(z)), np.ones(len(z))
     at_low, at_high = room(z - across), room(z + across)
     for _ in range(STEPS):

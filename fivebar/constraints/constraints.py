@@ -1,4 +1,6 @@
-"""What a motion must keep, named once: joint limits, a region, least margins, and bars that must not meet."""
+"""What a motion must keep, named once: joint limits, a region, least margins, and bars that must
+not meet.
+"""
 
 from __future__ import annotations
 
@@ -17,13 +19,15 @@ from .link_collisions import LinkCollisions, apart, off
 
 @dataclass(frozen=True)
 class Keep:
-    """What a motion must keep; what is not named is free. `check_path`, `plan`, `largest_disc` and `place` take it.
+    """What a motion must keep; what is not named is free. `check_path`, `plan`, `largest_disc` and
+    `place` take it.
 
-    joints: ((q11 low, high), (q21 low, high)) rad, None for a free one; an angle and its full turns are one, so that a
-    range is at most a full turn (of a biglide: m).
-    half_planes: (a, b, c) each, for a x + b y >= c, m: y > 0 is (0, 1, 0). region: corners (n, 2) m of a polygon whose
-    sides do not cross, inside of which the end-effector stays.
-    det_A, sin: least |det A| and |sin q_i2| (of a biglide |sin phi_i|). bars: a `Bars`, whose bars must not meet.
+    joints: ((q11 low, high), (q21 low, high)) rad, None for a free one; an angle and its full turns
+    are one, so that a range is at most a full turn (of a biglide: m).
+    half_planes: (a, b, c) each, for a x + b y >= c, m: y > 0 is (0, 1, 0). region: corners (n, 2) m
+    of a polygon whose sides do not cross, inside of which the end-effector stays.
+    det_A, sin: least |det A| and |sin q_i2| (of a biglide |sin phi_i|). bars: a `Bars`, whose bars
+        must not meet.
     """
 
     joints: Sequence[Sequence[float] | None] | None = None
@@ -56,7 +60,9 @@ class Keep:
         )
 
     def rooms(self, pose: Pose) -> dict[str, np.ndarray]:
-        """What is left of all that is kept, (*batch,) by words: < 0 where it is broken, nan where the pose is."""
+        """What is left of all that is kept, (*batch,) by words: < 0 where it is broken, nan where
+        the pose is.
+        """
         found, (x, y) = {}, pose.point
         for leg, limits in enumerate(self.joints or ()):
             if limits:
@@ -86,7 +92,8 @@ class Keep:
         return found
 
     def smooth(self, pose: Pose, length: float) -> list:
-        """Rooms with slopes, >= 0 where it is kept, of symbols: of joints, half-planes, a convex region and bars.
+        """Rooms with slopes, >= 0 where it is kept, of symbols: of joints, half-planes, a convex
+        region and bars.
 
         length: m, what distances are divided by.
         """
@@ -121,7 +128,9 @@ class Keep:
 
 
 def off_sides(corners: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Distance of points (*batch,) from the sides of a polygon, corners (n,) complex; less than 0 outside."""
+    """Distance of points (*batch,) from the sides of a polygon, corners (n,) complex; less than 0
+    outside.
+    """
     a, b, p = corners, np.roll(corners, -1), np.asarray(z)[..., None]
     distance = off(p, a, b).min(axis=-1)
     spans = (a.imag > p.imag) != (b.imag > p.imag)
@@ -143,8 +152,8 @@ def _joints(joints):
             values = finite_numbers(limits, f"Keep: joints of {name}")
             if values.shape != (2,) or not 0 < values[1] - values[0] <= 2 * math.pi:
                 raise ValueError(
-                    f"Keep: joints of {name} must be (low, high), low < high and at most a full turn apart, "
-                    f"not {shown(limits)}"
+                    f"Keep: joints of {name} must be (low, high), low < high and at most a full"
+                    f" turn apart, not {shown(limits)}"
                 )
             limits = tuple(values.tolist())
         found.append(limits)
@@ -158,7 +167,8 @@ def _half_planes(planes):
     values = values if values.size else np.empty((0, 3))
     if values.ndim != 2 or values.shape[1] != 3 or not np.hypot(values[:, 0], values[:, 1]).all():
         raise ValueError(
-            f"Keep: half_planes must be (a, b, c) each, a x + b y >= c, a or b not 0, not {shown(planes)}"
+            "Keep: half_planes must be (a, b, c) each, a x + b y >= c, a or b not 0, not"
+            f" {shown(planes)}"
         )
     values = (
         values / np.hypot(values[:, 0], values[:, 1])[:, None]

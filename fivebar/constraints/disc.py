@@ -1,6 +1,7 @@
 """The largest disc in an aspect, touching its exact boundary.
 
-It is searched on samples of the whole aspect, for the global optimum, then solved for on the exact curves.
+It is searched on samples of the whole aspect, for the global optimum, then solved for on the exact
+curves.
 """
 
 from __future__ import annotations
@@ -31,7 +32,9 @@ class Disc:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Walled(Aspect):
-    """An aspect within which something must be kept: walls, arcs across which it is not; allowed: where it is."""
+    """An aspect within which something must be kept: walls, arcs across which it is not; allowed:
+    where it is.
+    """
 
     walls: tuple = ()
     allowed: Callable | None = None
@@ -49,9 +52,9 @@ def walled(aspect: Aspect, keep: Keep | None) -> Aspect:
 def largest_disc(aspect: Aspect, margin: float = 0.0, keep: Keep | None = None) -> Disc:
     """The largest disc in an aspect that keeps `margin`, m, from all its singularities: Disc.
 
-    keep: what else is kept all over the disc, by the same margin. Its center is the point farthest from the boundary:
-    there the disc touches three arcs, or two on opposite sides; exactly, but for where bars touch, 1e-6 of the robot.
-    ValueError where no disc keeps the margin.
+    keep: what else is kept all over the disc, by the same margin. Its center is the point farthest
+    from the boundary: there the disc touches three arcs, or two on opposite sides; exactly, but for
+    where bars touch, 1e-6 of the robot. ValueError where no disc keeps the margin.
     """
     aspect = walled(aspect, keep)
     best, room = None, 0.0
@@ -72,7 +75,9 @@ def largest_disc(aspect: Aspect, margin: float = 0.0, keep: Keep | None = None) 
 
 
 def _kept_room(aspect, z, room):
-    """The radius up to which all is kept on rings around a point: traced walls end short of the limit of reach."""
+    """The radius up to which all is kept on rings around a point: traced walls end short of the
+    limit of reach.
+    """
     ring = np.exp(1j * np.linspace(0, 2 * np.pi, 721)[:-1])
     radii = room * np.append(1 - 1e-9, np.linspace(0.99, 0, 100))
     broken = [
@@ -106,7 +111,8 @@ def arcs_of(aspect: Aspect) -> list[Arc]:
 
 def room_at(aspect: Aspect, z: complex) -> float:
     """Exact distance of a point to the boundary and the punctures."""
-    # Samples tell which arcs can be nearest: nothing of an arc is nearer than its samples by more than half a step.
+    # Samples tell which arcs can be nearest: nothing of an arc is nearer than its samples by more
+    # than half a step.
     samples = [(np.abs(arc.z - z).min(), arc) for arc in arcs_of(aspect)]
     room = min([least for least, _ in samples] + np.abs(punctures(aspect) - z).tolist())
     near = [
@@ -118,7 +124,9 @@ def room_at(aspect: Aspect, z: complex) -> float:
 
 
 def _polished(aspect, z):
-    """The point near z that is farthest from all, by equal distances to two or three feet on the exact curves."""
+    """The point near z that is farthest from all, by equal distances to two or three feet on the
+    exact curves.
+    """
     samples, room = (
         np.concatenate([punctures(aspect), *(arc.z for arc in arcs_of(aspect))]),
         room_at(aspect, z),
@@ -139,7 +147,9 @@ def _polished(aspect, z):
 
 
 def _feet(aspect, z, within, most=6):
-    """(distance, arc or None, parameter or point) of the nearest points that block the way from z."""
+    """(distance, arc or None, parameter or point) of the nearest points that block the way from
+    z.
+    """
     feet = [
         (abs(point - z), None, complex(point))
         for point in punctures(aspect)
@@ -158,7 +168,9 @@ def _feet(aspect, z, within, most=6):
 
 
 def _equidistant(z, room, feet):
-    """Newton for the center, its distance to all feet, and their parameters; two feet are to be on opposite sides."""
+    """Newton for the center, its distance to all feet, and their parameters; two feet are to be on
+    opposite sides.
+    """
     curves = [k for k, (arc, _) in enumerate(feet) if arc is not None]
 
     @cache

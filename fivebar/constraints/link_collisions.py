@@ -1,4 +1,6 @@
-"""Bars that must not meet: their widths, the layers they turn in, and how far apart they are in a pose."""
+"""Bars that must not meet: their widths, the layers they turn in, and how far apart they are in a
+pose.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +25,13 @@ JOINED = {
 
 @dataclass(frozen=True)
 class LinkCollisions:
-    """Bars that must not meet: two in one layer, not joined to each other, keep their half widths apart.
+    """Bars that must not meet: two in one layer, not joined to each other, keep their half widths
+    apart.
 
-    widths: m, of all bars or of 11, 12, 21, 22; ends are round. layers: of these four; bars of different layers pass
-    over each other; joined bars may share one. posts: radius, m, of a motor's axle at each base joint, 0: none; it
-    stands in post_layers, where every bar but the proximal one that it turns keeps off it.
+    widths: m, of all bars or of 11, 12, 21, 22; ends are round. layers: of these four; bars of
+    different layers pass over each other; joined bars may share one. posts: radius, m, of a motor's
+    axle at each base joint, 0: none; it stands in post_layers, where every bar but the proximal one
+        that it turns keeps off it.
     """
 
     widths: float | tuple[float, float, float, float] = 0.0
@@ -46,7 +50,8 @@ class LinkCollisions:
         ):
             if value.shape != (4,):
                 raise ValueError(
-                    f"LinkCollisions: {name} must be four, of the bars 11, 12, 21 and 22, not {shown(given)}"
+                    f"LinkCollisions: {name} must be four, of the bars 11, 12, 21 and 22, not"
+                    f" {shown(given)}"
                 )
         for name, value, given in (
             ("layers", layers, self.layers),
@@ -66,7 +71,9 @@ class LinkCollisions:
         object.__setattr__(self, "post_layers", tuple(map(int, posts)))
 
     def rooms(self, pose: Pose) -> dict[str, np.ndarray]:
-        """How far apart what must not meet is, m, (*batch,) by words; below 0 it meets, nan where the pose is."""
+        """How far apart what must not meet is, m, (*batch,) by words; below 0 it meets, nan where
+        the pose is.
+        """
         instance(FiveBar)(pose.robot, "robot of bars")
         with np.errstate(invalid="ignore"):
             return dict(self._rooms(*_ends(pose), pose.robot.d))
@@ -101,7 +108,9 @@ class LinkCollisions:
         ]
 
     def smooth(self, pose: Pose) -> list:
-        """`rooms` of CasADi symbols, m: they have slopes, but where another end becomes the nearest."""
+        """`rooms` of CasADi symbols, m: they have slopes, but where another end becomes the
+        nearest.
+        """
         import casadi as ca
 
         half, ends, bases = {name: width / 2 for name, width in zip(NAMES, self.widths)}, {}, []
@@ -160,7 +169,9 @@ def off(z: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def apart(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Distance of segments a to b and c to d; where they cross, less than 0, by how far the nearest end is across."""
+    """Distance of segments a to b and c to d; where they cross, less than 0, by how far the nearest
+    end is across.
+    """
     least = np.min([off(a, c, d), off(b, c, d), off(c, a, b), off(d, a, b)], axis=0)
 
     def side(p, q, r):

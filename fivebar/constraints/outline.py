@@ -1,7 +1,8 @@
-"""What a rectangle along x and y has to keep off, and whether it does: the outline of an aspect and a margin within it.
+"""What a rectangle along x and y has to keep off, and whether it does: the outline of an aspect and
+a margin within it.
 
-A margin is kept if no point of the outline is nearer to the rectangle, whose borders v (4,) are numbered: 0 x_min,
-1 x_max, 2 y_min, 3 y_max.
+A margin is kept if no point of the outline is nearer to the rectangle, whose borders v (4,) are
+numbered: 0 x_min, 1 x_max, 2 y_min, 3 y_max.
 """
 
 from __future__ import annotations
@@ -30,19 +31,25 @@ CORNERS = np.array([(0, 2), (0, 3), (1, 2), (1, 3)])
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """What a rectangle has to keep off: the aspect's arcs, cut so that x and y rise or fall all along, and points."""
+    """What a rectangle has to keep off: the aspect's arcs, cut so that x and y rise or fall all
+    along, and points.
+    """
 
     aspect: Aspect
     margin: float
 
     @property
     def allowed(self) -> Callable | None:
-        """Complex points (n,) -> whether all is kept there; None where nothing more than the aspect is."""
+        """Complex points (n,) -> whether all is kept there; None where nothing more than the aspect
+        is.
+        """
         return getattr(self.aspect, "allowed", None)
 
     @cached_property
     def arcs(self) -> list[Arc]:
-        """The boundary, and the parts of walls across which something is no longer kept: what is kept on the left."""
+        """The boundary, and the parts of walls across which something is no longer kept: what is
+        kept on the left.
+        """
         loops = [arc for loop in self.aspect.boundary for arc in loop]
         walls = self.aspect.walls if self.allowed else ()
         return [
@@ -59,7 +66,9 @@ class Outline:
 
     @cached_property
     def pieces(self) -> list[tuple[Arc, tuple[int, int]]]:
-        """Arcs, each with the corner that it limits: any other part of a rectangle meets one of its ends first."""
+        """Arcs, each with the corner that it limits: any other part of a rectangle meets one of its
+        ends first.
+        """
         found = []
         for arc in self.arcs:
             cuts = [
@@ -121,7 +130,9 @@ class Outline:
 
     @cached_property
     def seeds(self) -> np.ndarray:
-        """Points (n,) all over what keeps the margin, so close that the largest rectangle has some of them inside."""
+        """Points (n,) all over what keeps the margin, so close that the largest rectangle has some
+        of them inside.
+        """
         low, high = (f(np.concatenate(self.aspect.polygons), axis=0) for f in (np.min, np.max))
         least = 0.0 if self.allowed else 0.6 * (self.aspect.clearance - self.margin)
         step = max(least, np.sqrt(self.aspect.area / SEEDS))
@@ -133,7 +144,9 @@ class Outline:
         return z[self.within(z)] if self.allowed else z
 
     def keeps(self, v: np.ndarray) -> bool:
-        """Whether a rectangle keeps the margin, exactly: the ends and samples from all of it, the arcs from corners."""
+        """Whether a rectangle keeps the margin, exactly: the ends and samples from all of it, the
+        arcs from corners.
+        """
         least = self.margin + (
             4 * EPS * np.abs(self.points).max() if self.margin else 0.0
         )  # however it is measured
@@ -154,7 +167,9 @@ class Outline:
         return least == 0 or min(room_at(self.aspect, corner) for corner in corners) >= least
 
     def shrunk(self, v: np.ndarray, least: float) -> np.ndarray | None:
-        """The rectangle, its borders moved in by `least`, m, or as much more as it takes to keep the margin."""
+        """The rectangle, its borders moved in by `least`, m, or as much more as it takes to keep
+        the margin.
+        """
         while least < min(v[1] - v[0], v[3] - v[2]) / 2:
             if self.keeps(v + least * INWARDS):
                 return v + least * INWARDS
@@ -162,7 +177,9 @@ class Outline:
         return None
 
     def broken(self, v: np.ndarray, slack: float) -> set:
-        """What is nearer to a rectangle than the margin, by more than slack: pieces from 0, and ends from -1 down."""
+        """What is nearer to a rectangle than the margin, by more than slack: pieces from 0, and
+        ends from -1 down.
+        """
         found = {
             k
             for k, (z, _) in enumerate(self.samples)

@@ -1,4 +1,6 @@
-"""Whether a trajectory of the end-effector can be followed: reach, singularities, and how it meets the first one."""
+"""Whether a trajectory of the end-effector can be followed: reach, singularities, and how it meets
+the first one.
+"""
 
 from __future__ import annotations
 
@@ -27,21 +29,27 @@ from .violations import Broken, broken
 SAMPLES = 2049
 TOUCH = 1e-9  # a sine as small as this counts as 0, as in `singularity`
 TOUCH_REACH = 32 * EPS  # a square of a sine, whose rounding error is of this size
-EXACT = 1e-6  # of the largest inertial force: a path that does not tell its own error is given at least so exactly
+# Of the largest inertial force: a path that does not tell its own error is given at least so
+# exactly.
+EXACT = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class PathCheck:
     """What `check_path` found.
 
-    reachable: the whole path is in the workspace; singularity_free: reachable, and no pose on it is singular;
-    leaves: the time at which it leaves the workspace, s, or None; time: of the first singular pose, s, or None;
-    pose: that pose; type: its Singularity (leaving is Type 1); touching: the margin is 0 there without changing sign;
-    criterion: t_s . m xi'' in N at a Type-2 pose, t_s = u_12 turned by +90 degrees (A t_s = 0), None elsewhere (of a
-    robot with gravity or heavy bars t_s . the whole force that the motion asks for there, `models.loads`), and
-    criterion_holds whether it is 0, as exactly as the path is given, so that the torque stays finite; min_margin: the
-    smallest |sin q_i2| (of a biglide |sin phi_i|) or |sin(phi2 - phi1)| on the path, as far as it is reachable, and
-    min_margin_time; broken: of what was to be kept, what is not: its name, the time, by how much at most and when.
+    reachable: the whole path is in the workspace; singularity_free: reachable, and no pose on it is
+        singular;
+    leaves: the time at which it leaves the workspace, s, or None; time: of the first singular pose,
+        s, or None;
+    pose: that pose; type: its Singularity (leaving is Type 1); touching: the margin is 0 there
+        without changing sign;
+    criterion: t_s . m xi'' in N at a Type-2 pose, t_s = u_12 turned by +90 degrees (A t_s = 0),
+    None elsewhere (of a robot with gravity or heavy bars t_s . the whole force that the motion asks
+    for there, `models.loads`), and criterion_holds whether it is 0, as exactly as the path is
+    given, so that the torque stays finite; min_margin: the smallest |sin q_i2| (of a biglide |sin
+    phi_i|) or |sin(phi2 - phi1)| on the path, as far as it is reachable, and min_margin_time;
+    broken: of what was to be kept, what is not: its name, the time, by how much at most and when.
     """
 
     reachable: bool
@@ -84,15 +92,18 @@ def check_path(
 ) -> PathCheck:
     """Check a trajectory in one working mode: PathCheck.
 
-    path: t -> (xi, xi_dot, xi_ddot), t (n,) s from path.start (0 if it has none) for path.duration s, each (n, 2).
-    working: (2,), +1 or -1. tolerance: share of the largest inertial force on the path up to which the criterion counts
-    as 0; by default the path's own `error`, at least 1e-6. A plan has one: its bars carry the inertial force but for a
-    defect of this share, and at the crossing, where they can give nothing along t_s, t_s . m xi'' is all defect.
+    path: t -> (xi, xi_dot, xi_ddot), t (n,) s from path.start (0 if it has none) for path.duration
+        s, each (n, 2).
+    working: (2,), +1 or -1. tolerance: share of the largest inertial force on the path up to which
+    the criterion counts as 0; by default the path's own `error`, at least 1e-6. A plan has one: its
+    bars carry the inertial force but for a defect of this share, and at the crossing, where they
+    can give nothing along t_s, t_s . m xi'' is all defect.
     keep: what the motion must keep, as far as it is reachable.
-    A margin is a smooth function of time of which 2049 samples are taken with its rate, more where it may reach 0
-    between them; then its zeros are found to rounding, double ones as zeros of the rate.
-    Crossing criterion: Briot and Arakelian 2008. ValueError for a path that is not one, or is not finite at a time,
-    which it names.
+    A margin is a smooth function of time of which 2049 samples are taken with its rate, more where
+    it may reach 0 between them; then its zeros are found to rounding, double ones as zeros of the
+    rate.
+    Crossing criterion: Briot and Arakelian 2008. ValueError for a path that is not one, or is not
+    finite at a time, which it names.
     """
     tolerance = max(EXACT, float(getattr(path, "error", 0.0))) if tolerance is None else tolerance
     path = _finite(path)
@@ -183,7 +194,9 @@ class _Zero:
 
 
 def _reach(path, drive, bar, limit, outer):
-    """t -> (margin, rate) of one limit of a leg's reach: differences of squares, smooth through the limit."""
+    """t -> (margin, rate) of one limit of a leg's reach: differences of squares, smooth through the
+    limit.
+    """
     scale = max(abs(distance) for distance, _ in drive.limits(bar)) ** 2
     sign = -1 if outer else 1
 
@@ -203,7 +216,8 @@ def _parallel(robot, path, modes):
         xi, velocity, _ = path(t)
         pose = task_pose(robot, (xi[:, 0], xi[:, 1]), modes)
         velocity = velocity[:, 0], velocity[:, 1]
-        # At the limit of reach the bars turn infinitely fast: the rate there only has to have a sign.
+        # At the limit of reach the bars turn infinitely fast: the rate there only has to have a
+        # sign.
         b = [np.where(b == 0, np.finfo(float).tiny ** 0.5, b) for b in pose.b]
         q_dot = tuple(dot(u, velocity) / each for u, each in zip(pose.u2, b))
         return cross(*pose.u2), Rates(pose, q_dot, velocity).margin_rates[2]
@@ -212,9 +226,11 @@ def _parallel(robot, path, modes):
 
 
 def _zeros(margin: Callable, t: np.ndarray, touch: float, limit: bool = False) -> Iterator[_Zero]:
-    """The zeros of a margin on the samples t and between them, in order, up to the first that it passes.
+    """The zeros of a margin on the samples t and between them, in order, up to the first that it
+    passes.
 
-    limit: below 0 there is nothing, so that a start there, or on 0 and then downwards, is a passage.
+    limit: below 0 there is nothing, so that a start there, or on 0 and then downwards, is a
+        passage.
     """
     value, rate = margin(t)
     for _ in range(3):
@@ -261,7 +277,9 @@ def _near(t, value, rate):
 
 
 def _zero_between(margin, a, b, at_a, at_b, touch):
-    """The first zero between two samples, of which the margin has another sign or a minimum of its size."""
+    """The first zero between two samples, of which the margin has another sign or a minimum of its
+    size.
+    """
     if np.sign(at_a) == np.sign(at_b):
         rate_a, rate_b = margin(np.array([a, b]))[1]
         lowest = (
@@ -316,7 +334,9 @@ def _smallest(robot, path, modes, start, end):
 
 
 def _finite(path):
-    """The path, which raises a ValueError where it is asked at a time and does not answer with finite numbers."""
+    """The path, which raises a ValueError where it is asked at a time and does not answer with
+    finite numbers.
+    """
     if not callable(path) or not hasattr(path, "duration"):
         raise ValueError(
             f"path must be callable, t -> (xi, xi_dot, xi_ddot), with a duration, not {shown(path)}"
@@ -345,7 +365,8 @@ def _times(path):
     start, duration = float(path.start), float(path.duration)
     if not (math.isfinite(start) and math.isfinite(duration) and duration > 0):
         raise ValueError(
-            f"path: its start and duration must be finite and the duration > 0, not {start}, {duration}"
+            f"path: its start and duration must be finite and the duration > 0, not {start},"
+            f" {duration}"
         )
     largest = np.linalg.norm(path(np.linspace(start, start + duration, SAMPLES))[2], axis=1).max()
     return start, start + duration, largest

@@ -1,6 +1,7 @@
 """The largest axis-aligned rectangle in an aspect, touching its exact outline.
 
-It is searched on samples of the outline, for the global optimum, then solved for on the exact curves.
+It is searched on samples of the outline, for the global optimum, then solved for on the exact
+curves.
 """
 
 from __future__ import annotations
@@ -37,11 +38,12 @@ class Rectangle:
 
 @takes(aspect=instance(Aspect), margin=not_negative, keep=optional(instance(Keep)))
 def largest_rectangle(aspect: Aspect, margin: float = 0.0, keep: Keep | None = None) -> Rectangle:
-    """The largest rectangle along x and y in an aspect that keeps `margin`, m, from all its singularities: Rectangle.
+    """The largest rectangle along x and y in an aspect that keeps `margin`, m, from all its
+    singularities: Rectangle.
 
-    keep: what else is kept all over it, by the same margin. Solved to 1e-6 of its size from the best ones around points
-    all over the aspect, each the largest of those that pass between 4000 samples of its boundary. ValueError where none
-    keeps the margin.
+    keep: what else is kept all over it, by the same margin. Solved to 1e-6 of its size from the
+    best ones around points all over the aspect, each the largest of those that pass between 4000
+    samples of its boundary. ValueError where none keeps the margin.
     """
     aspect = walled(aspect, keep)
     outline = Outline(aspect, margin)
@@ -58,7 +60,9 @@ def _area(v):
 
 
 def _starts(outline):
-    """Borders (4,) of the largest rectangles that pass between the obstacles, unlike one another."""
+    """Borders (4,) of the largest rectangles that pass between the obstacles, unlike one
+    another.
+    """
     found = [
         _around(outline, seed)
         for seed in progress(outline.seeds, desc="rectangle", delay=2, leave=False)
@@ -83,7 +87,9 @@ def _starts(outline):
 
 
 def _roomiest(outline):
-    """About the point that is farthest from all that is kept off, and its exact distance; 0 where nothing is kept."""
+    """About the point that is farthest from all that is kept off, and its exact distance; 0 where
+    nothing is kept.
+    """
     z = complex(*outline.aspect.point)
     if outline.allowed:
         if not len(outline.seeds):
@@ -97,7 +103,9 @@ def _roomiest(outline):
 
 
 def _around(outline, seed, rounds=1):
-    """The largest rectangle around a point with no obstacle in it, by its highest and lowest y on so many levels."""
+    """The largest rectangle around a point with no obstacle in it, by its highest and lowest y on
+    so many levels.
+    """
     z = outline.obstacles - seed
     k = np.searchsorted(z.imag, 0)
     beside = z.real[slice(*np.searchsorted(z.imag, [-outline.spacing, outline.spacing]))]
@@ -152,15 +160,18 @@ def _fitted(outline, start):
 
 
 def _grown(outline, v, scale, reach, kept):
-    """The borders of the largest rectangle that keeps the margin from some pieces and ends, on its side of them.
+    """The borders of the largest rectangle that keeps the margin from some pieces and ends, on its
+    side of them.
 
-    No border moves by more than `reach` times its side: what is in the way is seen before it is passed by far.
+    No border moves by more than `reach` times its side: what is in the way is seen before it is
+    passed by far.
     """
     rules = [
         _off_piece(*outline.pieces[k]) if k >= 0 else _off_end(outline, outline.ends[-1 - k], v)
         for k in kept
     ]
-    # Beyond its ends a piece limits nothing: what is kept off it already may be on the other side of its tangent.
+    # Beyond its ends a piece limits nothing: what is kept off it already may be on the other side
+    # of its tangent.
     rules = [rule for rule in rules if rule(v)[0] >= outline.margin]
     height = scale.min()
 
@@ -190,7 +201,9 @@ def _grown(outline, v, scale, reach, kept):
 
 
 def _off_piece(arc, corner):
-    """v -> signed distance of a corner from an arc, positive on its left, and its gradient; beyond, from a tangent."""
+    """v -> signed distance of a corner from an arc, positive on its left, and its gradient; beyond,
+    from a tangent.
+    """
 
     def rule(v):
         z = complex(*v[list(corner)])
@@ -204,7 +217,9 @@ def _off_piece(arc, corner):
 
 
 def _off_end(outline, z, start):
-    """v -> distance of a point from the side of the rectangle that it is off at the start, or from its corner there."""
+    """v -> distance of a point from the side of the rectangle that it is off at the start, or from
+    its corner there.
+    """
     beyond = np.array([start[0] - z.real, z.real - start[1], start[2] - z.imag, z.imag - start[3]])
     sides = [int(np.argmax(beyond[:2])), 2 + int(np.argmax(beyond[2:]))]
     if outline.margin == 0 or min(beyond[sides]) <= 0:

@@ -12,11 +12,15 @@ from ..base.backend import EPS
 from ..models.geometry import task_pose
 from .constraints import Keep
 
-NEAR = 4  # a sample's room over what the room changes to the next ones: so little is looked at between samples
+# A sample's room over what the room changes to the next ones: so little is looked at between
+# samples.
+NEAR = 4
 
 
 class Broken(NamedTuple):
-    """What is not kept, first at this time, s, and by how much at most (m, rad, or of a sine), then at `worst`, s."""
+    """What is not kept, first at this time, s, and by how much at most (m, rad, or of a sine), then
+    at `worst`, s.
+    """
 
     what: str
     time: float
@@ -27,8 +31,8 @@ class Broken(NamedTuple):
 def broken(robot, path: Callable, working: tuple, keep: Keep, t: np.ndarray) -> tuple[Broken, ...]:
     """What a path does not keep at times from t[0] to t[-1], by the time at which it breaks first.
 
-    t (n,): samples; between them rooms are followed to their zeros, and to their smallest values where those may be
-    below 0. Where the pose is nan nothing is said.
+    t (n,): samples; between them rooms are followed to their zeros, and to their smallest values
+    where those may be below 0. Where the pose is nan nothing is said.
     """
 
     def rooms(t):

@@ -16,17 +16,19 @@ from ..models.kinematics import dkm
 from ..models.robots import Robot
 from .prediction import CHART, JOINTS, RATES, SIZE, sample
 
-LOST = 0.1  # rad between measured and estimated joints: more is no error of an estimate, but another motion
+# rad between measured and estimated joints: more is no error of an estimate, but another motion.
+LOST = 0.1
 EXACT = 1e-6, 1e-4  # standard deviations of joints (rad) and rates (rad/s) that are not rounded
 MEASURED = JOINTS + RATES
 
 
 class Estimator:
-    """The motion, by what was measured and applied: a state, a torque disturbance, how certain both are.
+    """The motion, by what was measured and applied: a state, a torque disturbance, how certain both
+    are.
 
-    noise: standard deviations (q, q', torque, its random walk); scale: the torque's unit. state (8,): the four bars and
-    their rates; disturbance (2,) N m; covariance (10, 10) of both; margins: sin q12, sin q22, det A; assembly: the
-    mode, followed by prediction from the given one on.
+    noise: standard deviations (q, q', torque, its random walk); scale: the torque's unit. state
+    (8,): the four bars and their rates; disturbance (2,) N m; covariance (10, 10) of both; margins:
+    sin q12, sin q22, det A; assembly: the mode, followed by prediction from the given one on.
     """
 
     def __init__(
@@ -47,9 +49,11 @@ class Estimator:
         self.assembly, self.disturbance, self.covariance = self.first, np.zeros(2), None
 
     def follow(self, tau: np.ndarray, q: np.ndarray, q_dot: np.ndarray) -> bool:
-        """Take a sample in which tau was applied, and after which q, q_dot are measured; whether there is an estimate.
+        """Take a sample in which tau was applied, and after which q, q_dot are measured; whether
+        there is an estimate.
 
-        What is lost is begun anew from the measurement; there is no estimate where that gives no motion.
+        What is lost is begun anew from the measurement; there is no estimate where that gives no
+        motion.
         """
         state, disturbance, covariance, margins = self.filter(
             self.state, self.disturbance, self.covariance, tau, (*q, *q_dot)
@@ -95,10 +99,12 @@ def _closure(robot):
 
 @lru_cache(maxsize=64)
 def _filter(robot, period, noise):
-    """Extended Kalman filter of the state and of a constant torque disturbance, measured by q and q'.
+    """Extended Kalman filter of the state and of a constant torque disturbance, measured by q and
+    q'.
 
-    It needs no mode: at Type 2, where the joints do not tell the end-effector, the prediction carries it over. Gives
-    state, disturbance, covariance, and the sines with what q is still off by.
+    It needs no mode: at Type 2, where the joints do not tell the end-effector, the prediction
+    carries it over. Gives state, disturbance, covariance, and the sines with what q is still off
+    by.
     """
     x, delta, P = ca.SX.sym("x", SIZE), ca.SX.sym("delta", 2), ca.SX.sym("P", SIZE + 2, SIZE + 2)
     tau, seen = ca.SX.sym("tau", 2), ca.SX.sym("seen", 4)

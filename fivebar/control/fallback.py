@@ -1,4 +1,6 @@
-"""What the tracker does without a solution: a torque that is safe, and torques to begin anew from."""
+"""What the tracker does without a solution: a torque that is safe, and torques to begin anew
+from.
+"""
 
 from __future__ import annotations
 
@@ -47,8 +49,8 @@ def reference_torques(
 def safe_torque(
     robot: Robot, inertia: float, margins: Sequence[float], assembly: int, call: tuple
 ) -> np.ndarray:
-    """Computed torque; near Type 2 PD of about the same gains; about a plan free of modes its own torques with these;
-    damping where the reference is out of reach: N m.
+    """Computed torque; near Type 2 PD of about the same gains; about a plan free of modes its own
+    torques with these; damping where the reference is out of reach: N m.
 
     call: (t, q, q_dot, reference), as to a controller; inertia: kg m^2, what a joint moves.
     """

@@ -34,13 +34,17 @@ CHOICES = {
 
 
 class Reference(Protocol):
-    """A motion to follow: at times (...) s the end-effector's position, velocity and acceleration, each (..., 2)."""
+    """A motion to follow: at times (...) s the end-effector's position, velocity and acceleration,
+    each (..., 2).
+    """
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]: ...
 
 
 class Controller(Protocol):
-    """Torques (2,) N m by time (s), measured joint coordinates and rates (2,), and the reference, if there is one."""
+    """Torques (2,) N m by time (s), measured joint coordinates and rates (2,), and the reference,
+    if there is one.
+    """
 
     def __call__(
         self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None
@@ -65,7 +69,8 @@ class _JointController:
             gain = real_numbers(getattr(self, name), name)
             if gain.shape not in ((), (2,)) or not ((gain >= 0) & (gain < HUGE)).all():
                 raise ValueError(
-                    f"{name} must be one number or one per joint, finite and >= 0, not {shown(getattr(self, name))}"
+                    f"{name} must be one number or one per joint, finite and >= 0, not"
+                    f" {shown(getattr(self, name))}"
                 )
             object.__setattr__(self, name, gain)
         for name, rule in CHOICES.items():
@@ -90,7 +95,8 @@ class _JointController:
 class PD(_JointController):
     """tau = kp (q_ref - q) + kd (q_ref' - q'), kp in N m/rad, kd in N m s/rad.
 
-    gravity: whether the torques that hold its robot at q are added (`gravity_torques`; Takegaki and Arimoto 1981); at
+    gravity: whether the torques that hold its robot at q are added (`gravity_torques`; Takegaki and
+        Arimoto 1981); at
     Type 2 there are none: SingularityError. assembly: the mode that q is then read in.
     """
 
@@ -107,10 +113,11 @@ class PD(_JointController):
 
 @dataclass(frozen=True, eq=False)
 class ComputedTorque(_JointController):
-    """tau = M (q_ref'' + kd (q_ref' - q') + kp (q_ref - q)) + c, kp in 1/s^2, kd in 1/s; M, c at the measured state.
+    """tau = M (q_ref'' + kd (q_ref' - q') + kp (q_ref - q)) + c, kp in 1/s^2, kd in 1/s; M, c at
+    the measured state.
 
-    c holds the gravity and the friction of its robot; Coulomb friction is that of q_ref', as the sign of a measured
-    rate that should be 0 changes from sample to sample.
+    c holds the gravity and the friction of its robot; Coulomb friction is that of q_ref', as the
+    sign of a measured rate that should be 0 changes from sample to sample.
     assembly: the assembly mode that the measured joint angles are read in.
     """
 
@@ -139,7 +146,8 @@ def computed_torque(
 class FeedForward(_JointController):
     """tau = tau_plan + kp (q_ref - q) + kd (q_ref' - q') about a Plan; kp, kd as in PD.
 
-    It inverts no model, so that it holds a plan through any singularity. Beyond the plan's end it is a PD.
+    It inverts no model, so that it holds a plan through any singularity. Beyond the plan's end it
+    is a PD.
     ahead: s, half the control period, by which the held torque is read in advance.
     """
 

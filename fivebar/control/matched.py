@@ -1,15 +1,17 @@
 """A tracker's weights, horizon and period by the motion that it is to follow.
 
-Of a motion k times as fast as another along the same path, accelerations and torques are k^2 times as large. With the
-weights of a slow one the tracker would pay more for the torques' changes that a fast one is made of than for leaving
-it, and of a horizon of a second its stages would be longer than a letter takes. The word that `fivebar draw --example`
-draws, in the least time of 20 N m, is missed by so much, in um, at a reserve of 0, 0.05 and 0.3 of the torque:
+Of a motion k times as fast as another along the same path, accelerations and torques are k^2 times
+as large. With the weights of a slow one the tracker would pay more for the torques' changes that a
+fast one is made of than for leaving it, and of a horizon of a second its stages would be longer
+than a letter takes. The word that `fivebar draw --example` draws, in the least time of 20 N m, is
+missed by so much, in um, at a reserve of 0, 0.05 and 0.3 of the torque:
 
     tracker's own weights, 5 ms   -       34043   20370
     matched weights, 5 ms         -        6405     820
     matched, period_for: 0.5 ms   63         25      18
 
-With 0.02 to 100 N m the last line is 55 to 121, 5 to 27 and 5 to 27: it no longer depends on how strong the robot is.
+With 0.02 to 100 N m the last line is 55 to 121, 5 to 27 and 5 to 27: it no longer depends on how
+strong the robot is.
 """
 
 from __future__ import annotations
@@ -44,18 +46,24 @@ COARSE = (
 
 
 def peak_acceleration(reference: Reference, start: float, duration: float) -> float:
-    """The largest acceleration of a motion, m/s^2, at rows at most half of the shortest period apart if it is short."""
+    """The largest acceleration of a motion, m/s^2, at rows at most half of the shortest period
+    apart if it is short.
+    """
     rows = int(np.clip(2 * duration / PERIODS[-1], 1000, 40_000))
     return float(np.hypot(*reference(start + np.linspace(0.0, duration, rows))[2].T).max())
 
 
 def missed(acceleration: float, period: float) -> float:
-    """a h^2 / 8, m: how far a torque held over a period leaves a motion whose acceleration changes by a within it."""
+    """a h^2 / 8, m: how far a torque held over a period leaves a motion whose acceleration changes
+    by a within it.
+    """
     return acceleration * period**2 / 8
 
 
 def period_for(robot: Robot, acceleration: float) -> float:
-    """The longest of PERIODS, s, in which that is at most SHOWN, less for a small robot; or the shortest."""
+    """The longest of PERIODS, s, in which that is at most SHOWN, less for a small robot; or the
+    shortest.
+    """
     shown = SHOWN / _smaller(robot)
     return next(
         (period for period in PERIODS if missed(acceleration, period) <= shown), PERIODS[-1]
@@ -63,7 +71,9 @@ def period_for(robot: Robot, acceleration: float) -> float:
 
 
 def _smaller(robot):
-    """How many times a robot is smaller than the one that weights were chosen for; 1 of larger ones."""
+    """How many times a robot is smaller than the one that weights were chosen for; 1 of larger
+    ones.
+    """
     return max(1.0, SIZE / min(*robot.distal, *(drive.length for drive in robot.drives)))
 
 
@@ -74,8 +84,9 @@ def asks_for_it(
     torque_limit: float | None,
     working: tuple[int, int],
 ) -> float | None:
-    """The peak acceleration of a motion with start and duration if it is fast, but in reach of this limit and period;
-    else None."""
+    """The peak acceleration of a motion with start and duration if it is fast, but in reach of this
+    limit and period; else None.
+    """
     peak = peak_acceleration(motion, motion.start, motion.duration)
     if not peak > FAST or missed(peak, period) > COARSE * min(robot.distal):
         return None
@@ -93,7 +104,9 @@ def asks_for_it(
 def matched(
     robot: Robot, acceleration: float, period: float, torque_limit: float | None, assembly: int
 ) -> Tracker:
-    """A Tracker for motions that are in reach of the torque limit, by their peak acceleration, m/s^2."""
+    """A Tracker for motions that are in reach of the torque limit, by their peak acceleration,
+    m/s^2.
+    """
     share = min(1.0, USUAL / max(acceleration, 1e-9))
     rate = RATE / (ARM * moved(robot)) * share if moved(robot) else None
     return Tracker(

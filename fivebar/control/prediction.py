@@ -1,7 +1,7 @@
 """What the tracker predicts by: one sample of the motion, the horizon, and what a state shows.
 
-The state is that of the four bars, (a, a'): no mode, and regular at Type 1 and at Type 2, so that a horizon may lie
-across both, where a model in joint or in task coordinates ends.
+The state is that of the four bars, (a, a'): no mode, and regular at Type 1 and at Type 2, so that a
+horizon may lie across both, where a model in joint or in task coordinates ends.
 """
 
 from __future__ import annotations
@@ -25,10 +25,12 @@ JOINTS, RATES = [0, 2], [4, 6]  # the active ones' places in it
 
 
 class Model:
-    """Compiled functions, called through buffers; arrays they return are overwritten by the next call.
+    """Compiled functions, called through buffers; arrays they return are overwritten by the next
+    call.
 
-    step: (state, tau) -> state a period later; rollout: (state, taus (N, 2)) -> states (N, 8), their slopes [A B]
-    (N, 8, 10) and, as look gives them of one state, (xi, xi') (N, 4) and its slope (N, 4, 8).
+    step: (state, tau) -> state a period later; rollout: (state, taus (N, 2)) -> states (N, 8),
+    their slopes [A B] (N, 8, 10) and, as look gives them of one state, (xi, xi') (N, 4) and its
+    slope (N, 4, 8).
     """
 
     def __init__(self, robot: Robot, lengths: tuple[float, ...], jit: bool | str) -> None:
@@ -39,14 +41,17 @@ class Model:
 
 @lru_cache(maxsize=64)
 def sample(robot: Robot) -> ca.Function:
-    """(state, tau, length) -> the state a sample later, on the closed loop, and its slopes A, B before it is closed."""
+    """(state, tau, length) -> the state a sample later, on the closed loop, and its slopes A, B
+    before it is closed.
+    """
     x, tau, h = ca.SX.sym("x", SIZE), ca.SX.sym("tau", 2), ca.SX.sym("h")
 
     def slope(state):
         rates = CHART.turned(robot, *halves(state, CHART), None)
         return ca.vertcat(state[CHART.size :], *CHART.accelerations(forward_dynamics(rates, tau)))
 
-    # The midpoint rule, with the derivative of the slope taken once, at the midpoint: of second order, like the rule.
+    # The midpoint rule, with the derivative of the slope taken once, at the midpoint: of second
+    # order, like the rule.
     middle = ca.SX.sym("middle", SIZE)
     k = slope(middle)
     slope_at = ca.Function(

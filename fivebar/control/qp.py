@@ -1,4 +1,6 @@
-"""The tracker's problem in one sample: residuals on the horizon condensed to a QP, its solution and their check."""
+"""The tracker's problem in one sample: residuals on the horizon condensed to a QP, its solution and
+their check.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,8 @@ class Status(IntEnum):
 
 
 def stage_lengths(horizon: int, period: float, seconds: float | None = None) -> tuple[float, ...]:
-    """`horizon` stages, the first of a period, growing by a constant factor to `seconds` in all: coarse far ahead.
+    """`horizon` stages, the first of a period, growing by a constant factor to `seconds` in all:
+    coarse far ahead.
 
     Without `seconds`: 1 s, or what stages of at most 0.14 s give.
     """
@@ -48,19 +51,22 @@ def stage_lengths(horizon: int, period: float, seconds: float | None = None) -> 
 
 
 def riccati(period: float, position: float, acceleration: float) -> np.ndarray:
-    """Cost-to-go (2, 2) of an error and its rate under sampled acceleration: the discrete Riccati equation's solution.
+    """Cost-to-go (2, 2) of an error and its rate under sampled acceleration: the discrete Riccati
+    equation's solution.
 
-    Where no limit acts, the torques and the end-effector's acceleration determine each other, so the error obeys a
-    double integrator in x and in y, and this is what its optimal control costs after the horizon's end. With equal
-    stages the horizon then acts as an infinite one, whose cost falls along the motion.
+    Where no limit acts, the torques and the end-effector's acceleration determine each other, so
+    the error obeys a double integrator in x and in y, and this is what its optimal control costs
+    after the horizon's end. With equal stages the horizon then acts as an infinite one, whose cost
+    falls along the motion.
     """
     A, G = (
         np.array([[1.0, period], [0.0, 1.0]]),
         np.array([[period**4 / 4, period**3 / 2], [period**3 / 2, period**2]]),
     )
     G, P = G / acceleration**2, np.diag([position**2, 0.0])
-    # Doubling: each turn squares the number of samples looked ahead. SciPy's solve_discrete_are loses: with our
-    # weights at 0.1 ms it has 9e-13 where this has 9e-15, it refuses some others, and takes 1 to 2 times as long.
+    # Doubling: each turn squares the number of samples looked ahead. SciPy's solve_discrete_are
+    # loses: with our weights at 0.1 ms it has 9e-13 where this has 9e-15, it refuses some others,
+    # and takes 1 to 2 times as long.
     for _ in range(60):
         W = np.linalg.inv(np.eye(2) + G @ P)
         gained = A.T @ P @ W @ A
@@ -71,11 +77,13 @@ def riccati(period: float, position: float, acceleration: float) -> np.ndarray:
 
 
 class Condenser:
-    """Gauss-Newton: residuals of the horizon as linear functions of its scaled torques, and from them H and g.
+    """Gauss-Newton: residuals of the horizon as linear functions of its scaled torques, and from
+    them H and g.
 
-    Residuals: position (m) after each stage; acceleration (m/s^2), the velocity error's change over it; change of
-    torque. A stage counts by its length. The last position and velocity carry the terminal cost. NumPy's products
-    take a quarter of the time of the same operations in CasADi's virtual machine.
+    Residuals: position (m) after each stage; acceleration (m/s^2), the velocity error's change over
+    it; change of torque. A stage counts by its length. The last position and velocity carry the
+    terminal cost. NumPy's products take a quarter of the time of the same operations in CasADi's
+    virtual machine.
     """
 
     def __init__(
@@ -88,7 +96,8 @@ class Condenser:
         size: int,
     ) -> None:
         N, n = len(lengths), 2 * len(lengths)
-        # State before each stage, and its torque, by scaled torques: [A B] times that is the state after it.
+        # State before each stage, and its torque, by scaled torques: [A B] times that is the state
+        # after it.
         self.known = np.zeros((N + 1, size + 2, n))
         for k in range(N):
             self.known[k, size:, 2 * k : 2 * k + 2] = scale * np.eye(2)
@@ -124,12 +133,13 @@ class Condenser:
     ) -> tuple[np.ndarray, np.ndarray]:
         """H (2N, 2N) and g (2N,) of 1/2 v'Hv + g'v, v the scaled torques (N x 2).
 
-        e0 (4,), e (N, 4): errors in position and velocity of the predicted motion, now and after each stage.
-        AB (N, size, size + 2): that motion's derivatives by state and torque.
+        e0 (4,), e (N, 4): errors in position and velocity of the predicted motion, now and after
+        each stage. AB (N, size, size + 2): that motion's derivatives by state and torque.
         C (N, 4, size): those of position and velocity.
         previous (2,): the scaled torque before.
         guess (2N,): those of the prediction.
-        arcs: (errors (N, k) m of k of the state's coordinates, where these are, their levers) that count as positions.
+        arcs: (errors (N, k) m of k of the state's coordinates, where these are, their levers) that
+            count as positions.
         """
         for slope, (before, after) in zip(AB, self.stages):
             np.dot(slope, before, out=after)
@@ -159,7 +169,9 @@ class Condenser:
 
 
 class QP:
-    """min 1/2 v'Hv + g'v, low <= v <= high, rows v <= upper: solved, and not believed before it is checked."""
+    """min 1/2 v'Hv + g'v, low <= v <= high, rows v <= upper: solved, and not believed before it is
+    checked.
+    """
 
     def __init__(
         self, n: int, rows: int, solver: str = SOLVER, options: dict | None = None
@@ -179,8 +191,10 @@ class QP:
         low: np.ndarray,
         high: np.ndarray,
     ) -> tuple[np.ndarray, int, Status]:
-        """(v, iterations, status). DAQP's own count does not come through CasADi; it begins with no bound in force and
-        adds at most one in each iteration, so given is the least: the bounds in force at the solution, and one."""
+        """(v, iterations, status). DAQP's own count does not come through CasADi; it begins with no
+        bound in force and adds at most one in each iteration, so given is the least: the bounds in
+        force at the solution, and one.
+        """
         none, zero, multipliers, empty = self.cold
         try:
             v, _, forces, pushes = self.call(
@@ -209,8 +223,10 @@ def optimality(
     v: np.ndarray,
     forces: np.ndarray,
 ) -> float:
-    """How far v is from optimal, 0 at the solution, nan where it is nan: the length of a projected gradient step, and
-    of the least of each row's gap and multiplier (`forces`), relative to the largest unknown or multiplier."""
+    """How far v is from optimal, 0 at the solution, nan where it is nan: the length of a projected
+    gradient step, and of the least of each row's gap and multiplier (`forces`), relative to the
+    largest unknown or multiplier.
+    """
     slope = H @ v
     slope += g
     if len(upper):

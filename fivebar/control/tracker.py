@@ -1,4 +1,6 @@
-"""A model-predictive tracker: nonlinear MPC by real-time iteration, usable wherever a controller is."""
+"""A model-predictive tracker: nonlinear MPC by real-time iteration, usable wherever a controller
+is.
+"""
 
 from __future__ import annotations
 
@@ -29,8 +31,9 @@ MOST_STAGES, MOST_DELAY = (
     500,
     1000,
 )  # of a horizon, whose time and memory grow with the square; samples
-# Of the torque's noise, and of the change of the disturbance per sample, in units of the torque scale: with exact and
-# with rounded angles. Less noise lets the disturbance follow a wrong mass more slowly, more follows the rounding.
+# Of the torque's noise, and of the change of the disturbance per sample, in units of the torque
+# scale: with exact and with rounded angles. Less noise lets the disturbance follow a wrong mass
+# more slowly, more follows the rounding.
 TORQUE_NOISE, WALK, WALK_ROUNDED = 3e-3, 3e-3, 3e-4
 RATE, ARM = 6.0, 10.0  # of the torques' change, over their scale; of that, rad/s^2 (m/s^2)
 TORQUE_RATE, FORCE_RATE = (
@@ -40,8 +43,9 @@ TORQUE_RATE, FORCE_RATE = (
 
 
 class Log(NamedTuple):
-    """A tracker's steps since its reset, k of them: t (k,) s; solve_time (k,) s, of the whole step; iterations (k,) of
-    the QP; status (k,), of `Status`; disturbance (k, 2) N m, estimated."""
+    """A tracker's steps since its reset, k of them: t (k,) s; solve_time (k,) s, of the whole step;
+    iterations (k,) of the QP; status (k,), of `Status`; disturbance (k, 2) N m, estimated.
+    """
 
     t: np.ndarray
     solve_time: np.ndarray
@@ -51,14 +55,17 @@ class Log(NamedTuple):
 
 
 class Tracker:
-    """Nonlinear model-predictive tracking of an end-effector motion, one Gauss-Newton step per sample.
+    """Nonlinear model-predictive tracking of an end-effector motion, one Gauss-Newton step per
+    sample.
 
-    Called (t, q, q_dot, reference) -> tau (2,) N m, once each period; a time that does not increase resets it. The
-    reference, for arrays of times too, is read over the horizon ahead. Linearised about the last plan, shifted, in the
-    four bars: regular at Type 1 and Type 2, so it goes on through both. Of a plan that is free of modes the elbows are
-    followed besides: at Type 1 the end-effector does not tell on which side a leg goes on. The cost beyond the horizon
-    is a Riccati equation's. A constant disturbance of the torques is estimated and taken away, so at rest there is no
-    offset.
+    Called (t, q, q_dot, reference) -> tau (2,) N m, once each period; a time that does not increase
+    resets it. The reference, for arrays of times too, is read over the horizon ahead. Linearised
+    about the last plan, shifted, in the
+    four bars: regular at Type 1 and Type 2, so it goes on through both. Of a plan that is free of
+        modes the elbows are
+    followed besides: at Type 1 the end-effector does not tell on which side a leg goes on. The cost
+    beyond the horizon is a Riccati equation's. A constant disturbance of the torques is estimated
+    and taken away, so at rest there is no offset.
 
     horizon: stages ahead, the first a period, growing so that all cover `seconds`.
     period: s.
@@ -66,17 +73,19 @@ class Tracker:
     torque_limit: N m.
     speed_limit: rad/s of either active joint, kept unless that is impossible.
     delay: samples between a measurement and its torque, bridged by prediction.
-    encoder_resolution: rad, where joint angles are rounded to it: the rates are then estimated from the angles.
-    position, acceleration, torque_rate: weights of residuals whose squares are summed, 1/m, s^2/m (their ratio is the
-        square of the error's bandwidth in 1/s), 1/(N m), by default 100, of a biglide 0.15, of a
-        robot with gravity, friction or heavy bars as much by its own inertia.
-    assembly: mode in which the first measurement is read; from there on it is followed by prediction, as at Type 2 the
-        joints do not tell it.
+    encoder_resolution: rad, where joint angles are rounded to it: the rates are then estimated from
+        the angles.
+    position, acceleration, torque_rate: weights of residuals whose squares are summed, 1/m, s^2/m
+        (their ratio is the square of the error's bandwidth in 1/s), 1/(N m), by default 100, of a
+        biglide 0.15, of a robot with gravity, friction or heavy bars as much by its own inertia.
+    assembly: mode in which the first measurement is read; from there on it is followed by
+        prediction, as at Type 2 the joints do not tell it.
     jit: as in `compile`.
 
-    `log` reports the steps. Where the QP fails or its solution does not stand the check, the torque is that of computed
-    torque (PD near Type 2), clipped. ValueError for options that make no sense and calls that are not a period apart;
-    SingularityError or UnreachableError where the first measurement gives no motion.
+    `log` reports the steps. Where the QP fails or its solution does not stand the check, the torque
+    is that of computed torque (PD near Type 2), clipped. ValueError for options that make no sense
+    and calls that are not a period apart; SingularityError or UnreachableError where the first
+    measurement gives no motion.
     """
 
     @takes(
@@ -141,10 +150,11 @@ class Tracker:
             )
         except np.linalg.LinAlgError:
             raise ValueError(
-                f"the tracker's position, acceleration and torque_rate are too different for one cost: {position:g}, "
-                f"{acceleration:g}, {torque_rate:g}"
+                "the tracker's position, acceleration and torque_rate are too different for one"
+                f" cost: {position:g}, {acceleration:g}, {torque_rate:g}"
             ) from None
-        # Of a joint speed over its limit, per rad/s: more than any tracking error within the robot's size may cost.
+        # Of a joint speed over its limit, per rad/s: more than any tracking error within the
+        # robot's size may cost.
         self.price = sum(self.lengths) / period * (position * max(robot.distal)) ** 2
         self._bounds(2 * horizon)
         self.levers = [drive.length for drive in robot.drives]
@@ -211,7 +221,8 @@ class Tracker:
             return True
         if abs(t - self.last - self.period) > self.period / 2:
             raise ValueError(
-                f"a tracker made for a period of {self.period:g} s was called again after {t - self.last:g} s"
+                f"a tracker made for a period of {self.period:g} s was called again after"
+                f" {t - self.last:g} s"
             )
         return self.estimator.follow(self.sent.pop(0), q, q_dot)
 
@@ -227,8 +238,8 @@ class Tracker:
         xi, xi_dot, _ = reference(t + self.ahead)
         if np.shape(xi) != (self.horizon + 1, 2):
             raise ValueError(
-                f"the tracker reads its reference at {self.horizon + 1} times at once, and got positions of shape "
-                f"{np.shape(xi)}"
+                f"the tracker reads its reference at {self.horizon + 1} times at once, and got"
+                f" positions of shape {np.shape(xi)}"
             )
         known = self.estimator
         state = known.state
@@ -241,7 +252,8 @@ class Tracker:
         if not predicted or predicted[0][-1] > max(
             ASTRAY * min(self.robot.distal), 2 * math.hypot(*now[:2])
         ):
-            # The last plan, shifted, leads astray: the reference's own torques may be the better beginning.
+            # The last plan, shifted, leads astray: the reference's own torques may be the better
+            # beginning.
             tau = reference_torques(
                 self.robot, known.margins, reference, t + self.period * self.delay + self.middles
             )
@@ -268,12 +280,15 @@ class Tracker:
         return self.qp(H, g, self.rows, self.upper, self.low, self.high)
 
     def _predict(self, state, guess, target):
-        """States, slopes and errors over the horizon, how many of its stages count, and the largest error of these."""
+        """States, slopes and errors over the horizon, how many of its stages count, and the largest
+        error of these.
+        """
         N = self.horizon
         torques = self.scale * guess.reshape(N, 2) + self.estimator.disturbance
         states, AB, motion, C = (array.copy() for array in self.model.rollout(state, torques))
         AB, error = AB.reshape(N, SIZE, SIZE + 2), motion - target[1:]
-        # Where a bar turns so far in a stage, the rule of the prediction says nothing, nor of what comes after.
+        # Where a bar turns so far in a stage, the rule of the prediction says nothing, nor of what
+        # comes after.
         turns = np.abs(states[:, CHART.size :]).max(axis=1) * self.lengths
         ends = int(
             np.argmin(np.append((turns < FARTHEST) & np.isfinite(AB).all(axis=(1, 2)), False))
@@ -294,7 +309,9 @@ class Tracker:
 
 
 def _differentiable(robot, longest):
-    """The robot whose dry friction is smoothed: over rates at which it stops no drive within the longest stage."""
+    """The robot whose dry friction is smoothed: over rates at which it stops no drive within the
+    longest stage.
+    """
     if not loads_of(robot).sticks:
         return robot
     return smoothed(

@@ -17,7 +17,8 @@ from ..models.physics import loads_of
 if TYPE_CHECKING:
     from ..models.robots import Biglide, FiveBar
 
-# Whether drives turn -> per leg what messages call the distal inertia, and what of a drive's inertia it is added to.
+# Whether drives turn -> per leg what messages call the distal inertia, and what of a drive's
+# inertia it is added to.
 NAMES = {
     True: (("zz12", "(l12 / l11)^2"), ("zz22", "(l22 / l21)^2")),
     False: (("zz1", "l1^2"), ("zz2", "l2^2")),
@@ -26,9 +27,11 @@ SIDES = 36  # of the grid on which a pose that closes is looked for
 
 
 class Body(NamedTuple):
-    """A rigid body: kg, its centre of mass along and across the bar from its first joint, m, inertia about it, kg m^2.
+    """A rigid body: kg, its centre of mass along and across the bar from its first joint, m,
+    inertia about it, kg m^2.
 
-    The inertia is taken about all three axes: those out of the plane do no work, and so no triangle of them is broken.
+    The inertia is taken about all three axes: those out of the plane do no work, and so no triangle
+        of them is broken.
     """
 
     mass: float
@@ -39,9 +42,11 @@ class Body(NamedTuple):
 
 @dataclass(frozen=True)
 class Leg:
-    """A leg of the opened tree: its drive's body, which turns or slides at (base, 0), and its distal bar's.
+    """A leg of the opened tree: its drive's body, which turns or slides at (base, 0), and its
+    distal bar's.
 
-    proximal: length, m, None for a slider. viscous, coulomb: of the drive's joint and of the passive one.
+    proximal: length, m, None for a slider. viscous, coulomb: of the drive's joint and of the
+        passive one.
     """
 
     number: int
@@ -68,8 +73,9 @@ class Leg:
 
 
 class _Moments(NamedTuple):
-    """What a leg has beside the drive's inertia: first moments of the drive, kg m; inertia, kg m^2, and first moment
-    across of the distal bar."""
+    """What a leg has beside the drive's inertia: first moments of the drive, kg m; inertia, kg m^2,
+    and first moment across of the distal bar.
+    """
 
     mx: float
     my: float
@@ -85,14 +91,16 @@ def _moments(robot):
 
 
 def legs_of(robot: FiveBar | Biglide) -> tuple[Leg, Leg]:
-    """Both legs of bodies with positive masses and inertias that together are the robot, exactly; ValueError if none.
+    """Both legs of bodies with positive masses and inertias that together are the robot, exactly;
+    ValueError if none.
 
-    A bar of mass m2 with its centre at (x, y) and inertia J about its pivot is a mass m2 - s at the pivot, s = m2 x / l
-    at the end-effector, J - s l^2 that turns with it and m2 y across it. So s_1 + s_2 = m, and in each leg with
-    k = zz / l_1^2 (of a slider its mass) what is left for the drive's body, (k + s - m2) l_1^2, and the bar's inertia
-    about its centre, zz_2 + s l^2 - (s^2 l^2 + my^2) / m2, have to be > 0. Such an m2 exists where
-    s (zz_2 + k l^2) > my^2 - k zz_2: the masses s are put in the middle of what that allows, and m2 so too. Mass at a
-    drive's own axis changes nothing: there is as much of it as its first moment needs.
+    A bar of mass m2 with its centre at (x, y) and inertia J about its pivot is a mass m2 - s at the
+    pivot, s = m2 x / l at the end-effector, J - s l^2 that turns with it and m2 y across it. So s_1
+    + s_2 = m, and in each leg with k = zz / l_1^2 (of a slider its mass) what is left for the
+    drive's body, (k + s - m2) l_1^2, and the bar's inertia about its centre, zz_2 + s l^2 - (s^2
+    l^2 + my^2) / m2, have to be > 0. Such an m2 exists where s (zz_2 + k l^2) > my^2 - k zz_2: the
+    masses s are put in the middle of what that allows, and m2 so too. Mass at a drive's own axis
+    changes nothing: there is as much of it as its first moment needs.
     """
     if any(map(is_symbolic, parameters_of(robot))):
         raise ValueError(
@@ -110,15 +118,16 @@ def legs_of(robot: FiveBar | Biglide) -> tuple[Leg, Leg]:
         stiff = own.zz + carried * bar**2
         if not stiff > 0:
             raise ValueError(
-                f"no bodies of positive mass move as leg {k + 1} of this robot: with {sort} = {z:g} and "
-                f"{name} = {own.zz:g} is {name} + {sort} {scale} = {stiff:g}, but it must be above 0"
+                f"no bodies of positive mass move as leg {k + 1} of this robot: with {sort} = {z:g}"
+                f" and {name} = {own.zz:g} is {name} + {sort} {scale} = {stiff:g}, but it must be"
+                " above 0"
             )
         least.append((own.across**2 - carried * own.zz) / stiff)
     if not robot.m > sum(least):
         raise ValueError(
-            f"no bodies of positive mass move as this robot: m = {robot.m:g} kg must be above {sum(least):.6g} kg, as "
-            "only a share of it gives the distal bars an inertia; a small mass dm more than that is the smallest "
-            "addition, and costs the drives dm J^T xi''"
+            f"no bodies of positive mass move as this robot: m = {robot.m:g} kg must be above"
+            f" {sum(least):.6g} kg, as only a share of it gives the distal bars an inertia; a small"
+            " mass dm more than that is the smallest addition, and costs the drives dm J^T xi''"
         )
     spare = (robot.m - sum(least)) / 2
     return tuple(_leg(robot, k, share + spare, moments[k]) for k, share in enumerate(least))
@@ -151,7 +160,9 @@ def _leg(robot, k, share, own):
 
 
 def start_of(robot: FiveBar | Biglide, start: Pose | None) -> Pose:
-    """The pose in which a file shows the robot: the given one, else q = (0, 0), else the most regular of a grid."""
+    """The pose in which a file shows the robot: the given one, else q = (0, 0), else the most
+    regular of a grid.
+    """
     if start is not None:
         if not isinstance(start, Pose):
             raise TypeError(f"start must be a Pose, as dgm and igm give, not {start!r}")

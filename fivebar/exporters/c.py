@@ -1,4 +1,6 @@
-"""C99 of compiled models: one header, no allocation, float or double; and any casadi.Function as a C function."""
+"""C99 of compiled models: one header, no allocation, float or double; and any casadi.Function as a
+C function.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,8 @@ typedef double fivebar_real;
 
 
 def _number(value):
-    # A macro gives it the suffix of a float: a double in an expression would take all of it to double.
+    # A macro gives it the suffix of a float: a double in an expression would take all of it to
+    # double.
     text = {ca.inf: "INFINITY", -ca.inf: "-INFINITY"}.get(value, f"FIVEBAR_({float(value)!r})")
     return "NAN" if value != value else text
 
@@ -51,9 +54,11 @@ LANGUAGE = Language(
 
 
 def to_c(function: ca.Function, name: str, about: str = "", safe: bool = False) -> str:
-    """A static C function of this name: its inputs, then its outputs, vectors as x[n], matrices as x[rows][columns].
+    """A static C function of this name: its inputs, then its outputs, vectors as x[n], matrices as
+    x[rows][columns].
 
-    It returns 0, or 1 where a result is not finite, which with safe is then 0. about: for the comment above it.
+    It returns 0, or 1 where a result is not finite, which with safe is then 0. about: for the
+    comment above it.
     """
     arguments = [_argument(function, k, False) for k in range(function.n_in())]
     arguments += [_argument(function, k, True) for k in range(function.n_out())]

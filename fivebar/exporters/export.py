@@ -58,16 +58,19 @@ def export(
     functions: Iterable[str] | None = None,
     name: str | None = None,
 ) -> str:
-    """The robot in another program's format, as a text: "mjcf", "urdf", "sdf", or "c", one C99 header.
+    """The robot in another program's format, as a text: "mjcf", "urdf", "sdf", or "c", one C99
+    header.
 
-    Simulators get bodies that move exactly as the base parameters do (`bodies.legs_of`); their joints' coordinates are
-    ours. Each file says in its head how its simulator closes the loop, and with what error.
+    Simulators get bodies that move exactly as the base parameters do (`bodies.legs_of`); their
+    joints' coordinates are ours. Each file says in its head how its simulator closes the loop, and
+    with what error.
 
-    out: path or open text file to write it to as well, whole or not at all. name: of the model, and what all names in C
-    begin with (None: fivebar or biglide).
-    start: the pose shown, (None: q = (0, 0) where it closes). step: s, the simulator's (None: 1 ms). closure: of SDF,
-    "constraint" for Drake (None), "joint" for Gazebo. functions: of C, which of `header.NAMES` (None: all).
-    ValueError for an option of another format, and for a robot that no bodies of positive mass move as.
+    out: path or open text file to write it to as well, whole or not at all. name: of the model, and
+    what all names in C begin with (None: fivebar or biglide).
+    start: the pose shown, (None: q = (0, 0) where it closes). step: s, the simulator's (None: 1
+    ms). closure: of SDF, "constraint" for Drake (None), "joint" for Gazebo. functions: of C, which
+    of `header.NAMES` (None: all). ValueError for an option of another format, and for a robot that
+    no bodies of positive mass move as.
     """
     options = dict(start=start, step=step, closure=closure, functions=functions)
     given = {key: value for key, value in options.items() if value is not None}

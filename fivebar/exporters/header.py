@@ -42,7 +42,10 @@ MODELS = {
     "ikm2": (
         ["xi", "xi_dot", "xi_ddot", "working"],
         ["q", "q_dot", "q_ddot"],
-        "Inverse models to accelerations: what a controller follows, of a motion of the end-effector.",
+        (
+            "Inverse models to accelerations: what a controller follows, of a motion of the"
+            " end-effector."
+        ),
         False,
     ),
     "dynamic_model": (["q", "q_dot", "assembly"], ["M", "c"], "tau = M q_ddot + c.", True),
@@ -87,7 +90,8 @@ COULOMB = """\
 
 
 def header(robot: FiveBar | Biglide, name: str, functions: Iterable[str] | None = None) -> str:
-    """The robot's models as C; functions: which of NAMES (None: all that a robot of its masses has).
+    """The robot's models as C; functions: which of NAMES (None: all that a robot of its masses
+    has).
 
     name: what the names of all begin with.
     """
@@ -145,7 +149,9 @@ def _function(robot, name, prefix):
 
 
 def controller(robot: FiveBar | Biglide) -> ca.Function:
-    """`ComputedTorque.law` of (q, q_dot, q_ref, q_ref_dot, q_ref_ddot, kp, kd, assembly), gains one per joint."""
+    """`ComputedTorque.law` of (q, q_dot, q_ref, q_ref_dot, q_ref_ddot, kp, kd, assembly), gains one
+    per joint.
+    """
     names = "q", "q_dot", "q_ref", "q_ref_dot", "q_ref_ddot", "kp", "kd"
     q, q_dot, *others = [ca.SX.sym(name, 2) for name in names]
     assembly = ca.SX.sym("assembly")

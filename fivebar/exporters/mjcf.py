@@ -60,7 +60,8 @@ COLOURS = "0 0.447 0.698 1", "0.835 0.369 0 1"  # left, right
 
 
 def mjcf(robot: FiveBar | Biglide, name: str, start: Pose, step: float = 0.001) -> str:
-    """The robot as MJCF, its joints' coordinates those of the robot; loaded it stands in the pose start, closed.
+    """The robot as MJCF, its joints' coordinates those of the robot; loaded it stands in the pose
+    start, closed.
 
     step: s, the time step; the constraint's time constant is four of them.
     """
@@ -128,5 +129,8 @@ def _inertial(body):
 
 
 def _dynamics(viscous, coulomb, constant):
-    soft = f'frictionloss="{coulomb!r}" solreffriction="{constant!r} 1" solimpfriction="0.9999 0.9999 0.001"'
+    soft = (
+        f'frictionloss="{coulomb!r}" solreffriction="{constant!r} 1" solimpfriction="0.9999 0.9999'
+        ' 0.001"'
+    )
     return f' damping="{viscous!r}"' * bool(viscous) + f"\n        {soft}" * bool(coulomb)

@@ -1,4 +1,6 @@
-"""SDF: the opened tree with Drake's constraint on its tips, or with the loop's own joint, as Gazebo reads it."""
+"""SDF: the opened tree with Drake's constraint on its tips, or with the loop's own joint, as Gazebo
+reads it.
+"""
 
 from __future__ import annotations
 
@@ -18,15 +20,19 @@ Gravity is the world's; Drake does not read it: set it to ({gx!r}, {gy!r}, 0) m/
 Its bodies move as the robot's base parameters do; their single masses are a choice that does not show in the motion.
 """
 CLOSED = {
-    "constraint": """\
+    "constraint": (
+        """\
 Its loop is open in SDF's own terms, and closed by drake:ball_constraint: for a MultibodyPlant with a time step and the
 contact approximation kLagged. Of order 1: in steps of 1 ms 2 s of the lab's robot end with errors of 1e-4 rad and a
 gap of 1e-8 m. Joints' coordinates are the robot's; it closes for instance at
-{angles}.""",
-    "joint": """\
+{angles}."""
+    ),
+    "joint": (
+        """\
 Its loop is closed by the joint tip, as Gazebo Classic reads it, and Gazebo where its physics takes closed chains; Drake
 takes none. It stands in a closed pose, from which all joints count: the robot's coordinates are theirs and
-{angles}.""",
+{angles}."""
+    ),
 }
 COULOMB = """
 Coulomb friction of the drives is in it for Gazebo; Drake does not apply it."""
@@ -98,10 +104,11 @@ def sdf(
     closure: str = "constraint",
     step: float = 0.001,
 ) -> str:
-    """The robot as an SDF world. closure: "constraint" for Drake, joints counted as the robot's; "joint" for Gazebo.
+    """The robot as an SDF world. closure: "constraint" for Drake, joints counted as the robot's;
+    "joint" for Gazebo.
 
-    start: the pose in which a world with the loop's joint begins, from which its joints count, and which is told
-    otherwise. step: s, of the world's physics.
+    start: the pose in which a world with the loop's joint begins, from which its joints count, and
+    which is told otherwise. step: s, of the world's physics.
     """
     legs, joined = legs_of(robot), closure == "joint"
     gx, gy = robot.gravity
@@ -159,7 +166,8 @@ def _leg(leg, q, passive):
 def _inertial(body):
     j = repr(body.inertia)
     return (
-        f"<pose>{body.x!r} {body.y!r} 0 0 0 0</pose><mass>{body.mass!r}</mass><inertia><ixx>{j}</ixx><iyy>{j}</iyy>"
+        f"<pose>{body.x!r} {body.y!r} 0 0 0"
+        f" 0</pose><mass>{body.mass!r}</mass><inertia><ixx>{j}</ixx><iyy>{j}</iyy>"
         f"<izz>{j}</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia>"
     )
 

@@ -1,4 +1,6 @@
-"""URDF: the opened tree, which is all that URDF can say, and how Pinocchio, Drake and MuJoCo close it."""
+"""URDF: the opened tree, which is all that URDF can say, and how Pinocchio, Drake and MuJoCo close
+it.
+"""
 
 from __future__ import annotations
 
@@ -66,14 +68,22 @@ LEG = """\
   </transmission>
 """
 # Written down, as some readers give a link without masses 1 kg.
-NOTHING = '<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>'
+NOTHING = (
+    '<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0"'
+    ' iyz="0"/></inertial>'
+)
 CRANK = 'type="continuous"><axis xyz="0 0 1"/>'
 # A prismatic joint must have limits, and these guides have no ends.
-SLIDER = 'type="prismatic"><axis xyz="0 1 0"/><limit lower="-1e9" upper="1e9" effort="1e9" velocity="1e9"/>'
+SLIDER = (
+    'type="prismatic"><axis xyz="0 1 0"/><limit lower="-1e9" upper="1e9" effort="1e9"'
+    ' velocity="1e9"/>'
+)
 
 
 def urdf(robot: FiveBar | Biglide, name: str, start: Pose) -> str:
-    """The opened robot as URDF, its joints' coordinates those of the robot; start: the pose told in its comment."""
+    """The opened robot as URDF, its joints' coordinates those of the robot; start: the pose told in
+    its comment.
+    """
     legs = legs_of(robot)
     (gx, gy), bars = robot.gravity, [leg.names[1] for leg in legs]
     about = ABOUT.format(

@@ -1,4 +1,6 @@
-"""Checks a student's functions in a process of their own and says which misconception they fell for."""
+"""Checks a student's functions in a process of their own and says which misconception they fell
+for.
+"""
 
 from .exercise import Exercise, Misconception
 from .grade import check

@@ -28,7 +28,9 @@ class Wrong(AssertionError):
 
 @dataclass(frozen=True)
 class Asked:
-    """A verdict with the exercise and the robot that it is about; both None where the check judged by itself."""
+    """A verdict with the exercise and the robot that it is about; both None where the check judged
+    by itself.
+    """
 
     verdict: Verdict
     function: str = ""
@@ -37,7 +39,9 @@ class Asked:
 
 
 class Ask(Questions):
-    """The fixture `ask`: `ask(name, *columns)` judges one call per row, `ask.call` makes one, `ask.verdict` records."""
+    """The fixture `ask`: `ask(name, *columns)` judges one call per row, `ask.call` makes one,
+    `ask.verdict` records.
+    """
 
     def __init__(self, *questions: object):
         super().__init__(*questions)
@@ -55,18 +59,21 @@ class Ask(Questions):
         threshold: tuple[float, Callable] | None = None,
         probe: tuple[ArrayLike, ...] | None = None,
     ) -> None:
-        """Ask the student's function `name` for every row of the columns, (n,) each, and judge it by the exercise.
+        """Ask the student's function `name` for every row of the columns, (n,) each, and judge it
+        by the exercise.
 
-        robot: another than the student's; its numbers are set where the student's file names them. constants: more
-        names to set there, which it must hold. tolerance, refuse, threshold: of `judge`. probe: columns of
-        other rows, asked where something is wrong: what explains those, too,
+        robot: another than the student's; its numbers are set where the student's file names them.
+        constants: more names to set there, which it must hold. tolerance, refuse, threshold: of
+        `judge`. probe: columns of other rows, asked where something is wrong: what explains those,
+        too,
             is named. limit: seconds for one call. Raises Wrong
         unless all is right.
         """
         __tracebackhide__ = True
         if name not in self._exercises:
             raise LookupError(
-                f"exercises.py has no exercise {name!r}; it has {', '.join(self._exercises) or 'none'}"
+                f"exercises.py has no exercise {name!r}; it has"
+                f" {', '.join(self._exercises) or 'none'}"
             )
         self.asked.add(name)
         columns = [np.asarray(column) for column in columns]
@@ -118,7 +125,9 @@ class Ask(Questions):
         )
 
     def _saying_which(self, verdict, exercise, robot, columns, tolerance):
-        """The verdict with what is wrong in the function that it is consistent with, where that can be told."""
+        """The verdict with what is wrong in the function that it is consistent with, where that can
+        be told.
+        """
         texts = [*verdict.remarks, verdict.diagnosis.name if verdict.diagnosis else ""]
         for follow in exercise.follows:
             plain = consistent((follow,)).name
@@ -147,7 +156,8 @@ class Ask(Questions):
     def _probed(self, exercise, columns, tolerance, limit, silent):
         """The diagnosis of other rows, and of other numbers where the file lets them be set.
 
-        With m = 0.5 the factors 2 and 1/m are the same, and at home both working modes are; where no number came,
+        With m = 0.5 the factors 2 and 1/m are the same, and at home both working modes are; where
+        no number came,
             longer
         bars may give one.
         """
@@ -165,7 +175,9 @@ class Ask(Questions):
         return None
 
     def _with_others(self, longer):
-        """The robot with other masses and inertias, or with longer bars, and the file's constants for it."""
+        """The robot with other masses and inertias, or with longer bars, and the file's constants
+        for it.
+        """
         names = {
             name: own
             for name, own in self._constants.items()
@@ -177,12 +189,17 @@ class Ask(Questions):
         }
         if longer:
             other = {name: 2 * value for name, value in other.items()}
-        return replace(
-            self._robot, **{key: other[name] for name, own in names.items() for key in own}
-        ), other
+        return (
+            replace(
+                self._robot, **{key: other[name] for name, own in names.items() for key in own}
+            ),
+            other,
+        )
 
     def _raised_in_called(self, verdict, exercise, columns, limit):
-        """The verdict with the name of the function in which it fails, if that is another one of the lab's."""
+        """The verdict with the name of the function in which it fails, if that is another one of
+        the lab's.
+        """
         for follow in exercise.follows:
             if (
                 follow.function not in self._program.student.names
@@ -196,14 +213,19 @@ class Ask(Questions):
                 if reply.kind == "exception"
             }
             if verdict.line in lines - {None}:
-                hint = f"The error is raised in {follow.function}, which is called here: see to it first."
+                hint = (
+                    f"The error is raised in {follow.function}, which is called here: see to it"
+                    " first."
+                )
                 return replace(
                     verdict, diagnosis=Misconception(f"fails in your {follow.function}", hint, None)
                 )
         return verdict
 
     def call(self, name: str, *row: float, limit: float | None = None) -> object:
-        """The value that one call gives, arrays and floats as they came; Wrong where it gives none."""
+        """The value that one call gives, arrays and floats as they came; Wrong where it gives
+        none.
+        """
         __tracebackhide__ = True
         self.asked.add(name)
         (reply,) = self._replies(name, [row], {}, limit)
@@ -235,7 +257,9 @@ class Ask(Questions):
         came: str = "",
         off: float | None = None,
     ) -> None:
-        """Record the check's own judgement: share of the points in [0, 1] and why it is not 1. Wrong unless it is."""
+        """Record the check's own judgement: share of the points in [0, 1] and why it is not 1.
+        Wrong unless it is.
+        """
         __tracebackhide__ = True
         share = float(share)
         if not 0 <= share <= 1:
@@ -270,6 +294,7 @@ class Ask(Questions):
 def _not_your_robot(exercise, standard):
     return Misconception(
         "not your robot",
-        "These are the answers for the robot of the handout. Which lengths stand at the top of your own student.py?",
+        "These are the answers for the robot of the handout. Which lengths stand at the top of your"
+        " own student.py?",
         lambda robot, *columns: exercise.answer(standard, *columns),
     )

@@ -1,4 +1,6 @@
-"""Questions as columns (n,): the joints of batches of poses and motions, and 2 x 2 matrices on them."""
+"""Questions as columns (n,): the joints of batches of poses and motions, and 2 x 2 matrices on
+them.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ def pose(robot: Robot, q11: Array, q12: Array, q21: Array, q22: Array) -> Pose:
 
 
 def motion(robot: Robot, *row: Array) -> FourJointRates:
-    """Rates of which the four joints and their rates are known; its end-effector's velocity is not to be read."""
+    """Rates of which the four joints and their rates are known; its end-effector's velocity is not
+    to be read.
+    """
     q11D, q12D, q21D, q22D = row[4:]
     return four_joint_rates(pose(robot, *row[:4]), (q11D, q21D), (q12D, q22D))
 
@@ -32,9 +36,10 @@ def joints(pose: Pose) -> Columns:
 
 def joint_motion(rates: Rates) -> Columns:
     """The columns q11, q12, q21, q22, q11D, q12D, q21D, q22D of a batch of Rates."""
-    return *joints(rates.pose), *np.stack([rates.q_dot, rates.q_passive_dot], axis=-1).reshape(
-        -1, 4
-    ).T
+    return (
+        *joints(rates.pose),
+        *np.stack([rates.q_dot, rates.q_passive_dot], axis=-1).reshape(-1, 4).T,
+    )
 
 
 def resting(pose: Pose) -> Columns:

@@ -1,6 +1,8 @@
-"""Which mistake gives the student's numbers: a known one, two of them, one made in a function called, a plain relation.
+"""Which mistake gives the student's numbers: a known one, two of them, one made in a function
+called, a plain relation.
 
-Nothing is guessed: a mistake is named only if it gives all answers, right and wrong ones, within the tolerance.
+Nothing is guessed: a mistake is named only if it gives all answers, right and wrong ones, within
+    the tolerance.
 """
 
 from __future__ import annotations
@@ -24,11 +26,13 @@ EXACT, ROUNDED_PI, AFFINE = 1e-9, 1e-3, 1e-6  # of a wrong model's largest answe
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """What was asked and came, (n, k): expected nan where no answer exists; good, refused: (n,) bool.
+    """What was asked and came, (n, k): expected nan where no answer exists; good, refused: (n,)
+    bool.
 
-    raised: whether every row ended in an exception; deep: whether to look for two mistakes together, too.
-    own(follow) -> arrays (n, *shape) that the student's function of this name gives for the same rows, or None.
-    modelled(follow): whether those are a model with a mistake that can be named.
+    raised: whether every row ended in an exception; deep: whether to look for two mistakes
+    together, too. own(follow) -> arrays (n, *shape) that the student's function of this name gives
+    for the same rows, or None. modelled(follow): whether those are a model with a mistake that can
+    be named.
     """
 
     exercise: Exercise
@@ -54,7 +58,9 @@ class Answers:
     def alike(
         self, outcome: np.ndarray, turn: float = 2 * np.pi, slack: float = EXACT
     ) -> np.ndarray:
-        """Which numbers (n, k) are an outcome's. What is huge at a singularity says nothing about scale."""
+        """Which numbers (n, k) are an outcome's. What is huge at a singularity says nothing about
+        scale.
+        """
         close = np.maximum(self.limits, slack * largest(outcome[~self.none]))
         return self.difference(self.came, outcome, turn) <= close
 
@@ -64,7 +70,9 @@ class Answers:
         return found
 
     def fits(self, outcome: np.ndarray, alike: np.ndarray) -> bool:
-        """Whether all rows are as this outcome has them, and a wrong one unlike the right answer."""
+        """Whether all rows are as this outcome has them, and a wrong one unlike the right
+        answer.
+        """
         known, nothing = np.all(np.isfinite(self.came), axis=1), np.isnan(outcome[:, 0])
         same = np.all(alike, axis=1)
         fits = same | (~known & nothing) | self.refused
@@ -90,10 +98,11 @@ def largest(answers: np.ndarray) -> np.ndarray:
 
 
 def followed(answers: Answers) -> Misconception | None:
-    """Where a function that counts by itself is wrong and this one is right but for that: which one.
+    """Where a function that counts by itself is wrong and this one is right but for that: which
+    one.
 
-    Nothing follows from what is no model: with M = 1 and c = 0 the torques are the accelerations, whoever wrote them,
-    and M = q11 is no mistake in a derivation.
+    Nothing follows from what is no model: with M = 1 and c = 0 the torques are the accelerations,
+    whoever wrote them, and M = q11 is no mistake in a derivation.
     """
     for follow in answers.exercise.follows:
         steps = _own_steps(answers, (follow,)) if follow.counts else None
@@ -106,7 +115,9 @@ def followed(answers: Answers) -> Misconception | None:
 
 
 def _plain(answers, outcome):
-    """Whether an outcome (n, k) is affine in the arguments, so that it can be written without any model."""
+    """Whether an outcome (n, k) is affine in the arguments, so that it can be written without any
+    model.
+    """
     rows = np.all(np.isfinite(outcome), axis=1)
     if not rows.any():
         return False
@@ -169,7 +180,9 @@ def _with(exercise, steps):
 
 
 def _own_steps(answers, follows):
-    """The derivation's keywords for what these functions of the student's give; None where one is right."""
+    """The derivation's keywords for what these functions of the student's give; None where one is
+    right.
+    """
     steps = {}
     for follow in follows:
         own = answers.own(follow)
@@ -219,7 +232,9 @@ def _of_called(answers):
 
 
 def _in_parts(answers):
-    """Some parts of the answer are right, and each other one is as a known mistake has it: mistakes in one leg."""
+    """Some parts of the answer are right, and each other one is as a known mistake has it: mistakes
+    in one leg.
+    """
     exercise, starts = answers.exercise, _starts(answers)
     exact = answers.difference(answers.came, answers.expected) <= answers.limits
     right = _by_parts(exact | answers.refused[:, None], starts)
@@ -259,7 +274,8 @@ def _alone(exercise, starts, taken):
 
 
 def _starts(answers):
-    """The first number of each part of the answer that can be wrong alone: a matrix's row, else each number.
+    """The first number of each part of the answer that can be wrong alone: a matrix's row, else
+    each number.
 
     A row of a symmetric matrix cannot: both its rows come from the same product.
     """
@@ -284,7 +300,9 @@ def _by_parts(true, starts):
 
 
 def _pair(answers):
-    """Two slips in different steps, first those of which one explains a part of the answer already."""
+    """Two slips in different steps, first those of which one explains a part of the answer
+    already.
+    """
     exercise, starts = answers.exercise, _starts(answers)
     if not exercise.slips:
         return None

@@ -1,4 +1,6 @@
-"""What a lab asks of one function: its signature, the right model, and the wrong ones that students fall for."""
+"""What a lab asks of one function: its signature, the right model, and the wrong ones that students
+fall for.
+"""
 
 from __future__ import annotations
 
@@ -16,9 +18,11 @@ _SIGNATURE = re.compile(r"\s*(\w+)\s*\(([\w\s,]*)\)\s*->\s*(\w[\w\s,]*)")
 
 @dataclass(frozen=True)
 class Misconception:
-    """A wrong model with a name and a hint that leads without telling; `model` has the form of Exercise.answer.
+    """A wrong model with a name and a hint that leads without telling; `model` has the form of
+    Exercise.answer.
 
-    turn: one turn in the unit of the model's angles. idle: the answers say nothing of the robot, so nothing follows.
+    turn: one turn in the unit of the model's angles. idle: the answers say nothing of the robot, so
+        nothing follows.
     """
 
     name: str
@@ -30,7 +34,8 @@ class Misconception:
 
 @dataclass(frozen=True)
 class Slip:
-    """A wrong step of a derivation with its name and hint: `steps` are keywords of Exercise.derivation.
+    """A wrong step of a derivation with its name and hint: `steps` are keywords of
+    Exercise.derivation.
 
     A step that is done once per leg may be a pair (left, right), None where the leg's is right.
     """
@@ -56,8 +61,10 @@ class Slip:
 class Follow:
     """A function whose answers another one builds on: an error in it is not made twice.
 
-    first: how many of the arguments it takes; step: the derivation's keyword for its answers, arrays (n, *shape);
-    counts: whether what follows rightly from a wrong one earns its points, as the wrong one lost its own.
+    first: how many of the arguments it takes; step: the derivation's keyword for its answers,
+        arrays (n, *shape);
+    counts: whether what follows rightly from a wrong one earns its points, as the wrong one lost
+        its own.
     """
 
     function: str
@@ -70,9 +77,10 @@ class Follow:
 class Exercise:
     """One function of a lab: `Exercise("dgm(q11, q21, assembly_mode) -> x, y", answer, wrong)`.
 
-    answer(robot, *columns): the right model, on columns of shape (n,), gives one array (n, *shape) per returned name
-    (a single one need not be in a tuple), nan where the model has no answer. wrong: the Misconceptions. angles:
-    returned names compared modulo one turn. shapes: name -> shape of the returned names that are no plain numbers.
+    answer(robot, *columns): the right model, on columns of shape (n,), gives one array (n, *shape)
+    per returned name (a single one need not be in a tuple), nan where the model has no answer.
+    wrong: the Misconceptions. angles: returned names compared modulo one turn. shapes: name ->
+        shape of the returned names that are no plain numbers.
     guessable: few values are possible,
         so that all rows must be right to earn anything. derivation: the right model step
     by step, derivation(robot, *columns, **steps); slips: what can go wrong in its steps,

@@ -1,4 +1,6 @@
-"""What a student's numbers have to do with the right ones where no known mistake gives them: facts, not guesses."""
+"""What a student's numbers have to do with the right ones where no known mistake gives them: facts,
+not guesses.
+"""
 
 from __future__ import annotations
 
@@ -188,8 +190,8 @@ class Fit:
                 if k == 0:
                     yield _fact(
                         "whole numbers: the decimals are cut off",
-                        "An array that is made of integers keeps only integers: np.zeros(2) holds floats, "
-                        "np.array([0, 0]) does not.",
+                        "An array that is made of integers keeps only integers: np.zeros(2) holds"
+                        " floats, np.array([0, 0]) does not.",
                     )
                     return
                 yield _fact(
@@ -235,7 +237,8 @@ class Fit:
             return None
         return _fact(
             f"right to {most:.0e}, and no closer",
-            "Is a constant rounded (pi), a difference taken for a derivative, a search ended early, or a float32 used?",
+            "Is a constant rounded (pi), a difference taken for a derivative, a search ended early,"
+            " or a float32 used?",
         )
 
     def _parts(self):
@@ -301,7 +304,10 @@ class Fit:
                     if not name:
                         return f"off by {number_text(float(factor), self.robot)}"
                     times = {1.0: "", -1.0: "-"}.get(round(float(factor), 9))
-                    return f"off by {number_text(float(factor), self.robot) + ' ' if times is None else times}{name}"
+                    return (
+                        "off by"
+                        f" {number_text(float(factor), self.robot) + ' ' if times is None else times}{name}"
+                    )
         return None
 
     def _on_a_grid(self):

@@ -1,4 +1,6 @@
-"""A mistake is not paid for twice: where a function calls a wrong one, it is judged with the right one in its place."""
+"""A mistake is not paid for twice: where a function calls a wrong one, it is judged with the right
+one in its place.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +42,8 @@ NEVER = (
 
 @dataclass
 class Helped:
-    """A student's program of which some functions are replaced by the right ones; asked like a Student.
+    """A student's program of which some functions are replaced by the right ones; asked like a
+    Student.
 
     rows: what the program asked of each, and for which robot.
     """
@@ -110,7 +113,9 @@ def helped(program: Program, exercises: dict[str, Exercise], robot: Robot) -> It
 
 
 def may_call(source: str, function: str, names: Container[str]) -> set[str]:
-    """Those of the names that the function mentions, or what it calls in the file; all where that cannot be seen."""
+    """Those of the names that the function mentions, or what it calls in the file; all where that
+    cannot be seen.
+    """
     try:
         tree = ast.parse(source)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -139,7 +144,9 @@ def may_call(source: str, function: str, names: Container[str]) -> set[str]:
 
 
 def may_help(source: str, lab: Lab, asked: set[str]) -> set[str]:
-    """The functions of the lab that those which were asked may call, and whose mistakes they need not pay for."""
+    """The functions of the lab that those which were asked may call, and whose mistakes they need
+    not pay for.
+    """
     uses = lab.uses()
     return (
         set().union(*(may_call(source, name, uses[name]) for name in asked & uses.keys())) - asked
@@ -147,7 +154,8 @@ def may_help(source: str, lab: Lab, asked: set[str]) -> set[str]:
 
 
 def modelled(verdict: Verdict) -> bool:
-    """Whether these wrong answers are a model with a mistake: one that can be named, or that goes with the right one.
+    """Whether these wrong answers are a model with a mistake: one that can be named, or that goes
+    with the right one.
 
     Nothing follows from numbers that anybody could write down.
     """
@@ -168,7 +176,10 @@ def remark(wrong: dict[str, str]) -> str:
         else (f"{name}: {mistake}" for name, mistake in known.items())
     )
     are = "are" if len(wrong) > 1 else "is"
-    return f"judged with the right {names} in place of your own, which {are} wrong{told and f' ({told})'}"
+    return (
+        f"judged with the right {names} in place of your own, which {are}"
+        f" wrong{told and f' ({told})'}"
+    )
 
 
 def some(rows: list) -> list[np.ndarray]:

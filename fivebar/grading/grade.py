@@ -1,4 +1,6 @@
-"""Grades one submission: the lab's checks run by pytest in this process, the student's program in another."""
+"""Grades one submission: the lab's checks run by pytest in this process, the student's program in
+another.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,9 @@ _FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
 
 
 def run_checks(lab: Lab, program: Program, seed: str, watched: bool = False) -> Checks:
-    """The lab's checks on a Program; `found` has a Check per test. watched: by somebody, who is shown a bar."""
+    """The lab's checks on a Program; `found` has a Check per test. watched: by somebody, who is
+    shown a bar.
+    """
     checks = Checks(program, seed)
     with (
         _alone(lab),
@@ -89,7 +93,9 @@ def _forget(lab):
 
 
 def grade(lab: Lab, job: Job, home: bool = False, watched: bool = False) -> ShownReport:
-    """Report on one file; home: the inputs are public and the report says that others exist; watched: `run_checks`."""
+    """Report on one file; home: the inputs are public and the report says that others exist;
+    watched: `run_checks`.
+    """
     before, digest = (
         time.perf_counter(),
         job_hash(job),
@@ -120,10 +126,11 @@ def check(
     labs: str | Path | None = None,
     **functions: Callable,
 ) -> ShownReport:
-    """Report on functions of a notebook's session, `check("lab1", dgm=dgm)`, or on a file, `check("lab1", "my.py")`.
+    """Report on functions of a notebook's session, `check("lab1", dgm=dgm)`, or on a file,
+    `check("lab1", "my.py")`.
 
-    lab: a lab's name, in full or short; labs: the folder of labs of one's own. The functions run in this process, so
-    that this is for oneself; a file runs in its own.
+    lab: a lab's name, in full or short; labs: the folder of labs of one's own. The functions run in
+    this process, so that this is for oneself; a file runs in its own.
     """
     lab = find_lab(lab, labs)
     if (submission is None) == (not functions):
@@ -144,7 +151,10 @@ def _report(lab, checks, before, home, **rest):
         trouble = f"The file cannot be read: {trouble.text}."
     elif trouble is not None:
         place = f"{where(trouble.line)}, `{trouble.source.strip()}`: " if trouble.line else ""
-        trouble = f"The file has a line that fails: {place}{trouble.text}. What works without that line is graded."
+        trouble = (
+            f"The file has a line that fails: {place}{trouble.text}. What works without that line"
+            " is graded."
+        )
     return ShownReport(
         lab.name,
         checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
@@ -168,7 +178,9 @@ def _report(lab, checks, before, home, **rest):
 
 
 def _twice(lab, program):
-    """Functions of the lab that the file defines again further down, as cells may that ran in another order."""
+    """Functions of the lab that the file defines again further down, as cells may that ran in
+    another order.
+    """
     lines, counts = {}, lab.exercises()
     for k, line in enumerate(program.source.split("\n"), 1):
         if (found := re.match(r"def\s+(\w+)\s*\(", line)) and found[1] in counts:
@@ -176,7 +188,10 @@ def _twice(lab, program):
     for name, found in lines.items():
         if len(found) > 1:
             *first, last = (program.where(k) for k in found)
-            yield f"{name} is defined {len(found)} times: the last one counts, {last} (not {', '.join(first)})."
+            yield (
+                f"{name} is defined {len(found)} times: the last one counts, {last} (not"
+                f" {', '.join(first)})."
+            )
 
 
 def _old_numpy(program):
@@ -184,7 +199,10 @@ def _old_numpy(program):
     for reply in getattr(program.student, "mended", ()):
         place = f"{program.where(reply.line)}, `{reply.source.strip()}`: " if reply.line else ""
         sentence = explained(reply.text, reply.source) or reply.text
-        yield f"{place}{sentence} The file is graded as it ran before; the same may stand in other lines."
+        yield (
+            f"{place}{sentence} The file is graded as it ran before; the same may stand in other"
+            " lines."
+        )
 
 
 def _about_robot(lab, robot, checks):
@@ -194,7 +212,9 @@ def _about_robot(lab, robot, checks):
 
 
 def _notes(lab, robot, program):
-    """A file that holds another robot than the one it is graded for explains wrong answers everywhere."""
+    """A file that holds another robot than the one it is graded for explains wrong answers
+    everywhere.
+    """
     if lab.constants():
         return program.robot_of_file(lab)[1]
     numbers, constants = parameters(robot).items(), program.student.constants
@@ -215,14 +235,19 @@ def _absent(lab, robot, checks):
     absent = ", ".join(name for name in parameters(robot) if name not in constants)
     if absent and constants and any(check.reason == "value" for check in checks.found):
         what = "session" if isinstance(checks.program.student, Live) else "file"
-        yield f"Your {what} gives no number to {absent}: it is judged as if it had the robot's; no check sets others."
+        yield (
+            f"Your {what} gives no number to {absent}: it is judged as if it had the robot's; no"
+            " check sets others."
+        )
         own = "amoro-biglide" if isinstance(robot, Biglide) else "amoro"
         if "l" in constants and own in {lab.name for lab in known_labs()}:
             yield f"It looks like the AMORO lab's own file: `fivebar check {own}` takes that."
 
 
 def job_hash(job: Job) -> str:
-    """SHA-256 over a job's file and those beside it that it may import, "" where the file itself is none."""
+    """SHA-256 over a job's file and those beside it that it may import, "" where the file itself is
+    none.
+    """
     own = file_hash(job.path)
     if not own or not (job.member or job.siblings):
         return own
@@ -233,7 +258,9 @@ def job_hash(job: Job) -> str:
 
 
 def file_hash(path: str | Path) -> str:
-    """SHA-256 of a plain file's bytes, "" for anything else: a pipe, a link, what is too large to be read."""
+    """SHA-256 of a plain file's bytes, "" for anything else: a pipe, a link, what is too large to
+    be read.
+    """
     try:
         status = os.lstat(path)
         if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_ARCHIVE:

@@ -1,4 +1,6 @@
-"""Compares a student's replies with the right model, and with the wrong ones, in the grader's own process."""
+"""Compares a student's replies with the right model, and with the wrong ones, in the grader's own
+process.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,8 @@ from .worker.replies import KINDS, Reply
 
 FEWEST, RELATED = 8, 0.7  # rows that tell; correlation
 TOLERANCE = 1e-9  # of the largest right answer of the check
-# Errors of unfinished or broken code; any other exception where no pose exists is taken as a refusal.
+# Errors of unfinished or broken code; any other exception where no pose exists is taken as a
+# refusal.
 BROKEN = (
     "NotImplementedError",
     "NameError",
@@ -36,14 +39,17 @@ BROKEN = (
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """What one check found: share of its points earned in [0, 1] and, where something is wrong, why.
+    """What one check found: share of its points earned in [0, 1] and, where something is wrong,
+    why.
 
-    reason: "" or one of value, nan, shape, type, accepted, or a Reply's kind; text: the reason in words; wrong, rows:
-    how many of how many calls; asked, came: the first wrong call; off: by how much it is off, in the answer's unit;
-    diagnosis: the Misconception that gives the student's answers; line, source: in the student's file; sample: the
-    numbers of that call for a figure, never printed; remarks: what was let pass; beside: what the lab's own test says;
-    explained: a sentence on Python's own message; related: whether wrong answers go with the right ones, as those of a
-    model with a mistake do.
+    reason: "" or one of value, nan, shape, type, accepted, or a Reply's kind; text: the reason in
+    words; wrong, rows: how many of how many calls; asked, came: the first wrong call; off: by how
+    much it is off, in the answer's unit;
+    diagnosis: the Misconception that gives the student's answers; line, source: in the student's
+    file; sample: the numbers of that call for a figure, never printed; remarks: what was let pass;
+    beside: what the lab's own test says;
+    explained: a sentence on Python's own message; related: whether wrong answers go with the right
+    ones, as those of a model with a mistake do.
     """
 
     share: float
@@ -78,11 +84,11 @@ def judge(
 ) -> Verdict:
     """Verdict on the replies to one call per row of the columns, each (n,).
 
-    tolerance: of the largest right answer, a number or (n,). refuse: (n,) bool, the rows in which no answer exists and
-    the function shall raise or give nan; they earn only if some of the others are right. threshold: the mean error that
-    the lab's own test lets pass, and what it compares, (n, 2), of all numbers (n, k). own: what the student's own
-    functions gave, where they were wrong (`Answers`): what follows rightly from them earns its points. deep, modelled:
-    of `Answers`.
+    tolerance: of the largest right answer, a number or (n,). refuse: (n,) bool, the rows in which
+    no answer exists and the function shall raise or give nan; they earn only if some of the others
+    are right. threshold: the mean error that the lab's own test lets pass, and what it compares,
+    (n, 2), of all numbers (n, k). own: what the student's own functions gave, where they were wrong
+    (`Answers`): what follows rightly from them earns its points. deep, modelled: of `Answers`.
     """
     n = len(columns[0])
     refuse = np.zeros(n, bool) if refuse is None else np.asarray(refuse)
@@ -158,7 +164,8 @@ def judge(
 
 
 def related(came: np.ndarray, expected: np.ndarray, angles: np.ndarray) -> bool:
-    """Whether half of the numbers (n, k) that came vary from row to row as the right ones do, or more.
+    """Whether half of the numbers (n, k) that came vary from row to row as the right ones do, or
+    more.
 
     Sixteen rows of one that has nothing to do with it correlate by 0.7 once in 400 times.
     """
@@ -178,7 +185,9 @@ def related(came: np.ndarray, expected: np.ndarray, angles: np.ndarray) -> bool:
 def answered(
     exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: ArrayLike
 ) -> tuple[np.ndarray | None, bool]:
-    """The numbers (n, k) that came, nan where there are none, None where there is no function; are all right?"""
+    """The numbers (n, k) that came, nan where there are none, None where there is no function; are
+    all right?
+    """
     came, reasons, _, _ = _outcomes(exercise, replies, np.zeros(len(replies), bool))
     if not set(reasons) <= {"", "nan", "exception"}:
         return None, False
@@ -217,7 +226,9 @@ def _beside(came, expected, angles, threshold):
 
 
 def _outcomes(exercise, replies, refuse):
-    """Numbers (n, k), nan where there are none; per row a reason ("" if to be compared) and its text; remarks."""
+    """Numbers (n, k), nan where there are none; per row a reason ("" if to be compared) and its
+    text; remarks.
+    """
     came = np.full((len(replies), len(exercise.is_angle())), np.nan)
     reasons, texts, remarks = [], [], []
     for i, reply in enumerate(replies):
@@ -254,7 +265,9 @@ def _first_wrong(good, reasons, refuse):
 
 
 def _where(exercise, off):
-    """ " of q12" where only some of the returned names are wrong; off: which of the numbers, (numbers,)."""
+    """ " of q12" where only some of the returned names are wrong; off: which of the numbers,
+    (numbers,).
+    """
     owners = np.concatenate(
         [np.full(int(np.prod(exercise.shape(name))), name) for name in exercise.returns]
     )

@@ -1,4 +1,6 @@
-"""The robot of a file that has the AMORO lab's own names for its numbers: l, d, ZZ1R, ZZ2R, mR, or l, d, mf, mp."""
+"""The robot of a file that has the AMORO lab's own names for its numbers: l, d, ZZ1R, ZZ2R, mR, or
+l, d, mf, mp.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +8,16 @@ from dataclasses import replace
 
 from ..models.robots import Robot
 
-ALLOWED = 0.02  # of the lab's number: 0.002 and 0.002025 kg m^2 are both in its papers, 0.1 m for 0.09 m is an error
+# Of the lab's number: 0.002 and 0.002025 kg m^2 are both in its papers, 0.1 m for 0.09 m is an
+# error.
+ALLOWED = 0.02
 
 
 def robot_of_file(
     standard: Robot, names: dict[str, tuple[str, ...]], constants: dict[str, float]
 ) -> tuple[Robot, tuple[str, ...]]:
-    """The standard robot with the numbers of a file, and sentences on those that are too far off to be its own.
+    """The standard robot with the numbers of a file, and sentences on those that are too far off to
+    be its own.
 
     names: the file's name for a number -> the robot's for it; constants: what the file gives them.
     """

@@ -1,4 +1,6 @@
-"""Finds a lab's folder by its short name: in a folder of one's own, in a clone, in the installed package."""
+"""Finds a lab's folder by its short name: in a folder of one's own, in a clone, in the installed
+package.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ class Lab:
         return {exercise.name: exercise for exercise in self._content().get("EXERCISES", ())}
 
     def robot(self) -> Robot:
-        """The robot that all have who got none of their own: ROBOT of exercises.py, else the default five-bar."""
+        """The robot that all have who got none of their own: ROBOT of exercises.py, else the
+        default five-bar.
+        """
         return self._content().get("ROBOT", FiveBar())
 
     def also(self) -> tuple[dict, ...]:
@@ -43,11 +47,15 @@ class Lab:
         return self._content().get("ALSO", ())
 
     def constants(self) -> dict[str, tuple[str, ...]]:
-        """The file's name for a number -> the robot's: CONSTANTS of exercises.py; none where both are the same."""
+        """The file's name for a number -> the robot's: CONSTANTS of exercises.py; none where both
+        are the same.
+        """
         return self._content().get("CONSTANTS", {})
 
     def uses(self) -> dict[str, tuple[str, ...]]:
-        """A function -> those that it may call, whose mistakes it need not pay for: USES of exercises.py."""
+        """A function -> those that it may call, whose mistakes it need not pay for: USES of
+        exercises.py.
+        """
         return self._content().get("USES", {})
 
     @property
@@ -56,13 +64,16 @@ class Lab:
         return "HAND_OUT" in self._content()
 
     def files_for(self, robot: Robot, draw: np.random.Generator) -> dict[str, str] | None:
-        """{name: text} of what a student gets beside student.py about a robot whose numbers he is to find: HAND_OUT of
-        exercises.py; None where the robot's numbers stand in student.py."""
+        """{name: text} of what a student gets beside student.py about a robot whose numbers he is
+        to find: HAND_OUT of exercises.py; None where the robot's numbers stand in student.py.
+        """
         make = self._content().get("HAND_OUT")
         return None if make is None else make(robot, draw)
 
     def hints_from(self) -> str:
-        """The day from which students are told why, HINTS_FROM of exercises.py, "" where there is none."""
+        """The day from which students are told why, HINTS_FROM of exercises.py, "" where there is
+        none.
+        """
         return str(self._content().get("HINTS_FROM", ""))
 
     def _content(self):

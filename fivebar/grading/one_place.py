@@ -1,4 +1,6 @@
-"""A slip of the pen in a running program: the one place whose change makes all answers of a check right."""
+"""A slip of the pen in a running program: the one place whose change makes all answers of a check
+right.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ from .repair import repaired
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """What was asked: columns, tolerance and refuse (n,), and the constants that were set in the file."""
+    """What was asked: columns, tolerance and refuse (n,), and the constants that were set in the
+    file.
+    """
 
     exercise: Exercise
     robot: Robot
@@ -27,7 +31,9 @@ class Rows:
 
 
 def one_place(program: Program, asked: Rows, others: set[str]) -> Misconception | None:
-    """The place with its line, None where there is none. others: functions that are asked by themselves."""
+    """The place with its line, None where there is none. others: functions that are asked by
+    themselves.
+    """
     name = asked.exercise.name
 
     def right(student, ks, few):
@@ -49,6 +55,7 @@ def one_place(program: Program, asked: Rows, others: set[str]) -> Misconception 
     where = program.where(change.line)
     return Misconception(
         f"{change.what} in {where}, `{change.text[:60]}`: all else is right",
-        f"Compare {where} with your derivation: with {change.what} changed there, all these answers would be right.",
+        f"Compare {where} with your derivation: with {change.what} changed there, all these answers"
+        " would be right.",
         None,
     )

@@ -1,7 +1,9 @@
-"""The pytest plugin: `pytest labs/lab1_geometry --submission my.py`, with fixtures `ask`, `robot` and `draw`.
+"""The pytest plugin: `pytest labs/lab1_geometry --submission my.py`, with fixtures `ask`, `robot`
+and `draw`.
 
-A lab's check is a plain test: its docstring's first line is its title, `@pytest.mark.points(n)` its worth (1 without).
-What it asks through `ask` is recorded even where the check crashes; such a crash is the lab's fault, not the student's.
+A lab's check is a plain test: its docstring's first line is its title, `@pytest.mark.points(n)` its
+worth (1 without). What it asks through `ask` is recorded even where the check crashes; such a crash
+is the lab's fault, not the student's.
 """
 
 from __future__ import annotations
@@ -70,7 +72,9 @@ def _from_options(config):
 
 
 class Checks:
-    """One student's checks in a pytest session; `found` holds a Check per test, `trouble` the lab's own faults."""
+    """One student's checks in a pytest session; `found` holds a Check per test, `trouble` the lab's
+    own faults.
+    """
 
     def __init__(self, program: Program | None, seed: str):
         self.program, self.seed = program, seed
@@ -116,7 +120,9 @@ class Checks:
             return True
 
     def _with_right_ones(self, item, error):
-        """The check once more, with the right functions in place of wrong ones called; raises what is then wrong."""
+        """The check once more, with the right functions in place of wrong ones called; raises what
+        is then wrong.
+        """
         first, lab = item.stash[_ASK], Lab(item.path.parent)
         before = error.verdict if isinstance(error, Wrong) else Verdict(0.0, "value")
         hopeless = before.reason in NEVER or "RecursionError" in before.text

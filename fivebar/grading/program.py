@@ -1,4 +1,6 @@
-"""A submission opened: the student's program in a process of its own, and the robot that it is judged for."""
+"""A submission opened: the student's program in a process of its own, and the robot that it is
+judged for.
+"""
 
 from __future__ import annotations
 
@@ -36,11 +38,13 @@ class NoProgram:
 
 @dataclass(frozen=True)
 class Program:
-    """A student's running program and the robot it is judged for, None: the lab's with the constants of its source.
+    """A student's running program and the robot it is judged for, None: the lab's with the
+    constants of its source.
 
-    robot_from_standard: gives the robot where it is a student's own, but which lab is asked is not known yet;
-    where: a line's number in its author's words; remark: how the file was read, where that is worth a sentence; again:
-    opens a changed source in a process likewise.
+    robot_from_standard: gives the robot where it is a student's own, but which lab is asked is not
+        known yet;
+    where: a line's number in its author's words; remark: how the file was read, where that is worth
+    a sentence; again: opens a changed source in a process likewise.
     """
 
     student: Student | Live | NoProgram
@@ -59,16 +63,19 @@ class Program:
         return self.robot or robot_from(lab.robot(), self.student.constants)
 
     def robot_of_file(self, lab: Lab) -> tuple[Robot, tuple[str, ...]]:
-        """The robot of a file that has the lab's own names for its numbers, and what is to be said of them."""
+        """The robot of a file that has the lab's own names for its numbers, and what is to be said
+        of them.
+        """
         return robot_of_file(lab.robot(), lab.constants(), self.student.constants)
 
 
 @dataclass(frozen=True)
 class Job:
-    """How one file is graded: seed of the inputs, the student's id and robot (None: as the file says).
+    """How one file is graded: seed of the inputs, the student's id and robot (None: as the file
+    says).
 
-    member: of a zip; siblings: files that it may import; trouble: why there is no file to grade, so that all its checks
-    earn nothing; hints_from: as in Report.
+    member: of a zip; siblings: files that it may import; trouble: why there is no file to grade, so
+    that all its checks earn nothing; hints_from: as in Report.
     """
 
     path: Path
@@ -87,7 +94,9 @@ class Job:
         return f"{self.path.name}/{self.member}" if self.member else self.path.name
 
     def open(self) -> Program:
-        """The Program in a process of its own, or NoProgram where it cannot be read. Raises IsolationError."""
+        """The Program in a process of its own, or NoProgram where it cannot be read. Raises
+        IsolationError.
+        """
         if self.trouble:
             return Program(NoProgram(self.trouble), self.robot)
         try:

@@ -1,4 +1,6 @@
-"""Python's and NumPy's messages in one sentence more: what such an error usually means in a file of this kind."""
+"""Python's and NumPy's messages in one sentence more: what such an error usually means in a file of
+this kind.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +17,14 @@ _NUMBERS = {function.__name__ for function in CONVERTING}
 
 
 def explained(text: str, line: str = "", words: Iterable[str] = ()) -> str:
-    """A sentence on an exception's "Type: message", raised at this line of a file with these words, or ""."""
+    """A sentence on an exception's "Type: message", raised at this line of a file with these words,
+    or "".
+    """
     if line.strip().startswith("raise ") and not text.startswith("NotImplementedError"):
-        return "Your own line refuses, though there is an answer here: compare its condition with the statement's."
+        return (
+            "Your own line refuses, though there is an answer here: compare its condition with the"
+            " statement's."
+        )
     for pattern, sentence in _SENTENCES:
         if found := re.match(pattern, text, re.DOTALL):
             notes = (
@@ -55,7 +62,10 @@ def _refused(found, line, words):
     ):
         today = {"asscalar": "x.item()"}.get(name, DROPPED[name])
         return f"NumPy {np.__version__} has no np.{name} any more: write {today}."
-    return f"NumPy {np.__version__} no longer takes an array of one element for a number: {mend(line)}."
+    return (
+        f"NumPy {np.__version__} no longer takes an array of one element for a number:"
+        f" {mend(line)}."
+    )
 
 
 def _unknown(found, line, words):
@@ -79,9 +89,8 @@ def _unknown(found, line, words):
 
 def _hidden(found, line, words):
     return (
-        f"{found[1]} gets a value further down in the same function, so that it belongs to this function everywhere "
-        f"in it "
-        "and has no value yet here: give what is assigned another name."
+        f"{found[1]} gets a value further down in the same function, so that it belongs to this"
+        " function everywhere in it and has no value yet here: give what is assigned another name."
     )
 
 
@@ -97,9 +106,8 @@ def _called(found, line, words):
         "complex",
     ):
         return (
-            "Something with parentheses after it is a number or an array, not a function: is a * missing, or has a "
-            "variable "
-            "taken a function's name (or square brackets been meant)?"
+            "Something with parentheses after it is a number or an array, not a function: is a *"
+            " missing, or has a variable taken a function's name (or square brackets been meant)?"
         )
     return "Parentheses stand after something that is no function."
 
@@ -156,7 +164,10 @@ _SENTENCES: tuple[tuple[str, str | Callable], ...] = (
         "A function called here returns nothing: is its return missing?",
     ),
     (
-        r"TypeError: '(float|int|numpy\.float64|float64)' object (is not subscriptable|does not support item)",
+        (
+            r"TypeError: '(float|int|numpy\.float64|float64)' object (is not subscriptable|does not"
+            r" support item)"
+        ),
         "This is a number already: it has no [0].",
     ),
     (r"IndexError: invalid index to scalar variable", "This is a number already: it has no [0]."),
@@ -166,14 +177,23 @@ _SENTENCES: tuple[tuple[str, str | Callable], ...] = (
     ),
     (
         r"IndexError: index (-?\d+) is out of bounds for axis \d+ with size (\d+)",
-        "The array has {1} here, counted from 0: print its .shape. Is it a row where a column was expected?",
+        (
+            "The array has {1} here, counted from 0: print its .shape. Is it a row where a column"
+            " was expected?"
+        ),
     ),
     (
         r"TypeError: (list|tuple) indices must be integers or slices, not tuple",
-        "A {0} takes one index, [i][j] in place of [i, j]: or make it an array first, np.array(...).",
+        (
+            "A {0} takes one index, [i][j] in place of [i, j]: or make it an array first,"
+            " np.array(...)."
+        ),
     ),
     (
-        r"RuntimeError: can't start new thread|(BlockingIOError|PermissionError): .*(fork|Operation not permitted)",
+        (
+            r"RuntimeError: can't start new thread|(BlockingIOError|PermissionError):"
+            r" .*(fork|Operation not permitted)"
+        ),
         "No thread and no other program can be started here: call the function itself.",
     ),
     (
@@ -211,12 +231,17 @@ _SENTENCES: tuple[tuple[str, str | Callable], ...] = (
     ),
     (
         r"TypeError: loop of ufunc does not support",
-        "The array holds something that is no number (an array in an array, or a function): print it.",
+        (
+            "The array holds something that is no number (an array in an array, or a function):"
+            " print it."
+        ),
     ),
     (
         r"ValueError: matmul: .*|ValueError: shapes .* not aligned.*",
-        "The inner sizes of a matrix product must agree: print both .shape. Is one of the vectors a row where a column "
-        "is meant?",
+        (
+            "The inner sizes of a matrix product must agree: print both .shape. Is one of the"
+            " vectors a row where a column is meant?"
+        ),
     ),
     (
         r"ValueError: operands could not be broadcast",
@@ -224,7 +249,10 @@ _SENTENCES: tuple[tuple[str, str | Callable], ...] = (
     ),
     (
         r"(numpy\.linalg\.)?LinAlgError: Singular matrix",
-        "The matrix that you invert is singular at these arguments, though the robot is not: look at its rows.",
+        (
+            "The matrix that you invert is singular at these arguments, though the robot is not:"
+            " look at its rows."
+        ),
     ),
     (
         r"(numpy\.linalg\.)?LinAlgError: .*(square|dimensional)",
@@ -232,8 +260,10 @@ _SENTENCES: tuple[tuple[str, str | Callable], ...] = (
     ),
     (
         r"ValueError: (math domain error|expected a nonnegative input)",
-        "A square root of a negative number, or acos of more than 1, where there is a pose: which length under the "
-        "root is wrong?",
+        (
+            "A square root of a negative number, or acos of more than 1, where there is a pose:"
+            " which length under the root is wrong?"
+        ),
     ),
     (
         r"ZeroDivisionError",
@@ -248,7 +278,10 @@ _SENTENCES: tuple[tuple[str, str | Callable], ...] = (
         "NumPy has no {0}: is it misspelt?",
     ),
     (
-        r"AttributeError: '(float|int|list|tuple)' object has no attribute '(T|dot|shape|I|ravel|item)'",
+        (
+            r"AttributeError: '(float|int|list|tuple)' object has no attribute"
+            r" '(T|dot|shape|I|ravel|item)'"
+        ),
         "A {0} has no .{1}: make it an array, np.array(...).",
     ),
     (

@@ -1,4 +1,6 @@
-"""Questions to a student's program beside those of a check: what is wrong in one of its functions, and is it so?"""
+"""Questions to a student's program beside those of a check: what is wrong in one of its functions,
+and is it so?
+"""
 
 from __future__ import annotations
 
@@ -67,7 +69,9 @@ class Questions:
         return replies
 
     def judged(self, name: str, robot: Robot, columns: list, tolerance: ArrayLike) -> Verdict:
-        """The verdict on a function for itself, in those rows to which there is an answer; nothing is recorded."""
+        """The verdict on a function for itself, in those rows to which there is an answer; nothing
+        is recorded.
+        """
         exercise, wanted = self._exercises[name], self._set_for(robot)
         rows, tolerance = with_answers(exercise, robot, columns), np.max(tolerance)
         replies = self._replies(name, list(zip(*(c.tolist() for c in rows))), wanted, None)
@@ -77,7 +81,9 @@ class Questions:
         )
 
     def _settled(self, verdict, rows, replies, limit):
-        """The verdict with a diagnosis that other masses do not refute, or with what a second look tells."""
+        """The verdict with a diagnosis that other masses do not refute, or with what a second look
+        tells.
+        """
         if verdict.share == 1:
             return verdict
         exercise, own = rows.exercise, rows.robot is self._robot
@@ -102,7 +108,9 @@ class Questions:
         return self._with_a_slip(verdict, rows)
 
     def _with_other_masses(self, rows, limit):
-        """The diagnosis of the same rows with other masses: with m = 0.5 the factors 2 and 1/m are the same."""
+        """The diagnosis of the same rows with other masses: with m = 0.5 the factors 2 and 1/m are
+        the same.
+        """
         exercise, other = rows.exercise, with_other_masses(rows.robot)
         columns, wanted = rows.columns, self._set_for(other)
         outcomes = [
@@ -119,7 +127,9 @@ class Questions:
         ).diagnosis
 
     def mistakes(self, rows: dict[str, tuple[Robot, list]]) -> dict[str, str]:
-        """Those of these functions that answer the rows wrongly, each with its mistake; none where one is no model."""
+        """Those of these functions that answer the rows wrongly, each with its mistake; none where
+        one is no model.
+        """
         found = {
             name: self.judged(name, robot, some(asked), CLOSE)
             for name, (robot, asked) in rows.items()
@@ -141,7 +151,9 @@ class Questions:
         return replace(verdict, diagnosis=self._repairs.get(name))
 
     def _own(self, exercise, robot, columns, tolerance, constants=None):
-        """Gives what a function that the exercise builds on answers to the same rows, where that is not all right."""
+        """Gives what a function that the exercise builds on answers to the same rows, where that is
+        not all right.
+        """
         known = {}
 
         def ask(follow):

@@ -1,4 +1,6 @@
-"""Where a function is right but for one slip of the pen: the one place whose change makes all its answers right."""
+"""Where a function is right but for one slip of the pen: the one place whose change makes all its
+answers right.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ _NUMBERS = {0: (1,), 1: (0, 2, 0.5), 2: (1, 4), 0.5: (1, 0.25), 0.25: (0.5,), 4:
 
 @dataclass(frozen=True)
 class Change:
-    """One change: its line, what it is about in a word or two, the text that stands there; the changed definition."""
+    """One change: its line, what it is about in a word or two, the text that stands there; the
+    changed definition.
+    """
 
     line: int
     what: str
@@ -34,7 +38,9 @@ class Change:
 
 
 def changes(source: str, function: str, others: Container[str] = ()) -> Iterator[Change]:
-    """All single changes in the function and in those of the file that it calls, the others apart."""
+    """All single changes in the function and in those of the file that it calls, the others
+    apart.
+    """
     try:
         tree = ast.parse(source)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -76,7 +82,9 @@ def _changed(definition, text):
 
 
 def _guards(definition):
-    """What stands in the condition of an if that only refuses: any change that lets rows pass would seem right."""
+    """What stands in the condition of an if that only refuses: any change that lets rows pass would
+    seem right.
+    """
     tests = [
         n.test
         for n in ast.walk(definition)
@@ -155,7 +163,9 @@ def _moved(node):
 
 
 def _siblings(name, names):
-    """Names that are taken for this one by mistake: other digits, other derivatives, sine and cosine."""
+    """Names that are taken for this one by mistake: other digits, other derivatives, sine and
+    cosine.
+    """
     bare = re.sub(r"\d|D", "", name)
     alike = {other for other in names if other != name and re.sub(r"\d|D", "", other) == bare}
     pair = {_PAIRS[name]} if name in _PAIRS else set()
@@ -191,7 +201,10 @@ def changed__(k, *row):
 def with_changes(source: str, function: str, tried: list[Change]) -> str:
     """The source with a function changed__(k, *row) that calls it with the k-th change made."""
     table = [(change.function, change.source) for change in tried]
-    return f"{source.rstrip()}\n\nmade__ = {{}}\nchanges__ = {table!r}\n{_CALLER.format(function=function)}"
+    return (
+        f"{source.rstrip()}\n\nmade__ = {{}}\nchanges__ ="
+        f" {table!r}\n{_CALLER.format(function=function)}"
+    )
 
 
 def repaired(
@@ -199,8 +212,9 @@ def repaired(
 ) -> Change | None:
     """The first change that makes the function right, None where none does.
 
-    others: functions that are asked by themselves, and left as they are. open_again(source) gives a running Student;
-    right(student, ks, few) says of each of these changes whether the answers are right, few: to one or two questions.
+    others: functions that are asked by themselves, and left as they are. open_again(source) gives a
+    running Student; right(student, ks, few) says of each of these changes whether the answers are
+    right, few: to one or two questions.
     """
     tried = _tried(source, function, others)
     if not tried:

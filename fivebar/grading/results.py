@@ -14,10 +14,11 @@ SCHEMA = 1
 class Check:
     """One check's result; outcome is right, partly, wrong, or broken where the check itself failed.
 
-    points: earned of max_points; reason, text, wrong, rows, asked, came, off, line, source, remarks: as in Verdict, of
-    what was asked first and was not right; place: the line in its author's words;
-    function: whose answers were judged; beside: what the lab's own test says of them; explained: a sentence on "
-        "Python's message; misconception, hint: "" where none.
+    points: earned of max_points; reason, text, wrong, rows, asked, came, off, line, source,
+    remarks: as in Verdict, of what was asked first and was not right; place: the line in its
+        author's words;
+    function: whose answers were judged; beside: what the lab's own test says of them; explained: a
+        sentence on " "Python's message; misconception, hint: "" where none.
     """
 
     name: str
@@ -48,7 +49,9 @@ class Check:
 def checked(
     name: str, title: str, points: float, record: list[Asked], error: BaseException | None
 ) -> Check:
-    """The Check of a test that ended with `error` (None: passed) after the `record` of what it asked."""
+    """The Check of a test that ended with `error` (None: passed) after the `record` of what it
+    asked.
+    """
     if error is not None and not isinstance(error, AssertionError):
         text = (
             f"the check itself failed: {type(error).__name__}: {' '.join(str(error).split())[:300]}"
@@ -99,11 +102,13 @@ def checked(
 
 @dataclass(frozen=True)
 class Report:
-    """All checks of a lab on one submission, and all that is needed to grade it again with the same result.
+    """All checks of a lab on one submission, and all that is needed to grade it again with the same
+    result.
 
-    student, seed, robot, isolate, lab_hash, submission_hash: what was graded and how; trouble: what kept the file from
-    being read or run to its end; notes: on the whole file; faults: of the lab itself; output: what the student's
-    program printed; home: the inputs were public; ungraded: why there are no checks, which is nobody's 0 points;
+    student, seed, robot, isolate, lab_hash, submission_hash: what was graded and how; trouble: what
+    kept the file from being read or run to its end; notes: on the whole file; faults: of the lab
+    itself; output: what the student's program printed; home: the inputs were public; ungraded: why
+    there are no checks, which is nobody's 0 points;
     hints_from: the day from which students are told why, "" where that is not in the future.
     """
 
@@ -151,7 +156,9 @@ class Report:
 
     @classmethod
     def from_json(cls, data: dict) -> Report:
-        """A Report from `as_json`'s data. Raises KeyError, TypeError or ValueError where it is something else."""
+        """A Report from `as_json`'s data. Raises KeyError, TypeError or ValueError where it is
+        something else.
+        """
         if data["schema"] != SCHEMA:
             raise ValueError(f"a result of schema {data['schema']}, not {SCHEMA}")
         names = {f.name for f in fields(cls)}

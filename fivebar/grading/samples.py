@@ -25,7 +25,8 @@ def unequal_robot(draw: np.random.Generator) -> FiveBar:
 def unequal_biglide(draw: np.random.Generator) -> Biglide:
     """A biglide of bars that differ by at least 3 cm and feet by 0.2 kg; rounded to 0.1 mm and 1 g.
 
-    Its guides are so close that it closes even with twice their distance, a misconception that shall be seen.
+    Its guides are so close that it closes even with twice their distance, a misconception that
+    shall be seen.
     """
     bars = draw.permutation([0.26, 0.32]) + draw.uniform(-0.015, 0.015, 2)
     masses = draw.permutation([0.7, 1.3]) + draw.uniform(-0.2, 0.2, 2)
@@ -42,7 +43,8 @@ def poses(
     working: tuple[int, int] | None = None,
     margin: float = 0.2,
 ) -> Pose:
-    """n poses as one batch, of these modes (None: any), every |sin| between bars, or bar and guide, over `margin`.
+    """n poses as one batch, of these modes (None: any), every |sin| between bars, or bar and guide,
+    over `margin`.
 
     The end-effector is drawn uniformly. ValueError where the robot hardly has such poses.
     """
@@ -78,7 +80,8 @@ def _ends(robot):
 def beside_type_1(
     robot: Robot, draw: np.random.Generator, sines: np.ndarray, leg: int, margin: float = 0.2
 ) -> Pose:
-    """Poses in which leg 0 or 1 is almost stretched, or across its guide: `sines` (n,) of its passive angle.
+    """Poses in which leg 0 or 1 is almost stretched, or across its guide: `sines` (n,) of its
+    passive angle.
 
     The signs of the sines are free.
     """
@@ -102,7 +105,9 @@ def beside_type_1(
 def beside_type_2(
     robot: Robot, draw: np.random.Generator, sines: np.ndarray, margin: float = 0.2
 ) -> Pose:
-    """Poses with det A = `sines` (n,), signed, both legs regular; by bisection between poses on both sides."""
+    """Poses with det A = `sines` (n,), signed, both legs regular; by bisection between poses on
+    both sides.
+    """
     n = len(sines)
     ends = []
     # A biglide whose feet are both above or both below its end-effector has no Type 2.
@@ -136,14 +141,18 @@ def beside_type_2(
 
 
 def moving(pose: Pose, draw: np.random.Generator, speed: float = 0.3) -> Columns:
-    """The joint columns of poses in motion, the end-effector at most this fast along x and y, m/s."""
+    """The joint columns of poses in motion, the end-effector at most this fast along x and y,
+    m/s.
+    """
     return joint_motion(ikm(pose, draw.uniform(-speed, speed, (len(pose.q), 2))))
 
 
 def accelerated(
     pose: Pose, draw: np.random.Generator, speed: float = 0.3, most: float = 2.0
 ) -> Columns:
-    """The columns that dkm2_passive asks for, the end-effector's acceleration at most `most` along x and y, m/s^2."""
+    """The columns that dkm2_passive asks for, the end-effector's acceleration at most `most` along
+    x and y, m/s^2.
+    """
     rates = ikm(pose, draw.uniform(-speed, speed, (len(pose.q), 2)))
     acc = ikm2(rates, draw.uniform(-most, most, (len(pose.q), 2)))
     return *joint_motion(rates), *acc.q_ddot.T, *acc.xi_ddot.T
@@ -158,9 +167,11 @@ def straight_paths(
     margin: float = 0.05,
     longest: float = np.inf,
 ) -> Columns:
-    """Columns x0, y0, x1, y1, gamma1, gamma2 of straight paths with so many clear crossings of Type 2, far from Type 1.
+    """Columns x0, y0, x1, y1, gamma1, gamma2 of straight paths with so many clear crossings of Type
+    2, far from Type 1.
 
-    working: one pair of modes; None: all four, in turn. margin: smallest |sine| of a passive angle; longest: m.
+    working: one pair of modes; None: all four, in turn. margin: smallest |sine| of a passive angle;
+        longest: m.
     """
     modes = [working] if working else [(1, 1), (1, -1), (-1, 1), (-1, -1)]
     s = np.linspace(0, 1, 161)[:, None, None]

@@ -1,4 +1,6 @@
-"""What a second question tells of wrong answers: numbers typed for names, answers that change from call to call."""
+"""What a second question tells of wrong answers: numbers typed for names, answers that change from
+call to call.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +19,8 @@ from .worker.replies import Reply
 
 CHANGES = Misconception(
     "another answer to the same question, asked again",
-    "What does your function keep from call to call (a global, a list that grows, an argument that it changes), or "
-    "draw at random?",
+    "What does your function keep from call to call (a global, a list that grows, an argument that"
+    " it changes), or draw at random?",
     None,
     idle=True,
 )
@@ -38,7 +40,8 @@ def typed(
     replies: list[Reply],
     tolerance: np.ndarray,
 ) -> Misconception | None:
-    """Who has typed numbers of his own robot where the names stand that a check sets to another one's.
+    """Who has typed numbers of his own robot where the names stand that a check sets to another
+    one's.
 
     The rows are those that have an answer; tolerance (n,).
     """
@@ -48,15 +51,17 @@ def typed(
             told = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
             return Misconception(
                 f"{told} of your own robot, whatever the file's names hold",
-                "This check sets the names at the top of your file to another robot's numbers. In which line does a "
-                "number stand, or a name that was given its value before?",
+                "This check sets the names at the top of your file to another robot's numbers. In"
+                " which line does a number stand, or a name that was given its value before?",
                 None,
             )
     return None
 
 
 def _groups(exercise, robot, own, columns) -> Iterator[tuple[str, ...]]:
-    """Names of which the answers depend and in which the two robots differ, first alone, then together."""
+    """Names of which the answers depend and in which the two robots differ, first alone, then
+    together.
+    """
     mine, names = parameters(own), []
     right = exercise.outcome(exercise.answer, robot, columns)
     for name, value in parameters(robot).items():

@@ -1,4 +1,6 @@
-"""The ten functions of the AMORO lab as questions: at any pose, and along the oscillation of the lab's own tests."""
+"""The ten functions of the AMORO lab as questions: at any pose, and along the oscillation of the
+lab's own tests.
+"""
 
 from __future__ import annotations
 
@@ -66,7 +68,9 @@ def motions(robot: Robot, draw: np.random.Generator, n: int) -> Accelerations:
 
 @cache
 def oscillation(robot: Robot) -> Accelerations:
-    """States of the lab's oscillation from home: efforts +-, each turned when its joint has passed a limit."""
+    """States of the lab's oscillation from home: efforts +-, each turned when its joint has passed
+    a limit.
+    """
     effort, limit = (0.0002, 0.05) if robot.turns else (0.01, 0.01)  # N m and rad, N and m
     now = np.array([effort, -effort])
 
@@ -127,7 +131,9 @@ def exercises(kind: Kind, *labs: dict[str, Exercise]) -> list[Exercise]:
 
 
 def checks() -> dict[str, Callable]:
-    """The tests of a lab on the ten functions, by name: two that count for each; one of dgm and igm that does not."""
+    """The tests of a lab on the ten functions, by name: two that count for each; one of dgm and igm
+    that does not.
+    """
     found = {}
     for name in TEN:
         found[f"test_{name}_oscillating"] = _oscillating(name)

@@ -1,4 +1,6 @@
-"""Reading what real files return: 0-d, 1-element and column arrays, lists, tuples, where floats were asked."""
+"""Reading what real files return: 0-d, 1-element and column arrays, lists, tuples, where floats
+were asked.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,8 @@ def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
         if set(given) != set(names) or len(value["pairs"]) != len(names):
             raise Unfit(
                 "shape",
-                f"returned a dict of {', '.join(given) or 'no names'} where {_listed(names)} are asked",
+                f"returned a dict of {', '.join(given) or 'no names'} where {_listed(names)} are"
+                " asked",
             )
         remarks.append("came as a dict")
         value = [given[name] for name in names] if len(names) > 1 else given[names[0]]
@@ -49,7 +52,8 @@ def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
         )
     if isinstance(value, np.ndarray) and len(names) > 1:
         remarks.append(
-            f"came as an array of shape {value.shape}, not as {len(names)} values {', '.join(names)}"
+            f"came as an array of shape {value.shape}, not as {len(names)} values"
+            f" {', '.join(names)}"
         )
     numbers = [
         _numbers(name, part, exercise.shape(name), remarks) for name, part in zip(names, parts)

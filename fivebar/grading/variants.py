@@ -1,4 +1,6 @@
-"""A robot for each student and hidden inputs for each grading, both drawn from the course's secret."""
+"""A robot for each student and hidden inputs for each grading, both drawn from the course's
+secret.
+"""
 
 from __future__ import annotations
 
@@ -36,9 +38,11 @@ def draw_for(secret: bytes, student: str, lab: str) -> np.random.Generator:
 
 
 def robot_of(secret: bytes, student: str) -> FiveBar:
-    """The student's five-bar, from HMAC-SHA256(secret, id): both legs alike, lengths in whole mm near the default's.
+    """The student's five-bar, from HMAC-SHA256(secret, id): both legs alike, lengths in whole mm
+    near the default's.
 
-    Case and surrounding blanks of the id do not count. l1, l2 in 82..98 mm, d in 108..128 mm: always assemblable.
+    Case and surrounding blanks of the id do not count. l1, l2 in 82..98 mm, d in 108..128 mm:
+    always assemblable.
     """
     draw = np.random.default_rng(int.from_bytes(_drawn(secret, "robot", student)))
     l1, l2 = draw.integers(82, 98, 2, endpoint=True).tolist()
@@ -87,7 +91,9 @@ def lengths(robot: Robot) -> dict[str, float]:
 
 
 def robot_from(standard: Robot, constants: dict[str, float]) -> Robot:
-    """The standard robot with those of its numbers that are among the constants, or as it is where that is no robot."""
+    """The standard robot with those of its numbers that are among the constants, or as it is where
+    that is no robot.
+    """
     try:
         return replace(
             standard,

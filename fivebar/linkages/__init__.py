@@ -1,4 +1,6 @@
-"""Linkages: chains of the robot's drives and dyads, from positions to accelerations, driving torques and studies."""
+"""Linkages: chains of the robot's drives and dyads, from positions to accelerations, driving
+torques and studies.
+"""
 
 from .curves import Curve, coupler_curves, type_2_curves
 from .dynamics import driving_torque, equivalent_inertia, potential

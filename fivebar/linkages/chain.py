@@ -1,8 +1,11 @@
-"""The core of all linkages: points, headings and closures that know their first and second derivative.
+"""The core of all linkages: points, headings and closures that know their first and second
+derivative.
 
-A point has p, v, a (pairs of components), a heading u, rate, acceleration; v and a are derivatives by whatever the
-drives count in: the crank angle (analogs) or time. Each is computed when first read, so a picture pays for positions
-only. A dyad closes by two constraints that are linear in v and in a, with the same 2 x 2 matrix [first; second].
+A point has p, v, a (pairs of components), a heading u, rate, acceleration; v and a are derivatives
+by whatever the
+drives count in: the crank angle (analogs) or time. Each is computed when first read, so a picture
+pays for positions only. A dyad closes by two constraints that are linear in v and in a, with the
+same 2 x 2 matrix [first; second].
 """
 
 from __future__ import annotations
@@ -156,7 +159,9 @@ class Bar:
 
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """The joint of a dyad on two pivots; the second pivot of an RRP dyad is the origin of its fixed guide."""
+    """The joint of a dyad on two pivots; the second pivot of an RRP dyad is the origin of its fixed
+    guide.
+    """
 
     pivots: tuple[Point, Point]
     dyad: RRR | RRP
@@ -198,9 +203,11 @@ class Closure:
 
 @dataclass(frozen=True, eq=False)
 class Slot:
-    """RPR dyad as a heading: of the guide that turns about one point and, `offset` to its left, passes a second one.
+    """RPR dyad as a heading: of the guide that turns about one point and, `offset` to its left,
+    passes a second one.
 
-    branch +1: the second point is ahead of the first along the guide. `slide` is its coordinate there.
+    branch +1: the second point is ahead of the first along the guide. `slide` is its coordinate
+    there.
     """
 
     pivot: Point
@@ -288,7 +295,9 @@ class Along:
 def meet(
     first: Point, second: Point, r1: float, r2: float, branch: Number, name: str
 ) -> tuple[Closure, Bar, Bar]:
-    """(joint, bar 1, bar 2) of an RRR dyad; branch +1: the joint is on the left of first -> second."""
+    """(joint, bar 1, bar 2) of an RRR dyad; branch +1: the joint is on the left of first ->
+    second.
+    """
     dyad = RRR(minus(second.p, first.p), r1, r2, branch)
     joint = Closure((first, second), dyad, (1 / r1, 1 / r2), name)
     return joint, Bar(first, joint, r1, dyad.first), Bar(second, joint, r2, dyad.second)
@@ -297,7 +306,9 @@ def meet(
 def slide(
     first: Point, origin: tuple, guide: tuple, r1: float, branch: Number, name: str
 ) -> tuple[Closure, Bar]:
-    """(slider, bar) of an RRP dyad on a fixed guide; branch +1: the slider is ahead of `first` along the guide."""
+    """(slider, bar) of an RRP dyad on a fixed guide; branch +1: the slider is ahead of `first`
+    along the guide.
+    """
     dyad = RRP(minus(origin, first.p), r1, guide, branch)
     joint = Closure((first, Fixed(origin)), dyad, (1 / r1, 0), name)
     return joint, Bar(first, joint, r1, dyad.first)

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 def check_branch(
     linkage: Linkage, branch: int | ArrayLike | None
 ) -> int | tuple[int, int] | np.ndarray:
-    """The branch, or the usual one for None; refused where it is not +1 or -1, or not a pair where it must be."""
+    """The branch, or the usual one for None; refused where it is not +1 or -1, or not a pair where
+    it must be.
+    """
     if branch is None:
         return linkage.usual_branch
     if isinstance(linkage.usual_branch, tuple):
@@ -51,7 +53,9 @@ def numbers(x: ArrayLike, name: str) -> Number:
 
 
 def sizes(owner: object, *names: str) -> None:
-    """Refuse parameters of a frozen dataclass that are no lengths of bars, or too different ones; ValueError."""
+    """Refuse parameters of a frozen dataclass that are no lengths of bars, or too different ones;
+    ValueError.
+    """
     lengths = {name: size(getattr(owner, name), name) for name in names}
     not_too_different(lengths)
     for name, value in lengths.items():
@@ -59,13 +63,17 @@ def sizes(owner: object, *names: str) -> None:
 
 
 def finite(owner: object, *names: str) -> None:
-    """Refuse parameters of a frozen dataclass that are not numbers of at most LONGEST; ValueError."""
+    """Refuse parameters of a frozen dataclass that are not numbers of at most LONGEST;
+    ValueError.
+    """
     for name in names:
         object.__setattr__(owner, name, number(getattr(owner, name), name, -LONGEST, LONGEST))
 
 
 def pair(owner: object, *names: str) -> None:
-    """Refuse parameters of a frozen dataclass that are not two such numbers; None is left as it is. ValueError."""
+    """Refuse parameters of a frozen dataclass that are not two such numbers; None is left as it is.
+    ValueError.
+    """
     for name in names:
         value = getattr(owner, name)
         if value is None:
@@ -80,7 +88,9 @@ def pair(owner: object, *names: str) -> None:
 
 
 def loads(value: object, name: str) -> dict | None:
-    """Rule: {point: (Fx, Fy)}, numbers or arrays of a batch, or None; ValueError for anything else."""
+    """Rule: {point: (Fx, Fy)}, numbers or arrays of a batch, or None; ValueError for anything
+    else.
+    """
     if value is None:
         return None
     if not isinstance(value, dict) or not all(isinstance(point, str) for point in value):

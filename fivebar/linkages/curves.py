@@ -1,4 +1,6 @@
-"""Coupler curves: all that a coupler point can trace, on both branches; and the five-bar's Type-2 locus as such."""
+"""Coupler curves: all that a coupler point can trace, on both branches; and the five-bar's Type-2
+locus as such.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,8 @@ def coupler_curves(
         q = np.linspace(-np.pi, np.pi, samples + 1)
         curves = [move(four_bar, q, branch=branch).position("M") for branch in (1, -1)]
     for low, high in () if allowed.full else allowed.intervals:
-        # The dyad's height is a square root at either end: even steps of this angle are nearly even on the curve.
+        # The dyad's height is a square root at either end: even steps of this angle are nearly even
+        # on the curve.
         turn = np.linspace(0, 2 * np.pi, samples + 1)
         q = (low + high) / 2 - (high - low) / 2 * np.cos(turn)
         branch = np.where(turn < np.pi, 1, -1)
@@ -47,8 +50,9 @@ def coupler_curves(
 def type_2_curves(robot: FiveBar, samples: int = 1440) -> tuple[Curve, ...]:
     """The Type-2 locus of a five-bar in task space as coupler curves: a tuple of Curve.
 
-    Distal bars in line are one coupler, l12 + l22 long (stretched) or |l12 - l22| (folded), with the end-effector on it
-    at l12 from the left elbow. Equal distal bars fold to a point: circles of self-motion.
+    Distal bars in line are one coupler, l12 + l22 long (stretched) or |l12 - l22| (folded), with
+    the end-effector on it at l12 from the left elbow. Equal distal bars fold to a point: circles of
+    self-motion.
     """
     curves, base = [], (-robot.d / 2, 0.0)
     for label, reach in (
@@ -62,8 +66,8 @@ def type_2_curves(robot: FiveBar, samples: int = 1440) -> tuple[Curve, ...]:
             curves += _self_motion(robot, samples)
         elif abs(reach) < max(SHORTEST, max(sides) / RATIO):
             raise ValueError(
-                f"type_2_curves: l12 and l22 differ by {abs(reach):.3g} m, too little for a coupler; singularity_loci "
-                "traces this locus too"
+                f"type_2_curves: l12 and l22 differ by {abs(reach):.3g} m, too little for a"
+                " coupler; singularity_loci traces this locus too"
             )
         elif 2 * max(sides) <= sum(sides):
             point = (robot.l12 if reach > 0 else -robot.l12, 0.0)

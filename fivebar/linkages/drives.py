@@ -1,4 +1,6 @@
-"""How a crank is driven: turning evenly, up to where it locks, or to and fro; and two motors together."""
+"""How a crank is driven: turning evenly, up to where it locks, or to and fro; and two motors
+together.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ AMPLITUDE = 0.4  # rad, of two motors that swing
 
 
 class Law(NamedTuple):
-    """t (n,) s; q, q_dot, q_ddot (n,) or, for two motors, (n, 2); lock: (crank angle, time) where it locks, or None."""
+    """t (n,) s; q, q_dot, q_ddot (n,) or, for two motors, (n, 2); lock: (crank angle, time) where
+    it locks, or None.
+    """
 
     t: np.ndarray
     q: np.ndarray
@@ -43,7 +47,9 @@ def law(
     start: float | None,
     between: tuple[float, float] | None,
 ) -> Law:
-    """The motion of a linkage's crank: Law. UnreachableError where a turning crank locks, with angle and time."""
+    """The motion of a linkage's crank: Law. UnreachableError where a turning crank locks, with
+    angle and time.
+    """
     allowed = crank_range(linkage, branch)
     if not allowed.intervals:
         raise UnreachableError(
@@ -56,8 +62,9 @@ def law(
     interval = allowed.interval(start)
     if interval is None:
         raise UnreachableError(
-            f"unreachable: the {linkage.driven} cannot start at {math.degrees(start):.9g} deg; the nearest allowed "
-            f"angle is {math.degrees(allowed.nearest(start)):.9g} deg; it may turn {allowed}",
+            f"unreachable: the {linkage.driven} cannot start at {math.degrees(start):.9g} deg; the"
+            f" nearest allowed angle is {math.degrees(allowed.nearest(start)):.9g} deg; it may turn"
+            f" {allowed}",
             math.nan,
         )
     end, lock = interval[speed > 0], None
@@ -65,9 +72,12 @@ def law(
         lock = end, abs(end - start) / abs(speed)
         if drive == "turn":
             raise UnreachableError(
-                f"unreachable: the {linkage.driven} cannot turn: from {math.degrees(start):.9g} deg at "
-                f"{math.degrees(speed):.9g} deg/s it locks at {math.degrees(lock[0]):.9g} deg after {lock[1]:.9g} s; "
-                f'it may turn {allowed} (drive "until-lock" runs up to there, "swing" goes to and fro)',
+                f"unreachable: the {linkage.driven} cannot turn: from {math.degrees(start):.9g}"
+                " deg at "
+                f"{math.degrees(speed):.9g} deg/s it locks at {math.degrees(lock[0]):.9g} deg after"
+                f" {lock[1]:.9g} s; "
+                f'it may turn {allowed} (drive "until-lock" runs up to there, "swing" goes to and'
+                " fro)",
                 math.nan,
             )
         t = np.linspace(0.0, lock[1], len(t))[:-1]  # at the lock itself rates have no limit
@@ -75,9 +85,11 @@ def law(
 
 
 def usual_start(linkage: Linkage, allowed: CrankRange) -> float:
-    """Where a crank starts that was not told: as the linkage says, else at 0 or in the middle of its last range.
+    """Where a crank starts that was not told: as the linkage says, else at 0 or in the middle of
+    its last range.
 
-    Half a degree off 0 where it passes flat poses, which have no rates: the usual samples then miss them.
+    Half a degree off 0 where it passes flat poses, which have no rates: the usual samples then miss
+    them.
     """
     if hasattr(linkage, "usual_start"):
         return linkage.usual_start
@@ -87,9 +99,11 @@ def usual_start(linkage: Linkage, allowed: CrankRange) -> float:
 
 
 def smooth_branch(linkage: Linkage, q: np.ndarray, branch: int) -> np.ndarray:
-    """The branch at each of the angles q as the linkage moves through its flat poses: there it passes to the other one.
+    """The branch at each of the angles q as the linkage moves through its flat poses: there it
+    passes to the other one.
 
-    The one given is that of the start. Where it stayed, rates would jump: a parallelogram would cross its bars.
+    The one given is that of the start. Where it stayed, rates would jump: a parallelogram would
+    cross its bars.
     """
     flips = sum(
         np.floor((q - flat) / TURN) - np.floor((q[0] - flat) / TURN) for flat in linkage.flats
@@ -98,7 +112,9 @@ def smooth_branch(linkage: Linkage, q: np.ndarray, branch: int) -> np.ndarray:
 
 
 def _inside(allowed, start, between, flats):
-    """The range between two angles, or else the one around the start; where an end is a lock, a bit before it."""
+    """The range between two angles, or else the one around the start; where an end is a lock, a bit
+    before it.
+    """
     if allowed.full:
         if between is None:
             raise ValueError("this crank turns fully: it has no range of its own to swing in")
@@ -139,8 +155,8 @@ def two_motors(
 ) -> Law:
     """The motion of a five-bar's two motors: Law; `speed` a number for both or a pair.
 
-    "turn": both turn evenly; "swing": both go to and fro about the start, a quarter period apart, by AMPLITUDE
-    or the half, quarter ... of it that closes.
+    "turn": both turn evenly; "swing": both go to and fro about the start, a quarter period apart,
+    by AMPLITUDE or the half, quarter ... of it that closes.
     """
 
     def closes(q):

@@ -1,4 +1,6 @@
-"""Driving torque of linkages with one drive: J q'' + J'(q) q'^2 / 2 + U'(q) = Q (six-bar paper, eq. 24-38)."""
+"""Driving torque of linkages with one drive: J q'' + J'(q) q'^2 / 2 + U'(q) = Q (six-bar paper, eq.
+24-38).
+"""
 
 from __future__ import annotations
 
@@ -12,9 +14,11 @@ from .motion import Motion, one_drive, stretch
 
 @takes(motion=instance(Motion))
 def equivalent_inertia(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-    """(J, dJ/dq): the inertia of all bodies at the crank, kg m^2, and its exact derivative; each (*batch,).
+    """(J, dJ/dq): the inertia of all bodies at the crank, kg m^2, and its exact derivative; each
+    (*batch,).
 
-    J = sum m |S'|^2 + j theta'^2, so dJ/dq = 2 sum m S'.S'' + j theta' theta'' (six-bar paper, eq. 29, 30).
+    J = sum m |S'|^2 + j theta'^2, so dJ/dq = 2 sum m S'.S'' + j theta' theta'' (six-bar paper, eq.
+    29, 30).
     """
     _one_drive(motion)
     inertia, slope = _inertia(motion.chain)
@@ -23,7 +27,9 @@ def equivalent_inertia(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
 
 @takes(motion=instance(Motion), gravity=two_numbers)
 def potential(motion: Motion, gravity: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """(U, dU/dq) of the weights, J and N m, each (*batch,); gravity: (gx, gy) m/s^2 (six-bar paper, eq. 31, 37)."""
+    """(U, dU/dq) of the weights, J and N m, each (*batch,); gravity: (gx, gy) m/s^2 (six-bar paper,
+    eq. 31, 37).
+    """
     _one_drive(motion)
     energy, slope = 0.0, 0.0
     for link in motion.chain.links.values():
@@ -37,7 +43,8 @@ def potential(motion: Motion, gravity: tuple[float, float]) -> tuple[np.ndarray,
 def driving_torque(
     motion: Motion, load: dict | None = None, gravity: tuple[float, float] = (0.0, 0.0)
 ) -> np.ndarray:
-    """Torque of the motor on the driven link, counter-clockwise, N m: (*batch,) (six-bar paper, eq. 38).
+    """Torque of the motor on the driven link, counter-clockwise, N m: (*batch,) (six-bar paper, eq.
+    38).
 
     load: {point: (Fx, Fy)} in N, numbers or arrays of the batch's shape; gravity: (gx, gy) m/s^2.
     """

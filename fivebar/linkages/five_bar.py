@@ -1,7 +1,8 @@
 """The five-bar with its two motors at any two of its five joints (MechAnalyzer, section II-E).
 
-The three joints without a motor divide the loop into three bodies, rigid once the motors stand still: one holds the
-ground, the other two are the bars of an RRR dyad, whose lengths change where a motor is inside of them.
+The three joints without a motor divide the loop into three bodies, rigid once the motors stand
+still: one holds the ground, the other two are the bars of an RRR dyad, whose lengths change where a
+    motor is inside of them.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
 
     from .chain import Number, Point
 
-# Links 1 to 4 are the bars l11, l12, l22, l21, as headed from the bases outwards: 3 and 4 against the way around.
+# Links 1 to 4 are the bars l11, l12, l22, l21, as headed from the bases outwards: 3 and 4 against
+# the way around.
 FORWARD = {1: 1, 2: 1, 3: -1, 4: -1}
 TURNS = {
     2: 1,
@@ -37,11 +39,13 @@ TURNS = {
 
 @dataclass(frozen=True)
 class FiveBarLinkage:
-    """Five-bar with motors at two of the joints 1 (left base), 2 (left elbow), 3 (end-effector), 4, 5 (right base).
+    """Five-bar with motors at two of the joints 1 (left base), 2 (left elbow), 3 (end-effector), 4,
+    5 (right base).
 
-    Joint angles: 1 and 5 those of the proximal bars from +x; 2 and 4 of a distal bar from its proximal one (the
-    robot's q12, q22); 3 of the right distal bar from the left one. branch +1: of the three joints without motor, in
-    their order from 1 to 5, the middle one is on the left of the line from the first to the third.
+    Joint angles: 1 and 5 those of the proximal bars from +x; 2 and 4 of a distal bar from its
+    proximal one (the robot's q12, q22); 3 of the right distal bar from the left one. branch +1: of
+    the three joints without motor, in their order from 1 to 5, the middle one is on the left of the
+    line from the first to the third.
     """
 
     robot: FiveBar = FiveBar()
@@ -127,7 +131,9 @@ class FiveBarLinkage:
         return Chain(points, links, {}, (dyad,), bars, (names[1], names[5]), actuated, names[3])
 
     def _body(self, drives, first, last, step):
-        """Links from joint `first` to `last`: (link, turn from the first one, end in its frame, joint there, reach)."""
+        """Links from joint `first` to `last`: (link, turn from the first one, end in its frame,
+        joint there, reach).
+        """
         body, joint, heading, turn, end = [], first, Still(), None, Fixed((0.0, 0.0))
         while joint != last:
             link = joint if step > 0 else joint - 1
@@ -147,7 +153,9 @@ class FiveBarLinkage:
 
     @cached_property
     def home(self) -> dict[int, float]:
-        """All five joint angles, rad, in a pose of assembly mode -1 far from where the passive joints are in line."""
+        """All five joint angles, rad, in a pose of assembly mode -1 far from where the passive
+        joints are in line.
+        """
         q = np.stack(
             np.meshgrid(*[np.radians(np.arange(-180, 180, 15.0))] * 2, indexing="ij"), axis=-1
         ).reshape(-1, 2)
@@ -169,7 +177,9 @@ class FiveBarLinkage:
         return 1 if self._flatness(pose) > 0 else -1
 
     def _flatness(self, pose):
-        """Signed area of the passive joints' triangle over the sum of its squared sides: > 0 on branch +1."""
+        """Signed area of the passive joints' triangle over the sum of its squared sides: > 0 on
+        branch +1.
+        """
         half = self.robot.d / 2
         left, right = (
             pose.elbows[..., k, :] + 0 * pose.xi for k in (0, 1)
@@ -199,7 +209,8 @@ class StretchingRRR(RRR):
 
 @dataclass(frozen=True, eq=False)
 class StretchingClosure(Closure):
-    """Closure with bars of changing length: `bends` are the bars as vectors w in their own frames, that move.
+    """Closure with bars of changing length: `bends` are the bars as vectors w in their own frames,
+    that move.
 
     |C - P|^2 = |w|^2, differentiated once and twice.
     """
@@ -226,7 +237,9 @@ class StretchingClosure(Closure):
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """The heading of a body's frame: `unit` points from start to end, w is the same vector in that frame."""
+    """The heading of a body's frame: `unit` points from start to end, w is the same vector in that
+    frame.
+    """
 
     start: Point
     end: Point

@@ -24,9 +24,9 @@ SIDES = ("ground", "crank", "coupler", "rocker")
 class FourBar:
     """Four-bar A B C D: ground AD, crank AB (driven), coupler BC, rocker CD, all in m.
 
-    point: the coupler point M, (along BC from B, to its left) m, None for the middle of BC; base: A; tilt: direction of
-    the ground A -> D, rad. Crank angles count from +x. branch +1: C is on the left of B -> D. Raises ValueError for
-    lengths that no four-bar can have.
+    point: the coupler point M, (along BC from B, to its left) m, None for the middle of BC; base:
+    A; tilt: direction of the ground A -> D, rad. Crank angles count from +x. branch +1: C is on the
+    left of B -> D. Raises ValueError for lengths that no four-bar can have.
     """
 
     ground: float
@@ -98,7 +98,9 @@ class FourBar:
 
     @property
     def grashof(self) -> float:
-        """Shortest + longest - the two others, m: < 0 where a link can turn fully, 0 at a change point."""
+        """Shortest + longest - the two others, m: < 0 where a link can turn fully, 0 at a change
+        point.
+        """
         shortest, p, q, longest = sorted(self.sides)
         excess = (longest - q) - (p - shortest)
         return 0.0 if abs(excess) <= 8 * EPS * sum(self.sides) else excess
@@ -129,7 +131,9 @@ class FourBar:
         return SIDES[1:] if shortest == "ground" else (shortest,)
 
     def _revolves(self, name):
-        """Whether a link closes both stretched from the ground and folded on it (the coupler: beside it)."""
+        """Whether a link closes both stretched from the ground and folded on it (the coupler:
+        beside it).
+        """
         index = SIDES.index(name)
         own, others = (
             self.sides[index],
@@ -143,7 +147,9 @@ class FourBar:
         )
 
     def inversion(self, fixed: str) -> FourBar:
-        """The same four bars with another one ("ground", "crank", "coupler", "rocker") held; the next one is driven."""
+        """The same four bars with another one ("ground", "crank", "coupler", "rocker") held; the
+        next one is driven.
+        """
         if not isinstance(fixed, str) or fixed not in SIDES:
             raise ValueError(f"no link {fixed!r} to hold; the known ones are {', '.join(SIDES)}")
         k = SIDES.index(fixed)
@@ -151,7 +157,9 @@ class FourBar:
 
 
 class DeadCentre(NamedTuple):
-    """Crank and coupler in line: kind ("extended" or "folded"), crank and rocker angle, rad in (-pi, pi]."""
+    """Crank and coupler in line: kind ("extended" or "folded"), crank and rocker angle, rad in
+    (-pi, pi].
+    """
 
     kind: str
     crank: float
@@ -160,7 +168,9 @@ class DeadCentre(NamedTuple):
 
 @takes(four_bar=instance(FourBar), branch=modes(1))
 def dead_centres(four_bar: FourBar, branch: int = 1) -> tuple[DeadCentre, ...]:
-    """Poses of a branch in which crank and coupler are in line, the ends of the rocker's swing: up to two."""
+    """Poses of a branch in which crank and coupler are in line, the ends of the rocker's swing: up
+    to two.
+    """
     g, a, b, c = four_bar.sides
     found = []
     for kind, reach, sign in (("extended", b + a, 1), ("folded", b - a, -1)):
@@ -181,7 +191,9 @@ def dead_centres(four_bar: FourBar, branch: int = 1) -> tuple[DeadCentre, ...]:
 
 @takes(four_bar=instance(FourBar), branch=modes(1))
 def time_ratio(four_bar: FourBar, branch: int = 1) -> float | None:
-    """Duration of the rocker's slower stroke over its faster one, at constant crank speed; None without two ends."""
+    """Duration of the rocker's slower stroke over its faster one, at constant crank speed; None
+    without two ends.
+    """
     ends = dead_centres(four_bar, branch)
     if len(ends) < 2:
         return None
@@ -191,7 +203,9 @@ def time_ratio(four_bar: FourBar, branch: int = 1) -> float | None:
 
 @takes(four_bar=instance(FourBar))
 def transmission_range(four_bar: FourBar) -> tuple[float, float]:
-    """(least, largest) angle between coupler and rocker, rad in [0, pi], over all crank angles that close."""
+    """(least, largest) angle between coupler and rocker, rad in [0, pi], over all crank angles that
+    close.
+    """
     g, a, b, c = four_bar.sides
     low, high = max(abs(g - a), abs(b - c)), min(g + a, b + c)
     # tan of the half angle, from the triangle B C D: exact at 0 and pi.

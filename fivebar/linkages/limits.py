@@ -20,7 +20,8 @@ TURN = 2 * math.pi
 
 @dataclass(frozen=True)
 class CrankRange:
-    """Intervals (low, high) of crank angles in rad, low in (-pi, pi], high > low; `full` where the crank turns.
+    """Intervals (low, high) of crank angles in rad, low in (-pi, pi], high > low; `full` where the
+    crank turns.
 
     `str` gives it in degrees.
     """
@@ -64,7 +65,8 @@ class CrankRange:
 def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> CrankRange:
     """The crank angles at which a linkage closes on a branch: CrankRange.
 
-    The ends come from the linkage in closed form; which pieces between them close is tried inside of them.
+    The ends come from the linkage in closed form; which pieces between them close is tried inside
+    of them.
     """
     branch = one_branch(linkage, branch)
     ends = sorted({math.remainder(end, TURN) for end in linkage.crank_limits(branch)})
@@ -72,7 +74,8 @@ def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -
         closes = math.isfinite(linkage.chain(0.3, branch).found)
         return CrankRange(((-math.pi, math.pi),) if closes else (), closes)
     pieces = list(zip(ends, [*ends[1:], ends[0] + TURN]))
-    # Two places in each: in the middle of a change point's piece both ends of the dyad may be in one point.
+    # Two places in each: in the middle of a change point's piece both ends of the dyad may be in
+    # one point.
     places = np.array([low + share * (high - low) for low, high in pieces for share in (0.5, 0.38)])
     closes = np.isfinite(linkage.chain(places, branch).found).reshape(-1, 2).any(axis=1)
     kept = []
@@ -92,7 +95,8 @@ def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -
 
 def ends_of(axis: float, near: float, far: float) -> list[float]:
     """Angles at which 1 - cos(q - axis) = near and 1 + cos(q - axis) = far, those that exist."""
-    # Sines of half angles: they keep their digits where the limit is close to a straight or folded pose.
+    # Sines of half angles: they keep their digits where the limit is close to a straight or folded
+    # pose.
     ends = []
     for square, turn in ((near / 2, 0.0), (far / 2, math.pi)):
         if 4 * EPS < square < 1 - 4 * EPS:
@@ -108,7 +112,8 @@ def four_bar_limits(
     scale = 2 * ground * crank
     short, long = ground - crank, ground + crank
     folded, stretched = coupler - rocker, coupler + rocker
-    # span^2 = short^2 + scale (1 - cos q) = long^2 - scale (1 + cos q), between folded^2 and stretched^2
+    # span^2 = short^2 + scale (1 - cos q) = long^2 - scale (1 + cos q), between folded^2 and
+    # stretched^2
     return ends_of(
         axis,
         (folded - short) * (folded + short) / scale,

@@ -1,4 +1,6 @@
-"""A linkage at given crank angles: the Motion, in which everything is read, and what it is made of."""
+"""A linkage at given crank angles: the Motion, in which everything is read, and what it is made
+of.
+"""
 
 from __future__ import annotations
 
@@ -28,8 +30,9 @@ RAIL, BLOCK = ("G", "H"), ("K", "L")  # names of the ends of a guide, and of a b
 
 @dataclass(frozen=True)
 class Body:
-    """A link's mass, kg, inertia about its centre of mass, kg m^2, and that centre (along, across) in m from the
-    link's first joint; None is the middle of the link."""
+    """A link's mass, kg, inertia about its centre of mass, kg m^2, and that centre (along, across)
+    in m from the link's first joint; None is the middle of the link.
+    """
 
     mass: float = 0.0
     inertia: float = 0.0
@@ -58,7 +61,9 @@ class Link:
 
 
 class Chain(NamedTuple):
-    """What a linkage builds for `move`: points, links and scalar coordinates by name, and the dyads in their order."""
+    """What a linkage builds for `move`: points, links and scalar coordinates by name, and the dyads
+    in their order.
+    """
 
     points: dict[str, Point]
     links: dict[str, Link]
@@ -84,7 +89,9 @@ class Chain(NamedTuple):
 
 
 class Linkage(Protocol):
-    """What `move` and `study` ask of a linkage; of one with one drive also chain, driven, flats and crank_limits."""
+    """What `move` and `study` ask of a linkage; of one with one drive also chain, driven, flats and
+    crank_limits.
+    """
 
     @property
     def title(self) -> str: ...
@@ -97,10 +104,12 @@ class Linkage(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A linkage moving through one pose or a batch of poses, from `move`; all is computed when first read.
+    """A linkage moving through one pose or a batch of poses, from `move`; all is computed when
+    first read.
 
-    q rad, q_dot rad/s, q_ddot rad/s^2 of the drive, and the branch; the names of points and links are in `points` and
-    `links`. With the q_dot = 1 and q_ddot = 0 of `move`, velocities and accelerations are analogs, by the crank angle.
+    q rad, q_dot rad/s, q_ddot rad/s^2 of the drive, and the branch; the names of points and links
+    are in `points` and `links`. With the q_dot = 1 and q_ddot = 0 of `move`, velocities and
+    accelerations are analogs, by the crank angle.
     """
 
     linkage: Linkage
@@ -118,9 +127,11 @@ class Motion:
         return self._build()
 
     def stretches(self) -> Iterator[tuple[slice | None, Motion]]:
-        """(part of the flat batch, Motion) for stretches of a large batch with one drive; else (None, itself).
+        """(part of the flat batch, Motion) for stretches of a large batch with one drive; else
+        (None, itself).
 
-        What is computed in one is forgotten in the next, so that all of it stays in the processor's cache.
+        What is computed in one is forgotten in the next, so that all of it stays in the processor's
+        cache.
         """
         if not isinstance(self.q, np.ndarray) or self.q.size <= STRETCH:
             yield None, self
@@ -168,7 +179,9 @@ class Motion:
         return self._full(self._second(heading.rate, heading.acceleration))
 
     def coordinate(self, name: str) -> tuple[np.ndarray, ...]:
-        """(value, rate, acceleration) of a scalar coordinate such as a slider's way: each (*batch,), m and s."""
+        """(value, rate, acceleration) of a scalar coordinate such as a slider's way: each
+        (*batch,), m and s.
+        """
         c = _named(self.chain.coordinates, name, "coordinate")
         return tuple(map(self._full, (c.p, self._first(c.v), self._second(c.v, c.a))))
 
@@ -187,12 +200,16 @@ class Motion:
         return self._full(_ratio(across, speed))
 
     def curvature_radius(self, point: str) -> np.ndarray:
-        """|v|^3 / |v x a|, m: (*batch,); inf where the path is straight, nan where the point rests."""
+        """|v|^3 / |v x a|, m: (*batch,); inf where the path is straight, nan where the point
+        rests.
+        """
         speed, _, across = self._path(point)
         return self._full(_ratio(speed * speed * speed, across))
 
     def transmission_angle(self) -> np.ndarray:
-        """Between the bars of the last dyad, in [0, pi] rad: (*batch,); 0 and pi are its singularities."""
+        """Between the bars of the last dyad, in [0, pi] rad: (*batch,); 0 and pi are its
+        singularities.
+        """
         dyad = self.chain.dyads[-1]
         if isinstance(dyad, Slot):
             return self._full(atan2(abs(dyad.slide), 0.0 * dyad.slide + abs(dyad.offset)))
@@ -252,7 +269,9 @@ def one_drive(
 
 
 def stretch(x: Number, shape: tuple[int, ...], part: slice) -> Number:
-    """The part of what is given for a flat batch; a number, or a pair of branches, is that of every part."""
+    """The part of what is given for a flat batch; a number, or a pair of branches, is that of every
+    part.
+    """
     return np.broadcast_to(x, shape).reshape(-1)[part] if isinstance(x, np.ndarray) else x
 
 

@@ -34,7 +34,8 @@ def move(
     q: (*batch,) rad, or a CasADi scalar; for two motors (*batch, 2).
     q_dot, q_ddot: rad/s, rad/s^2, of the same shape or one number.
     branch: +1 or -1, for the press a pair; None is the linkage's usual one.
-    unreachable: "raise" an UnreachableError that names the nearest allowed angle, or give "nan" there.
+    unreachable: "raise" an UnreachableError that names the nearest allowed angle, or give "nan"
+        there.
     """
     raise_or_nan(unreachable)
     branch = check_branch(linkage, branch)
@@ -47,12 +48,15 @@ def move(
 
 
 def _refuse_shapes(linkage, given, branch):
-    """ValueError for batches that do not go together, and for CasADi symbols that are no scalars."""
+    """ValueError for batches that do not go together, and for CasADi symbols that are no
+    scalars.
+    """
     motors, batch = 2 if hasattr(linkage, "motors") else 1, isinstance(branch, np.ndarray)
     for x, name in zip(given, ("q", "q_dot", "q_ddot")):
         if is_symbolic(x) and (x.numel() != motors or batch):
             raise ValueError(
-                f"{name} must be {'two' * (motors - 1) or 'one'} CasADi scalar, with one branch, not {x.shape}"
+                f"{name} must be {'two' * (motors - 1) or 'one'} CasADi scalar, with one branch,"
+                f" not {x.shape}"
             )
     shapes = [
         np.shape(x)[: -1 if motors == 2 and np.ndim(x) else None]
@@ -84,7 +88,8 @@ def _refuse_open(motion):
     words = ", ".join(f"{angle:.9g}" for angle in at)
     if len(at) > 1:
         raise UnreachableError(
-            f"{where}unreachable: with the motors at {words} deg the bars cannot meet (gap {gap:.3g} m)",
+            f"{where}unreachable: with the motors at {words} deg the bars cannot meet (gap"
+            f" {gap:.3g} m)",
             gap,
             index or None,
         )
@@ -94,20 +99,24 @@ def _refuse_open(motion):
     allowed = crank_range(motion.linkage, branch)
     if not allowed.intervals:
         raise UnreachableError(
-            f"{where}unreachable: on this branch no angle of the {motion.linkage.driven} closes (gap {gap:.3g} m)",
+            f"{where}unreachable: on this branch no angle of the {motion.linkage.driven} closes"
+            f" (gap {gap:.3g} m)",
             gap,
             index or None,
         )
     nearest = allowed.nearest(math.radians(at[0]))
     raise UnreachableError(
-        f"{where}unreachable: the {motion.linkage.driven} cannot stand at {words} deg (gap {gap:.3g} m); "
-        f"the nearest allowed angle is {math.degrees(nearest):.9g} deg; it may turn {allowed}",
+        f"{where}unreachable: the {motion.linkage.driven} cannot stand at {words} deg (gap"
+        f" {gap:.3g} m); the nearest allowed angle is {math.degrees(nearest):.9g} deg; it may turn"
+        f" {allowed}",
         gap,
         index or None,
     )
 
 
 def _gap(dyad):
-    """By how many metres a dyad's bars are too short or too long: negative where they meet, -inf behind an open one."""
+    """By how many metres a dyad's bars are too short or too long: negative where they meet, -inf
+    behind an open one.
+    """
     gap = -np.minimum.reduce(dyad.clearances)
     return np.where(np.isnan(gap), -np.inf, gap)

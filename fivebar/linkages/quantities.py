@@ -1,4 +1,6 @@
-"""What can be asked of a motion by name, with its unit: "coupler.angle", "M.x", "slide.position", "torque", ..."""
+"""What can be asked of a motion by name, with its unit: "coupler.angle", "M.x", "slide.position",
+"torque", ...
+"""
 
 from __future__ import annotations
 
@@ -62,7 +64,9 @@ def known(motion: Motion) -> list[str]:
 
 
 def usual(motion: Motion, loaded: bool) -> list[str]:
-    """The names that a table has where none are asked for: without the points that only pictures need."""
+    """The names that a table has where none are asked for: without the points that only pictures
+    need.
+    """
     points = [
         p for p in motion.points if p not in motion.chain.marks and p not in motion.chain.grounded
     ]
@@ -82,9 +86,11 @@ def usual(motion: Motion, loaded: bool) -> list[str]:
 
 
 def usual_panels(study: Study) -> list[list[str]]:
-    """Quantities plotted together: ways, or else the links' angles; their rates; their accelerations; the torque.
+    """Quantities plotted together: ways, or else the links' angles; their rates; their
+    accelerations; the torque.
 
-    Of a four-bar whose coupler point is named, that point's speed and accelerations in place of the links' rates.
+    Of a four-bar whose coupler point is named, that point's speed and accelerations in place of the
+    links' rates.
     """
     motion = study.motion
     if motion.coordinates:

@@ -1,9 +1,11 @@
-"""The six-bar press of Wang, Chen and Deng 2019, with its equations corrected, and its two sets of lengths.
+"""The six-bar press of Wang, Chen and Deng 2019, with its equations corrected, and its two sets of
+lengths.
 
-Crank 2, coupler 3 and rocker 4 are a four-bar; bar 5 hangs from the joint of 3 and 4 and moves slider 6 on the vertical
-through the rocker's pivot. Origin at the crank's pivot; angles and x as in the paper; gravity, where there is any, is
-along +x. Errata: eq. 4 has L3^2 on its right; A and B of eq. 5 are exchanged; eq. 9 with its minus sign is the lower
-branch, on which theta5 = -arccos(...); eq. 20 is alpha3; eq. 21 has two wrong signs.
+Crank 2, coupler 3 and rocker 4 are a four-bar; bar 5 hangs from the joint of 3 and 4 and moves
+slider 6 on the vertical through the rocker's pivot. Origin at the crank's pivot; angles and x as in
+the paper; gravity, where there is any, is along +x. Errata: eq. 4 has L3^2 on its right; A and B of
+eq. 5 are exchanged; eq. 9 with its minus sign is the lower branch, on which theta5 = -arccos(...);
+eq. 20 is alpha3; eq. 21 has two wrong signs.
 """
 
 from __future__ import annotations
@@ -30,12 +32,14 @@ GRAVITY = (9.81, 0.0)  # m/s^2, along +x as in the paper
 
 @dataclass(frozen=True)
 class SixBarPress:
-    """Six-bar press: crank l2, coupler l3, rocker l4, bar l5 to the slider, pivots l11 apart in the direction theta11.
+    """Six-bar press: crank l2, coupler l3, rocker l4, bar l5 to the slider, pivots l11 apart in the
+    direction theta11.
 
-    l12: distance of the line from which S6_down counts. Lengths in m, theta11 in rad, masses m2 to m6 in kg, inertias
-    j2 to j5 in kg m^2; centres of mass are at mid-link; j2 is not printed and counts only where the crank accelerates.
-    branch: (rocker, slider), +1 above and -1 below. Coordinates: "S6" of eq. 12, and "S6_down", the slider's height
-    above the line.
+    l12: distance of the line from which S6_down counts. Lengths in m, theta11 in rad, masses m2 to
+    m6 in kg, inertias j2 to j5 in kg m^2; centres of mass are at mid-link; j2 is not printed and
+    counts only where the crank accelerates.
+    branch: (rocker, slider), +1 above and -1 below. Coordinates: "S6" of eq. 12, and "S6_down", the
+    slider's height above the line.
     """
 
     l2: float
@@ -112,7 +116,9 @@ class SixBarPress:
     title = "six-bar press"
 
     def crank_limits(self, branch: tuple[int, int]) -> list[float]:
-        """Crank angles at which coupler and rocker are in line, or bar 5 is perpendicular to the guide."""
+        """Crank angles at which coupler and rocker are in line, or bar 5 is perpendicular to the
+        guide.
+        """
         limits = four_bar_limits(self.theta11, self.l11, self.l2, self.l3, self.l4)
         if (
             self.l4 > self.l5
@@ -153,11 +159,17 @@ REPAIRED = SixBarPress(l2=0.052, **_TABLE_1)
 PRESSES = {
     "repaired": (
         REPAIRED,
-        "Wang, Chen and Deng 2019, Table 1, with the crank of 52 mm in place of 202 mm (our repair: it turns, and its "
-        "folded dead centre is at the printed initial angle of 160.24 deg)",
+        (
+            "Wang, Chen and Deng 2019, Table 1, with the crank of 52 mm in place of 202 mm (our"
+            " repair: it turns, and its folded dead centre is at the printed initial angle of"
+            " 160.24 deg)"
+        ),
     ),
     "printed": (
         PRINTED,
-        "Wang, Chen and Deng 2019, Table 1 as printed: its crank of 202 mm cannot turn (202 + 540 > 434 + 250 mm)",
+        (
+            "Wang, Chen and Deng 2019, Table 1 as printed: its crank of 202 mm cannot turn (202 +"
+            " 540 > 434 + 250 mm)"
+        ),
     ),
 }

@@ -17,19 +17,24 @@ if TYPE_CHECKING:
 
 HELD = {
     "guide": "the slider-crank of engines and pumps; the crank is driven",
-    "crank": "the quick return of Whitworth and the rotary engine; the rod is driven, the guide turns",
-    "rod": "the oscillating cylinder; the crank is driven, the guide swings through a swivelling block",
+    "crank": (
+        "the quick return of Whitworth and the rotary engine; the rod is driven, the guide turns"
+    ),
+    "rod": (
+        "the oscillating cylinder; the crank is driven, the guide swings through a swivelling block"
+    ),
     "slider": "the hand pump; the rod is driven, the guide slides",
 }
 
 
 @dataclass(frozen=True)
 class SliderCrank:
-    """Slider-crank O A B: crank OA, rod AB, slider B on the guide that passes O at `offset` to the left, all in m.
+    """Slider-crank O A B: crank OA, rod AB, slider B on the guide that passes O at `offset` to the
+    left, all in m.
 
-    held: the link that does not move: "guide", "crank", "rod" or "slider". branch +1: the slider is ahead along the
-    guide of the rod's other end (guide held), of O (crank or rod held); with the slider held, O is ahead of A.
-    Raises ValueError for lengths that cannot close.
+    held: the link that does not move: "guide", "crank", "rod" or "slider". branch +1: the slider is
+    ahead along the guide of the rod's other end (guide held), of O (crank or rod held); with the
+    slider held, O is ahead of A. Raises ValueError for lengths that cannot close.
     """
 
     crank: float
@@ -51,8 +56,9 @@ class SliderCrank:
             raise ValueError(f"no link {self.held!r} to hold; the known ones are {', '.join(HELD)}")
         if abs(self.offset) > self.crank + self.rod:
             raise ValueError(
-                f"this slider-crank can never close: offset = {abs(self.offset):g} m is more than crank + rod = "
-                f"{self.crank + self.rod:g} m, by {abs(self.offset) - self.crank - self.rod:.6g} m"
+                f"this slider-crank can never close: offset = {abs(self.offset):g} m is more than"
+                f" crank + rod = {self.crank + self.rod:g} m, by"
+                f" {abs(self.offset) - self.crank - self.rod:.6g} m"
             )
 
     def chain(self, q: Number, branch: Number) -> Chain:
@@ -184,7 +190,8 @@ class SliderCrank:
             return guide_limits(self.crank, self.rod, self.offset)
         if self.held == "slider":
             return guide_limits(self.rod, self.crank, -self.offset)
-        # |OB|^2 = (crank - rod)^2 + 2 crank rod (1 + cos q) with the crank held, - cos q with the rod held: >= offset^2
+        # |OB|^2 = (crank - rod)^2 + 2 crank rod (1 + cos q) with the crank held, - cos q with the
+        # rod held: >= offset^2
         near = (self.offset**2 - (self.crank - self.rod) ** 2) / (2 * self.crank * self.rod)
         return ends_of(math.pi if self.held == "crank" else 0.0, near, 0.0)
 

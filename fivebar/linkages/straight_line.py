@@ -1,4 +1,6 @@
-"""Four-bars whose coupler point goes nearly straight, with their proportions, sources and straightness."""
+"""Four-bars whose coupler point goes nearly straight, with their proportions, sources and
+straightness.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +20,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StraightLine:
-    """A straight-line mechanism: the four-bar (lengths in its source's unit, taken as m), its branch, the nominal line
-    through `through` along `direction`, and the crank angles (first, last), rad, of its usual stroke."""
+    """A straight-line mechanism: the four-bar (lengths in its source's unit, taken as m), its
+    branch, the nominal line through `through` along `direction`, and the crank angles (first,
+    last), rad, of its usual stroke.
+    """
 
     linkage: FourBar
     branch: int
@@ -30,7 +34,9 @@ class StraightLine:
 
 
 class Straightness(NamedTuple):
-    """Of a stroke: its length, the largest distance from the nominal line, and the width of the band around, m."""
+    """Of a stroke: its length, the largest distance from the nominal line, and the width of the
+    band around, m.
+    """
 
     stroke: float
     deviation: float
@@ -60,7 +66,9 @@ def crank_at(
     along: float,
     guess: float,
 ) -> float:
-    """The crank angle at which the coupler point is at this coordinate along a line, m, by Newton from a guess."""
+    """The crank angle at which the coupler point is at this coordinate along a line, m, by Newton
+    from a guess.
+    """
     for _ in range(50):
         motion = move(linkage, guess, branch=branch)
         step = (along - np.dot(direction, motion.position("M") - through)) / np.dot(
@@ -73,11 +81,14 @@ def crank_at(
 
 
 def roberts(r: float) -> StraightLine:
-    """Roberts' mechanism of arms r: ground 2, coupler 1, the point at r below both ends; exact at A, between, and D."""
+    """Roberts' mechanism of arms r: ground 2, coupler 1, the point at r below both ends; exact at
+    A, between, and D.
+    """
     linkage = FourBar(2.0, r, 1.0, r, point=(0.5, -math.sqrt(r * r - 0.25)))
     if not r >= 1.18615:  # there coupler and rocker come in line with the point at A
         raise ValueError(
-            f"the arms must be at least 1.18615, not {r:g}: else the crank turns back before the point is at A"
+            f"the arms must be at least 1.18615, not {r:g}: else the crank turns back before the"
+            " point is at A"
         )
     last = math.acos(1 / r)
     return StraightLine(
@@ -86,8 +97,8 @@ def roberts(r: float) -> StraightLine:
         (0.0, 0.0),
         (1.0, 0.0),
         (last + 2 * math.asin(0.5 / r), last),
-        f"2 : {r:g} : 1 : {r:g}, isosceles coupler of sides {r:g}; stroke from A to D; Roberts, in Norton, Design of "
-        "Machinery (2 : 1 : 1 : 1 there)",
+        f"2 : {r:g} : 1 : {r:g}, isosceles coupler of sides {r:g}; stroke from A to D; Roberts, in"
+        " Norton, Design of Machinery (2 : 1 : 1 : 1 there)",
     )
 
 
@@ -100,7 +111,8 @@ def _watt():
         -1,
         *line,
         ends,
-        "equal arms 1, coupler 0.5, its middle; stroke +-0.25 about the pose with level arms; Watt 1784",
+        "equal arms 1, coupler 0.5, its middle; stroke +-0.25 about the pose with level arms; Watt"
+        " 1784",
     )
 
 
@@ -110,8 +122,9 @@ _CHEBYSHEV = StraightLine(
     (0.0, 4.0),
     (1.0, 0.0),
     (math.pi / 2, math.atan2(3.0, 4.0)),
-    "4 : 5 : 2 : 5 crossed, middle of the coupler; stroke between the poses with the coupler upright over A and D, "
-    "exact there and midway; Chebyshev, in Norton, Design of Machinery (2 : 2.5 : 1 : 2.5)",
+    "4 : 5 : 2 : 5 crossed, middle of the coupler; stroke between the poses with the coupler"
+    " upright over A and D, exact there and midway; Chebyshev, in Norton, Design of Machinery (2 :"
+    " 2.5 : 1 : 2.5)",
 )
 _HOEKEN = StraightLine(
     FourBar(2.0, 1.0, 2.5, 2.5, point=(5.0, 0.0)),
@@ -119,8 +132,8 @@ _HOEKEN = StraightLine(
     (0.0, 4.0),
     (1.0, 0.0),
     (math.pi / 2, 3 * math.pi / 2),
-    "2 : 1 : 2.5 : 2.5, the point at 5 from the crank pin through C; stroke: half a turn of the crank about 180 deg; "
-    "Hoeken 1926, in Norton, Design of Machinery",
+    "2 : 1 : 2.5 : 2.5, the point at 5 from the crank pin through C; stroke: half a turn of the"
+    " crank about 180 deg; Hoeken 1926, in Norton, Design of Machinery",
 )
 _EVANS = StraightLine(
     FourBar(10.0, 5.0, 5.0, 5.0, point=(-5.0, 0.0), tilt=-math.pi / 6),
@@ -128,9 +141,9 @@ _EVANS = StraightLine(
     (0.0, 0.0),
     (0.0, 1.0),
     (-math.pi / 6, math.pi / 6),
-    "10 : 5 : 5 : 5, the point at 5 beyond the crank pin, ground at -30 deg: r1 and r4 are free, r2 = r3 = rp; stroke "
-    "+-5 about the pose with crank and coupler in line, exact there and at both ends; Evans 1801, as in the Ch "
-    "Mechanism Toolkit of SoftIntegration",
+    "10 : 5 : 5 : 5, the point at 5 beyond the crank pin, ground at -30 deg: r1 and r4 are free, r2"
+    " = r3 = rp; stroke +-5 about the pose with crank and coupler in line, exact there and at both"
+    " ends; Evans 1801, as in the Ch Mechanism Toolkit of SoftIntegration",
 )
 
 BUILDERS = {
@@ -144,7 +157,9 @@ BUILDERS = {
 
 @takes(name=text)
 def straight_line(name: str) -> StraightLine:
-    """The straight-line mechanism of this name: "evans", "chebyshev", "watt", "hoeken" or "roberts"."""
+    """The straight-line mechanism of this name: "evans", "chebyshev", "watt", "hoeken" or
+    "roberts".
+    """
     if name not in BUILDERS:
         raise ValueError(
             f"no straight-line mechanism {name!r}; the known ones are {', '.join(BUILDERS)}"

@@ -1,4 +1,6 @@
-"""Motion studies: a linkage over one or more turns as a table, a CSV file, a picture and an animation."""
+"""Motion studies: a linkage over one or more turns as a table, a CSV file, a picture and an
+animation.
+"""
 
 from __future__ import annotations
 
@@ -42,8 +44,9 @@ SLOWEST = 1e-60  # rad/s
 class Study(Animated):
     """A linkage in motion on a grid of times, from `study`.
 
-    t (n,) s; q (n,) or (n, 2) rad, continuous; columns: {quantity: (n,)}; motion: the Motion of all samples, in which
-    any other quantity is read; lock: (crank angle, time) where the crank locks, or None.
+    t (n,) s; q (n,) or (n, 2) rad, continuous; columns: {quantity: (n,)}; motion: the Motion of all
+    samples, in which any other quantity is read; lock: (crank angle, time) where the crank locks,
+    or None.
     """
 
     linkage: Linkage
@@ -71,7 +74,9 @@ class Study(Animated):
         return np.stack([self.motion.position(name) for name in self.motion.points], axis=1)
 
     def to_csv(self, path: TextFile) -> None:
-        """Write the table, units in its header; what `from_csv` needs to repeat the study is in its first line."""
+        """Write the table, units in its header; what `from_csv` needs to repeat the study is in its
+        first line.
+        """
         about = {
             "linkage": {"kind": type(self.linkage).__name__, **asdict(self.linkage)},
             **self._arguments,
@@ -125,9 +130,9 @@ def study(
 
     speed: rad/s, a pair for two motors, < 0 turns clockwise.
     turns: > 0.
-    drive: "turn" evenly, and smoothly through the flat poses of a change point, refused with UnreachableError where the
-    crank locks; "until-lock"; or "swing" to and fro in its range, or in `between`.
-    branch, start (rad): None for the linkage's usual ones.
+    drive: "turn" evenly, and smoothly through the flat poses of a change point, refused with
+    UnreachableError where the crank locks; "until-lock"; or "swing" to and fro in its range, or in
+    `between`. branch, start (rad): None for the linkage's usual ones.
     between: (low, high) rad.
     samples: per turn, at most 10^6 in all.
     load: {point: (Fx, Fy)} N, for the torque.
@@ -138,15 +143,18 @@ def study(
     speed, shapes = finite_numbers(speed, "speed"), [(), (2,)][:motors]
     if speed.shape not in shapes or not (np.abs(speed) > SLOWEST).all():
         raise ValueError(
-            f"speed must be finite and not 0, {'one or two numbers' if motors == 2 else 'a number'}, not {speed}"
+            "speed must be finite and not 0,"
+            f" {'one or two numbers' if motors == 2 else 'a number'}, not {speed}"
         )
     if samples < 3 or turns * (samples - 1) < 0.5:
         raise ValueError(
-            f"a study needs at least 3 samples a turn and 2 in all, not {samples} over {turns:g} turns"
+            f"a study needs at least 3 samples a turn and 2 in all, not {samples} over {turns:g}"
+            " turns"
         )
     if (count := turns * (samples - 1)) > MOST_SAMPLES:
         raise ValueError(
-            f"{turns:g} turns are {count:.3g} poses, which take {7e-7 * count:.2g} GB: at most 10^6 poses"
+            f"{turns:g} turns are {count:.3g} poses, which take {7e-7 * count:.2g} GB: at most 10^6"
+            " poses"
         )
     if start is not None:
         start = finite_numbers(start, "start")

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 @takes(linkage=linkage)
 def verdict(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> list[str]:
-    """Lines of text about a linkage on a branch (None: its usual one): what turns, what locks, where."""
+    """Lines of text about a linkage on a branch (None: its usual one): what turns, what locks,
+    where.
+    """
     branch = one_branch(linkage, branch)
     known = {
         FourBar: _four_bar,
@@ -41,7 +43,8 @@ def _four_bar(linkage, branch):
     lines.append("turns fully: " + (", ".join(turning) if turning else "no link"))
     if linkage.grashof == 0:
         lines.append(
-            "where all bars are in line it can pass to the other branch; a study does, as without it rates would jump"
+            "where all bars are in line it can pass to the other branch; a study does, as without"
+            " it rates would jump"
         )
     lines += _drive("crank", crank_range(linkage, branch), "coupler and rocker come in line")
     ends = dead_centres(linkage, branch)
@@ -62,8 +65,8 @@ def _four_bar(linkage, branch):
 
 def _slider_crank(linkage, branch):
     lines = [
-        f"slider-crank, crank {linkage.crank:g} m, rod {linkage.rod:g} m, offset {linkage.offset:g} m, {linkage.held} "
-        f"held: {HELD[linkage.held]}"
+        f"slider-crank, crank {linkage.crank:g} m, rod {linkage.rod:g} m, offset {linkage.offset:g}"
+        f" m, {linkage.held} held: {HELD[linkage.held]}"
     ]
     where = {
         "guide": "the rod comes perpendicular to the guide",
@@ -77,7 +80,8 @@ def _slider_crank(linkage, branch):
             for d in (abs(linkage.rod - linkage.crank), linkage.rod + linkage.crank)
         ]
         lines.append(
-            f"the slider goes from {ends[0]:.6g} to {ends[1]:.6g} m along the guide, stroke {ends[1] - ends[0]:.6g} m"
+            f"the slider goes from {ends[0]:.6g} to {ends[1]:.6g} m along the guide, stroke"
+            f" {ends[1] - ends[0]:.6g} m"
         )
     return lines
 
@@ -92,8 +96,8 @@ def _press(linkage, branch):
     if not allowed.full and interval:
         time = (interval[1] - START) / SPEED
         lines.append(
-            f"from the paper's {_degrees(START)} at {math.degrees(SPEED):g} deg/s it locks at {_degrees(interval[1])} "
-            f"after {time:.6f} s"
+            f"from the paper's {_degrees(START)} at {math.degrees(SPEED):g} deg/s it locks at"
+            f" {_degrees(interval[1])} after {time:.6f} s"
         )
     for end in dead_centres(core, branch[0]):
         lines.append(f"dead centre, crank and coupler {end.kind}: crank at {_degrees(end.crank)}")
@@ -106,8 +110,7 @@ def _five(linkage, branch):
     lines = [
         "five-bar, ground and bars "
         + ", ".join(f"{s:g}" for s in sides)
-        + " m around; motors at joints "
-        f"{linkage.motors[0]} and {linkage.motors[1]}"
+        + f" m around; motors at joints {linkage.motors[0]} and {linkage.motors[1]}"
     ]
     for k in range(1, 6):
         a, b = sides[k - 1], sides[k % 5]

@@ -1,8 +1,10 @@
-"""Charts: which coordinates of the motion are integrated. The dynamics is the bar-force form in every one of them.
+"""Charts: which coordinates of the motion are integrated. The dynamics is the bar-force form in
+every one of them.
 
-A chart's state is (c, c'), `size` coordinates and their rates; its modes are the signs that its coordinates leave open.
-It is regular where none of its `margins` is zero, columns of (sin q12, sin q22, det A). `BarAngles`, the state of every
-pose, has none; `Task` is the fastest where the motion is regular; `Joint` is what others integrate in.
+A chart's state is (c, c'), `size` coordinates and their rates; its modes are the signs that its
+coordinates leave open. It is regular where none of its `margins` is zero, columns of (sin q12, sin
+q22, det A). `BarAngles`, the state of every pose, has none; `Task` is the fastest where the motion
+is regular; `Joint` is what others integrate in.
 """
 
 from dataclasses import dataclass
@@ -18,7 +20,9 @@ from .physics import loads_of
 
 @dataclass(frozen=True)
 class BarAngles:
-    """The angles of all four bars (q1, phi1, q2, phi2), no mode. Regular everywhere but with all of them parallel."""
+    """The angles of all four bars (q1, phi1, q2, phi2), no mode. Regular everywhere but with all of
+    them parallel.
+    """
 
     name = "bars"
     size = 4
@@ -29,7 +33,8 @@ class BarAngles:
         return bars_rates(robot, c, c_dot)
 
     def turned(self, robot, c, c_dot, modes):
-        """Rates with the same accelerations: a robot of cranks seen from its left distal bar has three directions.
+        """Rates with the same accelerations: a robot of cranks seen from its left distal bar has
+        three directions.
 
         Not under gravity, which has a direction of its own.
         """
@@ -84,7 +89,9 @@ class Joint(Minimal):
 
 @dataclass(frozen=True)
 class Task(Minimal):
-    """Task coordinates (x, y), modes: both working modes. Regular away from Type 1 of either leg; no sine in it."""
+    """Task coordinates (x, y), modes: both working modes. Regular away from Type 1 of either leg;
+    no sine in it.
+    """
 
     name = "task"
     margins = (0, 1)

@@ -1,4 +1,6 @@
-"""Compiled models: a casadi.Function that holds the instructions of its requested outputs and no others."""
+"""Compiled models: a casadi.Function that holds the instructions of its requested outputs and no
+others.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,8 @@ if TYPE_CHECKING:
 
     from .robots import Robot
 
-# Each level of motion has its inputs, one of which is given, and the outputs that then can be asked for.
+# Each level of motion has its inputs, one of which is given, and the outputs that then can be asked
+# for.
 POSITION, VELOCITY, ACCELERATION = ("q", "xi"), ("q_dot", "xi_dot"), ("q_ddot", "xi_ddot", "tau")
 POSE_OUTPUTS = (
     "q",
@@ -67,14 +70,16 @@ def compile(
     working: tuple[int, int] = (-1, -1),
     jit: bool | str = False,
 ) -> casadi.Function:
-    """A casadi.Function of `outputs` from `inputs`, named as the attributes of Pose, Rates and Accelerations.
+    """A casadi.Function of `outputs` from `inputs`, named as the attributes of Pose, Rates and
+    Accelerations.
 
-    inputs: one of q, xi; for what moves also one of q_dot, xi_dot; for accelerations and torques also one of q_ddot,
-    xi_ddot, tau. outputs: any of those and q_passive, elbows, A, B, M, c, ..., of the loads gravity_torques, potential
-    and friction_torques. assembly is used with q, working with xi; named among the inputs, it is one of them, its modes
-    told with each call.
-    jit: True compiles to machine code with the system's C compiler, kept in the user's cache folder; "auto" does so
-    where it can and warns where it cannot. Vectors are 2 x 1, matrices 2 x 2. ValueError for names that do not fit.
+    inputs: one of q, xi; for what moves also one of q_dot, xi_dot; for accelerations and torques
+    also one of q_ddot, xi_ddot, tau. outputs: any of those and q_passive, elbows, A, B, M, c, ...,
+    of the loads gravity_torques, potential and friction_torques. assembly is used with q, working
+    with xi; named among the inputs, it is one of them, its modes told with each call.
+    jit: True compiles to machine code with the system's C compiler, kept in the user's cache
+    folder; "auto" does so where it can and warns where it cannot. Vectors are 2 x 1, matrices 2 x
+    2. ValueError for names that do not fit.
     """
     import casadi
 
@@ -128,11 +133,13 @@ def _choose(inputs, outputs):
     unknown = [name for name in inputs if name not in chosen and name not in MODES]
     if unknown:
         raise ValueError(
-            f"no input {unknown[0]!r}; the known ones are {', '.join(POSITION + VELOCITY + ACCELERATION)}"
+            f"no input {unknown[0]!r}; the known ones are"
+            f" {', '.join(POSITION + VELOCITY + ACCELERATION)}"
         )
     if chosen[0] is None or (chosen[2] and not chosen[1]):
         raise ValueError(
-            f"inputs {', '.join(inputs) or '()'} need also one of {', '.join(VELOCITY if chosen[0] else POSITION)}"
+            f"inputs {', '.join(inputs) or '()'} need also one of"
+            f" {', '.join(VELOCITY if chosen[0] else POSITION)}"
         )
     fitting = ("assembly", "working")[chosen[0] == "xi"]
     if wrong := [name for name in inputs if name in MODES and name != fitting]:
@@ -179,8 +186,8 @@ def minimized(name: str, problem: dict, options: dict, **given: Any) -> tuple[di
 class Buffered:
     """A casadi.Function called through its own arrays, without the cost of converting arguments.
 
-    `call(*inputs)` copies its arguments in and gives the output arrays, overwritten by the next call. A vector is
-    (n,), an r x c matrix (c, r): its columns as rows, as they lie in memory.
+    `call(*inputs)` copies its arguments in and gives the output arrays, overwritten by the next
+    call. A vector is (n,), an r x c matrix (c, r): its columns as rows, as they lie in memory.
     """
 
     def __init__(self, function):
@@ -209,8 +216,9 @@ class Buffered:
 
 
 def batch(function, *arrays):
-    """The outputs of a function of `compile` for batches: arrays (n, 2) in, (n, 2) or (n, 2, 2) or (n,) out; nan where
-    there is no pose."""
+    """The outputs of a function of `compile` for batches: arrays (n, 2) in, (n, 2) or (n, 2, 2) or
+    (n,) out; nan where there is no pose.
+    """
     arrays = [np.ascontiguousarray(array, dtype=float) for array in arrays]
     count = len(arrays[0])
     for k, array in enumerate(arrays):

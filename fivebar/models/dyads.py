@@ -1,6 +1,8 @@
-"""The parts every mechanism here is made of: drives that move a pivot, and dyads that close on two pivots.
+"""The parts every mechanism here is made of: drives that move a pivot, and dyads that close on two
+pivots.
 
-Directions are held as unit vectors on components, so that what follows from them needs no trigonometry.
+Directions are held as unit vectors on components, so that what follows from them needs no
+trigonometry.
 """
 
 from dataclasses import dataclass
@@ -19,7 +21,8 @@ from ..base.backend import (
     where_zero,
 )
 
-# Below this a sine is rounding error of a pose's unit vectors: it has no sign, and nothing is divided by it.
+# Below this a sine is rounding error of a pose's unit vectors: it has no sign, and nothing is
+# divided by it.
 SINGULAR = 16 * EPS
 
 
@@ -33,10 +36,12 @@ def dot(u, v):
 
 @dataclass(frozen=True, eq=False)
 class RRR:
-    """RRR dyad: bars r1 and r2 on pivots P1 and P2 = P1 + span; branch +1: the joint is on the left of P1 -> P2.
+    """RRR dyad: bars r1 and r2 on pivots P1 and P2 = P1 + span; branch +1: the joint is on the left
+    of P1 -> P2.
 
     nan where the bars cannot meet and where equal bars find both pivots in one point.
-    extent: of the coordinates that the span is a difference of, beyond its own length: to their rounding it is known.
+    extent: of the coordinates that the span is a difference of, beyond its own length: to their
+        rounding it is known.
     """
 
     span: tuple
@@ -53,8 +58,8 @@ class RRR:
     @cached_property
     def _moment(self):
         """Signed height of the joint over the span, times the span."""
-        # Heron's product of differences in place of l^2 - a^2 (AMORO eq. 2 and 8): what cancels there is measured
-        # against the bars' product, not the longer bar's square.
+        # Heron's product of differences in place of l^2 - a^2 (AMORO eq. 2 and 8): what cancels
+        # there is measured against the bars' product, not the longer bar's square.
         square, total, difference = self.span_squared, self.r1 + self.r2, self.r1 - self.r2
         heron = (total * total - square) * (square - difference * difference)
         return sqrt_or_nan(heron, self._floor) * (0.5 * self.branch)
@@ -62,15 +67,18 @@ class RRR:
     def _floor(self):
         """Of Heron's product where the bars are in line.
 
-        The rounding of the pivots and of their difference leaves a span s uncertain by up to 4 eps (s + extent), and at
-        either limit the product's slope by s is 8 r1 r2 s in size. One stretched leg in nine rounds to below zero.
+        The rounding of the pivots and of their difference leaves a span s uncertain by up to 4 eps
+        (s + extent), and at either limit the product's slope by s is 8 r1 r2 s in size. One
+        stretched leg in nine rounds to below zero.
         """
         span = sqrt(self.span_squared)
         error = 4 * EPS * (span + self.extent)
         return -8 * self.r1 * self.r2 * (span + error) * error
 
     def _lead(self, square, r):
-        """Half the square: bar r along the span, times the span. Where the bars are in line it is all of the bar."""
+        """Half the square: bar r along the span, times the span. Where the bars are in line it is
+        all of the bar.
+        """
         return where_zero(
             self._moment, lambda: copysign(r * sqrt(self.span_squared), square), 0.5 * square
         )
@@ -85,7 +93,8 @@ class RRR:
     def _inverse(self):
         return reciprocal_or_nan(self.span_squared, (4 * EPS * (self.r1 + self.r2)) ** 2)
 
-    # Both bars are written with a positive share of the span, so that equal bars share their products.
+    # Both bars are written with a positive share of the span, so that equal bars share their
+    # products.
     @cached_property
     def first(self):
         """Unit vector along r1, from P1 to the joint."""
@@ -113,10 +122,13 @@ class RRR:
 
 @dataclass(frozen=True, eq=False)
 class RRP:
-    """RRP dyad: bar r from P1 to a slider on the line through P2 = P1 + span along the unit vector guide.
+    """RRP dyad: bar r from P1 to a slider on the line through P2 = P1 + span along the unit vector
+    guide.
 
-    branch +1: the slider is ahead of the foot of P1 on the line. It is the RRR dyad whose second bar is infinite, its
-    pivot far on the right of the guide: `second` is the guide's left normal. nan where the bar does not reach the line.
+    branch +1: the slider is ahead of the foot of P1 on the line. It is the RRR dyad whose second
+    bar is infinite, its
+    pivot far on the right of the guide: `second` is the guide's left normal. nan where the bar does
+        not reach the line.
     """
 
     span: tuple
@@ -136,7 +148,9 @@ class RRP:
 
     @cached_property
     def _reach(self):
-        """The slider's distance ahead of the foot of P1, in the product form and with the floor of RRR."""
+        """The slider's distance ahead of the foot of P1, in the product form and with the floor of
+        RRR.
+        """
         square = (self.r1 - self.height) * (self.r1 + self.height)
         return sqrt_or_nan(square, -8 * EPS * self.r1 * self.r1) * self.branch
 
@@ -194,7 +208,9 @@ class Crank(NamedTuple):
         return dot(direction, distal)
 
     def velocity_coefficients(self, sine, cosine):
-        """P'(q) along and across the distal bar, which the drive meets with this sine and cosine."""
+        """P'(q) along and across the distal bar, which the drive meets with this sine and
+        cosine.
+        """
         return self.length * sine, self.length * cosine
 
     def bends(self, sine, cosine):
@@ -216,7 +232,9 @@ class Crank(NamedTuple):
         return dyad.last
 
     def limits(self, bar):
-        """((limit of the distance `apart`, whether it is the outer one), ...) of what the leg reaches, m."""
+        """((limit of the distance `apart`, whether it is the outer one), ...) of what the leg
+        reaches, m.
+        """
         return (self.length + bar, True), (self.length - bar, False)
 
     def apart(self, x, y):
@@ -224,7 +242,9 @@ class Crank(NamedTuple):
         return x - self.x, y - self.y
 
     def relative(self, absolute, own):
-        """Passive joint's angle, rate or acceleration from the distal bar's absolute one and the drive's."""
+        """Passive joint's angle, rate or acceleration from the distal bar's absolute one and the
+        drive's.
+        """
         return absolute - own
 
     def absolute(self, passive, own):

@@ -1,4 +1,6 @@
-"""Dynamic models on base parameters: tau = M q'' + c, its inverse, and the bar-force form of forward dynamics."""
+"""Dynamic models on base parameters: tau = M q'' + c, its inverse, and the bar-force form of
+forward dynamics.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +30,12 @@ some_accelerations = instance(
 
 
 def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
-    """M (*batch, 2, 2) in kg m^2 and c (*batch, 2) in N m of tau = M q'' + c, in kg and N for sliders (AMORO eq. 26).
+    """M (*batch, 2, 2) in kg m^2 and c (*batch, 2) in N m of tau = M q'' + c, in kg and N for
+    sliders (AMORO eq. 26).
 
-    M = Z + m J^T J, c = m J^T A^-1 d with J = A^-1 B. Of a robot with more than these, c has its gravity and friction
-    too (`gravity_torques`, `friction_torques`). SingularityError where A is singular (Type 2).
+    M = Z + m J^T J, c = m J^T A^-1 d with J = A^-1 B. Of a robot with more than these, c has its
+    gravity and friction too (`gravity_torques`, `friction_torques`). SingularityError where A is
+    singular (Type 2).
     """
     if not isinstance(rates, Rates):
         some_rates(rates, "rates")
@@ -79,9 +83,11 @@ def _loaded_model(rates):
 
 
 def gravity_torques(pose: Pose) -> np.ndarray:
-    """Torques (*batch, 2) N m (forces in N for sliders) that hold the robot at rest against gravity.
+    """Torques (*batch, 2) N m (forces in N for sliders) that hold the robot at rest against
+    gravity.
 
-    SingularityError at Type 2, where no torque holds the end-effector. ValueError where gravity pulls at nothing.
+    SingularityError at Type 2, where no torque holds the end-effector. ValueError where gravity
+    pulls at nothing.
     """
     a_pose(pose, "pose")
     zero = 0.0 * pose.point[0]
@@ -89,10 +95,12 @@ def gravity_torques(pose: Pose) -> np.ndarray:
 
 
 def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
-    """Torques (*batch, 2) in N m (forces in N for sliders) for a motion: tau = Z q'' + J^T m xi'' (AMORO eq. 25).
+    """Torques (*batch, 2) in N m (forces in N for sliders) for a motion: tau = Z q'' + J^T m xi''
+    (AMORO eq. 25).
 
-    With gravity, heavy bars and friction where the robot names them (`loads`); Coulomb friction of a drive that stands
-    is 0. SingularityError where A is singular (Type 2). ValueError where gravity pulls at nothing.
+    With gravity, heavy bars and friction where the robot names them (`loads`); Coulomb friction of
+    a drive that stands is 0. SingularityError where A is singular (Type 2). ValueError where
+    gravity pulls at nothing.
     """
     if not isinstance(accelerations, Accelerations):
         some_accelerations(accelerations, "accelerations")
@@ -112,13 +120,15 @@ def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
 
 
 def forward_dynamics(rates: Rates, tau: ArrayLike) -> Accelerations:
-    """Accelerations under torques tau, (*batch, 2) N m (forces in N for sliders); regular at Type 1 and at Type 2.
+    """Accelerations under torques tau, (*batch, 2) N m (forces in N for sliders); regular at Type 1
+    and at Type 2.
 
-    By the two bar forces; with mu these over m: (A A^T + m B Z^-1 B^T) mu = d + B Z^-1 tau, xi'' = A^T mu,
-    q'' = Z^-1 (tau - m B^T mu).
-    Needs both drives' inertias > 0 (ValueError). SingularityError only where that 2 x 2 system is singular: A, and B
-    of both legs (with m = 0: A alone). Of a robot with heavy bars by `heavy_bars`, as regular. A drive with Coulomb
-    friction that stands is held by it where that is enough; CasADi symbols know no such drive.
+    By the two bar forces; with mu these over m: (A A^T + m B Z^-1 B^T) mu = d + B Z^-1 tau, xi'' =
+    A^T mu, q'' = Z^-1 (tau - m B^T mu).
+    Needs both drives' inertias > 0 (ValueError). SingularityError only where that 2 x 2 system is
+    singular: A, and B of both legs (with m = 0: A alone). Of a robot with heavy bars by
+    `heavy_bars`, as regular. A drive with Coulomb friction that stands is held by it where that is
+    enough; CasADi symbols know no such drive.
     """
     if not isinstance(rates, Rates):
         some_rates(rates, "rates")
@@ -137,7 +147,9 @@ def _lab_dynamics(rates, tau, model):
 def slipping_dynamics(
     rates: Rates, tau: tuple, slip: tuple | None, model: str = "slipping_dynamics"
 ) -> Accelerations:
-    """`forward_dynamics` of a robot with loads, on components, where it is known how the drives slip (`asked_for`)."""
+    """`forward_dynamics` of a robot with loads, on components, where it is known how the drives
+    slip (`asked_for`).
+    """
     robot = rates.pose.robot
     refuse_weightless(robot, model)
     if not loads_of(robot).heavy:
@@ -158,7 +170,9 @@ def held_by(rates: Rates, tau: tuple, slip: tuple) -> tuple[Accelerations, tuple
 
 
 def _slip(rates, tau):
-    """How the drives slip: by their rates, or what holds them where they stand; None: there is nothing to know."""
+    """How the drives slip: by their rates, or what holds them where they stand; None: there is
+    nothing to know.
+    """
     if not loads_of(rates.pose.robot).sticks or any(
         map(is_symbolic, (*rates._q_dot, *tau, *rates.pose.point))
     ):
@@ -175,7 +189,8 @@ def _refuse_no_inertia(robot, model):
 
 
 def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
-    """Forces (*batch, 2) in N of the distal bars on the end-effector, under torques tau; regular as `forward_dynamics`.
+    """Forces (*batch, 2) in N of the distal bars on the end-effector, under torques tau; regular as
+    `forward_dynamics`.
 
     A bar that pushes has a positive one: m xi'' = A^T lambda.
     """
@@ -188,9 +203,11 @@ def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
 
 
 def bar_force_dynamics(accelerations: Accelerations, forces: tuple) -> tuple:
-    """m xi'' - A^T lambda, 0 where forces are those of the motion, and tau = Z q'' + B^T lambda, on components.
+    """m xi'' - A^T lambda, 0 where forces are those of the motion, and tau = Z q'' + B^T lambda, on
+    components.
 
-    Both with the robot's loads. forces: of the two distal bars, components. Regular: nothing is divided by.
+    Both with the robot's loads. forces: of the two distal bars, components. Regular: nothing is
+    divided by.
     """
     pose = accelerations.rates.pose
     force, torques = forces_and_torques(accelerations)
@@ -199,7 +216,9 @@ def bar_force_dynamics(accelerations: Accelerations, forces: tuple) -> tuple:
 
 
 def drives_forces(accelerations: Accelerations, tau: tuple) -> tuple:
-    """What the drives say of the bar forces, B^-1 (tau - Z q''), N, on components; of Type 1 nothing."""
+    """What the drives say of the bar forces, B^-1 (tau - Z q''), N, on components; of Type 1
+    nothing.
+    """
     drives = zip(tau, forces_and_torques(accelerations)[1], accelerations.rates.pose.b)
     return tuple((t - asked) / along for t, asked, along in drives)
 
@@ -212,8 +231,8 @@ def _refuse_corner(model, pose, determinant):
         count, index = first_index(singular)
         first = place_of(pose, np.shape(determinant), index)
         raise SingularityError(
-            f"{model}: both distal bars are parallel and carry no {pose.robot.words.effort} "
-            f"(det A and B both singular) in {count} of {np.size(singular)} poses, the first {first}",
+            f"{model}: both distal bars are parallel and carry no {pose.robot.words.effort} (det A"
+            f" and B both singular) in {count} of {np.size(singular)} poses, the first {first}",
             float(np.min(determinant)),
             index or None,
         )

@@ -1,10 +1,12 @@
-"""Motions of which all four joints or bars are given: nothing is solved for, so no mode is asked for.
+"""Motions of which all four joints or bars are given: nothing is solved for, so no mode is asked
+for.
 
-The state of every pose: the four bars, a = (q1, phi1, q2, phi2), and their rates. Directions, end-effector, sines and
-modes follow without a root, a branch or a division, and so do the accelerations by the bar forces, regular at Type 1
-and Type 2, where a leg is folded on its base joint, and in corners of the workspace. Singular are only poses in which
-all four bars are parallel: they lie along the base then, so that +-l11 +-l12 +-l21 +-l22 = d, which change-point robots
-alone can do (a biglide where both bars are across the guides: l1 +-l2 = +-d).
+The state of every pose: the four bars, a = (q1, phi1, q2, phi2), and their rates. Directions,
+end-effector, sines and modes follow without a root, a branch or a division, and so do the
+accelerations by the bar forces, regular at Type 1 and Type 2, where a leg is folded on its base
+joint, and in corners of the workspace. Singular are only poses in which
+all four bars are parallel: they lie along the base then, so that +-l11 +-l12 +-l21 +-l22 = d, which
+change-point robots alone can do (a biglide where both bars are across the guides: l1 +-l2 = +-d).
 """
 
 from __future__ import annotations
@@ -22,13 +24,17 @@ if TYPE_CHECKING:
 
 
 def four_joint_pose(robot: Robot, q: tuple, q_passive: tuple) -> Pose:
-    """The pose with all four joint angles given, on components; the end-effector is the left leg's (AMORO eq. 4)."""
+    """The pose with all four joint angles given, on components; the end-effector is the left leg's
+    (AMORO eq. 4).
+    """
     phi = (drive.absolute(passive, own) for drive, own, passive in zip(robot.drives, q, q_passive))
     return _pose(robot, q, phi)
 
 
 def bars_pose(robot: Robot, a: tuple) -> Pose:
-    """The pose in which the bars are at a = (q1, phi1, q2, phi2), rad (q in m for sliders), on components."""
+    """The pose in which the bars are at a = (q1, phi1, q2, phi2), rad (q in m for sliders), on
+    components.
+    """
     return _pose(robot, a[::2], a[1::2])
 
 
@@ -59,7 +65,9 @@ class FourJointRates(Rates):
 
 
 def four_joint_rates(pose: Pose, q_dot: tuple, q_passive_dot: tuple) -> FourJointRates:
-    """Rates of which the four joints' are known, on components; the end-effector's velocity is not to be read."""
+    """Rates of which the four joints' are known, on components; the end-effector's velocity is not
+    to be read.
+    """
     turns = tuple(
         drive.absolute(p, q) for drive, p, q in zip(pose.robot.drives, q_passive_dot, q_dot)
     )
@@ -67,7 +75,9 @@ def four_joint_rates(pose: Pose, q_dot: tuple, q_passive_dot: tuple) -> FourJoin
 
 
 def bars_rates(robot: Robot, a: tuple, a_dot: tuple) -> FourJointRates:
-    """Rates in which the bars are as in `bars_pose`, and turn at a_dot; that they close the loop is not checked."""
+    """Rates in which the bars are as in `bars_pose`, and turn at a_dot; that they close the loop is
+    not checked.
+    """
     return _rates(bars_pose(robot, a), a_dot)
 
 
@@ -96,7 +106,9 @@ def _columns(pose):
 
 
 def rates_from_joint_state(robot: Robot, q: tuple, xi: tuple, q_dot: tuple, xi_dot: tuple) -> Rates:
-    """A motion of which joints and end-effector are both known, on components: nothing is solved for, no mode asked."""
+    """A motion of which joints and end-effector are both known, on components: nothing is solved
+    for, no mode asked.
+    """
     legs = []
     for drive, own, bar in zip(robot.drives, q, robot.distal):
         direction = drive.direction(own)
@@ -107,17 +119,20 @@ def rates_from_joint_state(robot: Robot, q: tuple, xi: tuple, q_dot: tuple, xi_d
 
 
 def loop_gap(pose: Pose) -> tuple:
-    """From where the right leg ends to where the left one does, m, on components; 0 in a pose that closes."""
+    """From where the right leg ends to where the left one does, m, on components; 0 in a pose that
+    closes.
+    """
     drive, leg, bar = pose.robot.drives[1], pose.legs[1], pose.robot.distal[1]
     x, y = drive.pivot(leg.direction)
     return pose.point[0] - x - bar * leg.distal[0], pose.point[1] - y - bar * leg.distal[1]
 
 
 def closed(robot: Robot, a: tuple, a_dot: tuple, free: tuple | None = None) -> tuple:
-    """(a, a', their Rates) moved the least that closes the loop: a Newton step for positions, then rates tangent to it.
+    """(a, a', their Rates) moved the least that closes the loop: a Newton step for positions, then
+    rates tangent to it.
 
-    On components. Quadratic: a gap of 1e-8 of the bars is rounding afterwards. free: per drive 1, or 0 where it is not
-    to be moved.
+    On components. Quadratic: a gap of 1e-8 of the bars is rounding afterwards. free: per drive 1,
+    or 0 where it is not to be moved.
     """
     pose = bars_pose(robot, a)
     a = _least(_movable(pose, free), a, loop_gap(pose))
@@ -135,7 +150,9 @@ def closure_columns(pose: Pose) -> tuple:
 
 
 def gap_rate(columns: tuple, a_dot: tuple) -> tuple:
-    """Of `loop_gap`, m/s, on components, by its columns; 0 in a motion that keeps the loop closed."""
+    """Of `loop_gap`, m/s, on components, by its columns; 0 in a motion that keeps the loop
+    closed.
+    """
     return tuple(sum(column[k] * rate for column, rate in zip(columns, a_dot)) for k in (0, 1))
 
 

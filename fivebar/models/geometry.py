@@ -22,11 +22,13 @@ BLOCK = 8192  # poses
 
 
 def dgm(robot: Robot, q: ArrayLike, assembly: ArrayLike = -1, unreachable: str = "raise") -> Pose:
-    """Direct geometric model: the pose in which the active joints are at q (AMORO eq. 1-3, general lengths).
+    """Direct geometric model: the pose in which the active joints are at q (AMORO eq. 1-3, general
+    lengths).
 
-    q: (*batch, 2) rad (m for sliders), or a CasADi 2 x 1 vector. assembly: +1 or -1, an int or an array of the batch's
-    shape.
-    unreachable: "raise" an UnreachableError, or give "nan" there. Coincident elbows (feet) of equal distal bars leave
+    q: (*batch, 2) rad (m for sliders), or a CasADi 2 x 1 vector. assembly: +1 or -1, an int or an
+    array of the batch's shape.
+    unreachable: "raise" an UnreachableError, or give "nan" there. Coincident elbows (feet) of equal
+        distal bars leave
     these free to turn: SingularityError, or nan.
     """
     if type(robot) not in KINDS:
@@ -62,7 +64,9 @@ def _close_on_elbows(robot, q, assembly):
 
 
 def _joint_xi_in_blocks(robot, q, assembly):
-    """The end-effector alone, a stretch of the batch at a time that stays in the processor's cache."""
+    """The end-effector alone, a stretch of the batch at a time that stays in the processor's
+    cache.
+    """
     flat, modes = [np.ravel(component) for component in q], np.asarray(assembly)
     if modes.ndim:
         modes = np.broadcast_to(modes, q[0].shape).ravel()
@@ -78,10 +82,13 @@ def _joint_xi_in_blocks(robot, q, assembly):
 def igm(
     robot: Robot, xi: ArrayLike, working: ArrayLike = (-1, -1), unreachable: str = "raise"
 ) -> Pose:
-    """Inverse geometric model: the pose in which the end-effector is at xi (AMORO eq. 7-9, general lengths).
+    """Inverse geometric model: the pose in which the end-effector is at xi (AMORO eq. 7-9, general
+    lengths).
 
-    xi: (*batch, 2) m, or a CasADi 2 x 1 vector. working: (2,) or (*batch, 2), +1 or -1 for the left and right leg.
-    unreachable: "raise" an UnreachableError, or give "nan" there. A leg of equal bars folded on its base joint is free
+    xi: (*batch, 2) m, or a CasADi 2 x 1 vector. working: (2,) or (*batch, 2), +1 or -1 for the left
+        and right leg.
+    unreachable: "raise" an UnreachableError, or give "nan" there. A leg of equal bars folded on its
+        base joint is free
     to turn: SingularityError, or nan. Active angles lie in (-pi, pi].
     """
     if type(robot) not in KINDS:
@@ -107,7 +114,9 @@ def reach(drive, xi: tuple, bar: float, working) -> ReachedLeg:
 
 
 def _with_modes(v, modes, name, count):
-    """Components of v and `count` components of its modes; floats become arrays where the modes are a batch."""
+    """Components of v and `count` components of its modes; floats become arrays where the modes are
+    a batch.
+    """
     plain = (modes,) if count == 1 else modes
     if (
         isinstance(plain, tuple)

@@ -1,17 +1,20 @@
-"""Forward dynamics under the loads of `loads`: by the bar forces while the distal bars carry forces along them alone,
-else by the masses and the closure of all four coordinates, which divides by no inertia that may vanish or be negative.
+"""Forward dynamics under the loads of `loads`: by the bar forces while the distal bars carry forces
+along them alone, else by the masses and the closure of all four coordinates, which divides by no
+inertia that may vanish or be negative.
 
 In (e1, e2, x, y), e_i = |P_i'| q_i a length, the loop is closed while Phi y'' = d with
 
     Phi = [-s_1  0  u_1^T; 0  -s_2  u_2^T]          s_i = u_i . P_i' / |P_i'|
 
-The motions that it leaves free are the columns of the antisymmetric W whose entries are the complementary minors of Phi
-(det A, s_1 s_2 and s_i u_j): nothing has to be chosen, and W is 0 only where all four bars are parallel. With M the
-masses in these coordinates (indefinite as it may be off the free motions) and y_p any solution of Phi y_p = d,
+The motions that it leaves free are the columns of the antisymmetric W whose entries are the
+complementary minors of Phi (det A, s_1 s_2 and s_i u_j): nothing has to be chosen, and W is 0 only
+where all four bars are parallel. With M the masses in these coordinates (indefinite as it may be
+off the free motions) and y_p any solution of Phi y_p = d,
 
     y'' = y_p + W^T M W (f - M y_p) / Delta          Delta = tr(W^T M W M) / 2
 
-as N (N^T M N)^-1 N^T = W^T M W / det(N^T M N) for the 4 x 2 basis N of the free motions with W = N [0 1; -1 0] N^T.
+as N (N^T M N)^-1 N^T = W^T M W / det(N^T M N) for the 4 x 2 basis N of the free motions with W = N
+[0 1; -1 0] N^T.
 A drive that sticks is left out of both: its column of Phi is 0 and its mass alone.
 """
 
@@ -33,7 +36,8 @@ FREE = 1.0, 1.0
 def loaded_accelerations(
     rates: Rates, tau: tuple, slip: tuple | None, refuse_corner: Callable
 ) -> Accelerations:
-    """Accelerations under torques tau, on components. slip: as in `asked_for`; a drive with slip 0 stays at rest.
+    """Accelerations under torques tau, on components. slip: as in `asked_for`; a drive with slip 0
+    stays at rest.
 
     refuse_corner(pose, determinant): raises where all bars are parallel.
     """
@@ -59,7 +63,9 @@ def by_bar_forces(
     free: tuple = FREE,
     fall: tuple | None = None,
 ) -> tuple[Accelerations, tuple]:
-    """(Accelerations, mu: the bar forces over m) of `dynamics.forward_dynamics`, with xi'' = A^T mu - fall."""
+    """(Accelerations, mu: the bar forces over m) of `dynamics.forward_dynamics`, with xi'' = A^T mu
+    - fall.
+    """
     pose, m, (z1, z2) = rates.pose, rates.pose.robot.m, rates.pose.robot.inertias
     (b1, b2), (u1, u2), g, square = pose.b, pose.u2, dot(*pose.u2), pose.det_A * pose.det_A
     d1, d2 = (
@@ -69,7 +75,8 @@ def by_bar_forces(
     k1, k2 = free[0] * (m / z1) * b1 * b1, free[1] * (m / z2) * b2 * b2
     r1, r2 = d1 + b1 * push[0] * y1, d2 + b2 * push[1] * y2
     (mu1, mu2), inverse = _two_forces(pose, (k1, k2), (r1, r2), refuse_corner)
-    # Z^-1 (tau - m B^T mu) with the shares of the leg's own torque taken together, which cancel where k is large.
+    # Z^-1 (tau - m B^T mu) with the shares of the leg's own torque taken together, which cancel
+    # where k is large.
     q_ddot = (
         ((k2 + square) * push[0] - m * b1 * ((1 + k2) * d1 - g * r2)) * (inverse * y1),
         ((k1 + square) * push[1] - m * b2 * ((1 + k1) * d2 - g * r1)) * (inverse * y2),
@@ -140,8 +147,9 @@ def masses(rates: Rates, free: tuple = FREE) -> list[list]:
 
 
 def bar_forces_under(acc: Accelerations, tau: tuple, slip: tuple | None) -> tuple:
-    """The forces along the distal bars in a motion under tau, on components, regular as the motion: least squares of
-    all that speaks of them, which agrees."""
+    """The forces along the distal bars in a motion under tau, on components, regular as the motion:
+    least squares of all that speaks of them, which agrees.
+    """
     free, pose = _free(slip), acc.rates.pose
     force, torques = forces_and_torques(acc, slip)
     s1, s2 = (sine * f for sine, f in zip(pose.sines, free))
@@ -170,6 +178,6 @@ def _product(rows, others):
 def _refuse_negative(delta):
     if not is_symbolic(delta) and np.any(delta <= 0):
         raise ValueError(
-            "forward_dynamics: these inertias make the kinetic energy of a motion 0 or negative, which no bodies do: "
-            "see FiveBar.from_links"
+            "forward_dynamics: these inertias make the kinetic energy of a motion 0 or negative,"
+            " which no bodies do: see FiveBar.from_links"
         )

@@ -1,4 +1,6 @@
-"""A casadi.Function as lines of another language: one walk over its instructions, whatever the language."""
+"""A casadi.Function as lines of another language: one walk over its instructions, whatever the
+language.
+"""
 
 from __future__ import annotations
 
@@ -63,8 +65,9 @@ OTHERS = {getattr(ca, name): name for name in dir(ca) if name.startswith("OP_")}
 class Language:
     """How a language writes instructions.
 
-    number (value) -> literal; call (name, operands) -> call of a function of FUNCTIONS; read (input's name, its rows
-    and columns, row, column) -> an element; write likewise of an output; operations: what differs from OPERATIONS.
+    number (value) -> literal; call (name, operands) -> call of a function of FUNCTIONS; read
+    (input's name, its rows and columns, row, column) -> an element; write likewise of an output;
+    operations: what differs from OPERATIONS.
     """
 
     number: Callable[[float], str]
@@ -84,7 +87,8 @@ def indexed(name: str, shape: tuple, row: int, column: int) -> str:
 def statements(function: ca.Function, language: Language) -> Iterator[str]:
     """The assignments, without their semicolons, that compute a function of dense SX expressions.
 
-    They use the variables of `variables`. ValueError for a function that is none, or an operation unknown here.
+    They use the variables of `variables`. ValueError for a function that is none, or an operation
+    unknown here.
     """
     if not function.is_a("SXFunction"):
         raise ValueError(
@@ -119,7 +123,9 @@ def _operation(function, code, operands, language):
 
 
 def wrapped(start: str, words: list[str], end: str, hang: bool = False) -> list[str]:
-    """start, the words with commas between them, end, in lines of WIDTH, none for no words; hang: under the first."""
+    """start, the words with commas between them, end, in lines of WIDTH, none for no words; hang:
+    under the first.
+    """
     lines = [start]
     for k, word in enumerate(words):
         piece = word + (end if k == len(words) - 1 else ", ")

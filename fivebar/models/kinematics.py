@@ -1,4 +1,6 @@
-"""First- and second-order kinematic models, A xi' = B q' and A xi'' = B q'' + d, and the passive joints'."""
+"""First- and second-order kinematic models, A xi' = B q' and A xi'' = B q'' + d, and the passive
+joints'.
+"""
 
 from __future__ import annotations
 
@@ -21,10 +23,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Rates:
-    """Velocities at a pose, from `dkm` or `ikm`; what follows from them is computed when first read.
+    """Velocities at a pose, from `dkm` or `ikm`; what follows from them is computed when first
+    read.
 
-    pose; q_dot (*batch, 2) rad/s (m/s for sliders); xi_dot (*batch, 2) m/s; q_passive_dot (*batch, 2) rad/s;
-    d (*batch, 2) m/s^2: the bias of the second-order model (AMORO eq. 18).
+    pose; q_dot (*batch, 2) rad/s (m/s for sliders); xi_dot (*batch, 2) m/s; q_passive_dot (*batch,
+    2) rad/s; d (*batch, 2) m/s^2: the bias of the second-order model (AMORO eq. 18).
     """
 
     pose: Pose
@@ -45,9 +48,12 @@ class Rates:
 
     @cached_property
     def _transverse_velocity(self):
-        """Per leg l_i2 phi_i' = v_i2 . (xi' - P_i' q_i'): regular at every singularity (AMORO eq. 15)."""
+        """Per leg l_i2 phi_i' = v_i2 . (xi' - P_i' q_i'): regular at every singularity (AMORO eq.
+        15).
+        """
         if self._from_task and not self.pose.robot.turns:
-            # Across its guide a foot stands still: a motion along the guides, however fast, turns no bar.
+            # Across its guide a foot stands still: a motion along the guides, however fast, turns
+            # no bar.
             return tuple(-self._xi_dot[0] / sine for sine in self.pose.sines)
         legs = zip(self.pose.u2, self.pose._velocity_coefficients, self._q_dot)
         return tuple(cross(u2, self._xi_dot) - across * q_dot for u2, (_, across), q_dot in legs)
@@ -64,7 +70,8 @@ class Rates:
     @cached_property
     def _bias(self):
         if self._from_task and _reached(self.pose):
-            # The same in q_i2': with l_i1 cos q_i2 + l_i2 = c . u_i2 two large squares cancel where the leg is folded.
+            # The same in q_i2': with l_i1 cos q_i2 + l_i2 = c . u_i2 two large squares cancel where
+            # the leg is folded.
             bias = []
             for leg, bar, q_dot, passive in zip(
                 self.pose.legs, self.pose.robot.distal, self._q_dot, self._passive
@@ -118,7 +125,9 @@ class Rates:
         return tuple(-dot(leg.dyad.span, self._xi_dot) / (bar * b) for leg, bar, b in legs)
 
     def _relative(self, swing, own):
-        """The passive joints' rates or accelerations, from l_i2 times the distal bars' and the drives' own."""
+        """The passive joints' rates or accelerations, from l_i2 times the distal bars' and the
+        drives' own.
+        """
         robot = self.pose.robot
         legs = zip(robot.drives, robot.distal, swing, own)
         return tuple(drive.relative(s * (1 / bar), o) for drive, bar, s, o in legs)
@@ -132,8 +141,8 @@ class Rates:
 class Accelerations:
     """Accelerations at given velocities, from `dkm2`, `ikm2` or `forward_dynamics`.
 
-    rates; q_ddot (*batch, 2) rad/s^2 (m/s^2 for sliders); xi_ddot (*batch, 2) m/s^2; q_passive_ddot (*batch, 2)
-    rad/s^2.
+    rates; q_ddot (*batch, 2) rad/s^2 (m/s^2 for sliders); xi_ddot (*batch, 2) m/s^2; q_passive_ddot
+    (*batch, 2) rad/s^2.
     """
 
     rates: Rates
@@ -183,7 +192,8 @@ class Accelerations:
         rates, pose = self.rates, self.rates.pose
         if not (self._from_task and _reached(pose)):
             return pack(*rates._relative(self._transverse_velocity, self._q_ddot))
-        # The law of cosines differentiated twice, |xi'|^2 split along and across c, the part along joined with q_i2'^2.
+        # The law of cosines differentiated twice, |xi'|^2 split along and across c, the part along
+        # joined with q_i2'^2.
         passive = []
         for leg, bar, b, q_dot in zip(pose.legs, pose.robot.distal, pose.b, rates._passive):
             c, square, l1 = leg.dyad.span, leg.dyad.span_squared, leg.drive.length
@@ -201,7 +211,8 @@ some_rates = instance(Rates, what="Rates, as dkm and ikm give")
 def dkm(pose: Pose, q_dot: ArrayLike) -> Rates:
     """Direct first-order model: xi' = A^-1 B q' (AMORO eq. 13).
 
-    q_dot: (*batch, 2) rad/s (m/s for sliders). Gives Rates. SingularityError where A is singular (Type 2).
+    q_dot: (*batch, 2) rad/s (m/s for sliders). Gives Rates. SingularityError where A is singular
+        (Type 2).
     """
     if not isinstance(pose, Pose):
         a_pose(pose, "pose")
@@ -230,7 +241,8 @@ def ikm(pose: Pose, xi_dot: ArrayLike) -> Rates:
 def dkm2(rates: Rates, q_ddot: ArrayLike) -> Accelerations:
     """Direct second-order model: xi'' = A^-1 (B q'' + d) (AMORO eq. 18).
 
-    q_ddot: (*batch, 2) rad/s^2 (m/s^2 for sliders). Gives Accelerations. SingularityError where A is singular (Type 2).
+    q_ddot: (*batch, 2) rad/s^2 (m/s^2 for sliders). Gives Accelerations. SingularityError where A
+        is singular (Type 2).
     """
     if not isinstance(rates, Rates):
         some_rates(rates, "rates")
@@ -252,7 +264,9 @@ def ikm2(rates: Rates, xi_ddot: ArrayLike) -> Accelerations:
 
 
 def solve_a(pose: Pose, along: tuple, model: str) -> tuple:
-    """The vector whose components along the two distal bars are given: A^-1, refused where A is singular."""
+    """The vector whose components along the two distal bars are given: A^-1, refused where A is
+    singular.
+    """
     refuse_parallel(pose, model)
     (x1, y1), (x2, y2) = pose.u2
     r1, r2 = along
@@ -288,7 +302,10 @@ def _refuse(pose, margin, problem, name):
 def place_of(pose: Pose, shape: tuple, index: tuple) -> str:
     """Where one pose of a batch of this shape is, in words."""
     q, xi = (np.broadcast_to(v, (*shape, 2))[index] for v in (pose.q, pose.xi))
-    return f"at q = ({q[0]:.9g}, {q[1]:.9g}) {pose.robot.words.unit}, xi = ({xi[0]:.9g}, {xi[1]:.9g}) m"
+    return (
+        f"at q = ({q[0]:.9g}, {q[1]:.9g}) {pose.robot.words.unit}, xi = ({xi[0]:.9g},"
+        f" {xi[1]:.9g}) m"
+    )
 
 
 def _reached(pose):

@@ -1,9 +1,9 @@
 """Bars as they are built, and what of them the dynamics needs: their grouping into base parameters.
 
-A distal bar of length l with mass m2, centre of mass (x, y) in its own frame from the elbow and inertia zz about the
-elbow moves as a mass m2 - m2 x / l at the elbow, a mass m2 x / l at the end-effector, an inertia j = zz - m2 x l that
-turns with it, and a first moment m2 y across it: with E the elbow, xi the end-effector, phi the bar's angle, u, v the
-unit vectors along and across it,
+A distal bar of length l with mass m2, centre of mass (x, y) in its own frame from the elbow and
+inertia zz about the elbow moves as a mass m2 - m2 x / l at the elbow, a mass m2 x / l at the
+end-effector, an inertia j = zz - m2 x l that turns with it, and a first moment m2 y across it: with
+E the elbow, xi the end-effector, phi the bar's angle, u, v the unit vectors along and across it,
 
     T = 1/2 (m2 - m2 x/l) |E'|^2 + 1/2 (m2 x/l) |xi'|^2 + 1/2 j phi'^2 - m2 y phi' u . E'
     V = -(m2 - m2 x/l) g . E - (m2 x/l) g . xi - m2 y g . v
@@ -24,10 +24,13 @@ ROUNDING = 1e-12  # of an inertia, by which a point mass may be less than itself
 
 @dataclass(frozen=True)
 class Link:
-    """A bar: mass in kg, centre of mass x along and y across it, m, and inertia, kg m^2, all from its first joint.
+    """A bar: mass in kg, centre of mass x along and y across it, m, and inertia, kg m^2, all from
+    its first joint.
 
-    The first joint is the motor of a proximal bar, the elbow of a distal one. x None: a uniform bar, its middle;
-    inertia None: of a uniform bar, m l^2 / 3 (with x given: m l^2 / 12 about the centre of mass). ValueError for what
+    The first joint is the motor of a proximal bar, the elbow of a distal one. x None: a uniform
+    bar, its middle;
+    inertia None: of a uniform bar, m l^2 / 3 (with x given: m l^2 / 12 about the centre of mass).
+        ValueError for what
     no body can have: an inertia below m (x^2 + y^2).
     """
 
@@ -46,18 +49,22 @@ class Link:
         object.__setattr__(self, "inertia", inertia(self.inertia, "a link's inertia"))
         if self.x is None:
             raise ValueError(
-                f"a link's inertia = {self.inertia:g} kg m² is about its first joint: it needs x, the centre of mass"
+                f"a link's inertia = {self.inertia:g} kg m² is about its first joint: it needs x,"
+                " the centre of mass"
             )
         least = self.mass * (self.x * self.x + self.y * self.y)
         if self.inertia < least * (1 - ROUNDING):
             raise ValueError(
-                f"a link's inertia = {self.inertia:g} kg m² about its first joint is less than mass (x^2 + y^2) = "
-                f"{least:g} kg m²: no body has that; is it about the centre of mass? Then Link.about_centre(...)"
+                f"a link's inertia = {self.inertia:g} kg m² about its first joint is less than mass"
+                f" (x^2 + y^2) = {least:g} kg m²: no body has that; is it about the centre of mass?"
+                " Then Link.about_centre(...)"
             )
 
     @classmethod
     def about_centre(cls, mass: float, x: float, y: float = 0.0, inertia: float = 0.0) -> Link:
-        """A link whose inertia, kg m^2, is about its centre of mass, as data sheets and CAD programs give it."""
+        """A link whose inertia, kg m^2, is about its centre of mass, as data sheets and CAD
+        programs give it.
+        """
         mass, x, y = (
             number(value, f"a link's {name}")
             for name, value in (("mass", mass), ("x", x), ("y", y))
@@ -66,7 +73,9 @@ class Link:
         return cls(mass, x, y, own + mass * (x * x + y * y))
 
     def of_length(self, length: float) -> tuple[float, float, float, float]:
-        """(mass, first moments along and across, inertia about the first joint) as a bar of this length, m."""
+        """(mass, first moments along and across, inertia about the first joint) as a bar of this
+        length, m.
+        """
         x = length / 2 if self.x is None else self.x
         own = self.inertia
         if own is None:
@@ -77,7 +86,9 @@ class Link:
 def grouped(
     lengths: dict[str, float], links: Mapping, payload: float, rotor: Sequence
 ) -> dict[str, float]:
-    """Base parameters {name: value} of bars {"11": Link or mass, ...} of these lengths {"l11": m, ...}."""
+    """Base parameters {name: value} of bars {"11": Link or mass, ...} of these lengths {"l11": m,
+    ...}.
+    """
     if not isinstance(links, Mapping) or not set(links) <= set(NAMES):
         raise ValueError(f'links must be a table of "11", "12", "21" and "22", not {shown(links)}')
     rotor = rotor.tolist() if isinstance(rotor, np.ndarray) else rotor

@@ -1,15 +1,17 @@
-"""Gravity, friction and the distal bars' own inertia in a motion: the loads beyond Z q'' and m xi''.
+"""Gravity, friction and the distal bars' own inertia in a motion: the loads beyond Z q'' and m
+xi''.
 
-With u, v along and across a distal bar, P(q) its elbow, j and my its grouped inertia and first moment (`links`), the
-bar asks about its elbow for the moment
+With u, v along and across a distal bar, P(q) its elbow, j and my its grouped inertia and first
+moment (`links`), the bar asks about its elbow for the moment
 
     N = j phi'' - my u . (P'' q'^2 + P' q'' - g) + fv2 (phi' - q')
 
-which is a force N / l v on the end-effector and its reaction N / l v . P' on the drive. Beside it the drive is asked
-for my v'' . P' = -my (b phi'' + v . P' phi'^2), for its own weight, and for friction. Then, lambda the forces along the
-distal bars,
+which is a force N / l v on the end-effector and its reaction N / l v . P' on the drive. Beside it
+the drive is asked for my v'' . P' = -my (b phi'' + v . P' phi'^2), for its own weight, and for
+friction. Then, lambda the forces along the distal bars,
 
-    m (xi'' - g) + sum N / l v = A^T lambda          tau = Z q'' + (what the drive is asked for) + B lambda
+    m (xi'' - g) + sum N / l v = A^T lambda          tau = Z q'' + (what the drive is asked for) + B
+    lambda
 """
 
 from __future__ import annotations
@@ -50,9 +52,11 @@ def has_moving_mass(robot: Robot) -> bool:
 
 
 def forces_and_torques(acc: Accelerations, slip: tuple | None = None) -> tuple[tuple, tuple]:
-    """(force on the end-effector, torques of the drives) that a motion asks for but for the forces along the bars.
+    """(force on the end-effector, torques of the drives) that a motion asks for but for the forces
+    along the bars.
 
-    On components. slip: per drive the direction in which it slips, 0 where it sticks; None: that of its rate.
+    On components. slip: per drive the direction in which it slips, 0 where it sticks; None: that of
+    its rate.
     """
     rates, robot = acc.rates, acc.rates.pose.robot
     pose, physics = rates.pose, physics_of(robot)
@@ -85,7 +89,9 @@ def forces_and_torques(acc: Accelerations, slip: tuple | None = None) -> tuple[t
 
 
 def at_rest(rates: Rates) -> Accelerations:
-    """The motion's Accelerations with q'' = 0 and xi'' = 0 (which need not close the loop): what is left is bias."""
+    """The motion's Accelerations with q'' = 0 and xi'' = 0 (which need not close the loop): what is
+    left is bias.
+    """
     zero = 0.0 * rates._xi_dot[0]
     return Accelerations(rates, (zero, zero), (zero, zero))
 
@@ -116,7 +122,8 @@ def _friction(physics, i, q_dot, slip):
 def potential(pose: Pose) -> np.ndarray:
     """Potential energy (*batch,) in J of a robot with gravity, 0 for one without.
 
-    V = -m g . xi - sum_i (mx_i1 u_i1 + my_i1 v_i1 + my_i2 v_i2) . g; of a biglide's foot -mf_i g_y q_i.
+    V = -m g . xi - sum_i (mx_i1 u_i1 + my_i1 v_i1 + my_i2 v_i2) . g; of a biglide's foot -mf_i g_y
+    q_i.
     """
     a_pose(pose, "pose")
     robot, physics = pose.robot, loads_of(pose.robot)
@@ -136,14 +143,18 @@ def potential(pose: Pose) -> np.ndarray:
 
 
 def friction_torques(rates: Rates) -> np.ndarray:
-    """What friction of the motors asks them for, (*batch, 2) N m: fv q' + fs sign(q'), 0 where a motor stands."""
+    """What friction of the motors asks them for, (*batch, 2) N m: fv q' + fs sign(q'), 0 where a
+    motor stands.
+    """
     some_rates(rates, "rates")
     physics = loads_of(rates.pose.robot)
     return pack(*(_friction(physics, i, q_dot, None) for i, q_dot in enumerate(rates._q_dot)))
 
 
 def dry_friction(robot: Robot, q_dot: np.ndarray) -> np.ndarray:
-    """Coulomb friction of the drives at rates (*batch, 2), N m, 0 where they are 0; of symbols too."""
+    """Coulomb friction of the drives at rates (*batch, 2), N m, 0 where they are 0; of symbols
+    too.
+    """
     signs = sign(q_dot, 0.0) if is_symbolic(q_dot) else np.sign(q_dot)
     dry = loads_of(robot).coulomb
     return (

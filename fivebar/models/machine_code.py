@@ -1,4 +1,6 @@
-"""CasADi functions as machine code: the system's C compiler, and a cache on disk that two processes can share."""
+"""CasADi functions as machine code: the system's C compiler, and a cache on disk that two processes
+can share.
+"""
 
 import hashlib
 import os
@@ -18,8 +20,8 @@ KILLED = 3600.0  # s, after which whoever was compiling is taken for killed
 def machine_code(function, jit=True):
     """A casadi.Function as machine code, from the cache folder or by the system's C compiler.
 
-    jit=True: RuntimeError without a C compiler, OSError where the cache folder cannot be written. jit="auto": then a
-    RuntimeWarning, and the function itself.
+    jit=True: RuntimeError without a C compiler, OSError where the cache folder cannot be written.
+    jit="auto": then a RuntimeWarning, and the function itself.
     """
     if jit not in (True, "auto"):
         raise ValueError(f'jit must be False, True or "auto", not {jit!r}')
@@ -46,10 +48,11 @@ def _load(function):
 
 
 def library(source, made_by="", flags=(), compiler=None):
-    """The shared library of a C text, compiled with FLAGS or from the cache; raises as `machine_code` with jit=True.
+    """The shared library of a C text, compiled with FLAGS or from the cache; raises as
+    `machine_code` with jit=True.
 
-    made_by: what, beside the text, machine and compiler, makes it another one. flags: more of them; compiler: another
-    than the system's for C.
+    made_by: what, beside the text, machine and compiler, makes it another one. flags: more of them;
+    compiler: another than the system's for C.
     """
     compiler = compiler or c_compiler()
     if not compiler:
@@ -71,7 +74,9 @@ def c_compiler():
 
 
 def cache_folder():
-    """Where compiled models are kept: the variable FIVEBAR_CACHE, or `fivebar` in the user's cache folder."""
+    """Where compiled models are kept: the variable FIVEBAR_CACHE, or `fivebar` in the user's cache
+    folder.
+    """
     if chosen := os.environ.get("FIVEBAR_CACHE"):
         return Path(chosen)
     try:
@@ -87,7 +92,9 @@ def cache_folder():
 
 
 def _intact(folder):
-    """Whether a finished library is there, to the last bit: loading a damaged one would end the process."""
+    """Whether a finished library is there, to the last bit: loading a damaged one would end the
+    process.
+    """
     try:
         library, expected = (folder / "model.so").read_bytes(), (folder / "sha256").read_text()
     except OSError:
@@ -96,12 +103,17 @@ def _intact(folder):
 
 
 def _build(source, command, folder):
-    """Compile beside `folder` and move it there in one step, so that two processes at once do not meet."""
+    """Compile beside `folder` and move it there in one step, so that two processes at once do not
+    meet.
+    """
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         work = Path(tempfile.mkdtemp(prefix="part-", dir=folder.parent))
     except OSError as error:
-        problem = f"compiled models cannot be kept in {folder.parent}: {error}; set FIVEBAR_CACHE to another folder"
+        problem = (
+            f"compiled models cannot be kept in {folder.parent}: {error}; set FIVEBAR_CACHE to"
+            " another folder"
+        )
         raise OSError(problem) from None
     try:
         (work / "model.c").write_text(source)

@@ -18,7 +18,10 @@ def _symmetric(proximal, distal, half_base):
     return FiveBar(proximal, distal, proximal, distal, 2 * half_base, 0, 0, 0)
 
 
-_LIU = "Liu, Wang, Pritschow 2006, Mech. Mach. Theory 41, lengths without unit: r1, r2, r3 = {}, {}, {}"
+_LIU = (
+    "Liu, Wang, Pritschow 2006, Mech. Mach. Theory 41, lengths without unit: r1, r2, r3 = {},"
+    " {}, {}"
+)
 _LIU_SETS = (
     (1.2, 1.0, 0.8), (0.8125, 0.9375, 1.25), (0.7, 1.7, 0.6), (1.17, 1.45, 0.38), (1.5, 1.5, 0), (0.4, 2.33, 0.27),
 )  # fmt: skip
@@ -55,7 +58,8 @@ ROBOTS = {
     },
     "iri-vertical": NamedRobot(
         _IRI,
-        "IRI five-bar in the vertical plane, published masses, centres of mass, inertias, friction, payload 0.5 kg",
+        "IRI five-bar in the vertical plane, published masses, centres of mass, inertias, friction,"
+        " payload 0.5 kg",
     ),
     "motkin": NamedRobot(
         _symmetric(0.06, 0.1, 0.05),

@@ -12,14 +12,18 @@ from .robots import KINDS, Biglide, FiveBar
 
 
 def names_of(robots: Iterable[FiveBar | Biglide]) -> tuple[str, ...]:
-    """The parameters that any of these robots names beyond its kind's own, in the order of the class."""
+    """The parameters that any of these robots names beyond its kind's own, in the order of the
+    class.
+    """
     robots = list(robots)
     asked = set().union(*(robot.parameters for robot in robots))
     return tuple(f.name for f in _beyond(type(robots[0])) if f.name in asked)
 
 
 def parameters_of(robot: FiveBar | Biglide, names: Iterable[str] | None = None) -> list:
-    """The robot's parameters: its kind's own in the order of the class, then those named; gravity is two."""
+    """The robot's parameters: its kind's own in the order of the class, then those named; gravity
+    is two.
+    """
     names = names_of([robot]) if names is None else names
     found: list = []
     for name in (*(f.name for f in _own(type(robot))), *names):
@@ -34,7 +38,9 @@ def count_of(kind: type, names: Iterable[str] = ()) -> int:
 
 
 def with_parameters(kind: type, p: Any, names: Iterable[str] = ()) -> FiveBar | Biglide:
-    """The robot of a kind with these parameters in the order of `parameters_of`, a CasADi vector for instance."""
+    """The robot of a kind with these parameters in the order of `parameters_of`, a CasADi vector
+    for instance.
+    """
     given, k = {}, 0
     for name in (*(f.name for f in _own(kind)), *names):
         given[name] = (p[k], p[k + 1]) if name == "gravity" else p[k]
@@ -51,10 +57,12 @@ def _beyond(kind):
 
 
 def robot_of(parameters: dict[str, Any]) -> FiveBar | Biglide:
-    """The robot with these parameters {name: value}: of the first kind that has them all, ValueError if none has.
+    """The robot with these parameters {name: value}: of the first kind that has them all,
+    ValueError if none has.
 
-    With "links" it is a five-bar of bars as they are built, the arguments of `FiveBar.from_links`: each link its mass
-    or a table of Link's arguments, with inertia_about_centre in place of inertia where it is that.
+    With "links" it is a five-bar of bars as they are built, the arguments of `FiveBar.from_links`:
+    each link its mass or a table of Link's arguments, with inertia_about_centre in place of inertia
+    where it is that.
     """
     if "links" in parameters:
         return _of_links(dict(parameters))
@@ -67,8 +75,8 @@ def robot_of(parameters: dict[str, Any]) -> FiveBar | Biglide:
     )
     more = dict.fromkeys(f.name for kind in KINDS for f in _beyond(kind))
     raise ValueError(
-        f"no parameter {', '.join(unknown)}; the known ones are {' or '.join(known)}; and beyond these "
-        + ", ".join(more)
+        f"no parameter {', '.join(unknown)}; the known ones are {' or '.join(known)}; and beyond"
+        " these " + ", ".join(more)
     )
 
 
@@ -76,7 +84,8 @@ def _of_links(parameters):
     known = list(signature(FiveBar.from_links).parameters)
     if unknown := sorted(set(parameters) - set(known)):
         raise ValueError(
-            f"no parameter {', '.join(unknown)} of a robot of links; the known ones are {', '.join(known)}"
+            f"no parameter {', '.join(unknown)} of a robot of links; the known ones are"
+            f" {', '.join(known)}"
         )
     if missing := [name for name in known[:6] if name not in parameters]:
         raise ValueError(f"a robot of links needs {', '.join(missing)} too")
@@ -92,7 +101,8 @@ def _link(name, link):
     about, known = "inertia_about_centre", ("mass", "x", "y", "inertia")
     if unknown := sorted(set(link) - {*known, about}):
         raise ValueError(
-            f"links.{name}: no {', '.join(unknown)}; the known ones are {', '.join((*known, about))}"
+            f"links.{name}: no {', '.join(unknown)}; the known ones are"
+            f" {', '.join((*known, about))}"
         )
     needs = ("mass", "x") if about in link else ("mass",)
     if missing := [each for each in needs if each not in link]:

@@ -1,4 +1,6 @@
-"""What a robot may have beyond the lab's base parameters: gravity, heavy bars, friction; one form for every kind."""
+"""What a robot may have beyond the lab's base parameters: gravity, heavy bars, friction; one form
+for every kind.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +27,9 @@ def any_named(*values: Pair) -> bool:
 class Physics:
     """Of both legs, left and right; 0 where nothing is named, and then nothing is computed.
 
-    gravity: m/s^2. levers, sides: first moments of the driven bodies along and across their direction, kg m (of a foot
-    its mass, kg). turning: inertias that turn with the distal bars, kg m^2; across: their first moments across, kg m.
+    gravity: m/s^2. levers, sides: first moments of the driven bodies along and across their
+    direction, kg m (of a foot its mass, kg). turning: inertias that turn with the distal bars, kg
+    m^2; across: their first moments across, kg m.
     viscous, coulomb: of the drives, N m s/rad and N m; elbows: viscous, of the elbows, N m s/rad.
     smoothing: rate, rad/s, by which Coulomb friction is smoothed, inside an optimisation.
     """
@@ -66,9 +69,11 @@ class Physics:
 
 @dataclass(frozen=True)
 class Smoothed:
-    """A robot whose Coulomb friction is fs q' / sqrt(q'^2 + rate^2): what an optimisation can differentiate.
+    """A robot whose Coulomb friction is fs q' / sqrt(q'^2 + rate^2): what an optimisation can
+    differentiate.
 
-    It is less than the friction itself by half of (rate / q')^2 of it, and nothing where the drive stands.
+    It is less than the friction itself by half of (rate / q')^2 of it, and nothing where the drive
+    stands.
     """
 
     robot: Any

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class DrivenLeg:
-    """A leg whose drive is known: coordinate, the drive's direction, and how to get the distal bar's."""
+    """A leg whose drive is known: coordinate, the drive's direction, and how to get the distal
+    bar's.
+    """
 
     drive: object
     q: object
@@ -41,7 +43,9 @@ class DrivenLeg:
 
 @dataclass(frozen=True, eq=False)
 class ReachedLeg:
-    """A leg closed on a known end-effector: everything, its sine to full relative accuracy, is in its dyad."""
+    """A leg closed on a known end-effector: everything, its sine to full relative accuracy, is in
+    its dyad.
+    """
 
     drive: Drive
     dyad: Any
@@ -69,17 +73,20 @@ class ReachedLeg:
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A complete pose of a robot, from `dgm` or `igm`; everything derived is computed when first read.
+    """A complete pose of a robot, from `dgm` or `igm`; everything derived is computed when first
+    read.
 
-    robot; q (*batch, 2) rad (m for sliders); xi (*batch, 2) m; elbows (*batch, 2 legs, 2) m, of a biglide its feet;
-    q_passive (*batch, 2) rad in (-pi, pi], of a biglide the bars' absolute angles;
-    assembly (*batch,) and working (*batch, 2), int8, 0 where singular or unreachable; A, B (*batch, 2, 2);
-    reach_margin (*batch,) m: how far the span of the bars is inside its limits, negative outside.
+    robot; q (*batch, 2) rad (m for sliders); xi (*batch, 2) m; elbows (*batch, 2 legs, 2) m, of a
+    biglide its feet; q_passive (*batch, 2) rad in (-pi, pi], of a biglide the bars' absolute
+    angles; assembly (*batch,) and working (*batch, 2), int8, 0 where singular or unreachable; A, B
+    (*batch, 2, 2); reach_margin (*batch,) m: how far the span of the bars is inside its limits,
+    negative outside.
     """
 
     robot: Robot
     point: tuple
-    _build: Callable  # () -> (legs, dyads closed: the one on the elbows, or one in each leg); late for a large batch
+    # () -> (legs, dyads closed: the one on the elbows, or one in each leg); late for a large batch.
+    _build: Callable
     _from_dgm: bool = False
 
     def __repr__(self) -> str:
@@ -129,7 +136,9 @@ class Pose:
 
     @cached_property
     def det_A(self) -> Any:
-        """det A = sin(phi_2 - phi_1); the dyad on the elbows knows it with full relative accuracy."""
+        """det A = sin(phi_2 - phi_1); the dyad on the elbows knows it with full relative
+        accuracy.
+        """
         return self._dyads[0].sine if self._from_dgm else cross(*self.u2)
 
     @cached_property

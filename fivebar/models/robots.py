@@ -18,7 +18,9 @@ from .values import Named, check_values
 
 
 def must_close(what: str, lengths: dict[str, float]) -> None:
-    """Refuse sides (name -> m) of a closed chain of which one is longer than all others together."""
+    """Refuse sides (name -> m) of a closed chain of which one is longer than all others
+    together.
+    """
     if not any(map(is_symbolic, lengths.values())):
         must_span(what, max(lengths, key=lengths.__getitem__), lengths)
 
@@ -35,7 +37,9 @@ def must_span(what: str, longest: str, lengths: dict[str, float]) -> None:
 
 
 class Words(NamedTuple):
-    """What the parts and quantities of a kind of robot are called, in messages, tables, files and pictures."""
+    """What the parts and quantities of a kind of robot are called, in messages, tables, files and
+    pictures.
+    """
 
     title: str
     joints: tuple  # active
@@ -78,9 +82,11 @@ BIGLIDE = Words(
 
 
 class Drive(Protocol):
-    """What turns an active joint coordinate q into a pivot P(q) that moves; written on components (`dyads`).
+    """What turns an active joint coordinate q into a pivot P(q) that moves; written on components
+    (`dyads`).
 
-    Where a text says rad of joint coordinates, m is meant of a drive that slides, and N of its torque in N m.
+    Where a text says rad of joint coordinates, m is meant of a drive that slides, and N of its
+    torque in N m.
     """
 
     @property
@@ -104,7 +110,9 @@ class Drive(Protocol):
 
 
 class Robot(Protocol):
-    """What every function here asks of a robot: two drives, and two distal bars that meet in the end-effector."""
+    """What every function here asks of a robot: two drives, and two distal bars that meet in the
+    end-effector.
+    """
 
     @property
     def m(self) -> float: ...  # grouped mass of the end-effector, kg
@@ -132,19 +140,24 @@ def nearest_equivalent_angle(robot: Robot, q, before):
 class FiveBar(Named):
     """Planar five-bar robot 2-RRR with motors at the base joints (-d/2, 0) and (d/2, 0).
 
-    l11, l12: proximal and distal bar of the left leg, l21, l22: of the right leg, d: distance of the base joints, m;
-    zz1, zz2: grouped inertias of the proximal bars, kg m^2; m: grouped mass of the end-effector, kg.
-    The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can have, and for lengths
-    outside 1e-6 to 1e6 m (d: 0, or from 1e-12), bars in a ratio above 1e6, masses and inertias outside 1e-30 to 1e30
-    (but 0): products of others overflow, underflow or lose their digits. CasADi symbols in place of numbers are taken
+    l11, l12: proximal and distal bar of the left leg, l21, l22: of the right leg, d: distance of
+        the base joints, m;
+    zz1, zz2: grouped inertias of the proximal bars, kg m^2; m: grouped mass of the end-effector,
+    kg. The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can
+    have, and for lengths outside 1e-6 to 1e6 m (d: 0, or from 1e-12), bars in a ratio above 1e6,
+    masses and inertias outside 1e-30 to 1e30 (but 0): products of others overflow, underflow or
+    lose their digits. CasADi symbols in place of numbers are taken
     as they are: what is made of such a robot is a function of them.
 
-    More, where it is named; what is 0 is not computed. `from_links` groups them from bars as they are built (Khalil and
-    Dombre, Modeling, Identification and Control of Robots, ch. 9). mx11, my11, mx21, my21: first moments of the
-    proximal bars about their motor, along and across the bar, with what the distal bars put on the elbows, kg m; zz12,
-    zz22: grouped inertias that turn with the distal bars, kg m^2, less than 0 for a uniform bar (-m l^2 / 6); my12,
-    my22: first moments of the distal bars across, kg m; gravity: (x, y) m/s^2; fv1, fv2, fs1, fs2: viscous (N m s/rad)
-    and Coulomb friction (N m) of the motors; fv12, fv22: viscous friction of the elbows.
+    More, where it is named; what is 0 is not computed. `from_links` groups them from bars as they
+    are built (Khalil and Dombre, Modeling, Identification and Control of Robots, ch. 9). mx11,
+    my11, mx21, my21: first moments of the proximal bars about their motor, along and across the
+        bar, with what the distal bars put on the elbows, kg m; zz12,
+    zz22: grouped inertias that turn with the distal bars, kg m^2, less than 0 for a uniform bar (-m
+        l^2 / 6); my12,
+    my22: first moments of the distal bars across, kg m; gravity: (x, y) m/s^2; fv1, fv2, fs1, fs2:
+    viscous (N m s/rad) and Coulomb friction (N m) of the motors; fv12, fv22: viscous friction of
+    the elbows.
     """
 
     l11: float = 0.09
@@ -195,11 +208,12 @@ class FiveBar(Named):
         """A robot of bars as they are built, in base parameters (`links.grouped`).
 
         l11, ..., d: m, as of FiveBar.
-        links: {"11": Link, "12": Link, "21": Link, "22": Link}, a number is the mass of a uniform bar, kg; a bar that
-            is not named has no mass.
+        links: {"11": Link, "12": Link, "21": Link, "22": Link}, a number is the mass of a uniform
+            bar, kg; a bar that is not named has no mass.
         payload: kg, at the end-effector.
         gravity: (x, y) m/s^2, (0, -9.81) of a vertical robot.
-        rotor: per motor the inertia at the joint, kg m^2, or (inertia of the rotor, gear ratio): it counts ratio^2.
+        rotor: per motor the inertia at the joint, kg m^2, or (inertia of the rotor, gear ratio): it
+            counts ratio^2.
         viscous, coulomb: friction per motor, N m s/rad and N m; elbows: viscous friction per elbow.
         ValueError names a mass or an inertia that no body can have.
         """
@@ -262,16 +276,17 @@ class FiveBar(Named):
 
 @dataclass(frozen=True, repr=False)
 class Biglide(Named):
-    """Planar biglide robot 2-PRR: two feet slide along y, on guides at x = -d/2 and x = d/2, and carry two bars.
+    """Planar biglide robot 2-PRR: two feet slide along y, on guides at x = -d/2 and x = d/2, and
+    carry two bars.
 
-    l1, l2: left and right bar, d: distance of the guides, m; mf1, mf2: masses of the feet, m: grouped mass of the
-    end-effector, kg. The feet's coordinates q1, q2 are in m, the drives' forces in N. The guides have no ends.
-    The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can have, and outside the
-    range of a FiveBar.
+    l1, l2: left and right bar, d: distance of the guides, m; mf1, mf2: masses of the feet, m:
+    grouped mass of the end-effector, kg. The feet's coordinates q1, q2 are in m, the drives' forces
+    in N. The guides have no ends. The default is the AMORO lab's robot. Raises ValueError for a
+    value that no such robot can have, and outside the range of a FiveBar.
 
-    More, where it is named: zz1, zz2: grouped inertias that turn with the bars, kg m^2 (may be < 0), my1, my2: their
-    first moments across, kg m; gravity: (x, y) m/s^2, of the feet too; fv1, fv2, fs1, fs2: viscous (N s/m) and Coulomb
-    friction (N) of the drives.
+    More, where it is named: zz1, zz2: grouped inertias that turn with the bars, kg m^2 (may be <
+    0), my1, my2: their first moments across, kg m; gravity: (x, y) m/s^2, of the feet too; fv1,
+    fv2, fs1, fs2: viscous (N s/m) and Coulomb friction (N) of the drives.
     """
 
     l1: float = 0.2828427

@@ -18,10 +18,11 @@ def slip_of(
 ) -> tuple:
     """Per drive the direction in which it slips, 0 where friction holds it, on components.
 
-    A drive that moves slips with its rate. One that stands is held where no more than its friction is needed, else it
-    slips as its acceleration then has it; of two, both at once (the mass matrix is positive: one answer, but for ties).
-    held_by: (rates, tau, slip) -> (accelerations, what holds). standing: which drives count as standing, default those
-    whose rate is 0.
+    A drive that moves slips with its rate. One that stands is held where no more than its friction
+    is needed, else it slips as its acceleration then has it; of two, both at once (the mass matrix
+    is positive: one answer, but for ties).
+    held_by: (rates, tau, slip) -> (accelerations, what holds). standing: which drives count as
+    standing, default those whose rate is 0.
     """
     dry = loads_of(rates.pose.robot).coulomb
     signs = [np.sign(rate) for rate in rates._q_dot]

@@ -1,4 +1,6 @@
-"""What is said of poses that do not close: by how much, of which leg, or which joint is left free."""
+"""What is said of poses that do not close: by how much, of which leg, or which joint is left
+free.
+"""
 
 from __future__ import annotations
 
@@ -43,8 +45,8 @@ def refuse_open(open_: np.ndarray, pose: Pose) -> None:
         free_words = f"the {side} leg is folded on its base joint: {words.joints[leg]} is"
     if isinstance(dyad, RRP):
         raise UnreachableError(
-            f"{where}unreachable: {distance_words} {dyad.r1 + gap:.9g} m apart, the farthest that a bar of "
-            f"{dyad.r1:g} m allows is {dyad.r1:.9g} m (gap {gap:.3g} m), {at}",
+            f"{where}unreachable: {distance_words} {dyad.r1 + gap:.9g} m apart, the farthest that a"
+            f" bar of {dyad.r1:g} m allows is {dyad.r1:.9g} m (gap {gap:.3g} m), {at}",
             gap,
             index or None,
         )
@@ -59,8 +61,8 @@ def refuse_open(open_: np.ndarray, pose: Pose) -> None:
         )
     limit, end = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
     raise UnreachableError(
-        f"{where}unreachable: {distance_words} {span:.9g} m apart, the {end} that bars of {r1:g} and {r2:g} m "
-        f"allow is {limit:.9g} m (gap {gap:.3g} m), {at}",
+        f"{where}unreachable: {distance_words} {span:.9g} m apart, the {end} that bars of {r1:g}"
+        f" and {r2:g} m allow is {limit:.9g} m (gap {gap:.3g} m), {at}",
         gap,
         index or None,
     )

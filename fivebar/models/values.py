@@ -32,7 +32,9 @@ def _rule(robot, name):
 
 
 def check_values(robot):
-    """Make every field a float: lengths of bars > 0, all others >= 0, none so large or small that products fail."""
+    """Make every field a float: lengths of bars > 0, all others >= 0, none so large or small that
+    products fail.
+    """
     # First those that say whether others may be negative.
     for f in sorted(fields(robot), key=lambda f: f.name not in robot.turning_names):
         value = getattr(robot, f.name)
@@ -52,7 +54,8 @@ def check_values(robot):
         value, inertia_of = getattr(robot, rub), getattr(robot, own)
         if named(value) and not named(inertia_of):
             raise ValueError(
-                f"{rub} = {value} is the friction of a drive, but {own} = 0: there is nothing that it slows"
+                f"{rub} = {value} is the friction of a drive, but {own} = 0: there is nothing that"
+                " it slows"
             )
 
 
@@ -67,7 +70,9 @@ def _gravity(value):
 
 
 class Named:
-    """What a robot shows of itself: the first `lab` parameters, the lab's, and of the others those that are named."""
+    """What a robot shows of itself: the first `lab` parameters, the lab's, and of the others those
+    that are named.
+    """
 
     lab = 0
     __dataclass_fields__: ClassVar[dict]

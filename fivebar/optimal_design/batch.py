@@ -1,4 +1,6 @@
-"""Many five-bars at once: the models' own equations, on columns of parameters in place of numbers."""
+"""Many five-bars at once: the models' own equations, on columns of parameters in place of
+numbers.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +42,9 @@ class Robots(FiveBar):
 
 
 def known_variables(robot: FiveBar | Biglide) -> dict[str, dict[str, float]]:
-    """What a design of such a robot may name, as {name: {parameter: factor}}; where its task is, as {}."""
+    """What a design of such a robot may name, as {name: {parameter: factor}}; where its task is, as
+    {}.
+    """
     own = {f.name: {f.name: 1.0} for f in fields(robot) if f.name != "gravity"}
     both = {name: parts for name, (_, parts) in BOTH.items()} if isinstance(robot, FiveBar) else {}
     return {**both, **own, **{name: {} for name in PLACE}}
@@ -102,7 +106,9 @@ def at_once(names: tuple[str, ...], rows: np.ndarray, robot: FiveBar) -> Robots:
 def checked(
     names: tuple[str, ...], rows: np.ndarray, robot: FiveBar | Biglide
 ) -> tuple[np.ndarray, list[tuple[int, str]]]:
-    """(good (n,), [(row, why it is no robot), ...]): rows that are surely good are not made one by one."""
+    """(good (n,), [(row, why it is no robot), ...]): rows that are surely good are not made one by
+    one.
+    """
     good = (
         _surely(names, rows, robot)
         if isinstance(robot, FiveBar)

@@ -1,4 +1,6 @@
-"""Designs to be swept: columns, grids, samples, Liu's triangle, files, or whatever gives robots one by one."""
+"""Designs to be swept: columns, grids, samples, Liu's triangle, files, or whatever gives robots one
+by one.
+"""
 
 from __future__ import annotations
 
@@ -31,9 +33,11 @@ PASSED_OVER = {"design", *(row[0] for rows in (CLOSED, OVER_POSES, ONE_BY_ONE) f
 
 @dataclass(frozen=True, eq=False)
 class Designs:
-    """Rows of parameters by name, made a chunk at a time; from `grid`, `sample`, `triangle`, or what `designs_of` took.
+    """Rows of parameters by name, made a chunk at a time; from `grid`, `sample`, `triangle`, or
+    what `designs_of` took.
 
-    names; count (None: not known before the end); about: what a manifest says of them, where they follow from it.
+    names; count (None: not known before the end); about: what a manifest says of them, where they
+    follow from it.
     """
 
     names: tuple[str, ...]
@@ -75,7 +79,8 @@ def columns(given: Mapping[str, Any]) -> Designs:
     lengths = {name: len(part) for name, part in parts.items() if part.ndim}
     if len(set(lengths.values())) > 1:
         raise ValueError(
-            f"designs: columns of unlike lengths, {lengths}; for all combinations there is designing.grid"
+            f"designs: columns of unlike lengths, {lengths}; for all combinations there is"
+            " designing.grid"
         )
     count = next(iter(lengths.values()), 1)
     table = np.stack([np.broadcast_to(part, count) for part in parts.values()], axis=1)
@@ -87,7 +92,9 @@ def columns(given: Mapping[str, Any]) -> Designs:
 
 
 def finite_or_not(value: Any, name: str) -> np.ndarray:
-    """A number or a column of them; nan and inf are of the design's own making, and recorded with it."""
+    """A number or a column of them; nan and inf are of the design's own making, and recorded with
+    it.
+    """
     found = real_numbers(value, name)
     if found.ndim > 1:
         raise ValueError(f"{name} must be a number or a column, not of shape {found.shape}")
@@ -122,8 +129,8 @@ def grid(**axes: Any) -> Designs:
 def sample(bounds: Mapping[str, Any], count: int, seed: int = 0) -> Designs:
     """Designs spread evenly between bounds {name: (low, high)}, the k-th of them at once.
 
-    Roberts' sequence: x_k = (x_0 + k a) mod 1 with a_j = g^-j, g^(n+1) = g + 1; in whole numbers of 2^-64, so that a
-    late one is as exact as the first. seed: of x_0.
+    Roberts' sequence: x_k = (x_0 + k a) mod 1 with a_j = g^-j, g^(n+1) = g + 1; in whole numbers of
+    2^-64, so that a late one is as exact as the first. seed: of x_0.
     """
     limits = limits_of(bounds)
     count, seed = whole(1, MOST)(count, "count"), whole(0, 2**63)(seed, "seed")
@@ -166,9 +173,11 @@ def limits_of(bounds: Mapping[str, Any], name: str = "bounds") -> dict[str, tupl
 
 
 def triangle(count: int = 30) -> Designs:
-    """Liu's design space of symmetric robots: r1 + r2 + r3 = 3, r3 <= r1 + r2, on a grid of so many parts a side.
+    """Liu's design space of symmetric robots: r1 + r2 + r3 = 3, r3 <= r1 + r2, on a grid of so many
+    parts a side.
 
-    r1, r2: proximal and distal bars, r3: half the base, over their mean. Without the edges r1 = 0 and r2 = 0.
+    r1, r2: proximal and distal bars, r3: half the base, over their mean. Without the edges r1 = 0
+        and r2 = 0.
     """
     count = whole(2, 10**4)(count, "count")
     k = np.array([(i, j) for i in range(1, count) for j in range(1, count - i + 1)])
@@ -180,7 +189,9 @@ def triangle(count: int = 30) -> Designs:
 
 
 def designs_of(given: Any, robot: FiveBar | Biglide) -> Designs:
-    """Designs from a mapping of columns, a CSV or NPZ file, or an iterable of robots or of tables {name: value}."""
+    """Designs from a mapping of columns, a CSV or NPZ file, or an iterable of robots or of tables
+    {name: value}.
+    """
     if isinstance(given, Designs):
         return given
     if isinstance(given, Mapping):
@@ -213,7 +224,8 @@ def _one_by_one(given, robot):
     )
     if names is None and not isinstance(first, Mapping):
         raise TypeError(
-            f"designs must be robots as {type(robot).__name__}, or tables by name, not {shown(first)}"
+            f"designs must be robots as {type(robot).__name__}, or tables by name, not"
+            f" {shown(first)}"
         )
     names = names or tuple(first)
 
@@ -270,7 +282,9 @@ def _from_file(path, robot):
 
 
 def _as_people_have_it(path, known):
-    """Other separators, decimal commas, millimetres, and beside them figures of an earlier sweep: read at once."""
+    """Other separators, decimal commas, millimetres, and beside them figures of an earlier sweep:
+    read at once.
+    """
     wanted = {
         name: Quantity(
             (name,), METRES if name[0] in "ldr" or name in PLACE else NO_UNIT, needed=False

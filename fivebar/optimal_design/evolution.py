@@ -1,11 +1,14 @@
-"""Differential evolution of many goals at once (GDE3): a population that keeps what nothing else is better than.
+"""Differential evolution of many goals at once (GDE3): a population that keeps what nothing else is
+better than.
 
-Kukkonen and Lampinen, GDE3: the third evolution step of generalized differential evolution, IEEE CEC 2005; limits by
-the rule of Deb, 2000: what keeps them is better than what does not, and of two that do not the one that is off by less.
+Kukkonen and Lampinen, GDE3: the third evolution step of generalized differential evolution, IEEE
+    CEC 2005; limits by
+the rule of Deb, 2000: what keeps them is better than what does not, and of two that do not the one
+    that is off by less.
 
-Why no package: on the front of workspace against bars, whose answer is known (tests), 80 robots and 300 generations of
-pymoo 0.6's NSGA-II are off by up to 1e-1 at its worst point and these by 4e-2, in the same time; `refine` makes 1e-8 of
-it in a quarter of that.
+Why no package: on the front of workspace against bars, whose answer is known (tests), 80 robots and
+300 generations of pymoo 0.6's NSGA-II are off by up to 1e-1 at its worst point and these by 4e-2,
+in the same time; `refine` makes 1e-8 of it in a quarter of that.
 """
 
 from __future__ import annotations
@@ -34,7 +37,8 @@ def evolve(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A population (x (n, k), f (n, goals), off (n,)) after so many generations.
 
-    evaluate: x (n, k) -> (f (n, goals), all to be small, off (n,), 0 where all limits are kept). told: after each.
+    evaluate: x (n, k) -> (f (n, goals), all to be small, off (n,), 0 where all limits are kept).
+        told: after each.
     """
     x = low + (high - low) * _spread(size, len(low), rng)
     if start is not None:
@@ -81,7 +85,9 @@ def dominates(f: np.ndarray, off: np.ndarray, g: np.ndarray, goff: np.ndarray) -
 
 
 def best(f: np.ndarray, off: np.ndarray, count: int) -> np.ndarray:
-    """Indices of the best: what nothing is better than, then the same of the rest, ...; of the last the loneliest."""
+    """Indices of the best: what nothing is better than, then the same of the rest, ...; of the last
+    the loneliest.
+    """
     left, kept = np.arange(len(f)), []
     while len(left):
         beaten = dominates(
@@ -96,7 +102,9 @@ def best(f: np.ndarray, off: np.ndarray, count: int) -> np.ndarray:
 
 
 def thinned(f: np.ndarray, front: np.ndarray, count: int) -> list[int]:
-    """So many of a front, evenly spread: one by one the most crowded goes; the ends of each goal stay."""
+    """So many of a front, evenly spread: one by one the most crowded goes; the ends of each goal
+    stay.
+    """
     front = np.asarray(front)
     g = f[front]
     g = (g - g.min(axis=0)) / np.maximum(np.ptp(g, axis=0), 1e-300)
@@ -132,10 +140,12 @@ def refine(
     rng: np.random.Generator,
     told: Callable = lambda: None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Each of the chosen points of a front driven on by a small population of its own: (x, f, off) of all of them.
+    """Each of the chosen points of a front driven on by a small population of its own: (x, f, off)
+    of all of them.
 
-    A point's aim is to gain in all goals by equal shares of the front's range (Wierzbicki's achievement function); an
-    end of the front is to gain in its own goal. All populations are evaluated together.
+    A point's aim is to gain in all goals by equal shares of the front's range (Wierzbicki's
+    achievement function); an end of the front is to gain in its own goal. All populations are
+    evaluated together.
     """
     span = np.maximum(np.ptp(f[chosen], axis=0), 1e-300)
     aim, many = f[chosen], len(chosen)

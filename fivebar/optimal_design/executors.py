@@ -1,4 +1,6 @@
-"""Who computes: a process pool of our own, or any executor of the standard library's kind, Dask's unchanged."""
+"""Who computes: a process pool of our own, or any executor of the standard library's kind, Dask's
+unchanged.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,9 @@ class ExecutorDied(RuntimeError):
 
 @contextmanager
 def dask_executor(address: str) -> Iterator[Executor]:
-    """The executor of a Dask cluster, "tcp://host:8786" or the scheduler's file; needs the extra `scale`."""
+    """The executor of a Dask cluster, "tcp://host:8786" or the scheduler's file; needs the extra
+    `scale`.
+    """
     try:
         from dask.distributed import Client
     except ImportError:
@@ -49,9 +53,11 @@ def computed(
     executor: Executor | None,
     workers: int | None = None,
 ) -> Iterator[tuple[int, Any]]:
-    """(number, compute(task)) of (number, task), as they come: in any order, few handed out at a time.
+    """(number, compute(task)) of (number, task), as they come: in any order, few handed out at a
+    time.
 
-    executor: None is a pool of our own with so many workers, begun anew where one of them is killed.
+    executor: None is a pool of our own with so many workers, begun anew where one of them is
+        killed.
     """
     if executor is not None:
         yield from _by(executor, compute, tasks, {})
@@ -81,7 +87,8 @@ def computed(
                         f"{error}; {fruitless} times without a chunk done in between: {hint}"
                     ) from None
             finally:
-                leash.close()  # else an interrupt would wait for the chunks in hand, and a second one for ever
+                # Else an interrupt would wait for the chunks in hand, and a second one for ever.
+                leash.close()
                 theirs.close()
 
 
@@ -114,13 +121,15 @@ def _must_travel(compute):
 
 def _unsent(error):
     return ValueError(
-        f"figure: it cannot be sent to another process ({error}): write it with def, not lambda, at the top of a file "
-        "or cell; or give executor=None or ThreadPoolExecutor()"
+        f"figure: it cannot be sent to another process ({error}): write it with def, not lambda, at"
+        " the top of a file or cell; or give executor=None or ThreadPoolExecutor()"
     )
 
 
 def _begin(compute, theirs, leash):
-    """A worker has its work from its start, inherited where it is forked, and ends when the leash is let go."""
+    """A worker has its work from its start, inherited where it is forked, and ends when the leash
+    is let go.
+    """
     global _compute
     _compute = compute
     leash.close()  # its own copy

@@ -24,9 +24,11 @@ from .task import Task
 class Figure:
     """A named function of robots.
 
-    of: of the kind "closed" (robots in columns (n, 1)) -> (n,), "poses" (Poses) -> (n,), "own" (robot) -> float,
-    "single" (robot, Task) -> float; better: whether "large" or "small" ones are; needs: what a Task must have;
-    bound: (robots, Task) -> a value that no robot of these or smaller (see `bounds`) lengths can pass.
+    of: of the kind "closed" (robots in columns (n, 1)) -> (n,), "poses" (Poses) -> (n,), "own"
+    (robot) -> float, "single" (robot, Task) -> float; better: whether "large" or "small" ones are;
+    needs: what a Task must have;
+    bound: (robots, Task) -> a value that no robot of these or smaller (see `bounds`) lengths can
+        pass.
     """
 
     name: str
@@ -60,7 +62,9 @@ FIGURES: dict[str, Figure] = {
 def figures_of(
     asked: Any, task: Task, robot: FiveBar | Biglide, what: str = "figure"
 ) -> tuple[Figure, ...]:
-    """The Figures that are asked for: a name, a function, a Figure, a list of them, or {name: function}."""
+    """The Figures that are asked for: a name, a function, a Figure, a list of them, or {name:
+    function}.
+    """
     if isinstance(asked, Mapping):
         found = [_own(each, name, what) for name, each in asked.items()]
     elif isinstance(asked, (str, Figure)) or callable(asked):
@@ -77,7 +81,8 @@ def figures_of(
     for each in found:
         if each.kind != "own" and not isinstance(robot, FiveBar):
             raise ValueError(
-                f"{what}: {each.name} is of five-bars; of a {robot.words.title} give your own function"
+                f"{what}: {each.name} is of five-bars; of a {robot.words.title} give your own"
+                " function"
             )
         for need in each.needs:
             if not (task.table or task.disc if need == "table" else getattr(task, need)):
@@ -130,7 +135,9 @@ def evaluate(
     robot: FiveBar | Biglide,
     task: Task,
 ) -> tuple[np.ndarray, list[tuple[int, str]]]:
-    """(values (n, len(figures)), [(row, what went wrong), ...]) of designs (n, len(names)); nan where it went wrong."""
+    """(values (n, len(figures)), [(row, what went wrong), ...]) of designs (n, len(names)); nan
+    where it went wrong.
+    """
     values = np.full((len(rows), len(figures)), np.nan)
     good, errors = checked(names, rows, robot)
     chosen = np.flatnonzero(good)
@@ -143,7 +150,9 @@ def evaluate(
     if at_poses and len(chosen):
         np.empty(
             2**21
-        )  # once so much was freed, glibc keeps smaller things: a quarter of the time, else page faults
+            # Once so much was freed, glibc keeps smaller things: a quarter of the time, else page
+            # faults.
+        )
         place = place_of_design(names, rows)
         step = max(1, BLOCK // len(task.nodes[0]))
         for start in range(0, len(chosen), step):
@@ -165,7 +174,10 @@ def evaluate(
                     errors.append(
                         (
                             int(n),
-                            f"{figures[k].name}: {type(error).__name__}: {' '.join(str(error).split())}",
+                            (
+                                f"{figures[k].name}: {type(error).__name__}:"
+                                f" {' '.join(str(error).split())}"
+                            ),
                         )
                     )
     return values, sorted(errors)

@@ -1,4 +1,6 @@
-"""Figures of merit that are computed robot by robot: exact regions, published circles, what a motion asks for."""
+"""Figures of merit that are computed robot by robot: exact regions, published circles, what a
+motion asks for.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ CENTRES = 400  # along the axis, among which the largest circle is searched
 
 
 def _regions(robot, task):
-    """The parts of the task's working mode without singularity, or those that keep det_A and sin."""
+    """The parts of the task's working mode without singularity, or those that keep det_A and
+    sin.
+    """
     if task.det_A or task.sin:
         found = dexterous(robot, det_A=task.det_A, sin=task.sin)
     else:
@@ -35,7 +39,9 @@ def _dexterous_area(robot, task, place):
 
 
 def _of_parts(measure, most):
-    """The largest over the parts, 0 where none has room for the margin; most: what a part of an area has at most."""
+    """The largest over the parts, 0 where none has room for the margin; most: what a part of an
+    area has at most.
+    """
 
     def of(robot, task, place):
         best = 0.0
@@ -74,7 +80,9 @@ def _inscribed_conditioning(robot, task, place):
 
 
 def _circle(robot):
-    """(y, radius) of Liu's MIC, on a symmetric robot's axis, above its stretched locus, in the modes (1, -1)."""
+    """(y, radius) of Liu's MIC, on a symmetric robot's axis, above its stretched locus, in the
+    modes (1, -1).
+    """
     if robot.l11 != robot.l21 or robot.l12 != robot.l22:
         raise ValueError(
             "the circle that Liu publishes is of symmetric robots: l11 = l21 and l12 = l22"
@@ -122,7 +130,9 @@ def _worst_speed(robot, task, place):
 
 
 def _time(robot, task, place):
-    """Run s times as fast, tau = a s^2 + v s + c in each sample: the first s at which a motor is at its limit."""
+    """Run s times as fast, tau = a s^2 + v s + c in each sample: the first s at which a motor is at
+    its limit.
+    """
     moved = _moved(robot, task, place)
     if moved is None:
         return np.inf
@@ -141,7 +151,9 @@ def _time(robot, task, place):
 
 
 def _path_time(robot, task, place):
-    """The upper bound, within a thousandth of the lower one; inf where the path cannot be followed."""
+    """The upper bound, within a thousandth of the lower one; inf where the path cannot be
+    followed.
+    """
     moved = Placement(tuple(place.tolist()))(task.path)
     try:
         return time_path(

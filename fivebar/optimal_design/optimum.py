@@ -1,4 +1,6 @@
-"""`design`: the best robot for one goal, or the Pareto front of several, within bounds and limits by name."""
+"""`design`: the best robot for one goal, or the Pareto front of several, within bounds and limits
+by name.
+"""
 
 from __future__ import annotations
 
@@ -54,20 +56,23 @@ def design(
 ) -> Design | Front:
     """The best robot within bounds: a Design for one goal, a Front of them for two or three.
 
-    goals: a figure of merit by name or as a function of a robot, a list of up to three, or {figure: "min" or "max"};
-        a name knows its own sense, a function is to be large.
-    bounds: {parameter: (low, high)}, a number where it is fixed; parameters as in `sweep`: l1 and l2 make the robot
-        symmetric, task_y moves its table.
-    limits: {figure or parameter-free function: (low, high)}, None for no limit; a number is a limit on the worse side.
-        A table must be reached, without a singularity, whether named or not.
-    robot: what the bounds do not name, FiveBar() if None. step: lengths are whole multiples of it, m, as 0.001.
+    goals: a figure of merit by name or as a function of a robot, a list of up to three, or {figure:
+        "min" or "max"}; a name knows its own sense, a function is to be large.
+    bounds: {parameter: (low, high)}, a number where it is fixed; parameters as in `sweep`: l1 and
+        l2 make the robot symmetric, task_y moves its table.
+    limits: {figure or parameter-free function: (low, high)}, None for no limit; a number is a limit
+        on the worse side. A table must be reached, without a singularity, whether named or not.
+    robot: what the bounds do not name, FiveBar() if None. step: lengths are whole multiples of it,
+        m, as 0.001.
     points: on the front. effort: of the search, 2 for twice as many generations.
     executor: who computes figures that are not in closed form, as in `sweep`; None: this process.
-    choices: what the figures are about, as in `sweep`: table=(0.2, 0.15), motor="xh430-w350", det_A=0.3, ...
+    choices: what the figures are about, as in `sweep`: table=(0.2, 0.15), motor="xh430-w350",
+        det_A=0.3, ...
 
-    One goal: SciPy's differential evolution. Several: differential evolution of all goals at once (GDE3), then each
-    point by itself. A search finds no proof: each result says which bounds and limits hold it, and how far it is from
-    what no robot within the bounds can pass, where that is known. ValueError where nothing keeps the limits.
+    One goal: SciPy's differential evolution. Several: differential evolution of all goals at once
+    (GDE3), then each point by itself. A search finds no proof: each result says which bounds and
+    limits hold it, and how far it is from what no robot within the bounds can pass, where that is
+    known. ValueError where nothing keeps the limits.
     """
     robot = FiveBar() if robot is None else robot
     must_execute(executor)
@@ -85,7 +90,9 @@ def design(
 
 
 class Problem:
-    """What is searched, as numbers: columns of what varies in, goals to be small and how far off the limits out."""
+    """What is searched, as numbers: columns of what varies in, goals to be small and how far off
+    the limits out.
+    """
 
     def __init__(self, goals, bounds, limits, robot, step, task: Task, executor: Executor | None):
         self.robot, self.step, self.task, self.executor = robot, step, task, executor
@@ -118,8 +125,8 @@ class Problem:
             )
             if low > high:
                 raise ValueError(
-                    f"bounds: no multiple of step = {self.step:g} lies in {self.names[k]} = ({self.low[k]:g}, "
-                    f"{self.high[k]:g})"
+                    f"bounds: no multiple of step = {self.step:g} lies in {self.names[k]} ="
+                    f" ({self.low[k]:g}, {self.high[k]:g})"
                 )
             self.low[k], self.high[k] = low * self.step, high * self.step
 
@@ -190,7 +197,8 @@ class Problem:
             for which, limit in (("lower", self.low[k]), ("upper", self.high[k])):
                 if abs(row[k] - limit) <= near:
                     found.append(
-                        f"{self.names[k]} = {row[k]:.6g} is {self._how(row[k], limit)} {which} bound {limit:.6g}"
+                        f"{self.names[k]} = {row[k]:.6g} is {self._how(row[k], limit)} {which}"
+                        f" bound {limit:.6g}"
                     )
         others = [row + sign * step for step in np.diag(steps)[steps > 0] for sign in (1, -1)]
         around = self.values(np.array([row, *others]))
@@ -198,7 +206,8 @@ class Problem:
             within = around[:, self.place["reach"]] >= 0
             if values["reach"] <= AT_LIMIT * self.task_size or not within.all():
                 found.append(
-                    f"reach = {values['reach']:.6g} is near its limit, at least 0: a corner of the table"
+                    f"reach = {values['reach']:.6g} is near its limit, at least 0: a corner of the"
+                    " table"
                 )
             around = around[within & (around[:, self.place["det_A"]] > 0)]
         for limit in self.limits:
@@ -226,7 +235,9 @@ class Problem:
         )
 
     def _passed_by_none(self, values):
-        """{goal: what no robot within the bounds passes}: figures' own bounds at the longest, or the shortest, bars."""
+        """{goal: what no robot within the bounds passes}: figures' own bounds at the longest, or
+        the shortest, bars.
+        """
         found = {}
         for figure, sign in zip(self.goals, self.signs):
             if figure.bound is None or SENSES[SENSE_OF[sign]] != figure.better:
@@ -239,7 +250,9 @@ class Problem:
 
 
 def _one(problem, rng, effort, bar):
-    """SciPy's differential evolution on what varies; designs that do not keep the limits count by how far they are."""
+    """SciPy's differential evolution on what varies; designs that do not keep the limits count by
+    how far they are.
+    """
     from scipy.optimize import differential_evolution
 
     free = problem.free
@@ -300,13 +313,16 @@ def _several(problem, rng, points, effort, bar):
 
 
 def _kept(problem, rows):
-    """The rows; ValueError where even the best found does not keep the limits, with what it lacks."""
+    """The rows; ValueError where even the best found does not keep the limits, with what it
+    lacks.
+    """
     off = problem(rows)[1]
     if off[0] == 0:
         return rows
     values = dict(zip((each.name for each in problem.figures), problem.values(rows)[0]))
     lacks = [
-        f"{limit.figure.name} = {values[limit.figure.name]:.6g}, not from {limit.low:g} to {limit.high:g}"
+        f"{limit.figure.name} = {values[limit.figure.name]:.6g}, not from {limit.low:g} to"
+        f" {limit.high:g}"
         for limit in problem.limits
         if not limit.low <= values[limit.figure.name] <= limit.high
     ]

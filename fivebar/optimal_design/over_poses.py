@@ -1,8 +1,10 @@
 """Figures of merit over a table or a disc, in closed form in each pose, for many robots at once.
 
-What is worst over the nodes; where a robot does not reach all of them, or meets a singularity between two, the figure
-is what no robot can be worse than (0, or inf). All follow from the legs' sines s_i and the distal bars' sine det A and
-cosine g: with b_i = l_i1 s_i, J = A^-1 B has columns of lengths |b_i / det A| and an angle whose cosine is -+ g.
+What is worst over the nodes; where a robot does not reach all of them, or meets a singularity
+between two, the figure is what no robot can be worse than (0, or inf). All follow from the legs'
+sines s_i and the distal bars' sine det A and
+cosine g: with b_i = l_i1 s_i, J = A^-1 B has columns of lengths |b_i / det A| and an angle whose
+    cosine is -+ g.
 """
 
 from __future__ import annotations
@@ -20,7 +22,9 @@ BLOCK = 16384  # poses at once: what they take stays in the processor's cache
 
 
 class Poses:
-    """Robots in columns (n, 1) at the nodes of a task, (n, p) poses; place: (n, 2) m, the origin of each one's task."""
+    """Robots in columns (n, 1) at the nodes of a task, (n, p) poses; place: (n, 2) m, the origin of
+    each one's task.
+    """
 
     def __init__(self, robots: Robots, task: Task, place: np.ndarray):
         self.robots, self.task = robots, task
@@ -138,7 +142,9 @@ def _tip_force(poses):
 
 
 def _tip_error(poses):
-    """A dxi = b_i dq_i + cos q_i2 dl_i1 + dl_i2 -+ x_i2 dd / 2 to first order; the worst is at a corner of the box."""
+    """A dxi = b_i dq_i + cos q_i2 dl_i1 + dl_i2 -+ x_i2 dd / 2 to first order; the worst is at a
+    corner of the box.
+    """
     t = {"q": 0.0, "l": 0.0, "d": 0.0} | poses.task.tolerances
     own = [
         b * t["q"] + (np.abs(leg.cosine) + 1) * t["l"] for b, leg in zip(poses.b, poses.pose.legs)
@@ -243,7 +249,10 @@ OVER_POSES = (
         "global_conditioning_polar",
         "",
         "large",
-        "mean of 1 / kappa(J) over radius and angle of a disc, unweighted: the measure of Liu's published indices",
+        (
+            "mean of 1 / kappa(J) over radius and angle of a disc, unweighted: the measure of Liu's"
+            " published indices"
+        ),
         _global_polar,
         ("disc",),
         _one,

@@ -33,8 +33,9 @@ WHAT = "fivebar designs"
 class Design(Plotted, Paged):
     """A robot found by `design`.
 
-    parameters: what varied; values: of goals and limits, goals: each "min" or "max"; binding: sentences on the bounds
-    and limits that hold it; unpassed: {goal: what no robot within the bounds can pass}, where that is known; task.
+    parameters: what varied; values: of goals and limits, goals: each "min" or "max"; binding:
+    sentences on the bounds and limits that hold it; unpassed: {goal: what no robot within the
+    bounds can pass}, where that is known; task.
     """
 
     parameters: Mapping[str, float]
@@ -113,7 +114,9 @@ class Design(Plotted, Paged):
 
 @dataclass(frozen=True, eq=False)
 class Front(Plotted, Paged):
-    """Designs of which none is better than another in all goals, in the order of the first goal; from `design`."""
+    """Designs of which none is better than another in all goals, in the order of the first goal;
+    from `design`.
+    """
 
     designs: tuple[Design, ...]
 
@@ -169,9 +172,11 @@ class Front(Plotted, Paged):
         write(file, "front", {"goals": dict(self.goals), "choices": first.task.about}, header, rows)
 
     def save(self, folder: str | os.PathLike) -> None:
-        """front.json, which `load` reads, front.csv, front.png, robots/01.json ... for --robot, and index.html.
+        """front.json, which `load` reads, front.csv, front.png, robots/01.json ... for --robot, and
+        index.html.
 
-        That page has the picture and a table; each robot's link opens it on the live page, play.html beside it.
+        That page has the picture and a table; each robot's link opens it on the live page,
+        play.html beside it.
         """
         folder = Path(folder)
         (folder / ROBOTS).mkdir(parents=True, exist_ok=True)

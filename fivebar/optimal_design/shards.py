@@ -1,4 +1,6 @@
-"""A folder of results as they come: a manifest, and a file for each chunk, written whole or not at all."""
+"""A folder of results as they come: a manifest, and a file for each chunk, written whole or not at
+all.
+"""
 
 from __future__ import annotations
 
@@ -30,13 +32,16 @@ def shard(folder: Path, number: int) -> Path:
 
 
 def begin(folder: Path, manifest: dict) -> dict:
-    """The manifest in the folder, written if there is none; ValueError where it is of another sweep."""
+    """The manifest in the folder, written if there is none; ValueError where it is of another
+    sweep.
+    """
     file = folder / MANIFEST
     if not file.exists():
         if strangers := sorted(path.name for path in folder.iterdir()):
             more = f" and {len(strangers) - 3} more" if len(strangers) > 3 else ""
             raise ValueError(
-                f"out: {folder} holds {', '.join(strangers[:3])}{more} and no {MANIFEST}: give another"
+                f"out: {folder} holds {', '.join(strangers[:3])}{more} and no {MANIFEST}: give"
+                " another"
             )
         write_manifest(folder, manifest)
         return manifest
@@ -116,8 +121,8 @@ def read_chunk(path: Path) -> Chunk:
         return Chunk(rows, values, list(zip(at.tolist(), texts)))
     except (*STRANGE, OSError) as error:
         raise ValueError(
-            f"{path} is no chunk of a sweep, or not whole ({type(error).__name__}: {error}): delete it to have it "
-            "computed again"
+            f"{path} is no chunk of a sweep, or not whole ({type(error).__name__}: {error}): delete"
+            " it to have it computed again"
         ) from None
 
 
@@ -128,7 +133,7 @@ def is_done(folder: Path, number: int, rows: np.ndarray) -> bool:
         return False
     if digest(read_chunk(path).rows) != digest(rows):
         raise ValueError(
-            f"out: {path} holds other designs than chunk {number} of these: they have changed since; give another "
-            "folder; nothing was written"
+            f"out: {path} holds other designs than chunk {number} of these: they have changed"
+            " since; give another folder; nothing was written"
         )
     return True

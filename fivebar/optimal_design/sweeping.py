@@ -50,19 +50,25 @@ def sweep(
 ) -> Sweep:
     """Figures of merit of many designs: Sweep.
 
-    figure: a name of `designing.FIGURES`, a function robot -> number, a list of these, or {name: function}.
-    designs: {name: column (n,)}; a .csv or .npz file of such columns; robots, or {name: value}, one by one from any
-        iterable; or `designing.grid`, `sample`, `triangle`. Names are the robot's parameters, or l1, l2 (both proximal,
-        both distal bars), r1, r2, r3 (Liu's), zz (both), task_x, task_y (where the table or the motion is).
-    executor: any concurrent.futures.Executor, as Dask's `client.get_executor()`; None: a pool of `workers` processes
-        (None: one per processor), which is begun anew where one of them is killed.
-    out: a folder, which gets a manifest and each chunk as it comes. The same call again goes on there, computes no
-        chunk twice and ends with the same bytes, whatever the executor. None: all is kept in memory.
+    figure: a name of `designing.FIGURES`, a function robot -> number, a list of these, or {name:
+        function}.
+    designs: {name: column (n,)}; a .csv or .npz file of such columns; robots, or {name: value}, one
+        by one from any iterable; or `designing.grid`, `sample`, `triangle`. Names are the robot's
+        parameters, or l1, l2 (both proximal, both distal bars), r1, r2, r3 (Liu's), zz (both),
+        task_x, task_y (where the table or the motion is).
+    executor: any concurrent.futures.Executor, as Dask's `client.get_executor()`; None: a pool of
+        `workers` processes (None: one per processor), which is begun anew where one of them is
+        killed.
+    out: a folder, which gets a manifest and each chunk as it comes. The same call again goes on
+        there, computes no chunk twice and ends with the same bytes, whatever the executor. None:
+        all is kept in memory.
     robot: what the designs do not name, FiveBar() if None. chunk: designs at a time.
-    choices: what the figures are about, the fields of `designing.Task`: table=(0.2, 0.15), motor="xh430-w350", ...
+    choices: what the figures are about, the fields of `designing.Task`: table=(0.2, 0.15),
+        motor="xh430-w350", ...
 
-    A design that is no robot, or of which a figure raises, gets nan and a message in `.errors`. ValueError for another
-    sweep's folder, and where figures and choices do not fit; RuntimeError where the executor dies: what was done stays.
+    A design that is no robot, or of which a figure raises, gets nan and a message in `.errors`.
+    ValueError for another sweep's folder, and where figures and choices do not fit; RuntimeError
+    where the executor dies: what was done stays.
     """
     must_execute(executor)
     robot = FiveBar() if robot is None else robot
@@ -130,7 +136,8 @@ def _in_memory(manifest, compute, chunks, executor, workers, total):
             found[number] = done
             if len(found) * manifest["chunk"] * size > MOST_KEPT:
                 raise ValueError(
-                    f"designs: more than {MOST_KEPT:g} numbers in memory; give out=, a folder for them"
+                    f"designs: more than {MOST_KEPT:g} numbers in memory; give out=, a folder for"
+                    " them"
                 )
             bar.update()
     return Sweep(
@@ -149,7 +156,8 @@ def _on_disk(folder, manifest, compute, chunks, executor, workers, total):
                     bar.update()
             except ExecutorDied as error:
                 raise RuntimeError(
-                    f"{error}. What was done is in {folder}: {_count(folder)} chunks; the same call goes on from there"
+                    f"{error}. What was done is in {folder}: {_count(folder)} chunks; the same call"
+                    " goes on from there"
                 ) from None
             except OSError as error:
                 error.strerror = (
@@ -159,11 +167,13 @@ def _on_disk(folder, manifest, compute, chunks, executor, workers, total):
         done = numbers.done
         if "done" in known and known["done"] != done:
             raise ValueError(
-                f"out: {folder} is done with {known['done']['designs']} designs, not {numbers.designs}"
+                f"out: {folder} is done with {known['done']['designs']} designs, not"
+                f" {numbers.designs}"
             )
         if beyond := sorted(folder.glob("chunk-*.npz"))[numbers.seen :]:
             raise ValueError(
-                f"out: {folder} holds {beyond[0].name}, beyond the {numbers.seen} chunks of these designs"
+                f"out: {folder} holds {beyond[0].name}, beyond the {numbers.seen} chunks of these"
+                " designs"
             )
         if "done" not in known:
             write_manifest(folder, manifest | {"done": done})

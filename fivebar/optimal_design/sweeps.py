@@ -1,4 +1,6 @@
-"""What a sweep gives: designs and their figures, in memory or read from the folder as they are asked for."""
+"""What a sweep gives: designs and their figures, in memory or read from the folder as they are
+asked for.
+"""
 
 from __future__ import annotations
 
@@ -29,8 +31,9 @@ if TYPE_CHECKING:
 class Sweep(Plotted):
     """Designs and their figures, from `sweep` or `Sweep.load`.
 
-    Of a folder, chunks are read when asked for, one at a time: `chunks()`, `to_csv` and `best` take no more memory for
-    more designs; sweep["det_A"] is one column (n,), of a figure or of what varies.
+    Of a folder, chunks are read when asked for, one at a time: `chunks()`, `to_csv` and `best` take
+    no more memory for more designs; sweep["det_A"] is one column (n,), of a figure or of what
+    varies.
     """
 
     manifest: dict
@@ -72,7 +75,9 @@ class Sweep(Plotted):
         return robot_of({name: tuple(v) if isinstance(v, list) else v for name, v in given.items()})
 
     def chunks(self) -> Iterator[Chunk]:
-        """rows (n, len(names)), values (n, len(figures)), errors [(row, message)], a chunk after the other."""
+        """rows (n, len(names)), values (n, len(figures)), errors [(row, message)], a chunk after
+        the other.
+        """
         for part in self._parts:
             yield self._read(part) if isinstance(part, Path) else part
 
@@ -84,7 +89,8 @@ class Sweep(Plotted):
         )
         if there != named:
             raise ValueError(
-                f"{path} has {there} columns of what varies and of figures, but {MANIFEST} names {named}"
+                f"{path} has {there} columns of what varies and of figures, but {MANIFEST} names"
+                f" {named}"
             )
         return found
 
@@ -133,7 +139,8 @@ class Sweep(Plotted):
     def best(
         self, figure: str | None = None, count: int = 1, sense: str | None = None
     ) -> np.ndarray:
-        """Numbers of the best designs by a figure (None: the first), the best first; of equals the first.
+        """Numbers of the best designs by a figure (None: the first), the best first; of equals the
+        first.
 
         sense: "min" or "max"; None: the figure's own, of a function "max".
         """
@@ -182,7 +189,9 @@ class Sweep(Plotted):
 
     @classmethod
     def load(cls, folder: str | os.PathLike) -> Sweep:
-        """The sweep in a folder, also while it is being written: what is there of it, from its first chunk on."""
+        """The sweep in a folder, also while it is being written: what is there of it, from its
+        first chunk on.
+        """
         return in_folder(Path(folder))
 
 

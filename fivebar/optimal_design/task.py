@@ -1,4 +1,6 @@
-"""What a robot is designed for: the table it works on, its motor, its tolerances, the motion it is to do."""
+"""What a robot is designed for: the table it works on, its motor, its tolerances, the motion it is
+to do.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +42,9 @@ class Motor(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """A trajectory's samples, which other processes can be sent: xi, xi', xi'' (SAMPLES, 2), SI; duration s."""
+    """A trajectory's samples, which other processes can be sent: xi, xi', xi'' (SAMPLES, 2), SI;
+    duration s.
+    """
 
     duration: float
     xi: np.ndarray
@@ -64,7 +68,8 @@ class Task:
     poses: (columns, rows) of nodes on the table, its borders among them; on a disc (radii, angles).
     working: modes of the legs, (1, -1): elbows outside above the base, as Liu's.
     motor: the name of one of MOTORS, or (torque N m, speed rad/s).
-    motion: a trajectory, t -> (xi, xi', xi''), with .start and .duration, about the task's own origin.
+    motion: a trajectory, t -> (xi, xi', xi''), with .start and .duration, about the task's own
+        origin.
     path: a Path, or what `fb.path` reads, about the task's own origin.
     tolerances: {"q": rad of each motor, "l": m of each bar, "d": m of the base}, each of them +-.
     stiffness: of each motor, N m/rad.
@@ -90,7 +95,9 @@ class Task:
 
     @cached_property
     def nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Points (p, 2) m about the task's origin, and their shares of the area and of the plain polar mean, (p,)."""
+        """Points (p, 2) m about the task's origin, and their shares of the area and of the plain
+        polar mean, (p,).
+        """
         m, n = self.poses
         if self.table:
             x0, x1, y0, y1 = self.table
@@ -146,7 +153,9 @@ CHOICES = tuple(f.name for f in fields(Task) if f.name[0] != "_")
 
 
 def task_of(choices: Mapping[str, object]) -> Task:
-    """The Task of these keyword arguments; TypeError for one that is none, ValueError for what cannot be."""
+    """The Task of these keyword arguments; TypeError for one that is none, ValueError for what
+    cannot be.
+    """
     if unknown := [name for name in choices if name not in CHOICES]:
         raise TypeError(f"no choice {', '.join(unknown)}; the known ones are {', '.join(CHOICES)}")
     given = {name: value for name, value in choices.items() if value is not None}
@@ -202,7 +211,8 @@ def _motor(value, name):
     if isinstance(value, str):
         if value not in MOTORS:
             raise ValueError(
-                f"{name}: no motor {value!r}; the known ones are {', '.join(MOTORS)}, or (torque, speed)"
+                f"{name}: no motor {value!r}; the known ones are {', '.join(MOTORS)}, or (torque,"
+                " speed)"
             )
         return MOTORS[value]
     torque, speed = two_numbers(value[:2] if isinstance(value, Motor) else value, name)

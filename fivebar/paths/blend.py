@@ -1,4 +1,6 @@
-"""Corners blended: a quintic in place of both sides near it, with their points, tangents and curvatures at its ends."""
+"""Corners blended: a quintic in place of both sides near it, with their points, tangents and
+curvatures at its ends.
+"""
 
 from __future__ import annotations
 
@@ -19,10 +21,12 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
-    """The path with its corners blended within `deviation`, m, so that a motion goes on through them.
+    """The path with its corners blended within `deviation`, m, so that a motion goes on through
+    them.
 
-    Each blend is a quintic that takes both sides' point, tangent and curvature where it leaves them. Corners where the
-    path turns back, the pen changes or dwells stay as they are. curvature: blend where only the curvature jumps, too.
+    Each blend is a quintic that takes both sides' point, tangent and curvature where it leaves
+    them. Corners where the path turns back, the pen changes or dwells stay as they are. curvature:
+    blend where only the curvature jumps, too.
     """
     deviation = not_negative(deviation, "blended: deviation")
     corner, kept = _corners(path, flag(curvature, "blended: curvature"))
@@ -66,7 +70,9 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
 
 
 def _corners(path, curvature):
-    """Knots (n,) to blend, by the number of the piece that starts there, and how many others turn back."""
+    """Knots (n,) to blend, by the number of the piece that starts there, and how many others turn
+    back.
+    """
     n = len(path.pieces)
     before, after = np.arange(n - 1), np.arange(1, n)
     _, d0, c0, _ = path.on(before, [piece.length for piece in path.pieces[:-1]])
@@ -84,7 +90,9 @@ def _corners(path, curvature):
 
 
 def _reaches(path, corner, lengths, most, deviation):
-    """How far from each corner, m, its blend begins: the farthest, to `most`, that keeps within the deviation."""
+    """How far from each corner, m, its blend begins: the farthest, to `most`, that keeps within the
+    deviation.
+    """
     least, best = np.zeros(len(corner)), np.zeros(len(corner))
     most, reach = most.copy(), np.minimum(most, 4 * deviation)
     left = np.arange(len(corner))
@@ -97,7 +105,8 @@ def _reaches(path, corner, lengths, most, deviation):
         left, off = left[rough], off[rough]
         if not len(left):
             break
-        # It goes as a power of the reach: the first at corners, a higher one where only the curvature jumps.
+        # It goes as a power of the reach: the first at corners, a higher one where only the
+        # curvature jumps.
         guess = reach[left] * np.minimum(
             (1 + NEAR) / 2 * deviation / np.maximum(off, deviation / 100), 10
         )

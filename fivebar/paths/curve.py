@@ -1,4 +1,6 @@
-"""A path: a curve xi(s) through the plane, piece by piece, and where a motion along it must rest."""
+"""A path: a curve xi(s) through the plane, piece by piece, and where a motion along it must
+rest.
+"""
 
 from __future__ import annotations
 
@@ -32,14 +34,16 @@ class Stop(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Path(Plotted):
-    """A curve xi(s), s from 0 to `length` m: called with s, a number or (n,), it gives (xi, xi_s, xi_ss, xi_sss), each
-    (2,) or (n, 2), the exact derivatives by s.
+    """A curve xi(s), s from 0 to `length` m: called with s, a number or (n,), it gives (xi, xi_s,
+    xi_ss, xi_sss), each (2,) or (n, 2), the exact derivatives by s.
 
-    pieces: Line, Arc, Polynomial, each starting where the one before ends. At a knot between pieces xi_s goes on,
-    within SMOOTH, or the motion rests there (`stops`); further derivatives may jump, and `path` then gives those of the
-    piece that begins (`on` those of either).
-    pen: for each piece, True where the pen is down; None: always. dwells: {s: seconds} of rest asked for.
-    feed: for each piece the speed asked for, m/s, inf where none is. said: what was passed over, converted or changed.
+    pieces: Line, Arc, Polynomial, each starting where the one before ends. At a knot between pieces
+    xi_s goes on, within SMOOTH, or the motion rests there (`stops`); further derivatives may jump,
+    and `path` then gives those of the piece that begins (`on` those of either).
+    pen: for each piece, True where the pen is down; None: always. dwells: {s: seconds} of rest
+        asked for.
+    feed: for each piece the speed asked for, m/s, inf where none is. said: what was passed over,
+        converted or changed.
     lines: for each piece the line of the file that it comes from, None where there is none.
     ValueError for pieces that do not join, and for a dwell that is not at a knot.
     """
@@ -88,7 +92,8 @@ class Path(Plotted):
             k = int(np.abs(self._edges - s).argmin())
             if not abs(self._edges[k] - s) <= 1e-9 * self.length:
                 raise ValueError(
-                    f"Path: a dwell at s = {s!r} m is at no knot; the nearest one is {self._edges[k]:.9g}"
+                    f"Path: a dwell at s = {s!r} m is at no knot; the nearest one is"
+                    f" {self._edges[k]:.9g}"
                 )
             knot = float(self._edges[k])
             rests[knot] = rests.get(knot, 0.0) + not_negative(seconds, "Path: seconds of dwells")
@@ -169,12 +174,16 @@ class Path(Plotted):
 
     @property
     def at_unit_speed(self) -> AtUnitSpeed:
-        """The path as a motion with s_dot = 1 m/s, for what asks for a motion and looks at its places: `check_path`."""
+        """The path as a motion with s_dot = 1 m/s, for what asks for a motion and looks at its
+        places: `check_path`.
+        """
         return AtUnitSpeed(self)
 
     @cached_property
     def _packed(self):
-        """All arcs (a, 5), all others' tables (p, 4, terms, 2) and lengths (p,), which piece is an arc, its row."""
+        """All arcs (a, 5), all others' tables (p, 4, terms, 2) and lengths (p,), which piece is an
+        arc, its row.
+        """
         is_arc = np.array([isinstance(piece, Arc) for piece in self.pieces])
         arcs = np.array(
             [[*p.centre, p.radius, p.angle0, p.side] for p in self.pieces if isinstance(p, Arc)]

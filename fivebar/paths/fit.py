@@ -1,6 +1,8 @@
-"""Curves with another parameter than their length, replaced by quintics that run at about unit speed along them.
+"""Curves with another parameter than their length, replaced by quintics that run at about unit
+speed along them.
 
-A quintic takes both ends of its part of the curve with tangent and curvature: of a part h long it errs by h^6.
+A quintic takes both ends of its part of the curve with tangent and curvature: of a part h long it
+errs by h^6.
 """
 
 from __future__ import annotations
@@ -56,7 +58,9 @@ def _refuse_far(what, *points):
 
 
 def fitted(curves: list[Bezier] | list[Ellipse], within: float) -> list[list[Polynomial]]:
-    """For each curve, all of one kind, the quintics that are nowhere farther than `within`, m, from it."""
+    """For each curve, all of one kind, the quintics that are nowhere farther than `within`, m, from
+    it.
+    """
     if not curves:
         return []
     curve = (_Beziers if isinstance(curves[0], Bezier) else _Ellipses)(curves)
@@ -84,7 +88,9 @@ def fitted(curves: list[Bezier] | list[Ellipse], within: float) -> list[list[Pol
 
 
 def quintic(ends: tuple, length: np.ndarray) -> np.ndarray:
-    """Coefficients (6, n) by powers of u = s / length of the quintics with these ends: (xi, xi_s, xi_ss) of either."""
+    """Coefficients (6, n) by powers of u = s / length of the quintics with these ends: (xi, xi_s,
+    xi_ss) of either.
+    """
     (p0, d0, c0), (p1, d1, c1) = ends
     d0, d1, c0, c1 = d0 * length, d1 * length, c0 * length**2, c1 * length**2
     rise, first, last = p1 - p0 - d0 - c0 / 2, d1 - d0 - c0, c1 - c0

@@ -1,6 +1,8 @@
-"""What paths are made of: straight lines, circular arcs and polynomials, each xi(s) with its derivatives by s.
+"""What paths are made of: straight lines, circular arcs and polynomials, each xi(s) with its
+derivatives by s.
 
-Each has a `length`, m, and piece(s), s from 0 to it, gives (xi, xi_s, xi_ss, xi_sss), each (*s.shape, 2).
+Each has a `length`, m, and piece(s), s from 0 to it, gives (xi, xi_s, xi_ss, xi_sss), each
+(*s.shape, 2).
 """
 
 from __future__ import annotations
@@ -23,7 +25,9 @@ MOST_TERMS = 24  # of a polynomial
 
 @dataclass(frozen=True)
 class Line:
-    """A straight line from `start` to `end`, (2,) m, at unit speed. ValueError where these are one point, or nearly."""
+    """A straight line from `start` to `end`, (2,) m, at unit speed. ValueError where these are one
+    point, or nearly.
+    """
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -80,7 +84,9 @@ class Ends:
 
 @dataclass(frozen=True)
 class Arc(Ends):
-    """An arc about `centre`, (2,) m, of `radius` m, from angle0 to angle1, rad, to the left where it is the larger."""
+    """An arc about `centre`, (2,) m, of `radius` m, from angle0 to angle1, rad, to the left where
+    it is the larger.
+    """
 
     centre: tuple[float, float]
     radius: float
@@ -205,7 +211,9 @@ def derivatives(coefficients: np.ndarray, length: float) -> np.ndarray:
 
 
 def on_arcs(arcs: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, ...]:
-    """(xi, xi_s, xi_ss, xi_sss) at s (*batch), of arcs (*batch, 5): centre, radius, first angle, side."""
+    """(xi, xi_s, xi_ss, xi_sss) at s (*batch), of arcs (*batch, 5): centre, radius, first angle,
+    side.
+    """
     x, y, radius, angle, side = np.moveaxis(arcs, -1, 0)
     angle = angle + side * s / radius
     u = np.stack([np.cos(angle), np.sin(angle)], axis=-1)

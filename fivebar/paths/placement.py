@@ -16,7 +16,8 @@ from .curve import Path
 
 @dataclass(frozen=True)
 class Placement:
-    """Points xi of a drawing put to shift + scale R(turn) xi: scaled and turned about its origin, then shifted.
+    """Points xi of a drawing put to shift + scale R(turn) xi: scaled and turned about its origin,
+    then shifted.
 
     shift: (2,) m; turn: rad, to the left; scale: > 0.
     """
@@ -39,7 +40,9 @@ class Placement:
 
     @property
     def turned(self) -> complex:
-        """What points x + i y are multiplied by; exactly real or imaginary for the floats nearest to right angles."""
+        """What points x + i y are multiplied by; exactly real or imaginary for the floats nearest
+        to right angles.
+        """
         turn = cmath.exp(1j * self.turn)
         turn = complex(
             *(

@@ -22,8 +22,10 @@ MOST_ROWS = 10**7
 
 @dataclass(frozen=True, eq=False)
 class Setpoints:
-    """t (n,) s, even steps from the first instant to the last or the first row after it; q, q_dot (n, 2) rad, rad/s
-    (m, m/s where a foot slides), continuous; pen (n,), True where it is down, or None."""
+    """t (n,) s, even steps from the first instant to the last or the first row after it; q, q_dot
+    (n, 2) rad, rad/s (m, m/s where a foot slides), continuous; pen (n,), True where it is down, or
+    None.
+    """
 
     robot: Robot
     t: np.ndarray
@@ -36,7 +38,9 @@ class Setpoints:
         return one_line("Setpoints", self.robot.words.title, rows)
 
     def to_csv(self, path: TextFile, angles: str = "rad") -> None:
-        """Write them: t, q1, q2, their rates, and pen where there is one. angles: "rad" or "deg"."""
+        """Write them: t, q1, q2, their rates, and pen where there is one. angles: "rad" or
+        "deg".
+        """
         one_of("rad", "deg")(angles, "angles")
         if angles == "deg" and not self.robot.turns:
             raise ValueError("to_csv: the joints of a biglide slide, they have no angles")
@@ -66,11 +70,13 @@ class Setpoints:
 def setpoints(
     robot: Robot, reference: Callable, rate: float = 1000.0, working: tuple[int, int] | None = None
 ) -> Setpoints:
-    """The joint coordinates of a motion, `rate` times a second, its first and its last instant among them: Setpoints.
+    """The joint coordinates of a motion, `rate` times a second, its first and its last instant
+    among them: Setpoints.
 
-    Where the duration is no multiple of the steps, the last row is the first after it, at the motion's last point.
-    working: the modes; None: those of the reference itself, or (-1, -1). UnreachableError and SingularityError where
-    the motion is out of reach or crosses Type 1.
+    Where the duration is no multiple of the steps, the last row is the first after it, at the
+    motion's last point.
+    working: the modes; None: those of the reference itself, or (-1, -1). UnreachableError and
+    SingularityError where the motion is out of reach or crosses Type 1.
     """
     steps = math.ceil(reference.duration * rate * (1 - 1e-12))
     bounded(steps, MOST_ROWS, f"setpoints: {reference.duration:g} s at {rate:g} Hz", 40)

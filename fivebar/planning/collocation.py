@@ -1,9 +1,11 @@
-"""Direct collocation of a motion in task space: schemes, piecewise polynomial motions, and the problem on one mesh.
+"""Direct collocation of a motion in task space: schemes, piecewise polynomial motions, and the
+problem on one mesh.
 
-In each interval the acceleration is the polynomial through its values at the collocation points; velocity and position
-are its exact integrals, so that a planned motion is its own derivative everywhere, as collocation of a second-order
-equation should have it (Moreno-Martin, Ros, Celaya 2022). The controls are the two bar forces: m xi'' = A^T lambda,
-tau = Z q'' + B^T lambda, with no division by det A.
+In each interval the acceleration is the polynomial through its values at the collocation points;
+velocity and position are its exact integrals, so that a planned motion is its own derivative
+everywhere, as collocation of a second-order equation should have it (Moreno-Martin, Ros, Celaya
+2022). The controls are the two bar forces: m xi'' = A^T lambda, tau = Z q'' + B^T lambda, with no
+division by det A.
 """
 
 from __future__ import annotations
@@ -21,10 +23,12 @@ LIMITS = ("torque", "joint_speed", "acceleration", "workspace", "serial", "paral
 
 
 class Scheme:
-    """Collocation points c in [0, 1] of an interval and what integrates the polynomial through values at them.
+    """Collocation points c in [0, 1] of an interval and what integrates the polynomial through
+    values at them.
 
-    to_power (s, s): values -> coefficients of 1, sigma, ...; to_bezier (s, s): values -> Bezier points, which hold the
-    polynomial in their hull. shared: the last point is the first of the next interval.
+    to_power (s, s): values -> coefficients of 1, sigma, ...; to_bezier (s, s): values -> Bezier
+    points, which hold the polynomial in their hull. shared: the last point is the first of the next
+    interval.
     """
 
     def __init__(self, c: Sequence[float], shared: bool) -> None:
@@ -41,7 +45,9 @@ class Scheme:
         )
 
     def powers(self, sigma: ArrayLike) -> tuple[np.ndarray, ...]:
-        """Rows that give acceleration, velocity / h and position / h^2 at sigma (...) from the values at the points."""
+        """Rows that give acceleration, velocity / h and position / h^2 at sigma (...) from the
+        values at the points.
+        """
         k, sigma = np.arange(len(self.c)), np.asarray(sigma)[..., None]
         terms = sigma**k, sigma ** (k + 1) / (k + 1), sigma ** (k + 2) / ((k + 1) * (k + 2))
         return tuple(term @ self.to_power for term in terms)
@@ -69,8 +75,8 @@ def scheme(method: str, degree: int) -> Scheme:
 class Pieces:
     """A motion and its torques, polynomials in each interval.
 
-    knots (n + 1,) s; xi, xi_dot (n, 2) at the beginning of each interval; xi_ddot, tau (n, s, 2) at its points; or in
-    place of xi the four bars' angles (n, 4).
+    knots (n + 1,) s; xi, xi_dot (n, 2) at the beginning of each interval; xi_ddot, tau (n, s, 2) at
+    its points; or in place of xi the four bars' angles (n, 4).
     """
 
     scheme: Scheme
@@ -90,7 +96,9 @@ class Pieces:
         xi_ddot: np.ndarray,
         tau: np.ndarray,
     ) -> Pieces:
-        """The pieces whose position and velocity (m, 2) at all points are known, with xi_ddot and tau as above."""
+        """The pieces whose position and velocity (m, 2) at all points are known, with xi_ddot and
+        tau as above.
+        """
         h, first = np.diff(knots)[:, None], scheme.points(len(knots) - 1)[:, 0]
         _, single, double = (row @ xi_ddot for row in scheme.powers(scheme.c[0]))
         v0 = xi_dot[first] - h * single
@@ -125,6 +133,8 @@ class Pieces:
         return table
 
     def motion(self, k: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-        """Position, velocity, acceleration and torque, (..., 8) or (..., 14), at places sigma of intervals k."""
+        """Position, velocity, acceleration and torque, (..., 8) or (..., 14), at places sigma of
+        intervals k.
+        """
         powers = np.asarray(sigma)[..., None] ** np.arange(self._table.shape[1])
         return (powers[..., None, :] @ self._table[k])[..., 0, :]

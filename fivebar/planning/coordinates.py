@@ -1,7 +1,9 @@
-"""In which coordinates a motion is planned: the end-effector's in one pair of working modes, or the four bars' in none.
+"""In which coordinates a motion is planned: the end-effector's in one pair of working modes, or the
+four bars' in none.
 
-Each has `size` coordinates c; a motion (..., 3 size + 2) is c, c', c'' and the torques. What the program varies beside
-them at its points, the controls, are the bar forces or the torques: nothing is divided by det A.
+Each has `size` coordinates c; a motion (..., 3 size + 2) is c, c', c'' and the torques. What the
+program varies beside them at its points, the controls, are the bar forces or the torques: nothing
+is divided by det A.
 """
 
 from __future__ import annotations
@@ -41,7 +43,9 @@ class TaskCoordinates:
         return ikm2(ikm(pose, motion[..., 2:4]), motion[..., 4:6])
 
     def defect(self, motion: np.ndarray, acc: Accelerations) -> np.ndarray:
-        """By what force (...) N the motion errs: m xi'' - A^T lambda with lambda = B^-1 (tau - Z q'')."""
+        """By what force (...) N the motion errs: m xi'' - A^T lambda with lambda = B^-1 (tau - Z
+        q'').
+        """
         push, _ = bar_force_dynamics(acc, drives_forces(acc, (motion[..., -2], motion[..., -1])))
         return np.hypot(*push)
 
@@ -58,7 +62,9 @@ class TaskCoordinates:
         return program.force
 
     def at(self, problem: Problem, conditions: dict) -> list:
-        """What a stop asks of c (order 0) and c' (1): [(order, rows of a matrix, None: each of them, values)]."""
+        """What a stop asks of c (order 0) and c' (1): [(order, rows of a matrix, None: each of
+        them, values)].
+        """
         return [
             (order, None, np.array(conditions[order])) for order in (0, 1) if order in conditions
         ]
@@ -82,7 +88,9 @@ class BarCoordinates:
         return _accelerations(robot, a, a_dot, a_ddot)
 
     def defect(self, motion: np.ndarray, acc: Accelerations) -> np.ndarray:
-        """By what force the motion errs: the mass times a bar and the accelerations that the torques do not explain."""
+        """By what force the motion errs: the mass times a bar and the accelerations that the
+        torques do not explain.
+        """
         robot = acc.rates.pose.robot
         right = BarAngles().accelerations(forward_dynamics(acc.rates, motion[..., -2:]))
         off = np.stack([motion[..., 8 + k] - each for k, each in enumerate(right)], axis=-1)
@@ -103,7 +111,9 @@ class BarCoordinates:
         return program.torque
 
     def at(self, problem: Problem, conditions: dict) -> list:
-        """Of a pose that is not the first, only what the loop leaves open: its closure comes with the motion."""
+        """Of a pose that is not the first, only what the loop leaves open: its closure comes with
+        the motion.
+        """
         rows = (
             None
             if conditions is problem.stops[0][0]

@@ -49,17 +49,21 @@ def crossing_polynomial(
     acceleration: ArrayLike = (0.0, 0.0),
     working: tuple[int, int] = (-1, -1),
 ) -> Trajectory:
-    """The degree-8 polynomial through a Type-2 singularity that keeps the criterion t_s . (m xi'') = 0 there.
+    """The degree-8 polynomial through a Type-2 singularity that keeps the criterion t_s . (m xi'')
+    = 0 there.
 
-    Of a robot with gravity or heavy bars, in place of m xi'' what the motion asks the bars for (`models.loads`).
+    Of a robot with gravity or heavy bars, in place of m xi'' what the motion asks the bars for
+    (`models.loads`).
 
     start, goal: (2,) m, at rest with no acceleration.
     crossing: (2,) m, on the singularity.
     velocity: (2,) m/s, there.
     times: (start, crossing, goal) s.
-    acceleration: (2,) m/s^2, there: the part of it that lies across t_s, the free direction (A t_s = 0).
+    acceleration: (2,) m/s^2, there: the part of it that lies across t_s, the free direction (A t_s
+        = 0).
     working: the modes.
-    ValueError where det A is not 0 at the crossing, or not passed through. Briot and Arakelian 2008.
+    ValueError where det A is not 0 at the crossing, or not passed through. Briot and Arakelian
+    2008.
     """
     rates = ikm(igm(robot, crossing, working), velocity)
     pose, slope = rates.pose, rates.margin_rates[2]
@@ -68,7 +72,8 @@ def crossing_polynomial(
         raise ValueError(f"crossing_polynomial: the crossing is not on Type 2: {at}")
     if abs(slope) < 1e-6:
         raise ValueError(
-            f"crossing_polynomial: this velocity does not cross the singularity: det A' = {slope:.3g} 1/s"
+            "crossing_polynomial: this velocity does not cross the singularity: det A' ="
+            f" {slope:.3g} 1/s"
         )
     x, y = pose.u2[0]  # across t_s
     passes = crossing_acceleration(

@@ -1,4 +1,6 @@
-"""A first motion for the planner: along a path that keeps off the limits, as fast as the limits seem to allow."""
+"""A first motion for the planner: along a path that keeps off the limits, as fast as the limits
+seem to allow.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,9 @@ GRID, SMOOTHINGS = (
 
 
 def guess_again(plan: Plan, found: Solution) -> Guess:
-    """A solution as the guess of the next; its forces between its nodes, as computed ones might be huge there."""
+    """A solution as the guess of the next; its forces between its nodes, as computed ones might be
+    huge there.
+    """
 
     def guess(t):
         controls = [np.interp(t, plan.nodes, control) for control in found.controls.T]
@@ -39,7 +43,8 @@ def guess_again(plan: Plan, found: Solution) -> Guess:
 def first_guess(
     problem: Problem, paths: list[np.ndarray] | None = None
 ) -> tuple[Guess, np.ndarray]:
-    """(times -> (n, 8 or 14), duration of each phase): from rest to rest between stops along paths (m, coordinates).
+    """(times -> (n, 8 or 14), duration of each phase): from rest to rest between stops along paths
+    (m, coordinates).
 
     Paths are run through point by point; without them straight where the limits allow.
     """
@@ -73,13 +78,16 @@ def first_guess(
     times = np.concatenate([end + duration * (sigma - 1) for end, duration in zip(ends, durations)])
     powers = [np.concatenate([m[i] / T**i for m, T in zip(motions, durations)]) for i in range(3)]
     columns = np.concatenate([*powers, np.zeros((len(times), 2))], axis=1)
-    return lambda t: np.stack(
-        [np.interp(t, times, column) for column in columns.T], axis=-1
-    ), durations
+    return (
+        lambda t: np.stack([np.interp(t, times, column) for column in columns.T], axis=-1),
+        durations,
+    )
 
 
 def _time_needed(problem, motion, duration):
-    """By what factor a phase of `duration` is to be stretched: torque goes as 1 / time^2, speed as 1 / time."""
+    """By what factor a phase of `duration` is to be stretched: torque goes as 1 / time^2, speed as
+    1 / time.
+    """
     motion = np.concatenate([m / duration**i for i, m in enumerate(motion)], axis=1)
     acc, limits, weights = problem.accelerations(motion), problem.limits, problem.weights
     regular = np.abs(acc.rates.pose.det_A) > 0.1
@@ -103,7 +111,9 @@ def _time_needed(problem, motion, duration):
 
 
 def _path(problem, a, b):
-    """Points (n, 2) from a to b: the straight line, or where that breaks limits a shortest way round on a grid."""
+    """Points (n, 2) from a to b: the straight line, or where that breaks limits a shortest way
+    round on a grid.
+    """
     straight = a + np.linspace(0, 1, 101)[:, None] * (b - a)
     if (_blocked(problem, straight) <= 0).all():
         return straight
@@ -131,8 +141,9 @@ def _path(problem, a, b):
     gap = -igm(problem.robot, worst, problem.working, unreachable="nan").reach_margin
     if gap > 0:
         raise PlanError(
-            f"plan: start and goal are not connected in working modes {problem.working}: the way with the narrowest "
-            f"gap leaves the reach of the bars by {gap:.3g} m near ({worst[0]:.4g}, {worst[1]:.4g}) m",
+            f"plan: start and goal are not connected in working modes {problem.working}: the way"
+            f" with the narrowest gap leaves the reach of the bars by {gap:.3g} m near"
+            f" ({worst[0]:.4g}, {worst[1]:.4g}) m",
             {"reach": gap},
         )
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
@@ -148,7 +159,9 @@ def _path(problem, a, b):
 
 
 def _blocked(problem, xi):
-    """By what points (n, 2) break the limits on poses, relative to their units; over 1 out of reach."""
+    """By what points (n, 2) break the limits on poses, relative to their units; over 1 out of
+    reach.
+    """
     pose = igm(problem.robot, xi, problem.working, unreachable="nan")
     found = problem.violations(xi=xi, sines=problem.signed_sines(pose))
     worst = np.max([value / problem.unit(name) for name, value in found.items()], axis=0)

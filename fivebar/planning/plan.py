@@ -1,4 +1,6 @@
-"""Optimal motions by direct collocation with the bar forces as controls: they may cross Type-2 singularities."""
+"""Optimal motions by direct collocation with the bar forces as controls: they may cross Type-2
+singularities.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +45,8 @@ GUESSING = 60  # iterations of IPOPT from one of several first guesses
 LIFTS = 0.03, 0.1, 0.3, 0.6  # of gravity, under which motions of the four bars are sought first
 BETTER = 0.01  # of the objective
 WORK = 6000  # points times iterations of IPOPT, about what a processor does in 1 s
-LONGEST = 1.6  # times the shortest way from which a plan was found: effort goes as the square of a way's length
+# Times the shortest way from which a plan was found: effort goes as the square of a way's length.
+LONGEST = 1.6
 
 
 @takes(
@@ -84,28 +87,33 @@ def plan(
 ) -> Plan:
     """Plan an optimal motion, through singularities where that is better or the only way: Plan.
 
-    start, goal: points (2,) m, at rest there, or {order: (x, y)} as in `polynomial`: the motion keeps its working modes
-        and may cross Type 2. Or Poses, at rest: modes are free on the way, Type 1 and Type 2 are crossed as often as
-        needed; a point beside a Pose may be reached in any mode.
+    start, goal: points (2,) m, at rest there, or {order: (x, y)} as in `polynomial`: the motion
+        keeps its working modes and may cross Type 2. Or Poses, at rest: modes are free on the way,
+        Type 1 and Type 2 are crossed as often as needed; a point beside a Pose may be reached in
+        any mode.
     duration: s, None: free.
-    via: points to pass, [(time or None, (2,) or {order: ...}), ...], in this order; between Poses, Poses.
-    objective: "effort" (integral of tau^2), "time", "jerk" (integral of |xi'''|^2), or {name: weight >= 0} on their SI
-        values.
+    via: points to pass, [(time or None, (2,) or {order: ...}), ...], in this order; between Poses,
+        Poses.
+    objective: "effort" (integral of tau^2), "time", "jerk" (integral of |xi'''|^2), or {name:
+        weight >= 0} on their SI values.
     torque_limit, joint_speed_limit: N m and rad/s, one number or one per joint.
     acceleration_limit: m/s^2, of the end-effector.
     workspace: ((x low, x high), (y low, y high)) m.
     serial_margin: least |sin q_i2|; None: 0.05 between points, none between Poses.
-    parallel_margin: least |det A|, None: may cross, which wants some effort in the objective, or else a torque_limit.
+    parallel_margin: least |det A|, None: may cross, which wants some effort in the objective, or
+        else a torque_limit.
     working: the modes to keep, None: (-1, -1) between points, free between Poses.
     method: "legendre-gauss" with `degree` points in each interval, or "hermite-simpson".
     intervals: of the mesh at first.
-    tolerance: to which it is refined: largest defect over the largest force, and what may be missed of a limit between
-        nodes (torque and acceleration never are).
-    max_time: s of the processor, first guesses by a count of work (`WORK`): a busy machine finds the same.
-    keep: what else must be kept. Its least sines, joint limits, half-planes, convex region and the distances of bars
-        are limits of the program; between nodes, and a region that is not convex, the plan is asked: PlanError where it
-        is broken.
-    ValueError for what cannot be asked, UnreachableError for points out of reach, PlanError where no plan was found.
+    tolerance: to which it is refined: largest defect over the largest force, and what may be missed
+        of a limit between nodes (torque and acceleration never are).
+    max_time: s of the processor, first guesses by a count of work (`WORK`): a busy machine finds
+        the same.
+    keep: what else must be kept. Its least sines, joint limits, half-planes, convex region and the
+        distances of bars are limits of the program; between nodes, and a region that is not convex,
+        the plan is asked: PlanError where it is broken.
+    ValueError for what cannot be asked, UnreachableError for points out of reach, PlanError where
+    no plan was found.
     """
     began = time.perf_counter(), time.thread_time()
     free = working is None and (isinstance(start, Pose) or isinstance(goal, Pose))
@@ -120,9 +128,11 @@ def plan(
         acceleration_limit,
         workspace,
         None if serial_margin is None else number(serial_margin, "plan: serial_margin", 1e-3, 1),
-        None
-        if parallel_margin is None
-        else number(parallel_margin, "plan: parallel_margin", 1e-9, 1),
+        (
+            None
+            if parallel_margin is None
+            else number(parallel_margin, "plan: parallel_margin", 1e-9, 1)
+        ),
     )
     weights = checked_weights(objective)
     if duration is None and not weights["time"]:
@@ -157,8 +167,8 @@ def plan(
     sides = {np.sign(igm(robot, conditions[0], working).det_A) for conditions, _ in problem.stops}
     if sides >= {-1.0, 1.0} and not weights["effort"] and limits.torque is None:
         raise ValueError(
-            'plan: this motion must cross a Type-2 singularity, where without torque_limit or a weight on "effort" the '
-            "torque has no bound"
+            "plan: this motion must cross a Type-2 singularity, where without torque_limit or a"
+            ' weight on "effort" the torque has no bound'
         )
     guess, durations = first_guess(problem)
     found = _Search(problem, tolerance, max_time, began).run(
@@ -173,7 +183,9 @@ def _mesh(intervals, durations):
 
 
 def _best(problems, intervals, tolerance, max_time, began):
-    """The plan refined from the best of what first guesses lead to, of (problem, paths, length), the shortest first."""
+    """The plan refined from the best of what first guesses lead to, of (problem, paths, length),
+    the shortest first.
+    """
     found, tried, last, work = [], 0, None, 0
     for problem, paths, length in problems:
         refuse_massless(problem)
@@ -196,7 +208,8 @@ def _best(problems, intervals, tolerance, max_time, began):
         last = last or search.failure(
             plan, f"IPOPT did not converge ({solution.status})", solution.status
         )
-    # A coarse mesh flatters: the one that looks best is refined, until another looks better by more than BETTER.
+    # A coarse mesh flatters: the one that looks best is refined, until another looks better by more
+    # than BETTER.
     now = None
     while found:
         now = min(found, key=lambda each: (each[0] * (1 - BETTER * (each[1] == now)), each[1]))[1]
@@ -227,7 +240,9 @@ class _Search:
         self.meshes, self.best, self.refinements = [], None, 0  # best: the last converged plan
 
     def lifted(self, mesh, durations, guess):
-        """(durations, guess), from the motions under less gravity where there is some: it grows by and by."""
+        """(durations, guess), from the motions under less gravity where there is some: it grows by
+        and by.
+        """
         for share in LIFTS if self.problem.fall else ():
             robot = self.problem.robot
             lighter = replace(robot, gravity=tuple(share * g for g in robot.gravity))
@@ -298,7 +313,9 @@ class _Search:
     worked = property(lambda self: time.thread_time() - self.began[1])
 
     def recover(self, mesh, failed, plan):
-        """Begin afresh; else meet the limits as well as can be, and where that meets them, try again from there."""
+        """Begin afresh; else meet the limits as well as can be, and where that meets them, try
+        again from there.
+        """
         if len(self.meshes) > 1:
             found, plan = self.solve(mesh, *self.first)
             if found.solved:
@@ -326,12 +343,17 @@ class _Search:
         broken = {name: value for name, value in plan.violations.items() if name in names}
         why = f"{reason}{self.problem.listed(broken)}{self.unbounded(plan)}"
         if self.problem.keep and self.problem.keep.bars:
-            why += "; bars that must not meet may leave no way between the ends, or one that points of via have to show"
+            why += (
+                "; bars that must not meet may leave no way between the ends, or one that points of"
+                " via have to show"
+            )
         words = f"plan: {why}; the best motion found is attached as .plan"
         return PlanError(words, broken, plan, status)
 
     def unbounded(self, plan):
-        """That the motion crosses Type 2 and nothing bounds its torque there, in words; empty where it is not so."""
+        """That the motion crosses Type 2 and nothing bounds its torque there, in words; empty where
+        it is not so.
+        """
         if self.problem.weights["effort"] or self.problem.limits.torque is not None:
             return ""
         t = np.linspace(plan.start, plan.start + plan.duration, LOOKED_AT)
@@ -341,8 +363,9 @@ class _Search:
         if not count:
             return ""
         return (
-            f'; it crosses Type 2 ({count} times), where without a torque_limit or a weight on "effort" the torque has '
-            "no bound: give one of them, or a parallel_margin that keeps off"
+            f"; it crosses Type 2 ({count} times), where without a torque_limit or a weight on"
+            ' "effort" the torque has no bound: give one of them, or a parallel_margin that'
+            " keeps off"
         )
 
 

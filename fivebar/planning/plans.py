@@ -44,7 +44,9 @@ BARS = ("q1_ddot", "phi1_ddot", "q2_ddot", "phi2_ddot")  # of a plan in the four
 
 
 class Mesh(NamedTuple):
-    """One solution on the way: intervals, IPOPT's iterations, objective, error (as `Plan.error`), s since the call."""
+    """One solution on the way: intervals, IPOPT's iterations, objective, error (as `Plan.error`), s
+    since the call.
+    """
 
     intervals: int
     iterations: int
@@ -55,10 +57,12 @@ class Mesh(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Plan(Animated):
-    """A planned motion: call it with t, as any reference, for (xi, xi_dot, xi_ddot); it holds its first and last point.
+    """A planned motion: call it with t, as any reference, for (xi, xi_dot, xi_ddot); it holds its
+    first and last point.
 
-    problem: what was asked; pieces: the polynomials; objective: its value, SI; status: IPOPT's word; meshes: the way to
-    it, mesh by mesh; solve_time: s, of the whole call; tried: first guesses of which this one came out best.
+    problem: what was asked; pieces: the polynomials; objective: its value, SI; status: IPOPT's
+    word; meshes: the way to it, mesh by mesh; solve_time: s, of the whole call; tried: first
+    guesses of which this one came out best.
     """
 
     problem: Problem
@@ -109,7 +113,9 @@ class Plan(Animated):
         return rates.pose.q, rates.q_dot
 
     def motion(self, t: ArrayLike) -> np.ndarray:
-        """Coordinates that were planned in, their rates and accelerations, torques: (*t.shape, 8), of bars 14."""
+        """Coordinates that were planned in, their rates and accelerations, torques: (*t.shape, 8),
+        of bars 14.
+        """
         times = np.asarray(t, dtype=float)
         motion = self.pieces.motion(*self.pieces.locate(times))
         outside = ~((times >= 0) & (times <= self.duration))
@@ -120,12 +126,15 @@ class Plan(Animated):
         return motion
 
     def accelerations(self, t: ArrayLike) -> Accelerations:
-        """The planned motion as `Accelerations`, with pose and rates: angles, det A and whatever follows from them."""
+        """The planned motion as `Accelerations`, with pose and rates: angles, det A and whatever
+        follows from them.
+        """
         return self.problem.accelerations(self.motion(t))
 
     def bar_forces(self, t: ArrayLike) -> np.ndarray:
-        """Forces in the distal bars (*t.shape, 2), N, finite at every singularity: of a plan in one pair of working
-        modes B^-1 (tau - Z q''), else by `dynamics.bar_forces`."""
+        """Forces in the distal bars (*t.shape, 2), N, finite at every singularity: of a plan in one
+        pair of working modes B^-1 (tau - Z q''), else by `dynamics.bar_forces`.
+        """
         motion = self.motion(t)
         acc, tau = self.problem.accelerations(motion, self.problem.model), motion[..., -2:]
         if self.working is None:
@@ -151,12 +160,16 @@ class Plan(Animated):
 
     @property
     def error(self) -> float:
-        """Largest defect over the largest force |m xi''| (with loads all that is asked for), both between nodes too."""
+        """Largest defect over the largest force |m xi''| (with loads all that is asked for), both
+        between nodes too.
+        """
         return float(self._relative_defects.max())
 
     @property
     def friction_error(self) -> float:
-        """By what torque at most, N m, the friction that was planned with, smoothed, differs from the robot's own."""
+        """By what torque at most, N m, the friction that was planned with, smoothed, differs from
+        the robot's own.
+        """
         models = self.robot, self.problem.model
         own, smooth = (
             friction_torques(self.problem.accelerations(self._fine[0], each).rates)
@@ -203,7 +216,9 @@ class Plan(Animated):
         )
 
     def to_csv(self, path: TextFile) -> None:
-        """Write the plan at its nodes and both ends; problem, knots and the solution's data in a comment line. SI."""
+        """Write the plan at its nodes and both ends; problem, knots and the solution's data in a
+        comment line. SI.
+        """
         pieces, rule, problem = self.pieces, self.pieces.scheme, self.problem
         about = {
             "robot": self.robot.parameters,
@@ -268,7 +283,9 @@ class Plan(Animated):
 
 
 def _known(about):
-    """Problem, knots, coordinates and rates (n, 4 or 8) at all knots but the last, and the rest of a Plan's file."""
+    """Problem, knots, coordinates and rates (n, 4 or 8) at all knots but the last, and the rest of
+    a Plan's file.
+    """
     limits = {k: tuple(v) if isinstance(v, list) else v for k, v in about["limits"].items()}
     if limits["workspace"]:
         limits["workspace"] = tuple(map(tuple, limits["workspace"]))

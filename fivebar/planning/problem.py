@@ -25,17 +25,20 @@ if TYPE_CHECKING:
     from .collocation import Scheme
     from .plans import Plan
 
-# rad/s, below which a plan smooths dry friction. The error of that friction, and of following the plan, goes as it
-# does; four times as large, plans take half as long; a fifth of it, they take six times as long or are not found.
+# rad/s, below which a plan smooths dry friction. The error of that friction, and of following the
+# plan, goes as it does; four times as large, plans take half as long; a fifth of it, they take six
+# times as long or are not found.
 SLOW = 0.05
 LOOKED_AT = 401  # times of a plan, for what may be wrong with it
 OBJECTIVES = ("effort", "time", "jerk")
 
 
 class PlanError(RuntimeError):
-    """No plan was found; `plan` is the best one found (None where there is none), never converged or never feasible.
+    """No plan was found; `plan` is the best one found (None where there is none), never converged
+    or never feasible.
 
-    violations: dict, by how much it exceeds each limit (SI); status: how IPOPT ended where it did not solve.
+    violations: dict, by how much it exceeds each limit (SI); status: how IPOPT ended where it did
+        not solve.
     """
 
     def __init__(
@@ -47,8 +50,10 @@ class PlanError(RuntimeError):
 
 @dataclass(frozen=True)
 class Limits:
-    """What a plan must keep, SI: torque, joint_speed one number per joint, acceleration of the end-effector,
-    workspace ((x low, x high), (y low, y high)), serial and parallel: least |sin q_i2| and |det A|; None: no limit."""
+    """What a plan must keep, SI: torque, joint_speed one number per joint, acceleration of the
+    end-effector, workspace ((x low, x high), (y low, y high)), serial and parallel: least |sin
+    q_i2| and |det A|; None: no limit.
+    """
 
     torque: tuple[float, float] | None = None
     joint_speed: tuple[float, float] | None = None
@@ -60,7 +65,9 @@ class Limits:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is asked: stops are (conditions by order of derivative, time or None), as in `trajectory.polynomial`."""
+    """What is asked: stops are (conditions by order of derivative, time or None), as in
+    `trajectory.polynomial`.
+    """
 
     robot: Robot
     stops: tuple
@@ -81,7 +88,9 @@ class Problem:
 
     @cached_property
     def model(self) -> Robot:
-        """The robot that is planned with: its dry friction smoothed, as an optimisation needs slopes."""
+        """The robot that is planned with: its dry friction smoothed, as an optimisation needs
+        slopes.
+        """
         return smoothed(self.robot, SLOW * (1.0 if self.robot.turns else self.length))
 
     @property
@@ -103,10 +112,13 @@ class Problem:
         return float(np.sign(self.accelerations(motion).rates.pose.det_A)) or 1.0
 
     def signed_sines(self, pose: Pose) -> tuple:
-        """-w_i sin q_i2 of both legs (positive in these working modes), det A with the sign it has at the start."""
-        return *(
-            -w * sine for w, sine in zip(self.working or (1, 1), pose.sines)
-        ), self.side * pose.det_A
+        """-w_i sin q_i2 of both legs (positive in these working modes), det A with the sign it has
+        at the start.
+        """
+        return (
+            *(-w * sine for w, sine in zip(self.working or (1, 1), pose.sines)),
+            self.side * pose.det_A,
+        )
 
     def violations(
         self,
@@ -116,7 +128,9 @@ class Problem:
         tau: np.ndarray | None = None,
         sines: tuple | None = None,
     ) -> dict[str, np.ndarray]:
-        """By how much the limits on what is given, (..., 2), are exceeded: {name: array}, <= 0 where they are kept."""
+        """By how much the limits on what is given, (..., 2), are exceeded: {name: array}, <= 0
+        where they are kept.
+        """
         limits, found = self.limits, {}
         if tau is not None and limits.torque is not None:
             found["torque"] = (np.abs(tau) - limits.torque).max(axis=-1)
@@ -145,7 +159,9 @@ class Problem:
         return BarCoordinates() if self.working is None else TaskCoordinates(self.working)
 
     def accelerations(self, motion: np.ndarray, robot: Robot | None = None) -> Accelerations:
-        """Of a motion (..., 3 size or more) in the problem's coordinates; nan out of reach. robot: of `model`, too."""
+        """Of a motion (..., 3 size or more) in the problem's coordinates; nan out of reach. robot:
+        of `model`, too.
+        """
         return self.coordinates.accelerations(robot or self.robot, motion)
 
     def listed(self, violations: dict[str, float]) -> str:
@@ -181,7 +197,9 @@ def refuse_massless(problem: Problem) -> None:
 
 
 def point_of(point: object, modes: tuple[int, int], name: str) -> object:
-    """A Pose as its point, where the working modes that are to be kept are its own; anything else as it is."""
+    """A Pose as its point, where the working modes that are to be kept are its own; anything else
+    as it is.
+    """
     if not isinstance(point, Pose):
         return point
     own = tuple(int(mode) for mode in point.working)
@@ -218,7 +236,9 @@ def refuse_stops(problem: Problem) -> None:
 
 
 def refuse_broken(plan: Plan, tolerance: float) -> Plan:
-    """The plan; PlanError where it breaks what is to be kept by more than the tolerance of a bar's length, or rad."""
+    """The plan; PlanError where it breaks what is to be kept by more than the tolerance of a bar's
+    length, or rad.
+    """
     keep = plan.problem.keep
     if keep is None:
         return plan

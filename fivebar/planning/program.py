@@ -25,7 +25,8 @@ REGULARIZING = 1e-6  # weight of the objective where the violation of limits is 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What the solver left: pieces, duration of each phase (p,) s, controls at all points (n, 2), how it ended.
+    """What the solver left: pieces, duration of each phase (p,) s, controls at all points (n, 2),
+    how it ended.
 
     slack: by what part of its unit each of LIMITS was exceeded, where that was allowed.
     """
@@ -79,8 +80,9 @@ def solve(
         {
             "show_eval_warnings": False,
             "ipopt.max_iter": iterations or MOST_ITERATIONS,
-            "ipopt.max_cpu_time": max(max_time, 1e-3)
-            * threading.active_count(),  # which is that of all threads
+            "ipopt.max_cpu_time": (
+                max(max_time, 1e-3) * threading.active_count()
+            ),  # which is that of all threads
             "ipopt.acceptable_iter": 0,
             "ipopt.mu_strategy": "adaptive",
             "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
@@ -100,7 +102,9 @@ def solve(
 
 
 class Program:
-    """Variables and constraints on one mesh, in units in which all is near 1; vectors of points are columns."""
+    """Variables and constraints on one mesh, in units in which all is near 1; vectors of points are
+    columns.
+    """
 
     def __init__(self, problem, mesh, durations, elastic):
         self.problem, self.mesh, self.elastic, self.rule = problem, mesh, elastic, problem.scheme
@@ -135,7 +139,9 @@ class Program:
         self.constraints, self.lower, self.upper = [], [], []
 
     def keep(self, expression, low=0.0, high=0.0, limit=None):
-        """low <= expression <= high, numbers or one per row; softened by the slack of `limit` if elastic."""
+        """low <= expression <= high, numbers or one per row; softened by the slack of `limit` if
+        elastic.
+        """
         if limit is not None and self.elastic:
             slack = self.slack[LIMITS.index(limit)]
             self.keep(expression - slack, -np.inf, high)
@@ -146,7 +152,9 @@ class Program:
             bounds.append(np.broadcast_to(bound, expression.shape[::-1]).ravel())
 
     def keep_motion(self):
-        """Each interval begins where the last one ends, points lie on its polynomials, and the robot obeys there."""
+        """Each interval begins where the last one ends, points lie on its polynomials, and the
+        robot obeys there.
+        """
         (xi, xi_dot), (xi_c, xi_dot_c, xi_ddot_c, _) = self.at_knots, self.at_points
         interval = _interval(self.rule, self.coordinates.size).map(self.count)
         on_xi, on_xi_dot, end, end_dot = interval(
@@ -195,7 +203,9 @@ class Program:
             self.keep(self.xi, *(np.array(limits.workspace).T / self.length), "workspace")
 
     def keep_stops(self):
-        """Accelerations and times that are given (positions and velocities are among the bounds); no jump for jerk."""
+        """Accelerations and times that are given (positions and velocities are among the bounds);
+        no jump for jerk.
+        """
         starts, ends = (
             self.rows(row[None], self.xi_ddot) for row in self.rule.powers((0.0, 1.0))[0]
         )
@@ -326,7 +336,9 @@ def _interval(rule, size):
 
 
 def _point(program):
-    """(c, c', c'', controls) -> residual of the motion, tau, the sines that limits speak of, q', xi, xi'', scaled."""
+    """(c, c', c'', controls) -> residual of the motion, tau, the sines that limits speak of, q',
+    xi, xi'', scaled.
+    """
     problem, own, length, time = program.problem, program.coordinates, program.length, program.time
     units = ca.DM(own.units(problem))
     scaled = [ca.SX.sym(name, own.size) for name in ("c", "c_dot", "c_ddot")] + [

@@ -42,16 +42,18 @@ def from_csv(
 ) -> Trajectory:
     """A motion from a CSV file with columns t (s), x, y (m): Trajectory.
 
-    kind: "spline", of degree 5 (SciPy's make_splrep), or "polyline": straight from sample to sample at constant speed,
-        its corners cut as the acceleration needs it.
-    smoothing: root-mean-square distance in m that a spline may keep from the samples; 0 passes through all of them.
-    deviation: m, the largest distance instead: of a spline from samples; of a polyline, where it is needed, from its
-        corners.
-    path: or an open text file; times >= 0 and increasing, of a spline at least 6 rows. Columns as people have them
-        (`t (s)`, `x [mm]`, decimal commas). units: of columns that do not name theirs ({"t": "ms"}, ["mm"]).
-    Trajectory.said: how far it leaves the chords between samples, how large its accelerations are against the samples'
-    own, and what was converted or not used. ValueError names the file and line of what is wrong, and columns that
-    could be in one unit or in another.
+    kind: "spline", of degree 5 (SciPy's make_splrep), or "polyline": straight from sample to sample
+        at constant speed, its corners cut as the acceleration needs it.
+    smoothing: root-mean-square distance in m that a spline may keep from the samples; 0 passes
+        through all of them.
+    deviation: m, the largest distance instead: of a spline from samples; of a polyline, where it is
+        needed, from its corners.
+    path: or an open text file; times >= 0 and increasing, of a spline at least 6 rows. Columns as
+        people have them (`t (s)`, `x [mm]`, decimal commas). units: of columns that do not name
+        theirs ({"t": "ms"}, ["mm"]).
+    Trajectory.said: how far it leaves the chords between samples, how large its accelerations are
+    against the samples' own, and what was converted or not used. ValueError names the file and line
+    of what is wrong, and columns that could be in one unit or in another.
     """
     if smoothing and (deviation or kind == "polyline"):
         raise ValueError(
@@ -78,20 +80,23 @@ def from_csv(
 
 
 def refuse_unclear_lengths(table: Columns) -> None:
-    """ValueError for x and y of which one has a unit, or without one that are in mm as likely as in m."""
+    """ValueError for x and y of which one has a unit, or without one that are in mm as likely as in
+    m.
+    """
     stated = table.stated & {"x", "y"}
     if len(stated) == 2:
         return
     if stated:
         other = "".join({"x", "y"} - stated)
         raise ValueError(
-            f"{table.name}: {''.join(stated)} has a unit in its heading, but {other} has none: name it"
+            f"{table.name}: {''.join(stated)} has a unit in its heading, but {other} has none:"
+            " name it"
         )
     far = max(float(np.nanmax(np.abs(table.values[name]), initial=0.0)) for name in "xy")
     if far > WIDE:
         raise ValueError(
-            f"{table.name}: x and y reach {far:g} and have no unit, they could be in metres or in millimetres: head "
-            "them x_m, y_m or x_mm, y_mm, or give units: m or mm"
+            f"{table.name}: x and y reach {far:g} and have no unit, they could be in metres or in"
+            " millimetres: head them x_m, y_m or x_mm, y_mm, or give units: m or mm"
         )
 
 
@@ -116,8 +121,9 @@ def _samples(table, least, what):
     step = float(np.median(np.diff(t)))
     if step >= SLOW and "t" not in table.stated:
         raise ValueError(
-            f"{table.name}: t has no unit, and its steps of {step:g} could be seconds (it takes {t[-1] - t[0]:g} s) or "
-            f"milliseconds ({(t[-1] - t[0]) / 1000:g} s): head it t_s or t_ms, or give units: t=s or t=ms"
+            f"{table.name}: t has no unit, and its steps of {step:g} could be seconds (it takes"
+            f" {t[-1] - t[0]:g} s) or milliseconds ({(t[-1] - t[0]) / 1000:g} s): head it t_s or"
+            " t_ms, or give units: t=s or t=ms"
         )
     return t, np.stack([x, y], axis=-1)
 
@@ -132,7 +138,10 @@ def _spline(t, points, smoothing):
                 make_splrep(t, values, k=5, s=len(t) * smoothing**2 / 2) for values in points.T
             ]
     except RuntimeWarning:
-        what = f"from_csv: no spline of degree 5 keeps smoothing = {smoothing:g} m; 0 goes through all samples"
+        what = (
+            f"from_csv: no spline of degree 5 keeps smoothing = {smoothing:g} m; 0 goes through all"
+            " samples"
+        )
         raise ValueError(what) from None
     except ValueError as error:  # SciPy's, of times that are too close to one another
         raise ValueError(
@@ -169,7 +178,9 @@ def _within(t, points, deviation):
 
 
 def _polyline(t, points, deviation):
-    """From chord to chord with an acceleration that rises from 0 and falls to it again, as a parabola."""
+    """From chord to chord with an acceleration that rises from 0 and falls to it again, as a
+    parabola.
+    """
     slopes = np.diff(points, axis=0) / np.diff(t)[:, None]
     change = np.diff(slopes, axis=0)  # at all samples but the first and last
     room = np.minimum(np.diff(t)[1:], np.diff(t)[:-1]) / 2
@@ -212,7 +223,9 @@ def _steps(t):
 
 
 def _compared(motion, t, points, lines):
-    """How far the motion leaves the chords, and its largest acceleration against the samples' own, in sentences."""
+    """How far the motion leaves the chords, and its largest acceleration against the samples' own,
+    in sentences.
+    """
     step, chord = np.diff(t)[:, None], np.diff(points, axis=0)
     values = motion((t[:-1, None] + step * WITHIN).ravel()).reshape(len(step), len(WITHIN), 6)
     away = values[..., :2] - points[:-1, None]
@@ -223,18 +236,21 @@ def _compared(motion, t, points, lines):
     reached = np.linalg.norm(values[..., 4:], axis=2).max()
     if not np.isfinite(values).all() or not np.isfinite(reached):
         raise ValueError(
-            f"from_csv: no motion has these samples, {_steps(t)}: its acceleration is beyond all bounds"
+            f"from_csv: no motion has these samples, {_steps(t)}: its acceleration is beyond all"
+            " bounds"
         )
     rounding = 1e-13 * np.abs(points).max()
     away = 1e3 * off[k] * (off[k] > rounding)
     notes = [
-        f"it leaves the chords between samples by up to {away:.3g} mm (lines {lines[k]} to {lines[k + 1]})"
+        f"it leaves the chords between samples by up to {away:.3g} mm (lines {lines[k]} to"
+        f" {lines[k + 1]})"
     ]
     if len(t) > 2:
         own = 2 * np.diff(chord / step, axis=0) / (step[1:] + step[:-1])
         own = np.linalg.norm(own, axis=1).max()
         reached, own = (each * (each > rounding / step.min() ** 2) for each in (reached, own))
         notes.append(
-            f"its acceleration reaches {reached:.3g} m/s², second differences of the samples {own:.3g} m/s²"
+            f"its acceleration reaches {reached:.3g} m/s², second differences of the samples"
+            f" {own:.3g} m/s²"
         )
     return notes

@@ -1,5 +1,6 @@
-"""First motions between two poses: straight in the bars' angles, both ways round, and by way of the aspects, all of
-them pulled taut."""
+"""First motions between two poses: straight in the bars' angles, both ways round, and by way of the
+aspects, all of them pulled taut.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +35,9 @@ SAME = 0.3  # rad: ways that are nowhere farther apart are one
 
 
 class Way(NamedTuple):
-    """A path (POINTS, 4) of the four bars on which the loop is closed, and its length: effort goes as its square."""
+    """A path (POINTS, 4) of the four bars on which the loop is closed, and its length: effort goes
+    as its square.
+    """
 
     path: np.ndarray
     length: float
@@ -57,8 +60,8 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
     found = _routes(robot, start, goal)
     if found == ():
         raise PlanError(
-            "plan: no motion joins start and goal: the aspects that they are in are not connected, whatever "
-            "singularity is crossed",
+            "plan: no motion joins start and goal: the aspects that they are in are not connected,"
+            " whatever singularity is crossed",
             {},
         )
     direct = (_path(robot, [begin, image]) for image in images[:IMAGES])
@@ -69,7 +72,9 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
 
 
 def _distinct(robot, paths):
-    """The paths pulled taut, those that are one with a shorter one left out; as they are where that tears them."""
+    """The paths pulled taut, those that are one with a shorter one left out; as they are where that
+    tears them.
+    """
     even = np.stack([_even(robot, path) for path in paths])
     taut = _closed(robot, _pulled(robot, even), NEWTON)
     with np.errstate(invalid="ignore"):
@@ -85,7 +90,9 @@ def _distinct(robot, paths):
 def ways_between(
     robot: Robot, start: object, goal: object, duration: float | None, via: Iterable
 ) -> list[tuple]:
-    """[(stops, paths, length)] of a motion between Poses, checked: `ways` from each to the next, the shortest first."""
+    """[(stops, paths, length)] of a motion between Poses, checked: `ways` from each to the next,
+    the shortest first.
+    """
     stops = timed(start, goal, duration, via)
     choices = [_poses(robot, given, name) for name, _, given in stops]
     found, apart = [], None
@@ -165,7 +172,8 @@ def _at(robot, passage: Passage, aspect):
     pairs = [None, None]
     pairs[other] = q, phi
     if passage.fold:
-        # Across the other distal bar, on the side that keeps the assembly mode; the proximal bar lies back on it.
+        # Across the other distal bar, on the side that keeps the assembly mode; the proximal bar
+        # lies back on it.
         folded = phi + (1 if own else -1) * -aspect.assembly * np.pi / 2
         pairs[own] = folded + np.pi, folded
     else:
@@ -183,7 +191,9 @@ def _nearest(angles, before):
 
 
 def _path(robot, points):
-    """The straight way through points (k, 4) moved onto the closed loop; None where that does not go smoothly."""
+    """The straight way through points (k, 4) moved onto the closed loop; None where that does not
+    go smoothly.
+    """
     if not np.isfinite(points).all():
         return None
     parts = [a + np.linspace(0, 1, POINTS)[:-1, None] * (b - a) for a, b in zip(points, points[1:])]
@@ -203,7 +213,8 @@ def _closed(robot, a, steps):
 
 
 def _embedded(robot, a):
-    """Bars (..., 4) as points in which twice the kinetic energy is the square of the speed, and (q1, q2, x, y)'s units.
+    """Bars (..., 4) as points in which twice the kinetic energy is the square of the speed, and
+    (q1, q2, x, y)'s units.
 
     That is (q1, q2, x, y) times the roots of the inertias, a little more than they are.
     """
@@ -235,7 +246,9 @@ def _even(robot, path):
 
 
 def _pulled(robot, paths):
-    """Paths (k, POINTS, 4) pulled taut on the surface of poses: towards where least energy would keep them moving."""
+    """Paths (k, POINTS, 4) pulled taut on the surface of poses: towards where least energy would
+    keep them moving.
+    """
     chain = np.zeros((POINTS, POINTS))
     for k in range(1, POINTS - 1):
         chain[k, k - 1 : k + 2] = -1.0, 2.0, -1.0

@@ -1,4 +1,6 @@
-"""Reference motions: callables t -> (xi, xi_dot, xi_ddot) that hold their first and last point outside their time."""
+"""Reference motions: callables t -> (xi, xi_dot, xi_ddot) that hold their first and last point
+outside their time.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +20,9 @@ from ..base.representation import one_line, vector
 class Trajectory:
     """A motion of the end-effector over [start, start + duration] s.
 
-    Called with a time, a float or an array (n,), it gives position (m), velocity (m/s) and acceleration (m/s^2), each
-    (2,) or (n, 2). Before and after, it rests at its first and last point. ValueError for a time that is nan.
+    Called with a time, a float or an array (n,), it gives position (m), velocity (m/s) and
+    acceleration (m/s^2), each (2,) or (n, 2). Before and after, it rests at its first and last
+    point. ValueError for a time that is nan.
     said: sentences on what was made of a file on the way here.
     """
 
@@ -55,18 +58,23 @@ def refuse_nan(t: np.ndarray) -> None:
 
 
 def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Trajectory:
-    """The polynomial of lowest degree through conditions [(t, {order: (x, y), ...}), ...], times in s, increasing.
+    """The polynomial of lowest degree through conditions [(t, {order: (x, y), ...}), ...], times in
+    s, increasing.
 
-    order: 0 position (m), 1 velocity (m/s), 2 acceleration (m/s^2); any set of them that determines a polynomial, the
-    first and last time with a position. ValueError where it does not. The lab's P a = c, solved in Chebyshev
-    polynomials of a time scaled to [-1, 1], where it is well conditioned.
+    order: 0 position (m), 1 velocity (m/s), 2 acceleration (m/s^2); any set of them that determines
+    a polynomial, the first and last time with a position. ValueError where it does not. The lab's P
+    a = c, solved in Chebyshev polynomials of a time scaled to [-1, 1], where it is well
+    conditioned.
     """
     try:
         conditions = [
             (number(t, "the time of each of conditions"), dict(given)) for t, given in conditions
         ]
     except (TypeError, ValueError) as error:
-        what = f"polynomial: conditions must be [(t, {{order: (x, y), ...}}), ...], not {shown(conditions)}: {error}"
+        what = (
+            "polynomial: conditions must be [(t, {order: (x, y), ...}), ...], not"
+            f" {shown(conditions)}: {error}"
+        )
         raise ValueError(what) from None
     times = np.array([t for t, _ in conditions])
     if len(times) < 2 or (np.diff(times) <= 0).any():
@@ -113,7 +121,9 @@ def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Traj
 
 
 def line(a: ArrayLike, b: ArrayLike, duration: float) -> Trajectory:
-    """Straight line from a to b, (2,) m, at rest at both ends: the lab's quintic. duration: s, > 0."""
+    """Straight line from a to b, (2,) m, at rest at both ends: the lab's quintic. duration: s, >
+    0.
+    """
     duration = seconds(duration, "line: duration")
     rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
     return polynomial(
@@ -125,7 +135,9 @@ def line(a: ArrayLike, b: ArrayLike, duration: float) -> Trajectory:
 
 
 def circle(center: ArrayLike, radius: float, period: float) -> Trajectory:
-    """One turn counter-clockwise at constant speed from center + (radius, 0). center (2,) m; radius m, period s > 0."""
+    """One turn counter-clockwise at constant speed from center + (radius, 0). center (2,) m; radius
+    m, period s > 0.
+    """
     center = np.array(two_numbers(center, "circle: center"))
     radius, period = positive(radius, "circle: radius"), seconds(period, "circle: period")
     omega = 2 * math.pi / period

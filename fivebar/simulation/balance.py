@@ -1,4 +1,6 @@
-"""What friction takes from a motion: what the balance of its energy needs beside the drives' work."""
+"""What friction takes from a motion: what the balance of its energy needs beside the drives'
+work.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +18,18 @@ GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(
 
 
 def loss_by_rows(robot, t, rows):
-    """What friction has taken until each of the rows of a motion, (n,) J, by Simpson's rule on them."""
+    """What friction has taken until each of the rows of a motion, (n,) J, by Simpson's rule on
+    them.
+    """
     return cumulative_simpson(
         lost_power(motion_of(robot, rows)) + np.zeros(len(t)), x=t, initial=0.0
     )
 
 
 def friction_loss(plant, t):
-    """What friction has taken until times t (n,), J (n,): integrated on the steps' own polynomials."""
+    """What friction has taken until times t (n,), J (n,): integrated on the steps' own
+    polynomials.
+    """
     t0, lengths, states, polynomials = plant.pieces
     ends = np.concatenate(
         [[0.0], np.cumsum(_lost(plant.robot, states, polynomials, lengths, np.ones(len(t0))))]

@@ -1,4 +1,6 @@
-"""The cases that controllers are compared on: the lab's two tasks, and what a real machine adds to the first."""
+"""The cases that controllers are compared on: the lab's two tasks, and what a real machine adds to
+the first.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,9 @@ ENCODER = 2 * math.pi / 4096  # rad
 
 @dataclass(frozen=True)
 class Case:
-    """A motion to be tracked: the robot that moves, the one its controller knows, reference, options of simulate."""
+    """A motion to be tracked: the robot that moves, the one its controller knows, reference,
+    options of simulate.
+    """
 
     title: str
     reference: Trajectory | Plan

@@ -32,7 +32,9 @@ COLUMNS = (
 
 
 def compare(runs: Mapping[str, Run]) -> Comparison:
-    """Comparison of runs, a dict {name: Run}; each with a reference, all of one kind of robot (ValueError)."""
+    """Comparison of runs, a dict {name: Run}; each with a reference, all of one kind of robot
+    (ValueError).
+    """
     if not isinstance(runs, Mapping):
         raise TypeError(f"compare: runs must be a dict {{name: Run}}, not {shown(runs)}")
     runs = dict(runs)
@@ -44,7 +46,8 @@ def compare(runs: Mapping[str, Run]) -> Comparison:
             raise ValueError(f"compare: the run {name!r} has no reference, so no error")
     if len({type(run.robot) for run in runs.values()}) > 1:
         raise ValueError(
-            "compare: these runs are of different kinds of robots, whose torques and forces do not compare"
+            "compare: these runs are of different kinds of robots, whose torques and forces do not"
+            " compare"
         )
     return Comparison(runs)
 
@@ -57,8 +60,11 @@ class Comparison(Plotted):
 
     @cached_property
     def figures(self) -> dict[str, dict]:
-        """Errors of the end-effector; peak torques [left, right]; time with a torque at its limit (nan without one); of
-        controllers that keep a log: solve times, and steps in which they fell back to another law (nan else)."""
+        """Errors of the end-effector; peak torques [left, right]; time with a torque at its limit
+        (nan without one); of
+        controllers that keep a log: solve times, and steps in which they fell back to another law
+            (nan else).
+        """
         return {name: _figures(run) for name, run in self.runs.items()}
 
     def __str__(self) -> str:

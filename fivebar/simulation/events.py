@@ -34,8 +34,9 @@ def crossings(
 ) -> tuple[Event, ...]:
     """The crossings of Type 1 and Type 2 on times t (n,) with observations (n, columns), in order.
 
-    after: (k, length) -> the three sines and their rates `length` s after row k, by the motion itself: then times are
-    good to 1e-12 s; else they are those of the cubic through a step's ends and their slopes.
+    after: (k, length) -> the three sines and their rates `length` s after row k, by the motion
+    itself: then times are good to 1e-12 s; else they are those of the cubic through a step's ends
+        and their slopes.
     """
     margins, rates, step = rows[:, MARGINS], rows[:, MARGIN_RATES], t[1] - t[0]
     modes = -sign(margins, 0.0)
@@ -73,7 +74,9 @@ def _plain(modes):
 
 
 def _of(after, k, column, step):
-    """place in [0, 1] of step k -> (sine, its rate over the step) by the motion itself, None where it is not known."""
+    """place in [0, 1] of step k -> (sine, its rate over the step) by the motion itself, None where
+    it is not known.
+    """
     if after is None:
         return None
 
@@ -91,7 +94,9 @@ def _cubic(y0, y1, d0, d1):
 
 
 def _zero(ends, look, low=0.0, high=1.0):
-    """Where in [low, high], at whose ends it has opposite signs, the sine is 0: on the cubic, then in the motion."""
+    """Where in [low, high], at whose ends it has opposite signs, the sine is 0: on the cubic, then
+    in the motion.
+    """
     k0, k1, k2, k3 = _cubic(*ends)
     bottom, top, place = low, high, (low + high) / 2
     rising = k0 + high * (k1 + high * (k2 + high * k3)) > 0
@@ -119,11 +124,14 @@ def _zero(ends, look, low=0.0, high=1.0):
 
 
 def _there_and_back(ends, look):
-    """Places of the two crossings of a step whose ends have one sign; () where the sine only comes near to 0."""
+    """Places of the two crossings of a step whose ends have one sign; () where the sine only comes
+    near to 0.
+    """
     k0, k1, k2, k3 = _cubic(*ends)
     side = 1.0 if k0 > 0 else -1.0
-    # The cubic goes towards 0 at the step's start and away at its end: it turns at that root of its slope where the
-    # second derivative has the sign of the ends; of its two forms the one without cancellation.
+    # The cubic goes towards 0 at the step's start and away at its end: it turns at that root of its
+    # slope where the second derivative has the sign of the ends; of its two forms the one without
+    # cancellation.
     root = max(k2 * k2 - 3 * k1 * k3, 0.0) ** 0.5
     low = -k1 / (k2 + side * root) if side * k2 > 0 else (side * root - k2) / (3 * k3)
     if side * (k0 + low * (k1 + low * (k2 + low * k3))) > DIP * min(abs(ends[0]), abs(ends[1])):

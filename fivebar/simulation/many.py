@@ -1,4 +1,6 @@
-"""Whole closed loops as one compiled function: plant, built-in controller and zero-order hold, over many runs."""
+"""Whole closed loops as one compiled function: plant, built-in controller and zero-order hold, over
+many runs.
+"""
 
 from __future__ import annotations
 
@@ -69,12 +71,12 @@ def simulate_many(
 
     robot: of all runs, or one for each: lengths and inertias are parameters of the function.
     controller: PD or ComputedTorque, or one for each run that differ in their gains alone.
-    starts: Rates of a batch (n,), or one Rates for each run; None: each robot as the reference starts, in the
-    controller's working modes.
-    chart, method: fixed steps of length `step` in a chart, as in `simulate`: "auto" passes every singularity.
-    The other options as in `simulate`, whose Runs with the same chart and method these equal within rounding. Raises as
-    `simulate` does, for the first run that does not go through, and names it; ValueError names the robots that do not
-    reach the start.
+    starts: Rates of a batch (n,), or one Rates for each run; None: each robot as the reference
+    starts, in the controller's working modes.
+    chart, method: fixed steps of length `step` in a chart, as in `simulate`: "auto" passes every
+    singularity. The other options as in `simulate`, whose Runs with the same chart and method these
+    equal within rounding. Raises as `simulate` does, for the first run that does not go through,
+    and names it; ValueError names the robots that do not reach the start.
     """
     robots, controllers, begin = _runs_of(robot, controller, starts)
     law, gains = _one_law(controllers)
@@ -163,7 +165,8 @@ def _runs_of(robot, controller, starts):
     count = max(lengths.values())
     if any(n != count for n in lengths.values()) or not count:
         raise ValueError(
-            f"one for each run: {', '.join(f'{n} {name}' for name, n in lengths.items())} do not go together"
+            f"one for each run: {', '.join(f'{n} {name}' for name, n in lengths.items())} do not go"
+            " together"
         )
     robots = list(robot) if isinstance(robot, Sequence) else [robot] * count
     for each in robots:
@@ -178,7 +181,8 @@ def _runs_of(robot, controller, starts):
     for each in controllers:
         if not isinstance(each, (PD, ComputedTorque)):
             raise ValueError(
-                f"a compiled loop needs a PD or ComputedTorque controller, not {type(each).__name__}"
+                "a compiled loop needs a PD or ComputedTorque controller, not"
+                f" {type(each).__name__}"
             )
     if isinstance(starts, Rates) and any(each != starts.pose.robot for each in robots):
         raise ValueError(
@@ -199,7 +203,8 @@ def _one_law(controllers):
             getattr(each, name) != getattr(first, name) for name in same
         ):
             raise ValueError(
-                f"controllers of one loop differ in their gains alone: number {k} differs from number 0"
+                f"controllers of one loop differ in their gains alone: number {k} differs from"
+                " number 0"
             )
     gains = [
         np.concatenate([np.broadcast_to(each.kp, 2), np.broadcast_to(each.kd, 2)])
@@ -236,8 +241,8 @@ def _at_reference(named, parameters, law, reference, chart):
     bad = np.flatnonzero(~np.isfinite(states).all(axis=1))
     if len(bad):
         raise ValueError(
-            f"{len(bad)} of {len(states)} robots do not reach the reference's start ({xi[0]:.9g}, {xi[1]:.9g}) m: "
-            f"number {', '.join(map(str, bad[:5]))}{' ...' * (len(bad) > 5)}"
+            f"{len(bad)} of {len(states)} robots do not reach the reference's start ({xi[0]:.9g},"
+            f" {xi[1]:.9g}) m: number {', '.join(map(str, bad[:5]))}{' ...' * (len(bad) > 5)}"
         )
     return states, modes
 
@@ -290,8 +295,9 @@ def _call(count, jit, *options):
 
 @lru_cache(maxsize=16)
 def _loop(named, law, chart, method, step, block, periods, torque_limit, delay, resolution):
-    """(state, targets (6, periods), modes, parameters, gains) -> (observations at each step, after the last, what was
-    measured, commanded and applied)."""
+    """(state, targets (6, periods), modes, parameters, gains) -> (observations at each step, after
+    the last, what was measured, commanded and applied).
+    """
     n, size = count_of(*named), 2 * chart.size
     whole = (
         size + 2 * delay + (0 if resolution is None else 2)

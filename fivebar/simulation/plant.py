@@ -1,4 +1,6 @@
-"""The robot in motion: by steps of any length that keep a tolerance, or by fixed ones, each of them checked."""
+"""The robot in motion: by steps of any length that keep a tolerance, or by fixed ones, each of them
+checked.
+"""
 
 from __future__ import annotations
 
@@ -43,16 +45,20 @@ GROWTH, SHRINKING, SAFETY, ORDER = (
     0.9,
     8,
 )  # of the steps' length, as usual for this method
-LOST_ENERGY = 1e-3  # of the energy that a fixed step turns over: to lose more is a jump, not an integration error
+# Of the energy that a fixed step turns over: to lose more is a jump, not an integration error.
+LOST_ENERGY = 1e-3
 ROUNDING = 1e-14  # rad, m: rounding of a joint step, where next to nothing moves
 NEAR = 0.3  # a sine: farther from a singularity, a step that loses energy is just too long
-AHEAD = 1.5  # steps: a chart with a singularity is held to end where its margin would vanish within them
+# Steps: a chart with a singularity is held to end where its margin would vanish within them.
+AHEAD = 1.5
 BLOCK = 50  # fixed steps in one compiled call
 STRETCH = 8192  # rows that are read from the polynomials at once
 
 
 class Plant:
-    """The state of every pose, the four bars, by steps that keep `tolerance` (rad) each; t, state: now."""
+    """The state of every pose, the four bars, by steps that keep `tolerance` (rad) each; t, state:
+    now.
+    """
 
     def __init__(self, robot, start, tolerance, jit=False):
         check_start(robot, start)
@@ -84,7 +90,9 @@ class Plant:
         return bars_rates(self.robot, self.state[:4].tolist(), self.state[4:].tolist())
 
     def advance(self, until, tau):
-        """Move on to the time `until`, s, under the torque tau; where that fails, the plant stays where it was."""
+        """Move on to the time `until`, s, under the torque tau; where that fails, the plant stays
+        where it was.
+        """
         before = self.t, self.state, len(self._pieces)
         try:
             self._advance(until, tau)
@@ -110,7 +118,9 @@ class Plant:
                 done = self._kept(tau, length, after, polynomial.copy())
                 self.t = until if done == rest else self.t + done
                 if done == rest and length < self.length and error < 1:
-                    continue  # cut short by the period's end: the next step may be as long as this could have been
+                    # Cut short by the period's end: the next step may be as long as this could have
+                    # been.
+                    continue
             elif length < SHORTEST:
                 self._refuse(tau, f"a step of {length:.2g} s is too long")
             factor = SAFETY * error ** (-1 / ORDER) if error > 0 else GROWTH
@@ -132,14 +142,17 @@ class Plant:
         sines = ", ".join(f"{s:.2g}" for s in (*pose.sines, pose.det_A))
         words = self.robot.words
         raise ArithmeticError(
-            f"the motion at t = {self.t:.9g} s, xi = ({pose.point[0]:.9g}, {pose.point[1]:.9g}) m is too fast: {why} "
-            f"(joint rates {rates[0]:.3g}, {rates[2]:.3g} {words.unit}/s, {words.effort}s {tau[0]:.3g}, {tau[1]:.3g} "
-            f"{words.effort_unit}; {', '.join(words.sines)} = {sines}; where all three are 0 all bars are parallel)"
+            f"the motion at t = {self.t:.9g} s, xi = ({pose.point[0]:.9g}, {pose.point[1]:.9g}) m"
+            f" is too fast: {why} (joint rates {rates[0]:.3g}, {rates[2]:.3g} {words.unit}/s,"
+            f" {words.effort}s {tau[0]:.3g}, {tau[1]:.3g} {words.effort_unit};"
+            f" {', '.join(words.sines)} = {sines}; where all three are 0 all bars are parallel)"
         )
 
     @property
     def pieces(self):
-        """Times (n,), lengths (n,), states (n, 8) and polynomials (n, 7, 8) of the steps until now."""
+        """Times (n,), lengths (n,), states (n, 8) and polynomials (n, 7, 8) of the steps until
+        now.
+        """
         return tuple(np.array([piece[k] for piece in self._pieces]) for k in range(4))
 
     def rows(self, t):
@@ -164,7 +177,9 @@ class Plant:
 
 
 def stretches(t, t0, lengths):
-    """(slice, steps that its times are in, places in these) of times t (n,): so many that memory stays small."""
+    """(slice, steps that its times are in, places in these) of times t (n,): so many that memory
+    stays small.
+    """
     for first in range(0, len(t), STRETCH):
         part = slice(first, first + STRETCH)
         at = np.clip(np.searchsorted(t0, t[part], side="right") - 1, 0, None)
@@ -172,7 +187,9 @@ def stretches(t, t0, lengths):
 
 
 def margins_after(plant, states, tau, k, length):
-    """The sines and det A, and their rates, (3,) each, `length` s after row k of a motion: see `crossings`."""
+    """The sines and det A, and their rates, (3,) each, `length` s after row k of a motion: see
+    `crossings`.
+    """
     rates = plant.after(states[k], tau[k], length)
     return (*rates.pose.sines, rates.pose.det_A), rates.margin_rates
 
@@ -239,13 +256,15 @@ def refuse_sticking(robot):
     if loads_of(robot).sticks:
         names = " and ".join(name for name in ("fs1", "fs2") if name in robot.parameters)
         raise ValueError(
-            f"{names}: dry friction sticks and lets go between fixed steps; simulate(...) with neither method= nor "
-            "chart= chooses its steps so that they end there"
+            f"{names}: dry friction sticks and lets go between fixed steps; simulate(...) with"
+            " neither method= nor chart= chooses its steps so that they end there"
         )
 
 
 def refuse_losses(robot, rows, tau, chart, step):
-    """Raise at the first fixed step that lost energy, or in which a chart with a singularity ends."""
+    """Raise at the first fixed step that lost energy, or in which a chart with a singularity
+    ends.
+    """
     work = np.sum(np.diff(robot.continuous(rows[:, Q]), axis=0) * tau, axis=1)
     gained, turned = np.diff(rows[:, ENERGY]), rows[1:, ENERGY] + rows[:-1, ENERGY] + np.abs(work)
     if physics_of(robot) is not None:
@@ -269,12 +288,14 @@ def refuse_losses(robot, rows, tau, chart, step):
     nearest = min(columns, key=lambda column: abs(sines[column]), default=None)
     if nearest is None or abs(sines[nearest]) > NEAR:
         raise ArithmeticError(
-            f"the motion at t = {when:g} s, xi = ({x:.9g}, {y:.9g}) m is too fast for steps of {step:g} s "
-            f"(joint rates {rows[k, 2]:.3g}, {rows[k, 3]:.3g} {words.unit}/s, {words.effort}s {tau[k, 0]:.3g}, "
-            f"{tau[k, 1]:.3g} {words.effort_unit}); without method= the steps choose their own length"
+            f"the motion at t = {when:g} s, xi = ({x:.9g}, {y:.9g}) m is too fast for steps of"
+            f" {step:g} s (joint rates {rows[k, 2]:.3g}, {rows[k, 3]:.3g} {words.unit}/s,"
+            f" {words.effort}s {tau[k, 0]:.3g}, {tau[k, 1]:.3g} {words.effort_unit}); without"
+            " method= the steps choose their own length"
         )
     raise SingularityError(
-        f"the step from t = {when:g} s, xi = ({x:.9g}, {y:.9g}) m jumps the singularity of the {chart.name} "
+        f"the step from t = {when:g} s, xi = ({x:.9g}, {y:.9g}) m jumps the singularity of the"
+        f" {chart.name} "
         f'chart ({words.sines[nearest]} = {sines[nearest]:.3g}): chart="auto" has none',
         float(sines[nearest]),
     )

@@ -22,7 +22,9 @@ from ..singularities.margins import Singularity
 
 
 class Event(NamedTuple):
-    """A crossing of a singularity: time (s), type, vanished sine, modes (left, right, assembly) before, after."""
+    """A crossing of a singularity: time (s), type, vanished sine, modes (left, right, assembly)
+    before, after.
+    """
 
     t: float
     type: Singularity
@@ -32,8 +34,9 @@ class Event(NamedTuple):
 
 
 class Control(NamedTuple):
-    """The controller's side, k samples: t (k,) s; what it measured, q, q_dot (k, 2); its torque before (commanded) and
-    after delay and limit (applied), (k, 2) N m."""
+    """The controller's side, k samples: t (k,) s; what it measured, q, q_dot (k, 2); its torque
+    before (commanded) and after delay and limit (applied), (k, 2) N m.
+    """
 
     t: np.ndarray
     q: np.ndarray
@@ -43,8 +46,9 @@ class Control(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What is known of a run from a log: gaps, (from, to, why) s; said: what was done to its rows; rates: whether q_dot
-    was logged, and not differentiated. At each gap there is a row of nan."""
+    """What is known of a run from a log: gaps, (from, to, why) s; said: what was done to its rows;
+    rates: whether q_dot was logged, and not differentiated. At each gap there is a row of nan.
+    """
 
     gaps: tuple = ()
     notes: tuple = ()
@@ -67,12 +71,13 @@ def columns(robot: Robot, has_reference: bool) -> tuple[str, ...]:
 class Run(Animated):
     """A simulated motion on the grid of its steps.
 
-    t (n,) s; q, q_dot (n, 2) rad, rad/s, q continuous; xi (n, 2) m; tau (n, 2) N m, held from each t to the next;
-    energy (n,) J, kinetic (`potential` is the other); xi_ref (n, 2) m or None; torque_limit N m or None; control: the
-    controller's own grid, or None; events: crossings; step_error: rad, of q by the steps' length, where `simulate` was
-    given a tolerance; log: what the controller has in its own `log`, as a Tracker, or None; friction_loss (n,) J, what
-    friction has taken (after fixed steps by Simpson's rule), or None without; measured: of a run `from_log`, or None.
-    Of a biglide, q is in m and tau in N.
+    t (n,) s; q, q_dot (n, 2) rad, rad/s, q continuous; xi (n, 2) m; tau (n, 2) N m, held from each
+    t to the next; energy (n,) J, kinetic (`potential` is the other); xi_ref (n, 2) m or None;
+    torque_limit N m or None; control: the controller's own grid, or None; events: crossings;
+    step_error: rad, of q by the steps' length, where `simulate` was given a tolerance; log: what
+    the controller has in its own `log`, as a Tracker, or None; friction_loss (n,) J, what friction
+    has taken (after fixed steps by Simpson's rule), or None without; measured: of a run `from_log`,
+    or None. Of a biglide, q is in m and tau in N.
     """
 
     robot: Robot
@@ -115,7 +120,9 @@ class Run(Animated):
 
     @cached_property
     def q_error(self) -> np.ndarray:
-        """q - q_ref (n, 2), rad (m), in the working modes in which the run begins; nan where xi_ref is out of reach."""
+        """q - q_ref (n, 2), rad (m), in the working modes in which the run begins; nan where xi_ref
+        is out of reach.
+        """
         self._needs_reference()
         return self.robot.joint_difference(
             self.q - igm(self.robot, self.xi_ref, self._working_at_start(), unreachable="nan").q
@@ -139,7 +146,8 @@ class Run(Animated):
 
     @cached_property
     def energy_error(self) -> np.ndarray:
-        """Energy less what the drives put in since the start, (n,) J, which no motion has: by what the steps err.
+        """Energy less what the drives put in since the start, (n,) J, which no motion has: by what
+        the steps err.
 
         Potential energy counts too, and what friction took.
         """
@@ -159,17 +167,23 @@ class Run(Animated):
 
     @cached_property
     def loop_gap(self) -> np.ndarray:
-        """By how much the distal bars' ends, the elbows by q and xi, are apart from their lengths, (n, 2) m."""
+        """By how much the distal bars' ends, the elbows by q and xi, are apart from their lengths,
+        (n, 2) m.
+        """
         away = self.xi[:, None] - elbows(self.robot, self.q)
         return np.hypot(*np.moveaxis(away, -1, 0)) - self.robot.distal
 
     @property
     def points(self) -> np.ndarray:
-        """Base joint, elbow, end-effector, elbow, base joint: (n, 5, 2) m; of a biglide foot, end-effector, foot."""
+        """Base joint, elbow, end-effector, elbow, base joint: (n, 5, 2) m; of a biglide foot,
+        end-effector, foot.
+        """
         return joints(self.robot, elbows(self.robot, self.q), self.xi)
 
     def to_csv(self, path: TextFile) -> None:
-        """Write the run on its step grid; what else it holds, but the log, goes into a comment line. SI units."""
+        """Write the run on its step grid; what else it holds, but the log, goes into a comment
+        line. SI units.
+        """
         about = {
             "robot": self.robot.parameters,
             "torque_limit": self.torque_limit,

@@ -70,25 +70,32 @@ def simulate(
 ) -> Run:
     """Simulate the robot under a sampled controller with zero-order hold; gives a Run.
 
-    controller: (t, q, q_dot, reference) -> tau (2,) N m, called every control_period s; None: no torque.
-    reference: a trajectory, handed to the controller and kept in the Run; duration: s, default the reference's.
-    start: Rates, default as the reference starts, in the working modes of a plan or of the controller, or (-1, -1), or
-    at rest at q = (0, 0).
-    step: s, from row to row of the Run; control_period a multiple of it; the last row is the first at or after the
-    duration.
+    controller: (t, q, q_dot, reference) -> tau (2,) N m, called every control_period s; None: no
+        torque.
+    reference: a trajectory, handed to the controller and kept in the Run; duration: s, default the
+        reference's.
+    start: Rates, default as the reference starts, in the working modes of a plan or of the
+    controller, or (-1, -1), or at rest at q = (0, 0).
+    step: s, from row to row of the Run; control_period a multiple of it; the last row is the first
+    at or after the duration.
     torque_limit: N m, saturates either torque.
     delay: samples between a measurement and the torque computed from it (0 until then).
-    encoder_resolution: rad; the controller then gets rounded angles and their differences as velocities.
-    method: None, steps as long as their error allows, of order 8; or fixed ones of length `step`: "rk4" or "dop8".
-    tolerance: rad. A step's error is kept below a tenth of it, and the motion computed once more, finer: that is what
-    you get, with the largest difference of q between both as Run.step_error, a bound on its own error (of a chaotic
-    motion it grows to any size). If not given, a step's error is kept below 1e-12.
-    chart: "auto", the four bars, which pass every singularity; or "task" and "joint", by fixed steps: faster and
-    regular away from Type 1 and Type 2, where they raise SingularityError.
+    encoder_resolution: rad; the controller then gets rounded angles and their differences as
+        velocities.
+    method: None, steps as long as their error allows, of order 8; or fixed ones of length `step`:
+        "rk4" or "dop8".
+    tolerance: rad. A step's error is kept below a tenth of it, and the motion computed once more,
+    finer: that is what you get, with the largest difference of q between both as Run.step_error, a
+    bound on its own error (of a chaotic motion it grows to any size). If not given, a step's error
+    is kept below 1e-12.
+    chart: "auto", the four bars, which pass every singularity; or "task" and "joint", by fixed
+    steps: faster and regular away from Type 1 and Type 2, where they raise SingularityError.
     jit: True, "auto": machine code, as `compile`.
-    The robot may have more physics than the controller's own. Dry friction (fs1, fs2) sticks and slips exactly, by
+    The robot may have more physics than the controller's own. Dry friction (fs1, fs2) sticks and
+    slips exactly, by
     steps that end where that changes: without method= and chart=.
-    ArithmeticError where the motion or the torque is not finite, or too fast; four parallel bars are, for every robot.
+    ArithmeticError where the motion or the torque is not finite, or too fast; four parallel bars
+    are, for every robot.
     """
     if tolerance is not None:
         if tolerance < LEAST_TOLERANCE:
@@ -150,7 +157,9 @@ class Grid(NamedTuple):
 
     @classmethod
     def of(cls, duration, reference, step, control_period):
-        """Checked; the default duration is the reference's, and without a controller all is one block."""
+        """Checked; the default duration is the reference's, and without a controller all is one
+        block.
+        """
         block = None
         if control_period is not None:
             ratio = control_period / step
@@ -172,9 +181,11 @@ class Grid(NamedTuple):
 
 
 def start_with(robot, reference, controller):
-    """Rates of the reference's start in its working modes or the controller's; without a reference at rest at home.
+    """Rates of the reference's start in its working modes or the controller's; without a reference
+    at rest at home.
 
-    A plan that is free of modes begins in its own pose; of another robot, with its joints in its assembly mode.
+    A plan that is free of modes begins in its own pose; of another robot, with its joints in its
+    assembly mode.
 
     ValueError where both have working modes (a plan and a joint controller), and not the same.
     """
@@ -199,7 +210,9 @@ def start_with(robot, reference, controller):
 
 
 def begin_of(reference):
-    """(xi, xi_dot, xi_ddot) of a reference at t = 0, each (2,); ValueError where it gives something else."""
+    """(xi, xi_dot, xi_ddot) of a reference at t = 0, each (2,); ValueError where it gives something
+    else.
+    """
     answer = reference(0.0)
     if (
         not isinstance(answer, (tuple, list))
@@ -243,11 +256,13 @@ class _Loop:
             raise
         if commanded.shape != (2,):
             raise ValueError(
-                f"the controller must return two {self.words.effort}s, not an array of shape {commanded.shape}"
+                f"the controller must return two {self.words.effort}s, not an array of shape"
+                f" {commanded.shape}"
             )
         if not np.isfinite(commanded).all():
             raise ArithmeticError(
-                f"the controller's {self.words.effort} is {commanded.tolist()} {self.words.effort_unit} at t = {t:g} s"
+                f"the controller's {self.words.effort} is {commanded.tolist()}"
+                f" {self.words.effort_unit} at t = {t:g} s"
             )
         self.pending.append(commanded)
         applied = self.pending.pop(0)
@@ -270,9 +285,11 @@ def assemble(
     crosses=True,
     lost=None,
 ):
-    """The Run of observations (n + 1, columns) and torques (n, 2) held between them; after: as `crossings` has it.
+    """The Run of observations (n + 1, columns) and torques (n, 2) held between them; after: as
+    `crossings` has it.
 
-    crosses: whether crossings are looked for. lost: () -> what friction has taken (n + 1,), None: by the rows.
+    crosses: whether crossings are looked for. lost: () -> what friction has taken (n + 1,), None:
+        by the rows.
     """
     lost = lost or partial(loss_by_rows, robot, t, rows)
     return Run(

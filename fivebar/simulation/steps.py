@@ -1,7 +1,9 @@
-"""Compiled steps of the plant: its right side in a chart, what it says of itself, and Runge-Kutta on it.
+"""Compiled steps of the plant: its right side in a chart, what it says of itself, and Runge-Kutta
+on it.
 
-The right side is a CasADi function made from the same equations as everything else. Beside the slope it gives what the
-state says of itself (angles, end-effector, singular margins and their rates, energy).
+The right side is a CasADi function made from the same equations as everything else. Beside the
+slope it gives what the state says of itself (angles, end-effector, singular margins and their
+rates, energy).
 """
 
 from __future__ import annotations
@@ -44,7 +46,9 @@ def model_functions(robot, chart):
 
 @lru_cache(maxsize=64)
 def block_function(robot, chart, method, step, count):
-    """(state, tau, modes) -> (states after each of `count` steps, what is seen before each, and after the last)."""
+    """(state, tau, modes) -> (states after each of `count` steps, what is seen before each, and
+    after the last).
+    """
     one, look = step_function(robot, chart, method, step), model_functions(robot, chart)[1]
     state, tau, modes = _symbols(chart, casadi.MX)
     held = casadi.repmat(tau, 1, count), casadi.repmat(modes, 1, count)
@@ -73,9 +77,11 @@ def runge_kutta_step(robot, chart, method, step, state, tau, modes):
 
 
 def propagate(robot, chart, modes, method, step, count, torque):
-    """(state) -> state after `count` steps from t = 0 under torque(t), read at every stage: the plant alone.
+    """(state) -> state after `count` steps from t = 0 under torque(t), read at every stage: the
+    plant alone.
 
-    torque: t -> (tau1, tau2), with CasADi's functions. chart, modes: as in models.charts. For the shortest time to a
+    torque: t -> (tau1, tau2), with CasADi's functions. chart, modes: as in models.charts. For the
+        shortest time to a
     given accuracy: nothing else is computed.
     """
     state, t = casadi.SX.sym("state", 2 * chart.size), casadi.SX.sym("t")
@@ -97,11 +103,13 @@ def propagate(robot, chart, modes, method, step, count, torque):
 
 @lru_cache(maxsize=8)
 def free_step(kind, names=()):
-    """A step of any length in the bars of any robot of a kind, by Dormand and Prince's method of order 8:
+    """A step of any length in the bars of any robot of a kind, by Dormand and Prince's method of
+    order 8:
 
-    (state (8), tau, length, tolerance, parameters) -> (state after it, its error over the tolerance, the polynomial in
-    between (8, 7)). The error is theirs, of order 5 and 3 together, in rad of the bars and, over 1 + |rate|, of rates.
-    Where dry friction is among the names there is one more input: how the drives slip (`loads.asked_for`).
+    (state (8), tau, length, tolerance, parameters) -> (state after it, its error over the
+    tolerance, the polynomial in between (8, 7)). The error is theirs, of order 5 and 3 together, in
+    rad of the bars and, over 1 + |rate|, of rates. Where dry friction is among the names there is
+    one more input: how the drives slip (`loads.asked_for`).
     """
     chart, parameters = BarAngles(), casadi.SX.sym("parameters", count_of(kind, names))
     state, tau, _ = _symbols(chart)
@@ -148,7 +156,9 @@ def free_step(kind, names=()):
 
 @lru_cache(maxsize=8)
 def holding(kind, names):
-    """(state (8), tau, parameters, slip) -> the friction that drives which stick need to stay, N m."""
+    """(state (8), tau, parameters, slip) -> the friction that drives which stick need to stay, N
+    m.
+    """
     state, tau, slip = (
         casadi.SX.sym(name, n) for name, n in (("state", 8), ("tau", 2), ("slip", 2))
     )
@@ -159,7 +169,9 @@ def holding(kind, names):
 
 
 def between(state, polynomial, place):
-    """States (n, 8) at places (n,) in [0, 1] of steps that begin at state (n, 8) with polynomials (n, 7, 8)."""
+    """States (n, 8) at places (n,) in [0, 1] of steps that begin at state (n, 8) with polynomials
+    (n, 7, 8).
+    """
     x = place[:, None]
     value = 0.0
     for k in range(6, -1, -1):
@@ -168,7 +180,8 @@ def between(state, polynomial, place):
 
 
 def runge_kutta(method, step, state, slope, slopes=None):
-    """The state one explicit Runge-Kutta step later; slope(stage's state, its fraction of the step).
+    """The state one explicit Runge-Kutta step later; slope(stage's state, its fraction of the
+    step).
 
     slopes: a list that takes the stages' slopes.
     """
@@ -184,7 +197,9 @@ def runge_kutta(method, step, state, slope, slopes=None):
 
 
 def tableau(method):
-    """Butcher's a, b, c as lists of floats: the classical RK4, or Dormand and Prince's of order 8 (from SciPy)."""
+    """Butcher's a, b, c as lists of floats: the classical RK4, or Dormand and Prince's of order 8
+    (from SciPy).
+    """
     if method == "rk4":
         a = [[], [1 / 2], [0, 1 / 2], [0, 0, 1]]
         return a, [1 / 6, 1 / 3, 1 / 3, 1 / 6], [0, 1 / 2, 1 / 2, 1]
@@ -192,7 +207,9 @@ def tableau(method):
 
 
 def observation(rates):
-    """q, q', xi, xi', the sines (q12, q22, det A), their rates, kinetic energy: in the order of the columns above."""
+    """q, q', xi, xi', the sines (q12, q22, det A), their rates, kinetic energy: in the order of the
+    columns above.
+    """
     pose = rates.pose
     q = (leg.q for leg in pose.legs)
     margins = *pose.sines, pose.det_A, *rates.margin_rates

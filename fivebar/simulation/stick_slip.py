@@ -1,8 +1,10 @@
-"""The plant with dry friction in its drives: each slips one way or sticks, and its steps end where that changes.
+"""The plant with dry friction in its drives: each slips one way or sticks, and its steps end where
+that changes.
 
-A drive that slips stops where its rate passes 0; one that sticks lets go where more than its friction is needed to hold
-it. Both are found on the step's polynomial, and the first of them is where the step ends. Nothing is smoothed: what
-sticks is held at its angle to the last bit, so that it neither creeps nor chatters.
+A drive that slips stops where its rate passes 0; one that sticks lets go where more than its
+friction is needed to hold it. Both are found on the step's polynomial, and the first of them is
+where the step ends. Nothing is smoothed: what sticks is held at its angle to the last bit, so that
+it neither creeps nor chatters.
 """
 
 from __future__ import annotations
@@ -63,7 +65,9 @@ class StickSlip(Plant):
             self.t = until
 
     def _settle(self, tau):
-        """Which drives stick now: where none stands, or what sticks is still held, nothing has to be solved."""
+        """Which drives stick now: where none stands, or what sticks is still held, nothing has to
+        be solved.
+        """
         standing = (self.state[4:7:2] == 0) & (self.dry > 0)
         if not standing.any():
             self.slip = np.where(self.state[4:7:2] < 0, -1.0, 1.0)
@@ -100,7 +104,9 @@ class StickSlip(Plant):
         return cut
 
     def _cut(self, tau, cut, length, drive, polynomial):
-        """(state, polynomial, length) of a step that ends where the drive's rate is 0, or after `cut` s."""
+        """(state, polynomial, length) of a step that ends where the drive's rate is 0, or after
+        `cut` s.
+        """
         after, _, found = self._tried(tau, cut)
         for _ in range(4 if drive is not None else 0):
             rate = after[4 + 2 * drive]
@@ -194,7 +200,9 @@ class StickSlip(Plant):
         return rows, np.column_stack([found, t])
 
     def after(self, state, tau, length):
-        """As of Plant; a state of `rows` knows its time, and what comes after it, sticking and slipping, is known."""
+        """As of Plant; a state of `rows` knows its time, and what comes after it, sticking and
+        slipping, is known.
+        """
         t0, lengths, states, polynomials = self._known
         t = float(state[8]) + length
         at = max(int(np.searchsorted(t0, t, side="right")) - 1, 0)

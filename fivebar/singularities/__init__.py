@@ -1,1 +1,3 @@
-"""Where a robot is singular: margins, exact loci, maps, regions free of them, paths against them."""
+"""Where a robot is singular: margins, exact loci, maps, regions free of them, paths against
+them.
+"""

@@ -1,4 +1,6 @@
-"""Aspects: the singularity-free components of the workspace in each working mode, bounded by the exact loci."""
+"""Aspects: the singularity-free components of the workspace in each working mode, bounded by the
+exact loci.
+"""
 
 from __future__ import annotations
 
@@ -34,11 +36,13 @@ SEPARATE = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Aspect:
-    """A connected part of the workspace in one working mode without any singularity, from `aspects`.
+    """A connected part of the workspace in one working mode without any singularity, from
+    `aspects`.
 
-    number: counts from 1 over all working modes; working: pair of +1 and -1; assembly: +1 or -1; area m^2;
-    boundary: loops of regions.Arc with the aspect on their left, the outer one first; punctures (n, 2) m: isolated
-    singular points inside.
+    number: counts from 1 over all working modes; working: pair of +1 and -1; assembly: +1 or -1;
+        area m^2;
+    boundary: loops of regions.Arc with the aspect on their left, the outer one first; punctures (n,
+    2) m: isolated singular points inside.
     """
 
     robot: FiveBar
@@ -75,11 +79,15 @@ class Aspect:
 
     @cached_property
     def polygons(self) -> tuple[np.ndarray, ...]:
-        """The boundary's loops as points (n, 2), m, between which it turns by less than 1 degree."""
+        """The boundary's loops as points (n, 2), m, between which it turns by less than 1
+        degree.
+        """
         return tuple(pairs(np.concatenate([arc.z[:-1] for arc in loop])) for loop in self.boundary)
 
     def contains(self, xi: ArrayLike) -> bool | np.ndarray:
-        """Whether points xi (*batch, 2), m, are in the aspect, by its exact boundary, which is not: bool (*batch,)."""
+        """Whether points xi (*batch, 2), m, are in the aspect, by its exact boundary, which is not:
+        bool (*batch,).
+        """
         xi = real_numbers(xi, "xi")
         if xi.ndim == 0 or xi.shape[-1] != 2:
             raise ValueError(f"xi must have shape (2,) or (*batch, 2), not {xi.shape}")
@@ -98,17 +106,20 @@ def as_kind(kind: type[Aspect], aspect: Aspect, *more: object) -> Aspect:
 
 @takes(robot=instance(FiveBar, Biglide))
 def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
-    """All aspects of a five-bar, a tuple of Aspect: by working mode (++, +-, -+, --), then by falling area.
+    """All aspects of a five-bar, a tuple of Aspect: by working mode (++, +-, -+, --), then by
+    falling area.
 
-    Areas are integrals along the loci. A mode in which every pose is singular has none. Parts that meet in a point only
-    are two. ArithmeticError where an aspect fails its proof, by areas and signs of det A: no such robot is known.
-    Wenger and Chablat 1997. ValueError for a biglide, whose aspects have no ends.
+    Areas are integrals along the loci. A mode in which every pose is singular has none. Parts that
+    meet in a point only are two. ArithmeticError where an aspect fails its proof, by areas and
+    signs of det A: no such robot is known. Wenger and Chablat 1997. ValueError for a biglide, whose
+        aspects have no ends.
     """
     loci = singularity_loci(robot)
     if not robot.turns:
         raise ValueError(
-            "aspects: the guides of a biglide have no ends, so its aspects are strips without ends and have no area, "
-            "between the lines of singularity_loci(robot).task; areas need strokes of the feet, which it does not have"
+            "aspects: the guides of a biglide have no ends, so its aspects are strips without ends"
+            " and have no area, between the lines of singularity_loci(robot).task; areas need"
+            " strokes of the feet, which it does not have"
         )
 
     def active(working):
@@ -125,11 +136,13 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
         areas
         and max(areas) - min(areas) > SAME_AREA * max(areas) + 4 * SLIVER * size_of(robot) ** 2
     ):
-        # Every mode has the same workspace: where the sums differ, faces were lost where loci touch.
+        # Every mode has the same workspace: where the sums differ, faces were lost where loci
+        # touch.
         sums = ", ".join(f"{1e6 * area:.4f}" for area in areas)
         raise ArithmeticError(
-            f"aspects: a part of the workspace was lost: the modes' areas are {sums} mm² and should be equal; please "
-            "report this robot; lengths that differ by 1e-4 of their size may help"
+            f"aspects: a part of the workspace was lost: the modes' areas are {sums} mm² and should"
+            " be equal; please report this robot; lengths that differ by 1e-4 of their size may"
+            " help"
         )
     return found
 
@@ -159,7 +172,8 @@ def numbered(found: Iterable[Aspect]) -> tuple[Aspect, ...]:
     often = Counter(area.values())
 
     def rank(part):
-        # Equal areas of a symmetric robot differ by rounding: then the higher face is first, then the one to the right.
+        # Equal areas of a symmetric robot differ by rounding: then the higher face is first, then
+        # the one to the right.
         place = (
             tuple(-round(each / size, 7) for each in part.point[::-1])
             if often[area[id(part)]] > 1
@@ -176,10 +190,12 @@ def numbered(found: Iterable[Aspect]) -> tuple[Aspect, ...]:
 def parts(
     kind: type[Aspect], robot: FiveBar, active: Callable, touches: tuple, **levels: float
 ) -> Iterator[Aspect]:
-    """The parts of all working modes in which |det A| >= det_A and |sin q_i2| >= sin, as `kind`, without numbers.
+    """The parts of all working modes in which |det A| >= det_A and |sin q_i2| >= sin, as `kind`,
+    without numbers.
 
-    active: working mode -> its boundaries, a list of Locus, or None where it has no part; touches: vertices of circles
-    that touch; levels: det_A and sin. The modes with a left elbow of the other kind are the mirror images in the line
+    active: working mode -> its boundaries, a list of Locus, or None where it has no part; touches:
+    vertices of circles that touch; levels: det_A and sin. The modes with a left elbow of the other
+    kind are the mirror images in the line
     of the bases: q -> -q.
     """
     for working in MODES[:2]:
@@ -210,7 +226,9 @@ def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
 
 
 def _proved(robot, edges, working, det_A, sin):
-    """Faces of the edges that are inside: assembly mode, area, boundary; ArithmeticError where one is not wholly."""
+    """Faces of the edges that are inside: assembly mode, area, boundary; ArithmeticError where one
+    is not wholly.
+    """
     size, levels = size_of(robot), {}
     for area, boundary in faces(edges, size):
         z = beside(boundary, size)
@@ -223,8 +241,9 @@ def _proved(robot, edges, working, det_A, sin):
         signs = -np.sign(pose.det_A[~(np.abs(room) <= ROUNDING)])
         if (room < -ROUNDING).any() or np.ptp(signs) != 0:
             raise ArithmeticError(
-                f"in working modes {working} a boundary was lost: around ({z[0].real:.6g}, {z[0].imag:.6g}) m det A or "
-                "the sines are on both sides of it; please report this robot"
+                f"in working modes {working} a boundary was lost: around ({z[0].real:.6g},"
+                f" {z[0].imag:.6g}) m det A or the sines are on both sides of it; please report"
+                " this robot"
             )
         for arc in (arc for loop in boundary for arc in loop if not arc.locus.circle):
             key = id(arc.locus), min(arc.start, arc.end)
@@ -237,13 +256,16 @@ def _proved(robot, edges, working, det_A, sin):
                 sides > 1 or (sides < 1 and np.abs(np.diff(arc.z)).sum() > LONG * size)
             ):
                 raise ArithmeticError(
-                    f"in working modes {working} a region at the curve of det A around ({arc.z[0].real:.6g}, "
-                    f"{arc.z[0].imag:.6g}) m was lost or is two; please report this robot"
+                    f"in working modes {working} a region at the curve of det A around"
+                    f" ({arc.z[0].real:.6g}, {arc.z[0].imag:.6g}) m was lost or is two; please"
+                    " report this robot"
                 )
 
 
 def _edges(pieces, touches):
-    """(arc, vertex where it starts, where it ends): the pieces, circles cut where others end on them or touch them."""
+    """(arc, vertex where it starts, where it ends): the pieces, circles cut where others end on
+    them or touch them.
+    """
     # Where a leg is in line on a Type-2 locus all along, this is one of the circles.
     pieces = [piece for piece in pieces if piece.type != Singularity.SERIAL | Singularity.PARALLEL]
     ends = {vertex for piece in pieces for vertex in piece.vertices} | set(touches)

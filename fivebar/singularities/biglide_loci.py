@@ -1,6 +1,8 @@
-"""Singularity loci of a biglide in closed form: lines without ends, as nothing changes along its guides.
+"""Singularity loci of a biglide in closed form: lines without ends, as nothing changes along its
+guides.
 
-Every singular pose is given by the directions u1, u2 of the bars, unit complex numbers, up to a shift y of the whole
+Every singular pose is given by the directions u1, u2 of the bars, unit complex numbers, up to a
+shift y of the whole
 robot: xi = -d/2 + l1 Re(u1) + i y, q2 - q1 = l1 Im(u1) - l2 Im(u2).
 """
 
@@ -35,8 +37,9 @@ class Line:
 class BiglideLoci:
     """All singularity loci of a biglide.
 
-    task: lines along y, by y; joint: lines q2 - q1 = constant, by q1; each a tuple of unbounded Locus. type3: without
-    points, as in a line of Type 3 all of it is. everywhere: working modes that are Type 2 in every pose (d = 0 and
+    task: lines along y, by y; joint: lines q2 - q1 = constant, by q1; each a tuple of unbounded
+    Locus. type3: without points, as in a line of Type 3 all of it is. everywhere: working modes
+    that are Type 2 in every pose (d = 0 and
     equal bars: the legs coincide).
     """
 
@@ -112,7 +115,9 @@ class BiglideLoci:
 
 
 def _directions(across, bar):
-    """Unit vectors of a bar (of negative length: turned round) that spans `across` between guides; none, one or two."""
+    """Unit vectors of a bar (of negative length: turned round) that spans `across` between guides;
+    none, one or two.
+    """
     square = (1 - across / bar) * (1 + across / bar)
     if square < -FLAT:
         return []

@@ -1,4 +1,6 @@
-"""What a path asks the bars for on the end-effector: where A is singular it must have no part along t_s."""
+"""What a path asks the bars for on the end-effector: where A is singular it must have no part along
+t_s.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +47,9 @@ def largest_force(
 
 
 def crossing_acceleration(pose: Pose, xi_dot: np.ndarray, along: float) -> tuple[float, float]:
-    """The acceleration on Type 2, m/s^2, with this part along u_12, that asks for nothing along t_s."""
+    """The acceleration on Type 2, m/s^2, with this part along u_12, that asks for nothing along
+    t_s.
+    """
     x, y = pose.u2[0]
     if physics_of(pose.robot) is None:
         return along * x, along * y

@@ -1,4 +1,6 @@
-"""Dexterous regions: the parts of the aspects in which no singularity comes nearer than given margins, exactly."""
+"""Dexterous regions: the parts of the aspects in which no singularity comes nearer than given
+margins, exactly.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +13,14 @@ from .leg_circles import LegCircles
 from .level_curves import LevelCurves
 from .loci import singularity_loci
 
-LEAST = 1e-4  # of a margin that is not 0: with less, corners can be closer together than rounding tells apart
+# Of a margin that is not 0: with less, corners can be closer together than rounding tells apart.
+LEAST = 1e-4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DexterousRegion(Aspect):
-    """A connected part of an aspect in which |det A| >= det_A and both |sin q_i2| >= sin, from `dexterous`.
+    """A connected part of an aspect in which |det A| >= det_A and both |sin q_i2| >= sin, from
+    `dexterous`.
 
     All that an Aspect has, and `largest_disc` and `largest_rectangle` take it as one.
     """
@@ -27,20 +31,23 @@ class DexterousRegion(Aspect):
 
 @takes(robot=instance(FiveBar, Biglide), det_A=share, sin=share)
 def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[DexterousRegion, ...]:
-    """The connected regions with |det A| >= det_A and |sin q_12|, |sin q_22| >= sin: a tuple of DexterousRegion.
+    """The connected regions with |det A| >= det_A and |sin q_12|, |sin q_22| >= sin: a tuple of
+    DexterousRegion.
 
-    Sorted and numbered as `aspects` are, which they are with 0 and 0; () where no pose keeps both. Their boundaries are
-    exact: det A = sin(phi2 - phi1) = +-k fixes the distance of the elbows, so the end-effector is on the coupler curve
-    of a four-bar, and the sine of an elbow fixes the distance from a base joint. ValueError for margins outside [0, 1]
-    and for a biglide, whose regions have no ends; ArithmeticError where a region fails its proof, which is known only
-    of margins below 1e-4 with bars whose sums vanish. Wenger and Chablat 1997 (aspects); Chablat, Wenger and Angeles
-    2001 (curves of constant det A).
+    Sorted and numbered as `aspects` are, which they are with 0 and 0; () where no pose keeps both.
+    Their boundaries are
+    exact: det A = sin(phi2 - phi1) = +-k fixes the distance of the elbows, so the end-effector is
+    on the coupler curve of a four-bar, and the sine of an elbow fixes the distance from a base
+    joint. ValueError for margins outside [0, 1] and for a biglide, whose regions have no ends;
+    ArithmeticError where a region fails its proof, which is known only of margins below 1e-4 with
+    bars whose sums vanish. Wenger and Chablat 1997 (aspects); Chablat, Wenger and Angeles 2001
+    (curves of constant det A).
     """
     if not robot.turns:
         raise ValueError(
-            "dexterous: robot is a biglide, whose guides have no ends, and along them neither det A nor the sines "
-            "change: its regions are strips without ends, without an area; they need strokes of the feet, which it has "
-            "not"
+            "dexterous: robot is a biglide, whose guides have no ends, and along them neither det A"
+            " nor the sines change: its regions are strips without ends, without an area; they need"
+            " strokes of the feet, which it has not"
         )
     if max(det_A, sin) >= 1:
         return ()  # curves alone

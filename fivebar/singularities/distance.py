@@ -1,4 +1,6 @@
-"""How far a point of the plane is from the nearest singularity locus: on the exact curves, not on their polylines."""
+"""How far a point of the plane is from the nearest singularity locus: on the exact curves, not on
+their polylines.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +26,10 @@ def locus_distance(
 ) -> tuple[float | np.ndarray, Singularity | np.ndarray]:
     """Distance in task space to the nearest singularity locus, m, and its type.
 
-    xi: (*batch, 2) m, reachable or not. working: only loci that are active in this working mode, a pair of +1 and -1;
-    None: of all modes. Gives (distance, type), both (*batch,): a float and a Singularity for one point, else float and
-    int arrays. The type is that of the piece on which the nearest point lies.
+    xi: (*batch, 2) m, reachable or not. working: only loci that are active in this working mode, a
+        pair of +1 and -1;
+    None: of all modes. Gives (distance, type), both (*batch,): a float and a Singularity for one
+    point, else float and int arrays. The type is that of the piece on which the nearest point lies.
     """
     x, y = unpack(xi, "xi")
     if is_symbolic(x):
@@ -58,7 +61,9 @@ def locus_distance(
 
 @dataclass(frozen=True, eq=False)
 class _Segments:
-    """Parameter intervals [t0, t1] of the loci's pieces, (n,), with the points at their ends and the piece's index."""
+    """Parameter intervals [t0, t1] of the loci's pieces, (n,), with the points at their ends and
+    the piece's index.
+    """
 
     pieces: tuple[Locus, ...]
     start: np.ndarray
@@ -76,9 +81,11 @@ class _Segments:
         return np.abs(self.end - self.start)
 
     def candidates(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(row, segment) of all segments on which the point nearest to points[row] may lie, rows in order."""
-        # Roughly by the squares of the distances to all starts, then each by its own length: a segment that turns by
-        # less than 1 degree is hardly longer than its chord.
+        """(row, segment) of all segments on which the point nearest to points[row] may lie, rows in
+        order.
+        """
+        # Roughly by the squares of the distances to all starts, then each by its own length: a
+        # segment that turns by less than 1 degree is hardly longer than its chord.
         product = pairs(points) @ pairs(self.start).T
         square = (
             np.abs(self.start) ** 2 - 2 * product
@@ -111,7 +118,9 @@ class _Segments:
 
 @lru_cache(maxsize=32)
 def _active(robot, working):
-    """The pieces of the loci, and the modes that are singular everywhere, that count in this working mode."""
+    """The pieces of the loci, and the modes that are singular everywhere, that count in this
+    working mode.
+    """
     loci = singularity_loci(robot)
     pieces = tuple(p for p in loci.task if working is None or working in p.working)
     return pieces, tuple(m for m in loci.everywhere if working is None or working == m)
@@ -124,9 +133,10 @@ def _nearest_line(pieces, points):
     )
     distance = np.abs((along.conj() * (points - start)).imag)
     nearest = distance.argmin(axis=0)
-    return distance[nearest, np.arange(len(points))], np.array(
-        [int(piece.type) for piece in pieces]
-    )[nearest]
+    return (
+        distance[nearest, np.arange(len(points))],
+        np.array([int(piece.type) for piece in pieces])[nearest],
+    )
 
 
 @lru_cache(maxsize=32)
@@ -142,7 +152,9 @@ def _segments(robot, working):
 
 
 def _nearest(segments, points):
-    """Distances and types of points (n,): the feet of the normals on all candidate segments, by bracketing."""
+    """Distances and types of points (n,): the feet of the normals on all candidate segments, by
+    bracketing.
+    """
     row, k = segments.candidates(points)
     x, low, high = points[row], segments.t0[k], segments.t1[k]
     rounding = np.full(len(x), 2 * EPS * segments.size)

@@ -13,10 +13,11 @@ SLIVER = 1e-12  # faces of a smaller share of the size's square are rounding err
 
 
 def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[float, tuple]]:
-    """Faces of the planar graph of arcs that meet at their ends only: (area, loops), arcs with the face on their left.
+    """Faces of the planar graph of arcs that meet at their ends only: (area, loops), arcs with the
+    face on their left.
 
-    edges: (arc, the vertex where it starts, where it ends); size: of the whole, m. The first loop is the outer one. A
-    hole belongs to the innermost outer loop around it.
+    edges: (arc, the vertex where it starts, where it ends); size: of the whole, m. The first loop
+    is the outer one. A hole belongs to the innermost outer loop around it.
     """
     numbers: dict = {}
     corners = [numbers.setdefault(vertex, len(numbers)) for _, *ends in edges for vertex in ends]
@@ -37,7 +38,8 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
             holes.append((area, part, loop))
         else:
             small.setdefault(part, []).append((_swept(loop), area, loop))
-    # What all of it is small has one cycle around it, a hole in what is around; the others are rounding errors.
+    # What all of it is small has one cycle around it, a hole in what is around; the others are
+    # rounding errors.
     large = {part for _, part, _ in holes}
     for part, loops in small.items():
         if part not in large:
@@ -60,14 +62,18 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
 
 
 def _swept(loop):
-    """The area about one of its points, of a loop so small that integrals about the origin are rounding errors."""
+    """The area about one of its points, of a loop so small that integrals about the origin are
+    rounding errors.
+    """
     z = np.concatenate([side.z[:-1] for side in loop])
     z = z - z[0]
     return float((z.conj() * np.roll(z, -1)).imag.sum())
 
 
 def _cycles(sides, corners, size):
-    """Closed walks along the sides that keep the face on their left: at a vertex, the first side clockwise."""
+    """Closed walks along the sides that keep the face on their left: at a vertex, the first side
+    clockwise.
+    """
     at = {}
     for k in range(len(sides)):
         at.setdefault(corners[k], []).append(k)
@@ -96,12 +102,14 @@ def _around(sides, outgoing, size):
         and len(curves) == 1
         and len({sides[k].locus.circle for k in outgoing}) == 2
     ):
-        # However flatly a locus ends on a circle, it does on the side that the leg reaches: of a stretched one, inside.
+        # However flatly a locus ends on a circle, it does on the side that the leg reaches: of a
+        # stretched one, inside.
         back, ahead = sorted(
             (k for k in outgoing if k not in curves), key=lambda k: sides[k].start < sides[k].end
         )
         between = curves if sides[ahead].locus.circle[1] > 0 else []
         return [ahead, *between, back, *(curves if not between else [])]
-    # Loci touch at vertices. On a small circle around the vertex even curves with one tangent are told apart.
+    # Loci touch at vertices. On a small circle around the vertex even curves with one tangent are
+    # told apart.
     radius = min(1e-3 * size, 0.3 * min(sides[k].extent for k in outgoing))
     return sorted(outgoing, key=lambda k: np.angle(sides[k].leaves(radius) - sides[k].z[0]))

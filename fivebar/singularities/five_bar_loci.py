@@ -1,8 +1,10 @@
-"""Singularity loci of a five-bar in closed form: curves of the end-effector and of the active joints.
+"""Singularity loci of a five-bar in closed form: curves of the end-effector and of the active
+joints.
 
-Bars in line make the five-bar a four-bar, base + r2 e2 = r1 e1 + c u in unit vectors e1, e2 (cranks) and u (coupler):
-Type 2 is the four-bar with coupler l12 + l22 (stretched) or |l12 - l22| (folded), Type 1 of a leg the one in which this
-leg is a single crank of length l1 + l2 or |l1 - l2|. Points and unit vectors are complex numbers.
+Bars in line make the five-bar a four-bar, base + r2 e2 = r1 e1 + c u in unit vectors e1, e2
+(cranks) and u (coupler): Type 2 is the four-bar with coupler l12 + l22 (stretched) or |l12 - l22|
+(folded), Type 1 of a leg the one in which this leg is a single crank of length l1 + l2 or |l1 -
+l2|. Points and unit vectors are complex numbers.
 """
 
 from __future__ import annotations
@@ -20,13 +22,17 @@ from .leg_circles import LegCircles
 from .locus import MODES, Locus, TypeThree, Vertex, modes_of, pairs, pieces_of, type_of, values_of
 from .margins import Singularity
 
-NEAR = 1e-6  # of the size: as far a touching point can be from where it is computed, which is a double root
-SHORTEST = 1e-7  # pieces of a smaller share of their curve's parameter are one point: rounding error divided them
+# Of the size: as far a touching point can be from where it is computed, which is a double root.
+NEAR = 1e-6
+# Pieces of a smaller share of their curve's parameter are one point: rounding error divided them.
+SHORTEST = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
 class CouplerCurve:
-    """A robot moving with bars in line; bars: for u11, u12, u21, u22 which of (e1, e2, u) it is, and its sign."""
+    """A robot moving with bars in line; bars: for u11, u12, u21, u22 which of (e1, e2, u) it is,
+    and its sign.
+    """
 
     robot: FiveBar
     motion: FourBarMotion | Turning
@@ -70,7 +76,9 @@ class CouplerCurve:
 
     @cached_property
     def _in_line(self):
-        """Per leg, at the edges: +1 where it is stretched, -1 where it is folded, 0 where it is not in line."""
+        """Per leg, at the edges: +1 where it is stretched, -1 where it is folded, 0 where it is not
+        in line.
+        """
         bars, _ = self._bars(self.edges)
         cosines = [u1.conj() * u2 for u1, u2 in (bars[:2], bars[2:])]
         return [
@@ -80,7 +88,9 @@ class CouplerCurve:
 
     @cached_property
     def corners(self) -> np.ndarray:
-        """The end-effector at the edges, from the leg in line there: within its reach to the last digits."""
+        """The end-effector at the edges, from the leg in line there: within its reach to the last
+        digits.
+        """
         (bars, _), xi = self._bars(self.edges), self.task(self.edges)[0]
         for drive, bar, u1, sides in zip(
             self.robot.drives, self.robot.distal, bars[::2], self._in_line
@@ -89,7 +99,8 @@ class CouplerCurve:
         return xi
 
     def vertices(self, shared: list[Vertex], near: float) -> list[Vertex]:
-        """At the edges; where both legs are in line, or one is folded on its base joint, one of those that are shared.
+        """At the edges; where both legs are in line, or one is folded on its base joint, one of
+        those that are shared.
 
         near: m, how far that may be from where it is computed.
         """
@@ -102,7 +113,9 @@ class CouplerCurve:
 
     @cached_property
     def modes(self) -> np.ndarray:
-        """Signs (pieces, 3) of the working modes and the assembly mode on the pieces, 0 where in line all along."""
+        """Signs (pieces, 3) of the working modes and the assembly mode on the pieces, 0 where in
+        line all along.
+        """
         sines = self.sines((self.edges[:-1] + self.edges[1:]) / 2)
         return -np.where(np.abs(sines) <= 64 * EPS, 0, np.sign(sines)).astype(int).T
 
@@ -111,8 +124,8 @@ class CouplerCurve:
 class FiveBarLoci:
     """All singularity loci of a robot, each space traced when first read.
 
-    task, joint: tuples of Locus; type3: the points where a locus changes its modes; everywhere: working modes that are
-    Type 2 in every pose (coaxial motors and equal legs: the legs coincide).
+    task, joint: tuples of Locus; type3: the points where a locus changes its modes; everywhere:
+    working modes that are Type 2 in every pose (coaxial motors and equal legs: the legs coincide).
     """
 
     robot: FiveBar
@@ -208,9 +221,11 @@ class FiveBarLoci:
 def distal_chains(
     robot: FiveBar, side: int, det_A: float = 0.0, sign: int = 1
 ) -> list[tuple[str, CouplerCurve]]:
-    """(kind, CouplerCurve) of the motions in which det A is sign det_A: of 0 Type 2, self-motions included.
+    """(kind, CouplerCurve) of the motions in which det A is sign det_A: of 0 Type 2, self-motions
+    included.
 
-    side: of the distal bars, 1 where they lie back on each other, -1 where they go on in line, turned from there.
+    side: of the distal bars, 1 where they lie back on each other, -1 where they go on in line,
+        turned from there.
     """
     cosine = math.sqrt((1 - det_A) * (1 + det_A))
     turn = complex(side * cosine, sign * det_A)
@@ -232,7 +247,9 @@ def distal_chains(
 
 
 def _serial_chains(robot, leg, side):
-    """Chains in which a leg is in line, stretched (side 1) or folded (-1), and the other leg closes."""
+    """Chains in which a leg is in line, stretched (side 1) or folded (-1), and the other leg
+    closes.
+    """
     proximal, distal, other1, other2 = (
         (robot.l11, robot.l12, robot.l21, robot.l22)
         if leg == 0

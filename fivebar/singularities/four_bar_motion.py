@@ -1,6 +1,8 @@
-"""All motions of a closed chain of four bars, parametrised so that they pass their dead points smoothly.
+"""All motions of a closed chain of four bars, parametrised so that they pass their dead points
+smoothly.
 
-The chain is base + r2 e2 = r1 e1 + c u in unit vectors e1, e2 (cranks) and u (coupler), complex numbers.
+The chain is base + r2 e2 = r1 e1 + c u in unit vectors e1, e2 (cranks) and u (coupler), complex
+numbers.
 """
 
 from __future__ import annotations
@@ -18,7 +20,9 @@ ROUNDS = 8  # of Newton's steps, at most; two do but where two solutions are nea
 
 @dataclass(frozen=True, eq=False)
 class Turning:
-    """A closed chain with free joints: of its directions (e1, e2, u) some turn by t in [0, 2 pi], the others stay."""
+    """A closed chain with free joints: of its directions (e1, e2, u) some turn by t in [0, 2 pi],
+    the others stay.
+    """
 
     start: tuple
     turns: tuple
@@ -45,7 +49,9 @@ class Turning:
         return crossings
 
     def meets(self, ways: list[tuple[int, complex]]) -> list[list[float]]:
-        """For each (crank 0 or 1, unit vector) the t at which the coupler is turned by it against that crank."""
+        """For each (crank 0 or 1, unit vector) the t at which the coupler is turned by it against
+        that crank.
+        """
         found = []
         for crank, turn in ways:
             angle = np.angle(turn * self.start[crank] / self.start[2])
@@ -64,12 +70,14 @@ class Turning:
 
 @dataclass(frozen=True, eq=False)
 class FourBarMotion:
-    """One closed component of the motions of a four-bar; t in [0, period] passes all dead points smoothly.
+    """One closed component of the motions of a four-bar; t in [0, period] passes all dead points
+    smoothly.
 
-    The diagonal from the base of crank 1 to the end of crank 2 splits it into two triangles. Its square
-    w = lo^2 + (hi^2 - lo^2) sin^2 t runs between the limits of both; the limits of each are the squares of the sum and
-    the difference of its sides, so that cos and sin of half of its angle are sqrt(w - low) and sqrt(high - w), up to
-    scale. A triangle that sets a limit has there a factor sin t or cos t, with the sign that leads through it.
+    The diagonal from the base of crank 1 to the end of crank 2 splits it into two triangles. Its
+    square w = lo^2 + (hi^2 - lo^2) sin^2 t runs between the limits of both; the limits of each are
+    the squares of the sum and the difference of its sides, so that cos and sin of half of its angle
+    are sqrt(w - low) and sqrt(high - w), up to scale. A triangle that sets a limit has there a
+    factor sin t or cos t, with the sign that leads through it.
     """
 
     base: float
@@ -105,7 +113,8 @@ class FourBarMotion:
         own = ([0.0, math.pi] if below == 0 else []) + (
             [math.pi / 2, 1.5 * math.pi] if above == 0 else []
         )
-        # The other crank: coupler and crank 2 are one bar of length |r2 -+ c|, which gives its direction.
+        # The other crank: coupler and crank 2 are one bar of length |r2 -+ c|, which gives its
+        # direction.
         guesses = []
         for bar in (self.r2 - self.c, self.r2 + self.c):
             if bar == 0:
@@ -122,10 +131,11 @@ class FourBarMotion:
         return [t % self.period for t in own]
 
     def meets(self, ways: list[tuple[int, complex]]) -> list[list[float]]:
-        """For each (crank 0 or 1, unit vector) the t at which the coupler is turned by it against that crank.
+        """For each (crank 0 or 1, unit vector) the t at which the coupler is turned by it against
+        that crank.
 
-        Crank and coupler are one bar there, which closes a triangle with the base and the other crank. A double value
-        may come as two.
+        Crank and coupler are one bar there, which closes a triangle with the base and the other
+        crank. A double value may come as two.
         """
         guesses, owners = [], []
         if self.mirrored:
@@ -200,7 +210,8 @@ def _as_long(t, value):
 def four_bar_directions(
     sides: tuple, span: Any, slack: tuple, signs: tuple, t: Any
 ) -> tuple[tuple, tuple]:
-    """Unit vectors e1, e2, u and their rates by t, on components, of the closed component that `FourBarMotion` says.
+    """Unit vectors e1, e2, u and their rates by t, on components, of the closed component that
+    `FourBarMotion` says.
 
     sides: base, r1, c, r2; the others as there, CasADi symbols too.
     """
@@ -210,7 +221,8 @@ def four_bar_directions(
     half2, rate2 = _half(s, co, slack[0], signs[0])
     half, passive_rate = _half(s, co, slack[1], signs[1])
     (e2, along2), (passive, along) = _doubled(half2), _doubled(half)
-    # The diagonal base + r2 e2 = e1 (r1 + c passive), either side without the cancellation of a short diagonal.
+    # The diagonal base + r2 e2 = e1 (r1 + c passive), either side without the cancellation of a
+    # short diagonal.
     dx, dy = base - r2 + r2 * along2 * half2[0], r2 * along2 * half2[1]
     ax, ay = r1 - c + c * along * half[0], c * along * half[1]
     x, y = dx * ax + dy * ay, dy * ax - dx * ay
@@ -225,7 +237,9 @@ def four_bar_directions(
 
 
 def _half(s, c, slack, sign):
-    """cos and sin of half of a triangle's angle, times the root of 4 x the product of its sides, and its rate."""
+    """cos and sin of half of a triangle's angle, times the root of 4 x the product of its sides,
+    and its rate.
+    """
     (x, slope), (y, fall) = _passed(s, slack[0]), _passed(c, slack[1])
     return (x, sign * y), -2.0 * sign * slope * fall
 
@@ -249,7 +263,9 @@ def _doubled(half):
 
 
 def _triangle(a, b, c, tolerance):
-    """Unit vectors e with |a + b e| = c: two, one where the triangle is flat, none where it does not close."""
+    """Unit vectors e with |a + b e| = c: two, one where the triangle is flat, none where it does
+    not close.
+    """
     if a + b < c - tolerance or abs(a - b) > c + tolerance:
         return []
     if a + b <= c + tolerance:
@@ -264,8 +280,8 @@ def _triangle(a, b, c, tolerance):
 def closures(base: float, r1: float, c: float, r2: float) -> list[FourBarMotion | Turning]:
     """All motions of the closed chain base + r2 e2 = r1 e1 + c u, one for each closed component.
 
-    Sides in m, any may be 0. Where two are 0 together, what remains free has two dimensions: no motion is given, but
-    for base = c = 0, whose cranks turn together.
+    Sides in m, any may be 0. Where two are 0 together, what remains free has two dimensions: no
+    motion is given, but for base = c = 0, whose cranks turn together.
     """
     tolerance = 8 * EPS * (base + r1 + c + r2)
     zero = [side <= tolerance for side in (base, r1, c, r2)]
@@ -325,7 +341,8 @@ def _components(base, r1, c, r2, mirrored, tolerance):
         [0.0 if abs(x - limit) <= tolerance else abs(x - limit) * (x + limit) for x in each]
         for each, limit in ((lows, low), (highs, high))
     )
-    # Where both factors of a triangle's angle change sign together, half a turn of t is a whole motion.
+    # Where both factors of a triangle's angle change sign together, half a turn of t is a whole
+    # motion.
     whole = all((b == 0) == (a == 0) for b, a in zip(below, above))
     signs = ([(1, 1), (1, -1)] if below[0] == 0 else [(1, 1), (-1, 1)]) if whole else [(1, 1)]
     span, slack = (high - low) * (high + low), tuple(zip(below, above))

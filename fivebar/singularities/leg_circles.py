@@ -15,7 +15,8 @@ from ..models.robots import FiveBar
 from .locus import MODES, Locus, Vertex, pieces_of
 from .margins import Singularity
 
-TOUCH = 1e-14  # lengths whose sum is a smaller share of the robot's size are one length: circles touch then
+# Lengths whose sum is a smaller share of the robot's size are one length: circles touch then.
+TOUCH = 1e-14
 
 
 def size_of(robot: FiveBar) -> float:
@@ -42,9 +43,11 @@ class Circle:
 
 @dataclass(frozen=True, eq=False)
 class LegCircles:
-    """The circles of |sin q_i2| = sin: of each leg (0, 1) the outer one, side 1, and the inner one, side -1.
+    """The circles of |sin q_i2| = sin: of each leg (0, 1) the outer one, side 1, and the inner one,
+    side -1.
 
-    l2 turned by q_i2 against l1 reaches the root of l1^2 + l2^2 + 2 l1 l2 cos q_i2 far; at sin = 0 this is Type 1.
+    l2 turned by q_i2 against l1 reaches the root of l1^2 + l2^2 + 2 l1 l2 cos q_i2 far; at sin = 0
+    this is Type 1.
     """
 
     robot: FiveBar
@@ -96,7 +99,8 @@ class LegCircles:
     def _arcs(self, leg, side, corners):
         """The arcs of a leg's circle that the other leg reaches.
 
-        corners: {on which circles, above or below the bases: Vertex} of circles that cross, which this adds to.
+        corners: {on which circles, above or below the bases: Vertex} of circles that cross, which
+            this adds to.
         """
         circle, d = self.circle(leg, side), self.robot.d
         radius, tolerance = abs(circle.radius), TOUCH * self.scale
@@ -108,7 +112,9 @@ class LegCircles:
         label = Singularity.NONE if self.sin else Singularity.SERIAL, kind, MODES, ()
 
         def arc(span, reaches=()):
-            """Between two parameters, at which the other leg is on its stretched (1) or folded (-1) circle."""
+            """Between two parameters, at which the other leg is on its stretched (1) or folded (-1)
+            circle.
+            """
             vertices = []
             for t, reach in zip(span, reaches):
                 z = complex(circle.task(np.array([t]))[0][0])
@@ -144,7 +150,8 @@ class LegCircles:
 
 
 def turn_to(r: Any, d: Any, radius: Any) -> Any:
-    """Angle, from the direction of the other base joint d away, at which a circle's point is r from that joint.
+    """Angle, from the direction of the other base joint d away, at which a circle's point is r from
+    that joint.
 
     By its half: sin^2 = (r^2 - (d - radius)^2) / (4 d radius). Floats or CasADi symbols.
     """

@@ -1,9 +1,11 @@
-"""Curves on which the distal bars make a given angle: det A = sin of it is constant there, and not 0 but for Type 2.
+"""Curves on which the distal bars make a given angle: det A = sin of it is constant there, and not
+0 but for Type 2.
 
-The angle theta fixes the distance of the elbows, l12 u12 - l22 u22 = u12 (l12 - l22 exp(i theta)), so the curve is that
-of a four-bar's coupler, for any lengths: |det A| = k has theta = +-psi and pi +- psi, psi = asin k, and Type 2 is their
-limit. In one working mode theta is a function of the place, so that curves of two angles never meet; one curve meets
-itself where the proximal bars and the way between the elbows are in line.
+The angle theta fixes the distance of the elbows, l12 u12 - l22 u22 = u12 (l12 - l22 exp(i theta)),
+so the curve is that of a four-bar's coupler, for any lengths: |det A| = k has theta = +-psi and pi
++- psi, psi = asin k, and Type 2 is their limit. In one working mode theta is a function of the
+place, so that curves of two angles never meet; one curve meets itself where the proximal bars and
+the way between the elbows are in line.
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ from .leg_circles import LegCircles
 from .locus import Locus, Vertex, pieces_of
 from .margins import Singularity
 
-SAME = 1e-12  # of the robot's size: as far a corner of two circles may be from the curve that passes there
+# Of the robot's size: as far a corner of two circles may be from the curve that passes there.
+SAME = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +39,9 @@ class LevelCurves:
 
     @cached_property
     def chains(self) -> tuple[tuple[str, CouplerCurve], ...]:
-        """(kind, curve) of all angles: "folded +" has its distal bars side by side and det A > 0, and so on."""
+        """(kind, curve) of all angles: "folded +" has its distal bars side by side and det A > 0,
+        and so on.
+        """
         k = self.det_A
         found = [
             chain
@@ -119,7 +124,9 @@ class LevelCurves:
         )
 
     def _places(self, chain, t, circles, working):
-        """The end-effector there, from the leg that is on its circle: within its reach to the last digits."""
+        """The end-effector there, from the leg that is on its circle: within its reach to the last
+        digits.
+        """
         z, (bars, _) = chain.task(t)[0], chain._bars(t)
         for k, circle in enumerate(circles):
             if circle:
@@ -152,8 +159,9 @@ class LevelCurves:
 
 
 def _extreme(motion):
-    """Whether the robot turns as a whole with its elbows as far apart as they can be, or as near: all around det A is
-    on one side of what it is there."""
+    """Whether the robot turns as a whole with its elbows as far apart as they can be, or as near:
+    all around det A is on one side of what it is there.
+    """
     return (
         isinstance(motion, Turning)
         and all(motion.turns)

@@ -1,4 +1,5 @@
-"""What a singularity locus is, a labelled piece of an exact curve, and how curves are traced and cut into pieces.
+"""What a singularity locus is, a labelled piece of an exact curve, and how curves are traced and
+cut into pieces.
 
 Points are complex numbers inside.
 """
@@ -17,14 +18,16 @@ from .margins import Singularity
 
 MODES = tuple(product((1, -1), repeat=2))
 TURN = math.radians(0.8)  # of the tangent from point to point; what is promised is 1 degree
-FINEST = 1e-8  # chords of a smaller share of the robot's size (of a full turn, in joint space) are not divided
+# Chords of a smaller share of the robot's size (of a full turn, in joint space) are not divided.
+FINEST = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
 class Vertex:
     """Where pieces of loci end or touch: the same object is the same place.
 
-    z: m; circles: of the legs that are in line there, as (leg, side), side 1 where stretched, -1 where folded.
+    z: m; circles: of the legs that are in line there, as (leg, side), side 1 where stretched, -1
+        where folded.
     """
 
     z: complex
@@ -35,14 +38,16 @@ class Vertex:
 class Locus:
     """A piece of a locus along which its labels do not change.
 
-    type; kind: "left stretched" (bars of that leg in line), "left folded", "right stretched", "right folded" (Type 1),
-    of a biglide "left inward" (that bar across its guide, towards the other one), "left outward" and so on,
-    "stretched", "folded" (distal bars, Type 2), "self-motion" (elbows coincide, Type 2); working: the working modes and
-    assembly: the assembly modes in which it is singular (empty in task space); points (n, 2), m or rad, between which
-    the curve turns by less than 1 degree, but in corners of 1e-8 of its size; parameters (n,) of these points; closed:
-    the last point is the first one (in joint space up to full turns). An isolated singular point is a piece of n = 1.
-    Angles are continuous along a piece and may leave (-pi, pi].
-    The loci of a biglide are lines without ends, `unbounded`: points are two of theirs, any parameter may be asked for.
+    type; kind: "left stretched" (bars of that leg in line), "left folded", "right stretched",
+    "right folded" (Type 1), of a biglide "left inward" (that bar across its guide, towards the
+    other one), "left outward" and so on, "stretched", "folded" (distal bars, Type 2), "self-motion"
+    (elbows coincide, Type 2); working: the working modes and
+    assembly: the assembly modes in which it is singular (empty in task space); points (n, 2), m or
+    rad, between which the curve turns by less than 1 degree, but in corners of 1e-8 of its size;
+    parameters (n,) of these points; closed: the last point is the first one (in joint space up to
+    full turns). An isolated singular point is a piece of n = 1. Angles are continuous along a piece
+    and may leave (-pi, pi]. The loci of a biglide are lines without ends, `unbounded`: points are
+    two of theirs, any parameter may be asked for.
     """
 
     type: Singularity
@@ -86,7 +91,9 @@ class Locus:
 
 @dataclass(frozen=True, eq=False)
 class TypeThree:
-    """Points of Type 3: xi (n, 2) m, q (n, 2) rad, and working (n, 2), 0 for a leg that is in line."""
+    """Points of Type 3: xi (n, 2) m, q (n, 2) rad, and working (n, 2), 0 for a leg that is in
+    line.
+    """
 
     xi: np.ndarray
     q: np.ndarray
@@ -166,7 +173,9 @@ def pieces_of(
 def trace(
     curve: Callable, edges: np.ndarray, scale: float, angles: bool = False, period: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters t (n,), edges among them, and points z (n,) between which the curve turns by less than 1 degree."""
+    """Parameters t (n,), edges among them, and points z (n,) between which the curve turns by less
+    than 1 degree.
+    """
     if edges[-1] == edges[0]:
         return edges[:1], curve(edges[:1])[0]
     period = period or edges[-1] - edges[0]
@@ -203,7 +212,9 @@ def trace(
 
 
 def divided(t: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """t with its intervals divided evenly into counts parts; the old values are kept to the last bit."""
+    """t with its intervals divided evenly into counts parts; the old values are kept to the last
+    bit.
+    """
     part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.append(
         np.repeat(t[:-1], counts) + part * np.repeat(np.diff(t) / counts, counts), t[-1]

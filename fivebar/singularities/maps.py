@@ -1,4 +1,6 @@
-"""Maps: a margin on a grid of the task space for each working mode, or of the joint space for each assembly mode."""
+"""Maps: a margin on a grid of the task space for each working mode, or of the joint space for each
+assembly mode.
+"""
 
 from __future__ import annotations
 
@@ -67,9 +69,9 @@ SIGNED = ("parallel", "serial_left", "serial_right")
 class Map(Paged):
     """A margin on a grid, from `singularity_map`.
 
-    space "task": x (nx,), y (ny,) m are the end-effector's; modes: pairs of working modes, one for each layer;
-    space "joint": x (nx,), y (ny,) rad (m of a biglide) are q11, q21; modes: assembly modes. values (modes, ny, nx):
-    nan where the robot cannot close.
+    space "task": x (nx,), y (ny,) m are the end-effector's; modes: pairs of working modes, one for
+    each layer; space "joint": x (nx,), y (ny,) rad (m of a biglide) are q11, q21; modes: assembly
+    modes. values (modes, ny, nx): nan where the robot cannot close.
     """
 
     robot: Robot
@@ -114,7 +116,9 @@ class Map(Paged):
         }
 
     def to_csv(self, path: TextFile) -> None:
-        """Write one line per node of the grid that closes in any mode, SI units, nan where a mode does not."""
+        """Write one line per node of the grid that closes in any mode, SI units, nan where a mode
+        does not.
+        """
         x, y = np.meshgrid(self.x, self.y)
         table = np.column_stack([x.ravel(), y.ravel(), self.values.reshape(len(self.modes), -1).T])
         table = table[~np.isnan(table[:, 2:]).all(axis=1)]
@@ -161,15 +165,18 @@ def singularity_map(
     window: ArrayLike | None = None,
     shape: tuple[int, int] = (401, 401),
 ) -> Map:
-    """A margin on a grid: over the task space in the four working modes, or the joint space in both assembly modes.
+    """A margin on a grid: over the task space in the four working modes, or the joint space in both
+    assembly modes.
 
     field: one of FIELDS.
     space: "task" or "joint".
-    window: (x_min, x_max, y_min, y_max) in m, or of q11 and q21 in rad (m of a biglide), by default what the robot
-    reaches, or a turn of each; of a biglide, whose map has no ends along its guides, as much along as across them, or a
-    bar's length to either side of q = 0; of angles at most 100 turns times turns.
+    window: (x_min, x_max, y_min, y_max) in m, or of q11 and q21 in rad (m of a biglide), by default
+    what the robot reaches, or a turn of each; of a biglide, whose map has no ends along its guides,
+    as much along as across them, or a bar's length to either side of q = 0; of angles at most 100
+    turns times turns.
     shape: (nx, ny) nodes, the window's borders among them.
-    ValueError for an unknown field, a window that misses the workspace, and a grid that memory cannot hold.
+    ValueError for an unknown field, a window that misses the workspace, and a grid that memory
+    cannot hold.
     """
     if not isinstance(field, str) or field not in FIELDS:
         raise ValueError(f"field: no margin {shown(field)}: the known ones are {', '.join(FIELDS)}")
@@ -195,7 +202,9 @@ def singularity_map(
 
 
 def turned_into(data: Map, points: np.ndarray) -> Iterator[np.ndarray]:
-    """Points (n, 2) of joint space, shifted by those full turns that bring some into the window of the Map."""
+    """Points (n, 2) of joint space, shifted by those full turns that bring some into the window of
+    the Map.
+    """
     turn = 2 * np.pi
     low, high = np.array([data.x[0], data.y[0]]), np.array([data.x[-1], data.y[-1]])
     first = np.ceil((low - points.max(axis=0)) / turn).astype(int)
@@ -211,7 +220,8 @@ def _joint_range(robot):
 
 
 def workspace_window(robot: Robot, border: float = 0.04) -> tuple[float, float, float, float]:
-    """(x_min, x_max, y_min, y_max), m, of all that the end-effector reaches, with a border of that share around it.
+    """(x_min, x_max, y_min, y_max), m, of all that the end-effector reaches, with a border of that
+    share around it.
 
     Of a biglide, what it reaches and its guides across, and as much along these, about 0.
     """
@@ -275,19 +285,31 @@ def _checked_window(window, turns):
     wide, high = (x_max - x_min) / (2 * np.pi), (y_max - y_min) / (2 * np.pi)
     if turns and wide * high > MOST_TURNS * (1 + 1e-6):
         raise ValueError(
-            f"window is {wide:.6g} x {high:.6g} turns, and its picture would draw the loci {wide * high:.3g} times: at "
-            f"most {MOST_TURNS}"
+            f"window is {wide:.6g} x {high:.6g} turns, and its picture would draw the loci"
+            f" {wide * high:.3g} times: at most {MOST_TURNS}"
         )
     return x_min, x_max, y_min, y_max
 
 
 def _missed(robot, space, window, shape):
-    nodes = f"none of {shape[0]} x {shape[1]} nodes of the window ({', '.join(f'{w:.6g}' for w in window)})"
+    nodes = (
+        f"none of {shape[0]} x {shape[1]} nodes of the window"
+        f" ({', '.join(f'{w:.6g}' for w in window)})"
+    )
     if space == "joint":
         unit, pivots = robot.words.unit, robot.words.pivots
-        return f"{nodes} {unit} closes: there the {pivots} are too far apart, or too close, for the distal bars"
+        return (
+            f"{nodes} {unit} closes: there the {pivots} are too far apart, or too close, for the"
+            " distal bars"
+        )
     if not robot.turns:
         low, high = _strip(robot)
-        return f"{nodes} m is in the workspace, the strip without ends of x from {low:.6g} to {high:.6g} m"
+        return (
+            f"{nodes} m is in the workspace, the strip without ends of x from {low:.6g} to"
+            f" {high:.6g} m"
+        )
     extent = ", ".join(f"{w:.6g}" for w in workspace_window(robot, border=0.0))
-    return f"{nodes} m is in the workspace, which extends over ({extent}) m: x_min, x_max, y_min, y_max"
+    return (
+        f"{nodes} m is in the workspace, which extends over ({extent}) m: x_min, x_max, y_min,"
+        " y_max"
+    )

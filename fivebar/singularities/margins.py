@@ -21,9 +21,10 @@ class Singularity(enum.IntFlag):
 
     value  name               type  singular  what is in line                          what is lost
     0      NONE               -     -         -                                        -
-    1      SERIAL             1     B         a leg's proximal and distal bar          a motion of the end-effector
-    2      PARALLEL           2     A         the two distal bars                      a force on the end-effector
-    3      SERIAL | PARALLEL  3     A and B   the distal bars, and a leg's             both
+    1      SERIAL             1     B         a leg's proximal and distal bar          a motion of
+    the end-effector 2      PARALLEL           2     A         the two distal bars
+       a force on the end-effector 3      SERIAL | PARALLEL  3     A and B   the distal bars, and a
+       leg's             both
 
     A biglide is of Type 1 where a bar is across its guide.
     """
@@ -37,11 +38,12 @@ class Singularity(enum.IntFlag):
 class Margins:
     """How far a pose is from being singular, from `singularity_margins`; nan where the pose is.
 
-    serial (*batch, 2): sin q_i2 of each leg, of a biglide sin phi_i (u_i2 . P_i' / |P_i'|), 0 at Type 1; parallel
-    (*batch,): sin(phi2 - phi1), 0 at Type 2; both signed: minus the working and the assembly modes. transmission_angle
-    (*batch,): the acute angle between the distal bars, rad; length: the mean length of the proximal bars (1 of a
-    biglide, whose B has no unit), by which B and J are divided so that sigma_min and manipulability have no unit (a
-    condition number has none); manipulability (*batch,): |det J|, inf at Type 2; sigma_min, condition: of A, B and J.
+    serial (*batch, 2): sin q_i2 of each leg, of a biglide sin phi_i (u_i2 . P_i' / |P_i'|), 0 at
+    Type 1; parallel (*batch,): sin(phi2 - phi1), 0 at Type 2; both signed: minus the working and
+    the assembly modes. transmission_angle (*batch,): the acute angle between the distal bars, rad;
+    length: the mean length of the proximal bars (1 of a biglide, whose B has no unit), by which B
+    and J are divided so that sigma_min and manipulability have no unit (a condition number has
+    none); manipulability (*batch,): |det J|, inf at Type 2; sigma_min, condition: of A, B and J.
     """
 
     pose: Pose
@@ -90,7 +92,8 @@ class Margins:
     def condition(self) -> Matrices:
         return Matrices(self._condition_a, self._condition_b, self._condition_j)
 
-    # A A^T = [[1, g], [g, 1]], g = cos(phi2 - phi1): sigma_max^2 = 1 + |g|, sigma_min sigma_max = |det A|.
+    # A A^T = [[1, g], [g, 1]], g = cos(phi2 - phi1): sigma_max^2 = 1 + |g|, sigma_min sigma_max =
+    # |det A|.
     def _sigma_min_a(self):
         return np.abs(self.parallel) / np.sqrt(1 + np.abs(self._cosine))
 
@@ -104,7 +107,8 @@ class Margins:
         return _ratio(np.maximum(*self._b), np.minimum(*self._b))
 
     # J = A^-1 B has columns of lengths |b_i / det A|, so that with g^2 + det A^2 = 1
-    # 2 (sigma_max det A)^2 = b1^2 + b2^2 + hypot(b1^2 - b2^2, 2 g b1 b2), and sigma_min sigma_max = |b1 b2 / det A|.
+    # 2 (sigma_max det A)^2 = b1^2 + b2^2 + hypot(b1^2 - b2^2, 2 g b1 b2), and sigma_min sigma_max =
+    # |b1 b2 / det A|.
     @cached_property
     def _stretch(self):
         """sigma_max |det A| of J."""
@@ -143,16 +147,20 @@ class Matrices:
 
 
 def singularity_margins(pose: Pose) -> Margins:
-    """Signed distances of a pose (or of a batch of poses) from its singularities: Margins, each computed when read."""
+    """Signed distances of a pose (or of a batch of poses) from its singularities: Margins, each
+    computed when read.
+    """
     return Margins(_numeric(pose, "singularity_margins"))
 
 
 @takes(tol=not_negative)
 def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
-    """The type of singularity: a Singularity for one pose, an int array (*batch,) of its values for a batch.
+    """The type of singularity: a Singularity for one pose, an int array (*batch,) of its values for
+    a batch.
 
-    tol: the |sin| of the angle between two bars up to which they count as in line; an end-effector at the limit of its
-    reach has its sine to the root of rounding, 1e-8. NONE where the pose is nan. Gosselin and Angeles 1990.
+    tol: the |sin| of the angle between two bars up to which they count as in line; an end-effector
+    at the limit of its reach has its sine to the root of rounding, 1e-8. NONE where the pose is
+    nan. Gosselin and Angeles 1990.
     """
     _numeric(pose, "singularity")
     s1, s2 = pose.sines

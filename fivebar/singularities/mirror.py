@@ -1,4 +1,6 @@
-"""Parts of the workspace mirrored in the line of the base joints: with q -> -q both working modes change, and det A."""
+"""Parts of the workspace mirrored in the line of the base joints: with q -> -q both working modes
+change, and det A.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,9 @@ SAME = 1e-12  # of parameters of circles
 
 
 class Mirror:
-    """Images of what the loci bound. A circle's image is the same circle, where it is among the loci."""
+    """Images of what the loci bound. A circle's image is the same circle, where it is among the
+    loci.
+    """
 
     def __init__(self, loci: list[Locus]):
         self._circles = [locus for locus in loci if locus.circle]

@@ -1,8 +1,10 @@
-"""How the aspects hang together: where a motion may pass from one to another, and by which of them to go.
+"""How the aspects hang together: where a motion may pass from one to another, and by which of them
+to go.
 
-Two aspects in working modes that differ in one leg share the arcs of Type 1 on which that leg is in line: there both
-modes have one pose. Two in one mode share arcs of Type 2, across which the assembly mode changes. A leg of equal bars
-may also fold on its base joint, turn there, and open in either mode.
+Two aspects in working modes that differ in one leg share the arcs of Type 1 on which that leg is in
+line: there both modes have one pose. Two in one mode share arcs of Type 2, across which the
+assembly mode changes. A leg of equal bars may also fold on its base joint, turn there, and open in
+either mode.
 """
 
 from __future__ import annotations
@@ -32,8 +34,9 @@ DIRECTIONS = 16
 class Passage:
     """Where a motion can pass between two aspects, to and fro.
 
-    between: numbers of both; type: SERIAL, where leg (0 left, 1 right) changes its working mode, or PARALLEL, leg None;
-    xi (2,) m: a place on the arc far from other singularities; fold: only by folding the leg on its base joint.
+    between: numbers of both; type: SERIAL, where leg (0 left, 1 right) changes its working mode, or
+    PARALLEL, leg None; xi (2,) m: a place on the arc far from other singularities; fold: only by
+    folding the leg on its base joint.
     """
 
     between: tuple[int, int]
@@ -74,10 +77,11 @@ def known_aspects(robot: FiveBar) -> tuple[Aspect, ...]:
 
 @lru_cache(maxsize=8)
 def passages(robot: FiveBar) -> tuple[Passage, ...]:
-    """All passages between the aspects of a five-bar, the best of each kind between each two. Raises as `aspects`.
+    """All passages between the aspects of a five-bar, the best of each kind between each two.
+    Raises as `aspects`.
 
-    What only single poses join is none: all four bars parallel (change-point robots), a leg folded on its base joint
-    where the other one is in line.
+    What only single poses join is none: all four bars parallel (change-point robots), a leg folded
+    on its base joint where the other one is in line.
     """
     found, everything = [], known_aspects(robot)
     for k, one in enumerate(everything):
@@ -95,7 +99,9 @@ def passages(robot: FiveBar) -> tuple[Passage, ...]:
 
 
 def _shared_place(robot, one, other, leg):
-    """The place, far from other singularities, on the arcs that both have: of Type 2, or where that leg is in line."""
+    """The place, far from other singularities, on the arcs that both have: of Type 2, or where that
+    leg is in line.
+    """
     wanted = Singularity.PARALLEL if leg is None else Singularity.SERIAL
     best, farthest = None, 0.0
     for a in _arcs(one, wanted, leg):
@@ -126,7 +132,9 @@ def _arcs(aspect, wanted, leg):
 
 
 def _folds(robot, everything):
-    """Passages through a leg of equal bars folded on its base joint, where the aspects share no arc."""
+    """Passages through a leg of equal bars folded on its base joint, where the aspects share no
+    arc.
+    """
     around = BESIDE * pairs(np.exp(1j * np.linspace(0.1, 6.0, DIRECTIONS)))
     for leg, (drive, bar) in enumerate(zip(robot.drives, robot.distal)):
         if drive.length != bar:
@@ -161,9 +169,11 @@ def aspect_of(pose: Pose) -> Aspect:
 def routes(
     robot: FiveBar, start: Pose, goal: Pose, folds: bool = True, most: int = 8
 ) -> tuple[Route, ...]:
-    """Ways from start to goal through the aspects, those with fewest crossings first; () where none joins them.
+    """Ways from start to goal through the aspects, those with fewest crossings first; () where none
+    joins them.
 
-    start, goal: regular poses (ValueError otherwise). folds: whether a leg of equal bars may fold on its base joint.
+    start, goal: regular poses (ValueError otherwise). folds: whether a leg of equal bars may fold
+        on its base joint.
     most: ways that are looked for; none visits an aspect twice.
     """
     for name, pose in (("start", start), ("goal", goal)):

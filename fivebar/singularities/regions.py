@@ -27,7 +27,9 @@ PANEL = 12  # steps of a polyline, of at most 1 degree each, that are integrated
 
 @dataclass(frozen=True, eq=False)
 class Arc:
-    """A part of a locus, run through from parameter `start` to `end`, which may be the lower one."""
+    """A part of a locus, run through from parameter `start` to `end`, which may be the lower
+    one.
+    """
 
     locus: Locus
     start: float
@@ -45,7 +47,9 @@ class Arc:
 
     @property
     def s(self) -> np.ndarray:
-        """Parameters (n,) in running order between which the direction turns by less than 1 degree."""
+        """Parameters (n,) in running order between which the direction turns by less than 1
+        degree.
+        """
         return self._samples[0]
 
     @property
@@ -108,7 +112,9 @@ class Arc:
         return self.at(np.interp(even, along, self.s))
 
     def feet(self, z: complex, within: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters and distances of the arc's points that are locally nearest to z and not farther than `within`."""
+        """Parameters and distances of the arc's points that are locally nearest to z and not
+        farther than `within`.
+        """
         distance = np.abs(self.z - z)
         left, right = np.append(np.inf, distance[:-1]), np.append(distance[1:], np.inf)
         s, distance = self._feet(z, np.flatnonzero((distance <= left) & (distance <= right)))
@@ -117,12 +123,15 @@ class Arc:
         return s[distance <= within], distance[distance <= within]
 
     def nearest(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters (n,) and distances (n,) of the points of the arc that are nearest to points z (n,)."""
+        """Parameters (n,) and distances (n,) of the points of the arc that are nearest to points z
+        (n,).
+        """
         return tuple(map(np.concatenate, zip(*map(self._nearest, _batches(z)))))
 
     def _nearest(self, z):
         part, distance = self._on_chords(z)
-        # All chords that can be nearest: an arc of 1 degree stays within a two-hundredth of its chord.
+        # All chords that can be nearest: an arc of 1 degree stays within a two-hundredth of its
+        # chord.
         slack = 0.005 * np.abs(np.diff(self.z))
         rows, k = np.nonzero(distance - slack <= (distance + slack).min(axis=1)[:, None])
         s, distance = self._feet(z[rows], k + (part[rows, k] > 0.5))
@@ -131,14 +140,18 @@ class Arc:
         return s[first], distance[first]
 
     def _on_chords(self, z):
-        """For points (n,) and each chord between samples, the part of it up to the nearest point, and the distance."""
+        """For points (n,) and each chord between samples, the part of it up to the nearest point,
+        and the distance.
+        """
         start, chord = self.z[:-1], np.diff(self.z)
         away = z[:, None] - start
         part = np.clip((away * chord.conj()).real / np.abs(chord) ** 2, 0, 1)
         return part, np.abs(away - part * chord)
 
     def _feet(self, z, index):
-        """Where the tangent is across the way from z, between the neighbours of sample points of these indices."""
+        """Where the tangent is across the way from z, between the neighbours of sample points of
+        these indices.
+        """
         s = self.s[index]
         on, tangent = self.curve(s)
         ahead = ((on - z) * tangent.conj()).real < 0
@@ -156,13 +169,17 @@ class Arc:
 
     @property
     def extent(self) -> float:
-        """As far as `leaves` goes: from the start to the farthest point, of a circle beyond the arc's end."""
+        """As far as `leaves` goes: from the start to the farthest point, of a circle beyond the
+        arc's end.
+        """
         if self.locus.circle:
             return 2 * float(np.abs(self.tangent(self.start)))
         return float(np.abs(self.z - self.z[0]).max())
 
     def leaves(self, radius: float) -> complex:
-        """The first point of the arc, of a circle also beyond its end, at this distance from its start."""
+        """The first point of the arc, of a circle also beyond its end, at this distance from its
+        start.
+        """
         if self.locus.circle:
             step = 2 * np.arcsin(radius / self.extent)
             return complex(self.at(self.start + (step if self.start < self.end else -step)))
@@ -176,7 +193,9 @@ class Arc:
 
 
 def crossings(loops: tuple, z: np.ndarray) -> np.ndarray:
-    """Whether points z (n,) are inside the loops' polylines: whether a ray from them crosses an odd number of times."""
+    """Whether points z (n,) are inside the loops' polylines: whether a ray from them crosses an odd
+    number of times.
+    """
     found = np.zeros(len(z), dtype=bool)
     for loop in loops:
         polygon = np.concatenate([arc.z[:-1] for arc in loop])
@@ -199,7 +218,9 @@ def _crosses(a, b, z):
 
 
 def _batches(z, most=1024):
-    """Parts of points (n,), so few that the way from each of them to each chord of an arc fits into memory."""
+    """Parts of points (n,), so few that the way from each of them to each chord of an arc fits into
+    memory.
+    """
     return [z] if len(z) <= most else np.array_split(z, len(z) // most + 1)
 
 
@@ -212,7 +233,9 @@ def inside(loops: tuple, z: np.ndarray) -> np.ndarray:
 
 
 def roughly_inside(loops: tuple, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Whether points z (n,) are inside the loops' polylines, and whether they are so near that the arcs may differ."""
+    """Whether points z (n,) are inside the loops' polylines, and whether they are so near that the
+    arcs may differ.
+    """
     arcs = [arc for loop in loops for arc in loop]
     found = crossings(loops, z)
     # A polyline that turns by 1 degree is nearer to its arc than a hundredth of its longest step.
@@ -227,7 +250,9 @@ def roughly_inside(loops: tuple, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 def _left_of_nearest(arcs, z):
-    """Whether points are on the left of the arc that is nearest, of all of them where the nearest point is a corner."""
+    """Whether points are on the left of the arc that is nearest, of all of them where the nearest
+    point is a corner.
+    """
     s, distance = (np.array(each) for each in zip(*(arc.nearest(z) for arc in arcs)))
     nearest = distance.min(axis=0)
     left = np.ones(len(z), dtype=bool)
@@ -247,10 +272,13 @@ def points_of_largest_clearance(
     walls: Sequence = (),
     allowed: Callable | None = None,
 ) -> list[tuple[complex, float]]:
-    """Points inside the loops that are locally farthest from them and from the points `obstacles`: (point, distance).
+    """Points inside the loops that are locally farthest from them and from the points `obstacles`:
+    (point, distance).
 
-    At most `count`, the best first, each a Voronoi vertex of about so many samples of the boundary, of a thin face
-    more: good to their spacing. walls: arcs that are kept off too; allowed: points (n,) -> where one may be, bool (n,).
+    At most `count`, the best first, each a Voronoi vertex of about so many samples of the boundary,
+    of a thin face
+    more: good to their spacing. walls: arcs that are kept off too; allowed: points (n,) -> where
+        one may be, bool (n,).
     """
     arcs = [arc for loop in loops for arc in loop]
     length = sum(np.abs(np.diff(arc.z)).sum() for arc in arcs)
@@ -301,7 +329,9 @@ def beside(loops: tuple, size: float) -> np.ndarray:
 
 
 def off_border(loops: tuple, size: float) -> tuple[complex, float]:
-    """A point inside the loops, off the middle of an arc, and its distance from them: of a face however thin."""
+    """A point inside the loops, off the middle of an arc, and its distance from them: of a face
+    however thin.
+    """
     arcs = sorted(
         (arc for loop in loops for arc in loop), key=lambda arc: -np.abs(np.diff(arc.z)).sum()
     )

@@ -1,7 +1,7 @@
 """Zeros of many functions at once, each in its own bracket.
 
-SciPy's `elementwise.find_root` finds them as exactly, but takes 1.2 times as long for 20 000 distances to the loci, 1.9
-times for one and 1.3 times for the aspects of a robot and their discs.
+SciPy's `elementwise.find_root` finds them as exactly, but takes 1.2 times as long for 20 000
+distances to the loci, 1.9 times for one and 1.3 times for the aspects of a robot and their discs.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ import numpy as np
 def rising_zeros(
     f: Callable, low: np.ndarray, high: np.ndarray, rounding: np.ndarray
 ) -> np.ndarray:
-    """Parameters (n,) at which functions rise through 0 between low (n,) and high (n,), nan where they do not.
+    """Parameters (n,) at which functions rise through 0 between low (n,) and high (n,), nan where
+    they do not.
 
     f: (indices (m,) of the functions, parameters (m,)) -> values (m,);
     rounding: (n,), up to this a value is 0.

@@ -1,4 +1,6 @@
-"""The charts of speed against accuracy by name, with what each is about, for whoever lists them without loading one."""
+"""The charts of speed against accuracy by name, with what each is about, for whoever lists them
+without loading one.
+"""
 
 # Name -> (module with a function `chart()`, words).
 CHARTS = {

@@ -12,7 +12,9 @@ if TYPE_CHECKING:
 
 
 def crossings(t: np.ndarray, pose: Pose) -> Iterator[tuple[float, int, int, int, float]]:
-    """(s, type, vanished sine, sample before, share of the way to the next) of each singularity between poses at t."""
+    """(s, type, vanished sine, sample before, share of the way to the next) of each singularity
+    between poses at t.
+    """
     sines = np.stack([*pose.sines, pose.det_A], axis=1)
     known = np.isfinite(sines[:-1]) & np.isfinite(sines[1:])
     for k, margin in zip(

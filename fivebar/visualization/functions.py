@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 
 def posed(pose: Pose) -> dict[str, ca.SX]:
-    """What pages show of a pose, by name; closes: 1, or 0; gap: m, by which the bars do not meet."""
+    """What pages show of a pose, by name; closes: 1, or 0; gap: m, by which the bars do not
+    meet.
+    """
     parallel, across = pose.det_A, dot(*pose.u2)
     seen = ca.vertcat(*pose.point, *pose.sines, parallel)
     return {

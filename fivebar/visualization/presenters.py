@@ -1,6 +1,7 @@
 """Which function draws which class: what `.plot()`, `.page()`, `.scene()` of results call.
 
-Options of `.plot()` besides `path`: `panels` of a linkage's Study, `robots` of a Front, `figure` of a Sweep.
+Options of `.plot()` besides `path`: `panels` of a linkage's Study, `robots` of a Front, `figure` of
+a Sweep.
 """
 
 from __future__ import annotations
@@ -46,7 +47,9 @@ def plot(result: Any, path: BinaryFile | None, **options: Any) -> Figure:
 
 
 def page(result: Any, path: Any, show: object, title: str | None) -> Page | Live | None:
-    """Make the page of a result: of a Design its live page, of a Front a table with a picture, else linked plots."""
+    """Make the page of a result: of a Design its live page, of a Front a table with a picture, else
+    linked plots.
+    """
     from .pages import fronts, page
 
     match type(result).__name__:

@@ -26,10 +26,11 @@ if TYPE_CHECKING:
 class Skeleton:
     """A mechanism's body in m poses.
 
-    points (m, k, 2) m, joints and ends of guides and blocks; bars: pairs (i, j) of points, each leg's from the base
-    outwards; grounded: points fixed to the base; actuated: joints that a motor turns or moves; traced: the point whose
-    path is drawn, or None; rails: pairs of points between which a straight guide is; blocks: (i, j, joint), both ends
-    of a block that slides on a guide and the joint on it; names: a text for each point, or empty; called: what each
+    points (m, k, 2) m, joints and ends of guides and blocks; bars: pairs (i, j) of points, each
+    leg's from the base outwards; grounded: points fixed to the base; actuated: joints that a motor
+    turns or moves; traced: the point whose path is drawn, or None; rails: pairs of points between
+    which a straight guide is; blocks: (i, j, joint), both ends of a block that slides on a guide
+    and the joint on it; names: a text for each point, or empty; called: what each
     link is called, or empty: then each leg has a hue, not each link a colour.
     """
 
@@ -95,7 +96,9 @@ class Skeleton:
 
     @cached_property
     def legs(self) -> list:
-        """(depth, leg) of each bar: how many bars are between it and the nearest fixed joint, and which one that is."""
+        """(depth, leg) of each bar: how many bars are between it and the nearest fixed joint, and
+        which one that is.
+        """
         fixed = [
             j
             for j in dict.fromkeys([*self.grounded, *self.actuated])
@@ -198,7 +201,9 @@ def pose_body(poses: Iterable[Pose]) -> Skeleton:
 
 
 def measured_pose(robot: Robot, q: np.ndarray, xi: np.ndarray) -> Pose:
-    """The pose of joints q (m, 2) and end-effector xi (m, 2) as they were simulated, singular or not."""
+    """The pose of joints q (m, 2) and end-effector xi (m, 2) as they were simulated, singular or
+    not.
+    """
     spans = np.moveaxis(xi[:, None] - elbows(robot, q), -1, 0)
     phi = np.arctan2(spans[1], spans[0]).T
     passive = [drive.relative(*angles) for drive, *angles in zip(robot.drives, phi, q.T)]

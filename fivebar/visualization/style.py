@@ -1,4 +1,6 @@
-"""How pictures look, said once: colours, dashes, readable units, legends, and what the singularity loci are called."""
+"""How pictures look, said once: colours, dashes, readable units, legends, and what the singularity
+loci are called.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +59,9 @@ def locus_words(piece: Locus) -> str:
 
 
 class Scale(NamedTuple):
-    """How a map is coloured: palette "diverging", "rising" or "falling" (pale where singular), from low to high."""
+    """How a map is coloured: palette "diverging", "rising" or "falling" (pale where singular), from
+    low to high.
+    """
 
     palette: str
     low: float

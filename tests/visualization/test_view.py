@@ -71,7 +71,7 @@ def picture(page):
     return np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), dtype=float) / 255
 
 
-def joint_difference(first, second):
+def differ(first, second):
     """Share of the pixels that differ."""
     return float((np.abs(first - second).max(axis=2) > 0.08).mean())
 

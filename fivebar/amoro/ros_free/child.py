@@ -1,4 +1,6 @@
-"""The child process of `fivebar run`: the script as `python3 script.py` would run it, on the simulated robot."""
+"""The child process of `fivebar run`: the script as `python3 script.py` would run it, on the
+simulated robot.
+"""
 
 import _thread
 import json
@@ -40,7 +42,9 @@ def main():
 
 
 def with_names(options, path):
-    """The lab's module names, the outputs' names, the random numbers and, if asked for, older NumPy."""
+    """The lab's module names, the outputs' names, the random numbers and, if asked for, older
+    NumPy.
+    """
     outputs.folder, outputs.stem = outputs.start / options["plots"], Path(path).stem
     names.install()
     if not options["show"]:

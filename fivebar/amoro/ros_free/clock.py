@@ -1,4 +1,6 @@
-"""The script's clock: simulated time in place of the computer's, so that a run is the same whenever it is made."""
+"""The script's clock: simulated time in place of the computer's, so that a run is the same whenever
+it is made.
+"""
 
 import sys
 import time
@@ -36,7 +38,8 @@ class SimulatedClock:
         time.time_ns = lambda: EPOCH * 1_000_000_000 + self.elapsed()
         time.perf_counter, time.perf_counter_ns = lambda: self.elapsed() / 1e9, self.elapsed
         time.monotonic_ns = self.elapsed
-        # In Python's own modules these two wait for other threads and processes, which take real time.
+        # In Python's own modules these two wait for other threads and processes, which take real
+        # time.
         time.monotonic = lambda: (
             real_monotonic() if _waits(sys._getframe(1)) else self.elapsed() / 1e9
         )

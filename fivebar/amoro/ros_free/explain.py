@@ -1,4 +1,6 @@
-"""After a script's own traceback: what an error of today's NumPy means in a file written for an older one."""
+"""After a script's own traceback: what an error of today's NumPy means in a file written for an
+older one.
+"""
 
 import ast
 import linecache
@@ -13,7 +15,9 @@ CONVERSIONS = {"array", "asarray", "print", *(function.__name__ for function in 
 
 
 def explanation(error, frame, line):
-    """Lines that explain `error`, raised at this line of the user's frame; none where there is nothing to add."""
+    """Lines that explain `error`, raised at this line of the user's frame; none where there is
+    nothing to add.
+    """
     if isinstance(error, AttributeError):
         name = re.match(
             r"module 'numpy' has no attribute '(\w+)'|`np\.(\w+)` was removed", str(error)
@@ -54,7 +58,9 @@ def _conversion(frame, line):
 
 
 def _returned(statement, frame):
-    """Where a function's results are put into numbers: the line in which it returns arrays of one element."""
+    """Where a function's results are put into numbers: the line in which it returns arrays of one
+    element.
+    """
     if not isinstance(statement, ast.Assign) or not isinstance(statement.value, ast.Call):
         return []
     function = frame.f_globals.get(ast.unparse(statement.value.func))
@@ -101,7 +107,9 @@ def _unpacks(statement):
 
 
 def _computes(statement):
-    """Whether what is converted is not just named: other calls than the conversions themselves, or sums."""
+    """Whether what is converted is not just named: other calls than the conversions themselves, or
+    sums.
+    """
     for node in ast.walk(statement):
         if isinstance(node, ast.BinOp) and not isinstance(node.op, ast.Mod):
             return True
@@ -125,7 +133,9 @@ def _statement(frame, line):
 
 
 def _arrays(statement, frame):
-    """(source text, value) of every array that the statement reads by a name, with or without indices."""
+    """(source text, value) of every array that the statement reads by a name, with or without
+    indices.
+    """
     if statement is None or hasattr(statement, "body"):
         return
     for node in ast.walk(

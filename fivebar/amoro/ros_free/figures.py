@@ -1,7 +1,8 @@
-"""A Matplotlib backend without windows: what a window would have shown is written to a file when it closes.
+"""A Matplotlib backend without windows: what a window would have shown is written to a file when it
+closes.
 
-Drawing in a loop costs nothing, as nobody looks: a figure is drawn once, for its file. Animations run, on the script's
-clock, while a window would wait for its user.
+Drawing in a loop costs nothing, as nobody looks: a figure is drawn once, for its file. Animations
+run, on the script's clock, while a window would wait for its user.
 """
 
 import math

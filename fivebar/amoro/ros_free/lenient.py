@@ -1,4 +1,6 @@
-"""`fivebar run --lenient`: what NumPy took of files written years ago, the user's modules may do again."""
+"""`fivebar run --lenient`: what NumPy took of files written years ago, the user's modules may do
+again.
+"""
 
 import importlib.abc
 import importlib.machinery

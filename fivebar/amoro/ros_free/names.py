@@ -1,4 +1,6 @@
-"""The lab's module names inside the child process, and a clear refusal of ROS's others, and of Qt's."""
+"""The lab's module names inside the child process, and a clear refusal of ROS's others, and of
+Qt's.
+"""
 
 import importlib.abc
 import importlib.machinery
@@ -20,7 +22,9 @@ ABSENT = re.compile(
 
 
 def install():
-    """Put the stand-ins in place, before a real one that may be on the path, and the refusals after everything."""
+    """Put the stand-ins in place, before a real one that may be on the path, and the refusals after
+    everything.
+    """
     package = sys.modules["lab_amoro"] = _package("lab_amoro", {})
     for name, module in OFFERED.items():
         stand_in = sys.modules[name] = _package(
@@ -33,7 +37,9 @@ def install():
 
 
 def _package(name, offered):
-    """A module of these names; a package, so that what else is imported from it is asked of the finder below."""
+    """A module of these names; a package, so that what else is imported from it is asked of the
+    finder below.
+    """
     module = ModuleType(name)
     vars(module).update(offered, __all__=list(offered), __path__=[])
 
@@ -56,7 +62,8 @@ class Refusals(importlib.abc.MetaPathFinder):
                 f"{known}: {', '.join(module.__all__)}" for known, module in OFFERED.items()
             )
             raise ModuleNotFoundError(
-                f"fivebar run has no {name!r}: it runs the lab's scripts without ROS and Qt and offers {offered}"
+                f"fivebar run has no {name!r}: it runs the lab's scripts without ROS and Qt and"
+                f" offers {offered}"
             )
         return None
 

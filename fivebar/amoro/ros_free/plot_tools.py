@@ -1,4 +1,6 @@
-"""The lab's `lab_amoro.plot_tools` in our words: scopes that keep what they are given, for a picture at the end."""
+"""The lab's `lab_amoro.plot_tools` in our words: scopes that keep what they are given, for a
+picture at the end.
+"""
 
 import numpy as np
 
@@ -8,7 +10,9 @@ scopes = []
 
 
 class Scope:
-    """Two curves over time; min_y, max_y: the limits of the lab's axis, widened where a curve leaves them."""
+    """Two curves over time; min_y, max_y: the limits of the lab's axis, widened where a curve
+    leaves them.
+    """
 
     def __init__(self, title, min_y, max_y):
         self.title, self.limits = str(title), (float(min_y), float(max_y))

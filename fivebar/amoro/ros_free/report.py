@@ -46,7 +46,9 @@ def drawn():
 
 
 def _difference(scope):
-    """How far apart the two curves of a scope are: tracking errors, where one of them is the reference."""
+    """How far apart the two curves of a scope are: tracking errors, where one of them is the
+    reference.
+    """
     _, first, second = np.transpose(scope.points)
     apart = np.abs(first - second)
     largest, rms = float(apart.max()), float(np.sqrt(np.mean(apart**2)))

@@ -8,7 +8,9 @@ from ...models.dynamics import forward_dynamics
 
 
 class LabState(NamedTuple):
-    """q, passive: continuous joint coordinates, each with rates and accelerations (2,); xi, xi_dot, xi_ddot (2,)."""
+    """q, passive: continuous joint coordinates, each with rates and accelerations (2,); xi, xi_dot,
+    xi_ddot (2,).
+    """
 
     q: np.ndarray
     q_dot: np.ndarray
@@ -22,10 +24,11 @@ class LabState(NamedTuple):
 
 
 def lab_state(plant, tau, before, period, exact):
-    """The plant's state now, at the end of a step under torques tau; before: the LabState at its start, or None.
+    """The plant's state now, at the end of a step under torques tau; before: the LabState at its
+    start, or None.
 
-    Joint accelerations are velocity differences over the period, as the lab has them, or with `exact` those of the
-    dynamics under tau, as the end-effector's always are.
+    Joint accelerations are velocity differences over the period, as the lab has them, or with
+    `exact` those of the dynamics under tau, as the end-effector's always are.
     """
     rates, (q, q_dot) = plant.rates, plant.joints
     found, robot = forward_dynamics(rates, tau), plant.robot

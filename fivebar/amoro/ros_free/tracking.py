@@ -18,7 +18,9 @@ def reference(task, t):
 
 
 def tracking(task, kind, run):
-    """Figures of a five-bar's tracking error, m, and its mark; the task begins at the sample where it fits best."""
+    """Figures of a five-bar's tracking error, m, and its mark; the task begins at the sample where
+    it fits best.
+    """
     if kind != "five_bar" or run is None:
         raise ValueError(
             f"--mark {task}: "
@@ -27,7 +29,8 @@ def tracking(task, kind, run):
     after = TASKS[task][2] + MOST_LATE * STEP
     if run.t[-1] < after:
         raise ValueError(
-            f"--mark {task}: the motion ends at {run.t[-1]:g} s, the task at {TASKS[task][2]:g} s (--until)"
+            f"--mark {task}: the motion ends at {run.t[-1]:g} s, the task at {TASKS[task][2]:g} s"
+            " (--until)"
         )
     kept = run.t <= after
     errors = [
@@ -54,7 +57,8 @@ def tracking(task, kind, run):
 def words(found):
     """The same in a line."""
     return (
-        f"control task {found['task']}: errors at most {1e3 * found['largest_error_m']:.3g} mm, RMS "
-        f"{1e3 * found['rms_error_m']:.3g} mm, at the end {1e3 * found['error_at_the_end_m']:.3g} mm: "
-        f"{found['points']:g} of {found['of']} points ({1e3 * FULL:g} mm or less is worth all, {1e3 * NONE:g} mm none)"
+        f"control task {found['task']}: errors at most {1e3 * found['largest_error_m']:.3g} mm, RMS"
+        f" {1e3 * found['rms_error_m']:.3g} mm, at the end {1e3 * found['error_at_the_end_m']:.3g}"
+        f" mm: {found['points']:g} of {found['of']} points ({1e3 * FULL:g} mm or less is worth all,"
+        f" {1e3 * NONE:g} mm none)"
     )

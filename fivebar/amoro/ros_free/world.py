@@ -1,4 +1,6 @@
-"""The world behind a lab script: one robot, stepped by its efforts, with bounds on what cannot end by itself."""
+"""The world behind a lab script: one robot, stepped by its efforts, with bounds on what cannot end
+by itself.
+"""
 
 import math
 import signal
@@ -18,19 +20,24 @@ from .states import lab_state
 ROBOTS = {"five_bar": FiveBar, "biglide": Biglide}
 ROWS = 10  # of a run in each step
 MOST_IDLE = 100_000  # calls of data_updated() with nothing new: the next would not be different
-GRACE = 100  # steps that a script may still make after its KeyboardInterrupt, to bring the motors to rest
-SETTLING = 0.05  # s in which the main thread, which has just begun this one, comes to where it waits for Ctrl-C
+# Steps that a script may still make after its KeyboardInterrupt, to bring the motors to rest.
+GRACE = 100
+# s in which the main thread, which has just begun this one, comes to where it waits for Ctrl-C.
+SETTLING = 0.05
 MOST_STOPS = 3  # times that a script may swallow `Stopped`
 
 world = None  # of this process; set before the script begins
 
 
 class Stopped(BaseException):
-    """The script was ended by the runtime, as it would not have ended itself; no `except Exception` catches it."""
+    """The script was ended by the runtime, as it would not have ended itself; no `except Exception`
+    catches it.
+    """
 
 
 class World:
-    """until: s of simulated time after which the script gets its KeyboardInterrupt; exact: joint accelerations.
+    """until: s of simulated time after which the script gets its KeyboardInterrupt; exact: joint
+    accelerations.
 
     give_up: called in place of a further `Stopped` when the script has swallowed some.
     """
@@ -57,7 +64,8 @@ class World:
         """The robot of this name, at rest at its home."""
         if self.kind is not None:
             raise RuntimeError(
-                f"Robot({kind!r}): there is a Robot already; fivebar run simulates one in each script"
+                f"Robot({kind!r}): there is a Robot already; fivebar run simulates one in each"
+                " script"
             )
         if kind not in ROBOTS:
             raise ValueError(
@@ -81,7 +89,9 @@ class World:
         self._to_home()
 
     def step(self, efforts):
-        """One step of the simulation under two efforts; gives them as floats, or None where the time is over."""
+        """One step of the simulation under two efforts; gives them as floats, or None where the
+        time is over.
+        """
         if self._over():
             return None
         if self.failure is not None:
@@ -94,8 +104,8 @@ class World:
             plant.advance((self.since_reset + 1) * STEP, tau)
         except ArithmeticError as error:
             self.failure = ArithmeticError(
-                f"apply_efforts at t = {self.time:g} s: {_in_words(tau, plant.robot)} drive the robot faster than can "
-                f"be followed ({error})"
+                f"apply_efforts at t = {self.time:g} s: {_in_words(tau, plant.robot)} drive the"
+                f" robot faster than can be followed ({error})"
             )
             raise self.failure from None
         self.efforts.append(tau)
@@ -130,7 +140,9 @@ class World:
         )
 
     def _over(self):
-        """Whether the time is over; KeyboardInterrupt, then Stopped, in the main thread, where Ctrl-C goes."""
+        """Whether the time is over; KeyboardInterrupt, then Stopped, in the main thread, where
+        Ctrl-C goes.
+        """
         if self.steps < self.until:
             return False
         main = threading.main_thread()
@@ -147,8 +159,8 @@ class World:
             raise KeyboardInterrupt
         if self.steps >= self.until + GRACE:
             self.stop(
-                f"the script got its KeyboardInterrupt at {self.until * STEP:g} s of simulated time, as from Ctrl-C, "
-                f"and was still stepping {GRACE * STEP:g} s later"
+                f"the script got its KeyboardInterrupt at {self.until * STEP:g} s of simulated"
+                f" time, as from Ctrl-C, and was still stepping {GRACE * STEP:g} s later"
             )
         return False
 
@@ -160,7 +172,9 @@ class World:
         raise Stopped(why)
 
     def run(self):
-        """The Run since the last reset, or if there was no step since, the one before; None where there is none."""
+        """The Run since the last reset, or if there was no step since, the one before; None where
+        there is none.
+        """
         if not self.since_reset:
             return self.motion
         t = np.arange(self.since_reset * ROWS + 1) * (STEP / ROWS)

@@ -56,24 +56,31 @@ def calibrate(
     mistakes: str = "raise",
     units: Mapping[str, str] | Sequence[str] = MappingProxyType({}),
 ) -> Calibration:
-    """Calibration of a five-bar: the unknowns of least squares, how well they are known, and what cannot be told.
+    """Calibration of a five-bar: the unknowns of least squares, how well they are known, and what
+    cannot be told.
 
-        true angle = ratio q + offset        measured point = (x0, y0) + scale R(turn) xi        distance = |xi - xi_to|
+        true angle = ratio q + offset        measured point = (x0, y0) + scale R(turn) xi
+        distance = |xi - xi_to|
 
-    robot: nominal, where the search begins. data: a mapping of arrays (n,) or a CSV file, with q1, q2 (rad, or counts
-        if ratio1 and ratio2 are there) and what was measured: x, y (m; a row may lack one of them), and/or `distance`
-        (m, by a ruler) from the row's point to that of the row whose number, counted from 1, is in `to`. Modes are
-        found from the points; working1, working2 or assembly, where they are noted, are checked, and needed where
-        nothing else tells. sigma: a column too. Headings of a file may name a unit, x (mm), q1_deg.
+    robot: nominal, where the search begins. data: a mapping of arrays (n,) or a CSV file, with q1,
+        q2 (rad, or counts if ratio1 and ratio2 are there) and what was measured: x, y (m; a row may
+        lack one of them), and/or `distance` (m, by a ruler) from the row's point to that of the row
+        whose number, counted from 1, is in `to`. Modes are found from the points; working1,
+        working2 or assembly, where they are noted, are checked, and needed where nothing else
+        tells. sigma: a column too. Headings of a file may name a unit, x (mm), q1_deg.
     unknown: of l11, l12, l21, l22, d, offset1, offset2, ratio1, ratio2, x0, y0, turn, scale.
-    start: values of these by name, known or to begin with; without, offsets are 0, ratios and scale 1.
-    sigma: standard deviation of one measured number, m; with it chi^2 says whether the model fits at all. weights:
-        (n,) of the rows, relative. bounds: {name: (low, high)}. loss: of scipy.optimize.least_squares, "linear" or a
-        robust one. units: of columns whose heading has none, {"q1": "deg"} or ("deg", "mm").
-    mistakes: a mistake found in data (degrees, mm, swapped columns, a row's modes ...) is an error that names all of
-        them ("raise"), is put right ("mend"; `said` tells), or is not looked for ("keep").
+    start: values of these by name, known or to begin with; without, offsets are 0, ratios and scale
+        1.
+    sigma: standard deviation of one measured number, m; with it chi^2 says whether the model fits
+        at all. weights: (n,) of the rows, relative. bounds: {name: (low, high)}. loss: of
+        scipy.optimize.least_squares, "linear" or a robust one. units: of columns whose heading has
+        none, {"q1": "deg"} or ("deg", "mm").
+    mistakes: a mistake found in data (degrees, mm, swapped columns, a row's modes ...) is an error
+        that names all of them ("raise"), is put right ("mend"; `said` tells), or is not looked for
+        ("keep").
 
-    ValueError names what is wrong. Gauss-Newton, derivatives in closed form from A d xi = B dq + ... (AMORO eq. 13).
+    ValueError names what is wrong. Gauss-Newton, derivatives in closed form from A d xi = B dq +
+    ... (AMORO eq. 13).
     """
     unknown = known_names(unknown)
     p0 = start_values(robot, start)
@@ -105,8 +112,8 @@ def calibrate(
     if (needed & (assembly == 0)).any():
         k = int(np.argmax(needed & (assembly == 0)))
         raise ValueError(
-            f"{task.rows.where[k]}: its modes are not noted, and no point of it is measured that would tell them: add "
-            "columns assembly, or working1 and working2"
+            f"{task.rows.where[k]}: its modes are not noted, and no point of it is measured that"
+            " would tell them: add columns assembly, or working1 and working2"
         )
     assembly = np.where(assembly == 0, -1, assembly)
     p = _reaching(task, p, assembly)
@@ -152,7 +159,9 @@ def known_names(unknown: Sequence[str], name: str = "unknown") -> tuple[str, ...
 
 
 def start_values(robot: FiveBar, start: Mapping[str, float]) -> np.ndarray:
-    """All UNKNOWNS (13,) of a robot with `start` over them; ValueError for names and values that none has."""
+    """All UNKNOWNS (13,) of a robot with `start` over them; ValueError for names and values that
+    none has.
+    """
     if not isinstance(start, Mapping):
         raise TypeError(f"start must be a mapping {{name: value}}, not {shown(start)}")
     if wrong := [each for each in start if each not in UNKNOWNS]:
@@ -215,7 +224,9 @@ def _all(wrong, lone, data):
 
 
 def _reaching(task, p, assembly):
-    """Values from which every row is reached, p or what a fit of the reached rows gives; ValueError naming a row."""
+    """Values from which every row is reached, p or what a fit of the reached rows gives; ValueError
+    naming a row.
+    """
     for _ in range(3):
         off = misses(p, task.rows, assembly, derive=False)[0]
         out = np.zeros(len(task.rows), bool)
@@ -229,7 +240,8 @@ def _reaching(task, p, assembly):
         p = solve(task.with_rows(near, task.weight[kept]), p, assembly[~out])[0]
     names = ", ".join(np.array(task.rows.where)[out][:5])
     raise ValueError(
-        f"{names}: with these angles the robot that fits the other rows does not close: a wrong reading?"
+        f"{names}: with these angles the robot that fits the other rows does not close: a wrong"
+        " reading?"
     )
 
 
@@ -250,7 +262,8 @@ def _within(task, p, assembly):
         ):
             return task, *solve(task, start, assembly)
     raise ValueError(
-        "no five-bar fits these data: lengths below 0 come out, and within bounds there is none to begin with"
+        "no five-bar fits these data: lengths below 0 come out, and within bounds there is none to"
+        " begin with"
     )
 
 

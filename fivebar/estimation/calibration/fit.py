@@ -18,7 +18,9 @@ CLEAR = 0.1  # sine of Type 2 beyond which a pose's assembly mode is certain
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What is to be fitted: rows, which of UNKNOWNS are free, where they begin, how large they are, weights."""
+    """What is to be fitted: rows, which of UNKNOWNS are free, where they begin, how large they are,
+    weights.
+    """
 
     rows: Rows
     free: np.ndarray  # places in UNKNOWNS
@@ -69,7 +71,9 @@ def misses(p: np.ndarray, rows: Rows, assembly: np.ndarray, derive: bool = True)
 
 
 def noted_assembly(p: np.ndarray, rows: Rows) -> np.ndarray:
-    """The assembly mode (n,) that a row notes, or that its working modes leave; 0 where both or none would do."""
+    """The assembly mode (n,) that a row notes, or that its working modes leave; 0 where both or
+    none would do.
+    """
     mode = rows.assembly.copy()
     fits = []
     for side in (-1, 1):
@@ -85,8 +89,9 @@ def noted_assembly(p: np.ndarray, rows: Rows) -> np.ndarray:
 
 
 def modes_found(p: np.ndarray, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
-    """The assembly mode (n,) of each row, and where (n,) it is uncertain: at a point its own, else as noted, or the
-    nearer one."""
+    """The assembly mode (n,) of each row, and where (n,) it is uncertain: at a point its own, else
+    as noted, or the nearer one.
+    """
     noted = noted_assembly(p, rows)
     both = [seen(p, rows.q, np.full(len(rows), side), False)[0] for side in (-1, 1)]
     off = [np.abs(points - rows.points) for points in both]
@@ -110,7 +115,8 @@ def modes_found(p: np.ndarray, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
 def solve(task: Task, p: np.ndarray, assembly: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values (13,) of least weighted squares from p, and which free ones are at a bound.
 
-    Combinations that the rows do not tell stay as near to the start as they can. Bounds count where a fit without them
+    Combinations that the rows do not tell stay as near to the start as they can. Bounds count where
+    a fit without them
     leaves them: within them SciPy's steps would drift along what the rows do not tell.
     """
     low, high = _box(task)
@@ -177,7 +183,9 @@ def _shares(loss, ratio):
 
 
 def _polished(off, slope, z, low, high):
-    """Gauss-Newton steps to the last digit, and back to the start along what the rows do not tell."""
+    """Gauss-Newton steps to the last digit, and back to the start along what the rows do not
+    tell.
+    """
     best = off(z)
     for round_ in range(12):
         null = _null(slope(z))
@@ -202,7 +210,9 @@ def _null(jacobian):
 
 
 def spectrum(jacobian: np.ndarray) -> tuple:
-    """Left vectors, singular values, all right vectors (k, k) of a scaled Jacobian, and what of it is rounding."""
+    """Left vectors, singular values, all right vectors (k, k) of a scaled Jacobian, and what of it
+    is rounding.
+    """
     left, s, right = np.linalg.svd(jacobian, full_matrices=jacobian.shape[0] < jacobian.shape[1])
     s = np.concatenate([s, np.zeros(jacobian.shape[1] - len(s))])
     if left.shape[1] < len(s):

@@ -1,4 +1,6 @@
-"""What data cannot tell apart: the null space of the Jacobian in its plainest vectors, in words, with a remedy."""
+"""What data cannot tell apart: the null space of the Jacobian in its plainest vectors, in words,
+with a remedy.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ MODES = [(left, right, assembly) for assembly in (-1, 1) for left in (-1, 1) for
 
 
 def plainest(null: np.ndarray) -> np.ndarray:
-    """Basis (k, n) of the space of the rows of `null` (k, n), with the fewest entries; the largest of each is 1."""
+    """Basis (k, n) of the space of the rows of `null` (k, n), with the fewest entries; the largest
+    of each is 1.
+    """
     count, n = null.shape
     found: list[np.ndarray] = []
     for size in range(1, min(LARGEST, n - count + 1) + 1):
@@ -101,7 +105,9 @@ def listed(words) -> str:
 def hardly_told(
     sd: np.ndarray, vectors: np.ndarray, names: Sequence[str], sds: dict[str, float]
 ) -> tuple[str, ...]:
-    """Combinations (k, n) whose standard deviation (k,), in sizes, is so large that they are hardly known, in words."""
+    """Combinations (k, n) whose standard deviation (k,), in sizes, is so large that they are hardly
+    known, in words.
+    """
     found = []
     for vector in vectors[sd > HARDLY]:
         vector = np.where(np.abs(vector) > 0.25 * np.abs(vector).max(), vector, 0.0)
@@ -139,7 +145,9 @@ class Remedies:
         }
 
     def for_vector(self, vector: np.ndarray, names: Sequence[str]) -> str:
-        """The first of them that sees the vector, as an advice; else which unknown to measure by itself."""
+        """The first of them that sees the vector, as an advice; else which unknown to measure by
+        itself.
+        """
         step = vector * self.sizes
         for words, jacobian in self._all():
             if (
@@ -148,7 +156,10 @@ class Remedies:
             ):
                 return words
         one = [name for name, entry in zip(names, vector) if entry]
-        return f"no measurement of this kind can; measure {' or '.join(one)} by itself, and leave it out of unknown"
+        return (
+            f"no measurement of this kind can; measure {' or '.join(one)} by itself, and leave it"
+            " out of unknown"
+        )
 
     def _all(self):
         q, assembly, modes = self._near
@@ -190,7 +201,9 @@ class Remedies:
 
 
 def _poses(p, rng):
-    """Poses all over the workspace in all modes, well off singularities: readings, assembly modes, all three modes."""
+    """Poses all over the workspace in all modes, well off singularities: readings, assembly modes,
+    all three modes.
+    """
     theta = rng.uniform(-np.pi, np.pi, (1500, 2))
     readings = (theta - p[5:7]) / np.where(p[7:9], p[7:9], 1.0)
     kept = []

@@ -1,4 +1,6 @@
-"""A five-bar as it is measured: lengths, how its angles are read, where the measuring frame lies; exact derivatives."""
+"""A five-bar as it is measured: lengths, how its angles are read, where the measuring frame lies;
+exact derivatives.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,9 @@ NEUTRAL |= dict(x0=0.0, y0=0.0, turn=0.0, scale=1.0)
 
 
 def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> np.ndarray:
-    """All of UNKNOWNS, (13,): the robot's lengths, angles read as they are, its own frame; `more` goes over these."""
+    """All of UNKNOWNS, (13,): the robot's lengths, angles read as they are, its own frame; `more`
+    goes over these.
+    """
     return np.array(
         [
             {**{n: getattr(robot, n) for n in LENGTHS}, **NEUTRAL, **(more or {})}[n]
@@ -40,7 +44,9 @@ def robot_with(robot: FiveBar, values: np.ndarray) -> FiveBar:
 
 
 def sizes(robot: FiveBar, q: np.ndarray, names: Sequence[str] = UNKNOWNS) -> np.ndarray:
-    """By how much each unknown changes a picture of the robot as much as the others: its mean bar, 1 rad, all of q."""
+    """By how much each unknown changes a picture of the robot as much as the others: its mean bar,
+    1 rad, all of q.
+    """
     bar = (robot.l11 + robot.l12 + robot.l21 + robot.l22) / 4
     largest = [float(np.max(np.abs(column), initial=0.0)) or 1.0 for column in np.nan_to_num(q).T]
     known = dict(ratio1=1 / largest[0], ratio2=1 / largest[1]) | dict.fromkeys(
@@ -81,8 +87,9 @@ def _cranks(p, q):
 
 
 def place(p: np.ndarray, q: np.ndarray, assembly: np.ndarray) -> Placed:
-    """The machine with the values p (13,) at the readings q (n, 2), in its own frame; nan where it does not close,
-    and in a Type-2 singularity."""
+    """The machine with the values p (13,) at the readings q (n, 2), in its own frame; nan where it
+    does not close, and in a Type-2 singularity.
+    """
     cranks, (left, right) = _cranks(p, q)
     with np.errstate(invalid="ignore", divide="ignore"):
         dyad = RRR(
@@ -98,7 +105,9 @@ def place(p: np.ndarray, q: np.ndarray, assembly: np.ndarray) -> Placed:
 
 
 def slopes(p: np.ndarray, q: np.ndarray, at: Placed) -> np.ndarray:
-    """d xi / d UNKNOWNS (n, 2, 13) in the robot's frame: A d xi = u_i2 . dP_i + d l_i2, the bars' lengths derived."""
+    """d xi / d UNKNOWNS (n, 2, 13) in the robot's frame: A d xi = u_i2 . dP_i + d l_i2, the bars'
+    lengths derived.
+    """
     found = np.zeros((len(q), 2, len(UNKNOWNS)))
     (u12, u22), cranks = at.bars, at.cranks
     # Columns of A^-1, A = [u_12'; u_22'].
@@ -119,7 +128,9 @@ def slopes(p: np.ndarray, q: np.ndarray, at: Placed) -> np.ndarray:
 
 
 def frame(p: np.ndarray, xi: tuple) -> np.ndarray:
-    """Where points of the robot's frame appear in the measuring one (n, 2): (x0, y0) + scale R(turn) xi."""
+    """Where points of the robot's frame appear in the measuring one (n, 2): (x0, y0) + scale
+    R(turn) xi.
+    """
     c, s = p[12] * np.cos(p[11]), p[12] * np.sin(p[11])
     return np.stack([p[9] + c * xi[0] - s * xi[1], p[10] + s * xi[0] + c * xi[1]], axis=-1)
 
@@ -132,7 +143,9 @@ def unframe(p: np.ndarray, points: np.ndarray) -> tuple:
 
 
 def seen(p: np.ndarray, q: np.ndarray, assembly: np.ndarray, derive: bool = True) -> tuple:
-    """Points in the measuring frame (n, 2), and their derivatives by all UNKNOWNS (n, 2, 13), None if not asked for."""
+    """Points in the measuring frame (n, 2), and their derivatives by all UNKNOWNS (n, 2, 13), None
+    if not asked for.
+    """
     at = place(p, q, assembly)
     points = frame(p, at.xi)
     if not derive:
@@ -148,12 +161,13 @@ def seen(p: np.ndarray, q: np.ndarray, assembly: np.ndarray, derive: bool = True
 
 
 def bars_off(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """By how much each leg misses the measured points, scale (|xi - P_i| - l_i2) (n, 2), and its slopes (n, 2, 13).
+    """By how much each leg misses the measured points, scale (|xi - P_i| - l_i2) (n, 2), and its
+    slopes (n, 2, 13).
 
     In the metres that were measured: a robot which shrinks as its picture grows misses by as much.
 
-    It needs no mode, and there is nothing that it cannot reach: where a calibration begins, and where mistakes are
-    looked for.
+    It needs no mode, and there is nothing that it cannot reach: where a calibration begins, and
+    where mistakes are looked for.
     """
     cranks, pivots = _cranks(p, q)
     x, y = unframe(p, points)
@@ -176,8 +190,9 @@ def bars_off(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> tuple[np.ndarr
 
 
 def sines_at(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Sines (n, 3) of both legs' Type 1 and of Type 2 with the bars drawn to measured points: minus their signs are
-    the working modes and the assembly mode."""
+    """Sines (n, 3) of both legs' Type 1 and of Type 2 with the bars drawn to measured points: minus
+    their signs are the working modes and the assembly mode.
+    """
     cranks, pivots = _cranks(p, q)
     x, y = unframe(p, points)
     bars = [(x - pivot[0], y - pivot[1]) for pivot in pivots]

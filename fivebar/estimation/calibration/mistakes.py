@@ -1,4 +1,6 @@
-"""What is wrong with data, found by trying: the change of a column or a row after which everything fits."""
+"""What is wrong with data, found by trying: the change of a column or a row after which everything
+fits.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,8 @@ SURE = 0.05  # sine beyond which a mode is certain
 def mistakes(task: Task, sigma: float) -> tuple[list[Mistake], Task, np.ndarray]:
     """The mistakes found, the task with its rows mended, and values (13,) to begin with.
 
-    sigma: m, typical, 0 where it is not known. Columns first, then rows, then the modes that rows note.
+    sigma: m, typical, 0 where it is not known. Columns first, then rows, then the modes that rows
+        note.
     """
     if task.rows.whole.sum() < 4:
         found = crudely(task)
@@ -59,8 +62,9 @@ def mistakes(task: Task, sigma: float) -> tuple[list[Mistake], Task, np.ndarray]
 
 
 def lone_rows(task: Task, p: np.ndarray) -> list[str]:
-    """Rows whose points are in other modes than almost all, where no modes are noted: right perhaps, but to be looked
-    at."""
+    """Rows whose points are in other modes than almost all, where no modes are noted: right
+    perhaps, but to be looked at.
+    """
     rows = task.rows
     whole = np.flatnonzero(rows.whole)
     if len(whole) < FEW or rows.working.any() or rows.assembly.any():
@@ -72,13 +76,16 @@ def lone_rows(task: Task, p: np.ndarray) -> list[str]:
         return []
     others = _modes_in_words(kinds[usual])
     return [
-        f"{rows.where[whole[k]]} is in {_modes_in_words(modes[k])}, almost all others in {others}: no modes are noted"
+        f"{rows.where[whole[k]]} is in {_modes_in_words(modes[k])}, almost all others in {others}:"
+        " no modes are noted"
         for k in np.flatnonzero(kind.ravel() != usual)
     ]
 
 
 def _rows(task, p, sigma):
-    """Rows that fit after a change of themselves, and values that the rows off the rest have no part in."""
+    """Rows that fit after a change of themselves, and values that the rows off the rest have no
+    part in.
+    """
     rows = task.rows
     least = max(1e-9 * task.bar, sigma)
     for _ in range(3):
@@ -117,7 +124,9 @@ def _in_row(k, change):
 
 
 def _modes(task, p, sigma):
-    """Rows whose modes are others than they note; of a column that is wrong in most rows, the column."""
+    """Rows whose modes are others than they note; of a column that is wrong in most rows, the
+    column.
+    """
     rows = task.rows
     if doubt(task, p) > max(4 * SUSPECT * task.bar, 20 * sigma):
         return []  # of what fits nothing no modes are known
@@ -136,18 +145,26 @@ def _modes(task, p, sigma):
     for column, name in enumerate(("working1", "working2", "assembly")):
         checked = sure[:, column] & (noted[:, column] != 0)
         if checked.sum() > 3 and wrong[:, column].mean() > 0.6:
-            words = f"column {name} with the wrong sign in {wrong[:, column].sum()} of {checked.sum()} rows"
+            words = (
+                f"column {name} with the wrong sign in {wrong[:, column].sum()} of {checked.sum()}"
+                " rows"
+            )
             found.append(Mistake(words, _with_modes(rows.where, real, sure, column)))
             wrong[:, column] = False
     for k in np.flatnonzero(wrong.any(axis=1)):
         says = _modes_in_words(noted[k])
-        words = f"{rows.where[k]}: noted {says}, but its angles and its point are {_modes_in_words(real[k], noted[k])}"
+        words = (
+            f"{rows.where[k]}: noted {says}, but its angles and its point are"
+            f" {_modes_in_words(real[k], noted[k])}"
+        )
         found.append(Mistake(words, _with_modes((rows.where[k],), real, sure, slice(None))))
     return found + _half_measured(task, p, sigma)
 
 
 def _half_measured(task, p, sigma):
-    """The same of rows with one coordinate, where the other assembly mode fits and the noted one does not."""
+    """The same of rows with one coordinate, where the other assembly mode fits and the noted one
+    does not.
+    """
     rows = task.rows
     half = np.isfinite(rows.points).any(axis=1) & ~rows.whole & (rows.assembly != 0)
     found = []

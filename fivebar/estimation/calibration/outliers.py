@@ -10,10 +10,11 @@ FULL = 1e-9  # a row whose leverage leaves less than this is told by itself alon
 
 
 def left_out(off: np.ndarray, left: np.ndarray, row_of: np.ndarray, weight: np.ndarray) -> float:
-    """RMS, m, of the misses of rows that a fit of all others (to first order) predicts: (1 - H_rr)^-1 e_r.
+    """RMS, m, of the misses of rows that a fit of all others (to first order) predicts: (1 -
+    H_rr)^-1 e_r.
 
-    off (m,) weighted; left (m, rank): orthonormal columns that span the Jacobian's; row_of (m,); inf where a row tells
-    something that no other does.
+    off (m,) weighted; left (m, rank): orthonormal columns that span the Jacobian's; row_of (m,);
+    inf where a row tells something that no other does.
     """
     total = 0.0
     for own in _numbers_of(row_of).values():
@@ -34,9 +35,11 @@ def _numbers_of(row_of):
 def off_rows(
     off: np.ndarray, jacobian: np.ndarray, rank: int, row_of: np.ndarray, absolute: bool
 ) -> dict[int, float]:
-    """Rows that are off: {row: p}, of externally studentized residuals, times the rows (Bonferroni).
+    """Rows that are off: {row: p}, of externally studentized residuals, times the rows
+    (Bonferroni).
 
-    One at a time, the worst first, and the others are fitted again without it: one bad row hides or blames another.
+    One at a time, the worst first, and the others are fitted again without it: one bad row hides or
+    blames another.
     """
     found: dict[int, float] = {}
     rows = np.unique(row_of)

@@ -41,9 +41,10 @@ ANOTHER_MODE = 10.0  # rad: what a change of modes costs on the tour
 class MeasurementPoses(Plotted):
     """Poses to measure at, in the order of a short tour; from `measurement_poses`.
 
-    pose: a Pose of n; q (n, 2) what to command, the readings; assembly (n,), working (n, 2); unknown: names; worst_tip:
-    the largest standard deviation of the tip (both coordinates) anywhere in the workspace after the calibration, in
-    those of one measured number; sd: of the unknowns, SI, for measurements of 1 m.
+    pose: a Pose of n; q (n, 2) what to command, the readings; assembly (n,), working (n, 2);
+    unknown: names; worst_tip: the largest standard deviation of the tip (both coordinates) anywhere
+    in the workspace after the calibration, in those of one measured number; sd: of the unknowns,
+    SI, for measurements of 1 m.
     """
 
     pose: Pose
@@ -80,7 +81,9 @@ class MeasurementPoses(Plotted):
         }
 
     def to_csv(self, path: TextFile) -> None:
-        """Write q1, q2, modes, and x, y to be filled in, as `calibrate` reads it; where they should be in x_nominal."""
+        """Write q1, q2, modes, and x, y to be filled in, as `calibrate` reads it; where they should
+        be in x_nominal.
+        """
         with written(path) as out:
             lines = csv.writer(out)
             lines.writerow(
@@ -112,10 +115,12 @@ def measurement_poses(
 ) -> MeasurementPoses:
     """The n poses whose measured points x, y tell most of the unknowns, ordered into a short tour.
 
-    criterion: "tip", the least worst error of the tip anywhere in the workspace after calibration (G-optimal), or "D",
-    the least volume of the unknowns' confidence region; by exchange (Fedorov 1972) among a grid of all working modes.
-    unknown, start: of `calibrate`. margin: sine of both legs' Type 1 and of Type 2 that poses keep. working: the modes
-    that can be reached, [(-1, -1), ...], all by default. window: (x0, x1, y0, y1), m, that poses stay in.
+    criterion: "tip", the least worst error of the tip anywhere in the workspace after calibration
+    (G-optimal), or "D", the least volume of the unknowns' confidence region; by exchange (Fedorov
+    1972) among a grid of all working modes.
+    unknown, start: of `calibrate`. margin: sine of both legs' Type 1 and of Type 2 that poses keep.
+    working: the modes that can be reached, [(-1, -1), ...], all by default. window: (x0, x1, y0,
+        y1), m, that poses stay in.
     ValueError: too few poses, none there, or unknowns that no points x, y tell (it names them).
     """
     unknown = known_names(unknown)
@@ -128,7 +133,8 @@ def measurement_poses(
         )
     if len(pose.q) < n:
         raise ValueError(
-            f"only {len(pose.q)} poses keep the margin {margin:g} (and are in the window): a smaller margin?"
+            f"only {len(pose.q)} poses keep the margin {margin:g} (and are in the window): a"
+            " smaller margin?"
         )
     readings = (pose.q - p[5:7]) / p[7:9]
     size = sizes(robot, readings, unknown)
@@ -159,7 +165,9 @@ def tip_gain(
     start: Mapping[str, float] = MappingProxyType({}),
     working: Sequence | None = None,
 ) -> float:
-    """`MeasurementPoses.worst_tip` of other poses, over the same workspace; inf where they do not tell all unknowns."""
+    """`MeasurementPoses.worst_tip` of other poses, over the same workspace; inf where they do not
+    tell all unknowns.
+    """
     p, columns = (
         start_values(robot, start),
         np.array([PLACE[name] for name in known_names(unknown)]),
@@ -177,7 +185,9 @@ def tip_gain(
 def candidates(
     robot: FiveBar, margin: float, modes: Sequence, window: Sequence[float] | None
 ) -> Pose:
-    """Poses on a grid over the workspace in these working modes, off singularities by the margin (a sine)."""
+    """Poses on a grid over the workspace in these working modes, off singularities by the margin (a
+    sine).
+    """
     reach = [robot.l11 + robot.l12, robot.l21 + robot.l22]
     low, high = (
         max(-robot.d / 2 - reach[0], robot.d / 2 - reach[1]),
@@ -267,7 +277,9 @@ def _gain(jacobian, covariance):
 
 
 def _for_the_tip(jacobian, chosen):
-    """Exchanges while one lowers the worst error of the tip, over poses everywhere and those that are worst now."""
+    """Exchanges while one lowers the worst error of the tip, over poses everywhere and those that
+    are worst now.
+    """
     chosen, information = (
         list(chosen),
         1e-9 * np.eye(jacobian.shape[2]) + sum(j.T @ j for j in jacobian[chosen]),
@@ -301,7 +313,9 @@ def _for_the_tip(jacobian, chosen):
 
 
 def _tour(robot, q, modes):
-    """An order of short moves: from every start the nearest next, the best of these untangled (2-opt)."""
+    """An order of short moves: from every start the nearest next, the best of these untangled
+    (2-opt).
+    """
     n = len(q)
     apart = np.abs(robot.joint_difference(q[:, None] - q[None])).max(axis=2)
     apart = apart + ANOTHER_MODE * (modes[:, None] != modes[None]).any(axis=2)

@@ -1,4 +1,6 @@
-"""Profile likelihood: how far one unknown can go before the best fit of all others is too much worse."""
+"""Profile likelihood: how far one unknown can go before the best fit of all others is too much
+worse.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,8 @@ WIDEST = 60  # doublings of the step before a side is open
 
 
 def profile(found: Calibration, name: str, far: float) -> tuple[float, float]:
-    """(low, high) where chi2 of the best fit with that value has risen by far^2 times the variance; inf: never.
+    """(low, high) where chi2 of the best fit with that value has risen by far^2 times the variance;
+    inf: never.
 
     Bates and Watts, Nonlinear Regression Analysis and Its Applications, 1988, ch. 6.
     """

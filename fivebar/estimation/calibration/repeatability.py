@@ -1,4 +1,6 @@
-"""`repeatability`: pose accuracy and repeatability from repeated measurements, as ISO 9283 defines them."""
+"""`repeatability`: pose accuracy and repeatability from repeated measurements, as ISO 9283 defines
+them.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +65,9 @@ class Repeatability(Plotted):
 
     @cached_property
     def AP(self) -> np.ndarray | None:
-        """(poses,) accuracy: from the commanded point to the barycentre; None where nothing was commanded."""
+        """(poses,) accuracy: from the commanded point to the barycentre; None where nothing was
+        commanded.
+        """
         return None if self.commanded is None else np.hypot(*(self.barycentre - self.commanded).T)
 
     def __str__(self) -> str:
@@ -80,7 +84,8 @@ class Repeatability(Plotted):
             [head, *([f"{row[0]:.0f}", *(f"{v:.4f}" for v in row[1:])] for row in zip(*columns))], 0
         )
         text.append(
-            f"worst RP {1e3 * self.RP.max():.4f} mm, mean + 3 sd of the distances to the barycentre (ISO 9283)"
+            f"worst RP {1e3 * self.RP.max():.4f} mm, mean + 3 sd of the distances to the barycentre"
+            " (ISO 9283)"
         )
         if self.points.shape[1] < CYCLES:
             text.append(
@@ -94,8 +99,9 @@ class Repeatability(Plotted):
 
 
 def repeatability(points: ArrayLike, commanded: ArrayLike | None = None) -> Repeatability:
-    """Accuracy and repeatability of points attained again and again: RP = mean + 3 sd of the distances to their
-    barycentre, AP = distance of the barycentre from the commanded point (ISO 9283:1998, 7.2).
+    """Accuracy and repeatability of points attained again and again: RP = mean + 3 sd of the
+    distances to their barycentre, AP = distance of the barycentre from the commanded point (ISO
+    9283:1998, 7.2).
 
     points: (n, 2) at one pose or (poses, n, 2), m, n >= 2; commanded: (2,) or (poses, 2), m.
     """
@@ -110,6 +116,7 @@ def repeatability(points: ArrayLike, commanded: ArrayLike | None = None) -> Repe
     target = np.atleast_2d(finite_numbers(commanded, "commanded"))
     if target.shape != (len(found), 2):
         raise ValueError(
-            f"commanded must be one point for each of the {len(found)} poses in points, not {shown(commanded)}"
+            f"commanded must be one point for each of the {len(found)} poses in points, not"
+            f" {shown(commanded)}"
         )
     return Repeatability(found, target)

@@ -1,4 +1,6 @@
-"""A calibration in words: what fits, what was found with which certainty, what cannot be told, which rows are off."""
+"""A calibration in words: what fits, what was found with which certainty, what cannot be told,
+which rows are off.
+"""
 
 from __future__ import annotations
 
@@ -43,8 +45,8 @@ def verdict(found: Calibration) -> str:
         return f"{chance}: the model fits to the sigma given"
     times = np.sqrt(found.chi2 / found.dof)
     return (
-        f"{chance}: THE MODEL DOES NOT FIT: the misses are {times:.3g} x sigma. Wrong rows, a tilted measuring plane, "
-        "backlash, bars out of the plane? The intervals below do not hold"
+        f"{chance}: THE MODEL DOES NOT FIT: the misses are {times:.3g} x sigma. Wrong rows, a"
+        " tilted measuring plane, backlash, bars out of the plane? The intervals below do not hold"
     )
 
 
@@ -59,8 +61,11 @@ def _fit(found):
         "({:+d}, {:+d}) {:+d}: {}".format(*mode, count) for mode, count in modes.most_common()
     )
     lines = [
-        f"{len(found.rows)} rows with {' and '.join(counted)}, in working and assembly modes {shown}; "
-        f"{len(found.unknown)} unknowns, of which {found.rank} combinations can be told",
+        (
+            f"{len(found.rows)} rows with {' and '.join(counted)}, in working and assembly modes"
+            f" {shown}; {len(found.unknown)} unknowns, of which {found.rank} combinations can be"
+            " told"
+        ),
         f"misses, RMS: {1e3 * found.rms_before:.4g} mm before, {1e3 * found.rms:.4g} mm after, "
         + (f"{1e3 * found.leave_one_out:.4g} mm" if np.isfinite(found.leave_one_out) else "unknown")
         + " of rows left out",

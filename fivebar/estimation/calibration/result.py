@@ -1,4 +1,6 @@
-"""A calibration: the robot found, how well it is known, what the data cannot tell, which rows are off."""
+"""A calibration: the robot found, how well it is known, what the data cannot tell, which rows are
+off.
+"""
 
 from __future__ import annotations
 
@@ -34,10 +36,11 @@ DOUBT = 1e-3  # p-value below which the model does not fit
 class Calibration(Used, Plotted):
     """What `calibrate` found; printed, it is a report.
 
-    nominal: the robot it began with; unknown: names; rows: what was measured, (n,) rows; assembly (n,): their modes;
-    start, p (13,): all values, before and found, in the order of UNKNOWNS; weight (m,): 1 / sigma of the measured
-    numbers; absolute: whether these are m, or relative; loss; held (k,): unknowns at a bound; said: sentences on what
-    was converted, left out, put right; bounds.
+    nominal: the robot it began with; unknown: names; rows: what was measured, (n,) rows; assembly
+    (n,): their modes; start, p (13,): all values, before and found, in the order of UNKNOWNS;
+    weight (m,): 1 / sigma of the measured numbers; absolute: whether these are m, or relative;
+    loss; held (k,): unknowns at a bound; said: sentences on what was converted, left out, put
+    right; bounds.
     """
 
     nominal: FiveBar
@@ -87,12 +90,16 @@ class Calibration(Used, Plotted):
 
     @cached_property
     def sizes(self) -> np.ndarray:
-        """(k,) of the unknowns, by which they are compared: the mean bar, 1 rad, 1 rad over the largest reading."""
+        """(k,) of the unknowns, by which they are compared: the mean bar, 1 rad, 1 rad over the
+        largest reading.
+        """
         return sizes(self.nominal, self.rows.q, self.unknown)
 
     @cached_property
     def _off(self):
-        """Predicted minus measured, weighted (m,), and its Jacobian by the unknowns in units of their sizes (m, k)."""
+        """Predicted minus measured, weighted (m,), and its Jacobian by the unknowns in units of
+        their sizes (m, k).
+        """
         off, jacobian = misses(self.p, self.rows, self.assembly)
         jacobian = jacobian[:, self._free] * self.sizes * self.weight[:, None]
         jacobian[:, self._held] = 0.0
@@ -125,7 +132,9 @@ class Calibration(Used, Plotted):
 
     @cached_property
     def variance(self) -> float:
-        """Of a weighted number: 1 where sigma is given, else from the residuals; inf where there are no spare ones."""
+        """Of a weighted number: 1 where sigma is given, else from the residuals; inf where there
+        are no spare ones.
+        """
         if self.absolute and self.loss == "linear":
             return 1.0
         if self.dof <= 0:
@@ -139,7 +148,9 @@ class Calibration(Used, Plotted):
 
     @cached_property
     def covariance(self) -> np.ndarray:
-        """(k, k) of the unknowns in SI units, of what the data tell; what they do not tell has none: see `sd`."""
+        """(k, k) of the unknowns in SI units, of what the data tell; what they do not tell has
+        none: see `sd`.
+        """
         _, s, right, rank = self._spectrum
         scaled = right[:rank].T / s[:rank]
         variance = self.variance if np.isfinite(self.variance) else 0.0
@@ -147,7 +158,9 @@ class Calibration(Used, Plotted):
 
     @cached_property
     def sd(self) -> dict[str, float]:
-        """Standard deviations by name; inf of an unknown that the data do not tell by itself, or that is at a bound."""
+        """Standard deviations by name; inf of an unknown that the data do not tell by itself, or
+        that is at a bound.
+        """
         lost = self._lost | self._held | ~np.isfinite(self.variance)
         return {
             name: np.inf if out else float(np.sqrt(v))
@@ -184,7 +197,8 @@ class Calibration(Used, Plotted):
     ) -> dict[str, tuple[float, float]]:
         """{name: (low, high)} that hold the true value with this probability, if the model holds.
 
-        method: "linear", Student's t times `sd` (normal where sigma is given); or "profile", where a fit with that one
+        method: "linear", Student's t times `sd` (normal where sigma is given); or "profile", where
+            a fit with that one
         value held is just as much worse: for intervals so wide that the model bends.
         """
         from .profile import profile
@@ -215,14 +229,18 @@ class Calibration(Used, Plotted):
 
     @cached_property
     def before(self) -> np.ndarray:
-        """All values (13,) before: the start, but the frame, as far as it is unknown, laid on the points anew."""
+        """All values (13,) before: the start, but the frame, as far as it is unknown, laid on the
+        points anew.
+        """
         names, p = [name for name in self.unknown if name in FRAME], self.start.copy()
         own = [PLACE[name] for name in names]
         p[own] = self.p[own]
         return self._fitted(names, p)
 
     def _fitted(self, names, p):
-        """p with these unknowns by least squares; as it is where they are none, or it does not reach every row."""
+        """p with these unknowns by least squares; as it is where they are none, or it does not
+        reach every row.
+        """
         if not names or not np.isfinite(misses(p, self.rows, self.assembly, derive=False)[0]).all():
             return p
         own = np.array([PLACE[name] for name in names])
@@ -231,7 +249,9 @@ class Calibration(Used, Plotted):
 
     @cached_property
     def residuals_before(self) -> np.ndarray:
-        """Measured minus predicted points (n, 2) with the values `before`; nan too where these do not reach."""
+        """Measured minus predicted points (n, 2) with the values `before`; nan too where these do
+        not reach.
+        """
         return self.rows.points - seen(self.before, self.rows.q, self.assembly, derive=False)[0]
 
     @cached_property
@@ -253,7 +273,9 @@ class Calibration(Used, Plotted):
 
     @property
     def p_value(self) -> float | None:
-        """How likely noise of this sigma alone gives such a chi2 or a larger one; None where sigma is not given."""
+        """How likely noise of this sigma alone gives such a chi2 or a larger one; None where sigma
+        is not given.
+        """
         return float(chdtrc(self.dof, self.chi2)) if self.absolute and self.dof > 0 else None
 
     @property
@@ -263,25 +285,32 @@ class Calibration(Used, Plotted):
 
     @cached_property
     def leave_one_out(self) -> float:
-        """RMS, m, with which each row is predicted from all others; inf where a row alone tells something."""
+        """RMS, m, with which each row is predicted from all others; inf where a row alone tells
+        something.
+        """
         return left_out(
             self._off[0], self._spectrum[0][:, : self.rank], self.rows.row_of, self.weight
         )
 
     @cached_property
     def outliers(self) -> dict[str, float]:
-        """Rows off all others, by line or number: probability of that by chance, in any row, below 1 % (Bonferroni)."""
+        """Rows off all others, by line or number: probability of that by chance, in any row, below
+        1 % (Bonferroni).
+        """
         found = off_rows(*self._off, self.rank, self.rows.row_of, self.absolute)
         return {self.rows.where[row]: p for row, p in found.items()}
 
     @cached_property
     def indistinguishable(self) -> tuple[str, ...]:
-        """What these data cannot tell apart, a sentence each, with a measurement that would; empty if all is told."""
+        """What these data cannot tell apart, a sentence each, with a measurement that would; empty
+        if all is told.
+        """
         if not len(self._null):
             return ()
         remedies = self._remedies
         return tuple(
-            f"{combination(vector, self.unknown, self.sizes, self.p)}: {remedies.for_vector(vector, self.unknown)}"
+            f"{combination(vector, self.unknown, self.sizes, self.p)}:"
+            f" {remedies.for_vector(vector, self.unknown)}"
             for vector in plainest(self._null)
         )
 
@@ -315,5 +344,7 @@ class Calibration(Used, Plotted):
         return cls(**saving.read_calibration(path))
 
     def to_toml(self, path: TextFile) -> None:
-        """Write the robot found as `--robot FILE.toml` reads it; offsets and frame stand there as a comment."""
+        """Write the robot found as `--robot FILE.toml` reads it; offsets and frame stand there as a
+        comment.
+        """
         saving.write_robot(self, path)

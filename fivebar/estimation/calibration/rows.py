@@ -1,4 +1,6 @@
-"""What was measured, row by row: readings of the joints, points or distances, the modes somebody noted."""
+"""What was measured, row by row: readings of the joints, points or distances, the modes somebody
+noted.
+"""
 
 from __future__ import annotations
 
@@ -33,9 +35,11 @@ WANTED = {
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Measured rows. q (n, 2), points (n, 2) and distance (n,) m, nan where not measured; to (n,) the row at the
-    distance's other end, -1: none; working (n, 2), assembly (n,) as noted, 0 where not; sigma (n,) m, nan where not
-    given; where (n,) what each row is called; said: sentences on what was converted and left out."""
+    """Measured rows. q (n, 2), points (n, 2) and distance (n,) m, nan where not measured; to (n,)
+    the row at the distance's other end, -1: none; working (n, 2), assembly (n,) as noted, 0 where
+    not; sigma (n,) m, nan where not given; where (n,) what each row is called; said: sentences on
+    what was converted and left out.
+    """
 
     q: np.ndarray
     points: np.ndarray
@@ -58,7 +62,9 @@ class Rows:
 
     @cached_property
     def asked(self) -> tuple:
-        """What is measured, in the order of the residuals: (row, coordinate) of points, rows of distances."""
+        """What is measured, in the order of the residuals: (row, coordinate) of points, rows of
+        distances.
+        """
         return (*np.nonzero(np.isfinite(self.points)), np.flatnonzero(self.to >= 0))
 
     @cached_property
@@ -92,7 +98,8 @@ def rows_of(
     weights: np.ndarray | None = None,
     name: str = "data",
 ) -> Rows:
-    """The Rows in a CSV file or in a mapping of arrays; rows in which nothing is measured are left out, and named.
+    """The Rows in a CSV file or in a mapping of arrays; rows in which nothing is measured are left
+    out, and named.
 
     weights: (n,), relative, in place of sigma.
     """
@@ -100,7 +107,8 @@ def rows_of(
         return _rows(_of_arrays(data, name), None, (), frozenset(), weights, name)
     if not (isinstance(data, (str, os.PathLike)) or hasattr(data, "read")):
         raise TypeError(
-            f"{name} must be a mapping of arrays (q1, q2, x, y, ...) or a CSV file, not {shown(data)}"
+            f"{name} must be a mapping of arrays (q1, q2, x, y, ...) or a CSV file, not"
+            f" {shown(data)}"
         )
     table = read(data, WANTED, units)
     with named(table.name):
@@ -175,13 +183,15 @@ def _targets(to, distance, where):
     for k in np.flatnonzero(np.isfinite(distance) != np.isfinite(to)):
         what = ("to", "distance") if np.isfinite(distance[k]) else ("distance", "to")
         raise ValueError(
-            f"{where[k]}: {what[1]} without {what[0]}: a distance needs the number of the row it leads to"
+            f"{where[k]}: {what[1]} without {what[0]}: a distance needs the number of the row it"
+            " leads to"
         )
     found = np.clip(np.nan_to_num(to), 0, len(to) + 1).astype(int) - 1
     for k in np.flatnonzero(np.isfinite(to)):
         if found[k] + 1 != to[k] or not 0 <= found[k] < len(to) or found[k] == k:
             raise ValueError(
-                f"{where[k]}: to = {to[k]:g} must be the number of another row, counted from 1 to {len(to)}"
+                f"{where[k]}: to = {to[k]:g} must be the number of another row, counted from 1 to"
+                f" {len(to)}"
             )
         if not distance[k] >= 0:
             raise ValueError(f"{where[k]}: distance must be >= 0, not {distance[k]:g}")

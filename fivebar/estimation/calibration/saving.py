@@ -79,7 +79,9 @@ def read_calibration(path: TextFile) -> dict[str, Any]:
 
 
 def _fitting(found):
-    """Refused where its parts are not of the same rows and unknowns, or its robot does not close on its rows."""
+    """Refused where its parts are not of the same rows and unknowns, or its robot does not close on
+    its rows.
+    """
     rows, unknown, n = found["rows"], found["unknown"], len(found["rows"].q)
     if (
         not set(found["bounds"]) <= set(unknown) <= set(UNKNOWNS)
@@ -134,7 +136,8 @@ def write_robot(found: Calibration, path: TextFile) -> None:
     values = dict(zip(UNKNOWNS, found.p))
     with written(path) as out:
         out.write(
-            "# A calibrated robot, SI units. Not the robot's own, but of how it was read and measured:\n"
+            "# A calibrated robot, SI units. Not the robot's own, but of how it was read and"
+            " measured:\n"
         )
         for name in (*READING, *FRAME):
             out.write(f"# {name} = {float(values[name])!r}\n")
@@ -166,9 +169,11 @@ def _plain(value):
 def _array(values):
     return np.array(
         [
-            [np.nan if v is None else v for v in row]
-            if isinstance(row, list)
-            else (np.nan if row is None else row)
+            (
+                [np.nan if v is None else v for v in row]
+                if isinstance(row, list)
+                else (np.nan if row is None else row)
+            )
             for row in values
         ]
     )

@@ -1,4 +1,6 @@
-"""A calibrated robot in use: what is commanded for which angle, and what is where in the measuring frame."""
+"""A calibrated robot in use: what is commanded for which angle, and what is where in the measuring
+frame.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,9 @@ class Used:
     p: np.ndarray
 
     def predict(self, q: Any, assembly: Any = -1) -> np.ndarray:
-        """Points (*batch, 2) in the measuring frame at readings q (*batch, 2); nan where the robot does not close."""
+        """Points (*batch, 2) in the measuring frame at readings q (*batch, 2); nan where the robot
+        does not close.
+        """
         q = np.asarray(q, float)
         modes = np.broadcast_to(np.asarray(assembly), q.shape[:-1]).ravel()
         return seen(self.p, q.reshape(-1, 2), modes, derive=False)[0].reshape(q.shape)
@@ -25,7 +29,9 @@ class Used:
         return np.asarray(q, float) * self.p[7:9] + self.p[5:7]
 
     def readings(self, angles: Any) -> np.ndarray:
-        """Readings (*batch, 2) at true angles, rad: what to command for q of `igm` with the robot found."""
+        """Readings (*batch, 2) at true angles, rad: what to command for q of `igm` with the robot
+        found.
+        """
         return (np.asarray(angles, float) - self.p[5:7]) / self.p[7:9]
 
     def to_frame(self, xi: Any) -> np.ndarray:

@@ -1,4 +1,6 @@
-"""Where a calibration begins: values that bring the legs to the measured points, whatever the modes."""
+"""Where a calibration begins: values that bring the legs to the measured points, whatever the
+modes.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,8 @@ from .fit import Task, noted_assembly
 from .measured_robot import PLACE, bars_off, frame, place, seen, unframe
 from .rows import Rows
 
-NEAR = 1e-3  # of a mean bar: a leg that misses a point by more is no noise, and weighs less in the start
+# Of a mean bar: a leg that misses a point by more is no noise, and weighs less in the start.
+NEAR = 1e-3
 FAR = 0.4  # of a length's logarithm from its start: no five-bar is built so wrong
 LAID = 4  # times a frame is laid on the points, each in the mode that was nearer then
 HOLD = 1e-5  # of a start, to itself: less than any noise
@@ -25,10 +28,11 @@ SUSPECT = 5e-3  # of a mean bar: missed by more in the median, something is wron
 
 
 def begin(task: Task, far: bool = True) -> np.ndarray:
-    """Values (13,) to begin with: from points alone, whatever the modes; a bad row or two do not matter.
+    """Values (13,) to begin with: from points alone, whatever the modes; a bad row or two do not
+    matter.
 
-    If the start leads nowhere, the measured points say where the angles begin, usual encoders are tried where ratios
-    are free, and (far) a whole turn of offsets.
+    If the start leads nowhere, the measured points say where the angles begin, usual encoders are
+    tried where ratios are free, and (far) a whole turn of offsets.
     """
     if task.rows.whole.sum() < 3:
         return _shifted(task)
@@ -40,7 +44,9 @@ def begin(task: Task, far: bool = True) -> np.ndarray:
 
 
 def first(task: Task) -> np.ndarray:
-    """The start, or the start with the frame that fits best to either assembly mode, whichever misses least."""
+    """The start, or the start with the frame that fits best to either assembly mode, whichever
+    misses least.
+    """
     return _best(task, [task.start, *_framed(task, task.start)])
 
 
@@ -49,16 +55,20 @@ def _best(task, tried):
 
 
 def miss(task: Task, p: np.ndarray) -> float:
-    """Median over the rows with whole points of how far the legs miss them, measured m; inf where that is no number."""
+    """Median over the rows with whole points of how far the legs miss them, measured m; inf where
+    that is no number.
+    """
     rows = task.rows
     off = bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0]
     return float(np.nan_to_num(np.median(np.hypot(*off.T)), nan=np.inf))
 
 
 def doubt(task: Task, p: np.ndarray) -> float:
-    """`miss`, by which starts are compared, and more for lengths far from the start's and for points in one place.
+    """`miss`, by which starts are compared, and more for lengths far from the start's and for
+    points in one place.
 
-    A robot without cranks would be in one point, whatever the angles; metres that are millimetres look like one.
+    A robot without cranks would be in one point, whatever the angles; metres that are millimetres
+    look like one.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.abs(np.log(p[:5] / task.start[:5]))[task.start[:5] > 0]
@@ -111,7 +121,9 @@ def _moved(p, task, z):
 
 
 def _read_off(task):
-    """The start with offsets, and ratios, that bring the readings to the angles at which the points are reached."""
+    """The start with offsets, and ratios, that bring the readings to the angles at which the points
+    are reached.
+    """
     rows, free = task.rows, set(task.names)
     if not free & {"offset1", "offset2", "ratio1", "ratio2"}:
         return []
@@ -131,7 +143,9 @@ def _read_off(task):
 
 
 def angle_at(p: np.ndarray, rows: Rows, leg: int, working: int) -> np.ndarray:
-    """The drive's angle (n,) with which a leg reaches the measured points, in the mode noted, else in `working`."""
+    """The drive's angle (n,) with which a leg reaches the measured points, in the mode noted, else
+    in `working`.
+    """
     robot_xi = np.stack(unframe(p, rows.points), axis=-1)
     mode = np.where(rows.working[:, leg], rows.working[:, leg], working)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -140,8 +154,9 @@ def angle_at(p: np.ndarray, rows: Rows, leg: int, working: int) -> np.ndarray:
 
 
 def reading(p: np.ndarray, rows: Rows, leg: int, working: int) -> tuple[float, float]:
-    """(ratio, offset) with which a leg's readings are the angles at its points: medians of slopes, so a bad row or two
-    do not matter."""
+    """(ratio, offset) with which a leg's readings are the angles at its points: medians of slopes,
+    so a bad row or two do not matter.
+    """
     angle, q = angle_at(p, rows, leg, working), rows.q[:, leg]
     good = np.isfinite(angle)
     angle, q = angle[good], q[good]
@@ -163,7 +178,9 @@ def _turned(task):
 
 
 def _counted(task):
-    """Starts in which readings are counts of usual encoders, where ratios are free and angles would be absurd."""
+    """Starts in which readings are counts of usual encoders, where ratios are free and angles would
+    be absurd.
+    """
     wide = wide_legs(task)
     return (
         _all_framed(task, 7, [np.where(wide, 2 * np.pi / turn, 1.0) - 1 for turn in USUAL])
@@ -173,7 +190,9 @@ def _counted(task):
 
 
 def wide_legs(task: Task, free: bool = True) -> np.ndarray:
-    """Which legs (2,) have readings that no motor turns through, and a ratio that is free (or not)."""
+    """Which legs (2,) have readings that no motor turns through, and a ratio that is free (or
+    not).
+    """
     return np.array(
         [
             np.ptp(task.rows.q[:, leg]) > MUCH and (f"ratio{leg + 1}" in task.names) == free
@@ -193,8 +212,10 @@ def _all_framed(task, first_place, pairs):
 
 
 def _framed(task, start):
-    """A start with the frames, as far as they are free, that lay the robot's points on the measured ones: first in the
-    modes noted, or else in either assembly mode, then each in the one that is nearer."""
+    """A start with the frames, as far as they are free, that lay the robot's points on the measured
+    ones: first in the modes noted, or else in either assembly mode, then each in the one that is
+        nearer.
+    """
     free = set(task.names)
     if not free & {"x0", "y0", "turn", "scale"}:
         return []
@@ -239,7 +260,9 @@ def _laid(rows, p, free, mode):
 
 
 def _shifted(task):
-    """Where one coordinate alone is measured: the start with that of the frame moved to the measured ones' middle."""
+    """Where one coordinate alone is measured: the start with that of the frame moved to the
+    measured ones' middle.
+    """
     p, rows = task.start.copy(), task.rows
     points = seen(p, rows.q, np.where(noted_assembly(p, rows), noted_assembly(p, rows), -1), False)[
         0

@@ -1,4 +1,6 @@
-"""`tip_error`: how far off the tip of a robot is whose lengths and zeros are known to tolerances only."""
+"""`tip_error`: how far off the tip of a robot is whose lengths and zeros are known to tolerances
+only.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +30,11 @@ INSIDE = 0.95
 
 @dataclass(frozen=True, eq=False)
 class TipError(Plotted):
-    """Errors of the tip at n poses under tolerances, to first order and by Monte Carlo; from `tip_error`.
+    """Errors of the tip at n poses under tolerances, to first order and by Monte Carlo; from
+    `tip_error`.
 
-    names, tolerances (k,); jacobian (n, 2, k): of the tip by these, the motors held; drawn: samples of the tip's error
-    at each pose (n, samples, 2), m, nan where the drawn robot does not close.
+    names, tolerances (k,); jacobian (n, 2, k): of the tip by these, the motors held; drawn: samples
+    of the tip's error at each pose (n, samples, 2), m, nan where the drawn robot does not close.
     """
 
     pose: Pose
@@ -124,12 +127,15 @@ def tip_error(
 ) -> TipError:
     """Errors of the tip of a robot that is commanded by its nominal model, and built to tolerances.
 
-        d xi = A^-1 (u_i2 . dP_i + d l_i2), q held        (AMORO eq. 13, with the bars' lengths derived too)
+        d xi = A^-1 (u_i2 . dP_i + d l_i2), q held        (AMORO eq. 13, with the bars' lengths
+        derived too)
 
-    tolerances: {name: size} of l11, l12, l21, l22, d, offset1, offset2 (an encoder's error is one), ratio1, ratio2; m
+    tolerances: {name: size} of l11, l12, l21, l22, d, offset1, offset2 (an encoder's error is one),
+        ratio1, ratio2; m
         and rad: standard deviations, or with distribution="uniform" the half width.
-    poses: a Pose, of one or a batch, or points (n, 2), m, reached in the mode `working`. samples: robots drawn.
-    ValueError names a tolerance that is none; UnreachableError, SingularityError as `igm`.
+    poses: a Pose, of one or a batch, or points (n, 2), m, reached in the mode `working`. samples:
+    robots drawn. ValueError names a tolerance that is none; UnreachableError, SingularityError as
+    `igm`.
     """
     if not isinstance(tolerances, Mapping):
         raise TypeError(f"tolerances must be a mapping {{name: size}}, not {shown(tolerances)}")

@@ -1,4 +1,6 @@
-"""Columns that are wrong: the change after which the legs reach the points, or the predictions the measurements."""
+"""Columns that are wrong: the change after which the legs reach the points, or the predictions the
+measurements.
+"""
 
 from __future__ import annotations
 
@@ -75,7 +77,9 @@ STATED = {
 
 
 def more_unknown(task: Task, before: np.ndarray) -> Mistake | None:
-    """What would have to be unknown, too, for the legs to reach the points; None where nothing does."""
+    """What would have to be unknown, too, for the legs to reach the points; None where nothing
+    does.
+    """
     offsets = READING[:2]
     for names in (offsets, FRAME[:2], FRAME[:3], (*offsets, *FRAME[:3]), FRAME):
         more = [PLACE[name] for name in names if name not in task.names]
@@ -89,10 +93,14 @@ def more_unknown(task: Task, before: np.ndarray) -> Mistake | None:
         )
         p = begin(wider)
         if doubt(wider, p) < min(FALLS * doubt(task, before), 4 * SUSPECT * task.bar):
-            notes = f"(the bars miss the points by {mm(miss(wider, p))} then, by {mm(miss(task, before))} as it is)"
+            notes = (
+                f"(the bars miss the points by {mm(miss(wider, p))} then, by"
+                f" {mm(miss(task, before))} as it is)"
+            )
             added = ", ".join(UNKNOWNS[k] for k in more)
             return Mistake(
-                f"{added} should be unknown, too: the points are in another frame, or zeros elsewhere {notes}",
+                f"{added} should be unknown, too: the points are in another frame, or zeros"
+                f" elsewhere {notes}",
                 None,
             )
     return None
@@ -115,7 +123,9 @@ def mended(task: Task, found: list[Mistake]) -> Task:
 
 
 def crudely(task: Task) -> list[Mistake]:
-    """Units of single coordinates and of distances, by what the start predicts: it is nearer than a wrong unit."""
+    """Units of single coordinates and of distances, by what the start predicts: it is nearer than a
+    wrong unit.
+    """
 
     def off(rows):
         own = remade(task, rows)
@@ -134,7 +144,10 @@ def crudely(task: Task) -> list[Mistake]:
     best = min(after, key=lambda words: after[words])
     if after[best] > min(FALLS * before, CRUDE * task.bar):
         return []
-    notes = f"(misses, in the median, {mm(after[best])} then, {mm(before)} as it is, before anything is fitted)"
+    notes = (
+        f"(misses, in the median, {mm(after[best])} then, {mm(before)} as it is, before anything is"
+        " fitted)"
+    )
     return [Mistake(f"column {best}? {notes}", tried[best])]
 
 
@@ -157,8 +170,10 @@ def double(task: Task) -> list:
 
 
 def columns(task: Task, before: np.ndarray, groups: list) -> list[Mistake]:
-    """The change of columns after which the legs reach the points, if there is one; of several that which turns the
-    frame and the joints least: a reflected frame is another, turned."""
+    """The change of columns after which the legs reach the points, if there is one; of several that
+    which turns the
+    frame and the joints least: a reflected frame is another, turned.
+    """
     tasks, tried, promising = {}, {}, []
     for group, most in groups:
         tried |= group
@@ -184,7 +199,10 @@ def columns(task: Task, before: np.ndarray, groups: list) -> list[Mistake]:
     if turned[best] > MUCH_TURNED and doubt(task, begin(task)) < limit:
         return []  # motors and a frame may lie anywhere: no mistake
     after = miss(tasks[best], ends[best])
-    notes = f"(the bars miss the points by {mm(after)} then, by {mm(miss(task, before))} as it is; medians)"
+    notes = (
+        f"(the bars miss the points by {mm(after)} then, by {mm(miss(task, before))} as it is;"
+        " medians)"
+    )
     notes += f", or {' or '.join(others)}, which looks the same" if others else ""
     return [Mistake(f"column {words}? {notes}", change) for words, change in zip(best, tried[best])]
 
@@ -195,7 +213,9 @@ def _turned_by(task, p):
 
 
 def _counts(task):
-    """Readings that are counts of an encoder: of a usual number a turn, or of what the points themselves tell."""
+    """Readings that are counts of an encoder: of a usual number a turn, or of what the points
+    themselves tell.
+    """
     found, wide = {}, np.flatnonzero(wide_legs(task, free=False))
     for turn in USUAL if len(wide) else ():
         scale = np.where(np.isin((0, 1), wide), 2 * np.pi / turn, 1.0)
@@ -212,7 +232,10 @@ def _counts(task):
 
 def _in_counts(legs, turn):
     names, ratios = ([f"{word}{leg + 1}" for leg in legs] for word in ("q", "ratio"))
-    return f"{' and '.join(names)} in counts, {turn} a turn, for which start and unknown have {' and '.join(ratios)}"
+    return (
+        f"{' and '.join(names)} in counts, {turn} a turn, for which start and unknown have"
+        f" {' and '.join(ratios)}"
+    )
 
 
 def mm(length: float) -> str:

@@ -1,15 +1,17 @@
 """Base parameters that bodies can have, the nearest to those of a regression.
 
-Behind the grouped parameters there are bodies where each distal bar has a mass m2 >= 0 and a first moment m2 x, so that
-its inertia about the elbow zz2 + m2 x l (`links`) is at least what its centre of mass asks for, the end-effector keeps
-a payload >= 0, and the drive an inertia >= 0 without the share of the bar that rides on it:
+Behind the grouped parameters there are bodies where each distal bar has a mass m2 >= 0 and a first
+moment m2 x, so that its inertia about the elbow zz2 + m2 x l (`links`) is at least what its centre
+of mass asks for, the end-effector keeps a payload >= 0, and the drive an inertia >= 0 without the
+share of the bar that rides on it:
 
-    (zz2 + m2x l) m2 >= (m2x)^2 + my2^2      m - sum m2x / l >= 0      zz1 - (m2 - m2x / l) |P'|^2 >= 0
+    (zz2 + m2x l) m2 >= (m2x)^2 + my2^2      m - sum m2x / l >= 0      zz1 - (m2 - m2x / l) |P'|^2
+    >= 0
 
 and friction >= 0.
 
-A convex set; in it Ipopt finds the least of (theta - theta_0)^T C^-1 (theta - theta_0). Of a proximal bar's own mass
-the motors feel nothing, so no first moment is refused.
+A convex set; in it Ipopt finds the least of (theta - theta_0)^T C^-1 (theta - theta_0). Of a
+proximal bar's own mass the motors feel nothing, so no first moment is refused.
 """
 
 from __future__ import annotations
@@ -24,7 +26,9 @@ SLACK = 1e-9  # of an inertia, by which it stays above what it must
 
 
 def consistent(robot: Robot, names: list[str], theta: np.ndarray, cov: np.ndarray) -> np.ndarray:
-    """The parameters (p,) nearest to theta in the norm of its covariance that bodies can have; others are 0."""
+    """The parameters (p,) nearest to theta in the norm of its covariance that bodies can have;
+    others are 0.
+    """
     scale = np.maximum(np.abs(theta), np.sqrt(np.diag(cov)))
     p = casadi.SX.sym("p", len(names))
     own = {name: scale[k] * p[k] for k, name in enumerate(names)}

@@ -20,7 +20,8 @@ POSES, ENOUGH, SEED, AWAY = 400, 40, 16, 0.05  # AWAY: of a sine from Type 1
 def independent(
     W: np.ndarray, columns: list[int], tolerance: float
 ) -> tuple[list[int], dict[int, dict[int, float]]]:
-    """(columns that are told, {column that is not: {column: factor} whose sum it is}) of W (n, 2, p), in this order.
+    """(columns that are told, {column that is not: {column: factor} whose sum it is}) of W (n, 2,
+    p), in this order.
 
     The first of the columns that depend on each other is told, with the others' shares in it.
     """
@@ -48,7 +49,9 @@ def independent(
 
 
 def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> np.ndarray:
-    """W of motions through poses all over the workspace in these modes, of all rates and accelerations of size 1."""
+    """W of motions through poses all over the workspace in these modes, of all rates and
+    accelerations of size 1.
+    """
     rng = np.random.default_rng(SEED)
     reach = sum(robot.distal) + 1e-9
     found = [np.empty((0, 2))]
@@ -63,7 +66,8 @@ def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> np.ndarra
     q = np.concatenate(found)[:POSES]
     if len(q) < ENOUGH:
         raise ValueError(
-            f"this robot has hardly a pose in working modes {tuple(working)}, assembly mode {assembly:+d}"
+            f"this robot has hardly a pose in working modes {tuple(working)}, assembly mode"
+            f" {assembly:+d}"
         )
     return regressor(robot, q, rng.normal(size=q.shape), rng.normal(size=q.shape), assembly)
 
@@ -86,6 +90,7 @@ def words(robot: Robot, folded: dict[int, dict[int, float]], everywhere: bool) -
             sums = ", ".join(f"{names[j]} {factor:+.6g} {names[k]}" for j, factor in shares.items())
             called = ", ".join(names[j] for j in shares)
             notes.append(
-                f"{names[k]}: {motion} it by itself, but {sums}: what is called {called} has its share"
+                f"{names[k]}: {motion} it by itself, but {sums}: what is called {called} has its"
+                " share"
             )
     return notes

@@ -1,10 +1,13 @@
-"""Motions that tell most of a robot's masses and friction: Fourier series in the joints, of least condition number.
+"""Motions that tell most of a robot's masses and friction: Fourier series in the joints, of least
+condition number.
 
-    q_i(t) = c_i + sum_k a_ik sin(k w t) + b_ik cos(k w t)        sum_k k a_ik = 0        sum_k k^2 b_ik = 0
+    q_i(t) = c_i + sum_k a_ik sin(k w t) + b_ik cos(k w t)        sum_k k a_ik = 0        sum_k k^2
+    b_ik = 0
 
-with w = 2 pi / period: periodic, at rest at both ends (Swevers et al. 1997). For each shape and centre the amplitude is
-the largest that keeps to the limits, so that every one tried is feasible; of these the one is sought whose regression
-matrix, columns scaled to length 1, has the least condition number: random starts, and Nelder and Mead from the best.
+with w = 2 pi / period: periodic, at rest at both ends (Swevers et al. 1997). For each shape and
+centre the amplitude is the largest that keeps to the limits, so that every one tried is feasible;
+of these the one is sought whose regression matrix, columns scaled to length 1, has the least
+condition number: random starts, and Nelder and Mead from the best.
 """
 
 from __future__ import annotations
@@ -40,8 +43,10 @@ WIDEST = 1.0  # rad, of the amplitude's search
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Excitation(Trajectory):
-    """A Trajectory, as `simulate` takes it, from `exciting_trajectory`; beyond one: robot; its modes working, assembly;
-    condition: of its regression matrix; peaks: {"rate", "acceleration", "torque": (2,)}, SI; margin: the least of both
+    """A Trajectory, as `simulate` takes it, from `exciting_trajectory`; beyond one: robot; its
+    modes working, assembly;
+    condition: of its regression matrix; peaks: {"rate", "acceleration", "torque": (2,)}, SI;
+        margin: the least of both
     |sines| and |det A|; joints: t -> (q, q', q'').
     """
 
@@ -65,7 +70,9 @@ class Excitation(Trajectory):
         )
 
     def to_csv(self, path: TextFile, step: float = 0.01) -> None:
-        """Write it in rows `step` s apart: t, x, y, the joints, and their rates; SI. `fb.from_csv` reads it."""
+        """Write it in rows `step` s apart: t, x, y, the joints, and their rates; SI. `fb.from_csv`
+        reads it.
+        """
         t = np.linspace(0.0, self.duration, int(round(self.duration / positive(step, "step"))) + 1)
         xi, xi_dot, _ = self(t)
         left, right = self.robot.words.joints
@@ -77,7 +84,9 @@ class Excitation(Trajectory):
 
 
 class _Series:
-    """q, q', q'' of centres (2,) and coefficients (2, 2 h), and the end-effector's motion by them."""
+    """q, q', q'' of centres (2,) and coefficients (2, 2 h), and the end-effector's motion by
+    them.
+    """
 
     def __init__(self, robot, assembly, period, centre, coefficients):
         self.robot, self.assembly, self.omega = robot, assembly, 2 * np.pi / period
@@ -133,12 +142,16 @@ def exciting_trajectory(
     seed: int = 0,
     starts: int = STARTS,
 ) -> Excitation:
-    """The motion of least condition number of `identify`'s regression, within limits; gives an Excitation.
+    """The motion of least condition number of `identify`'s regression, within limits; gives an
+    Excitation.
 
-    period: s, of the Fourier series with so many harmonics, repeated `cycles` times. rate, acceleration: rad/s, rad/s^2
-    of either joint; torque: N m of either motor, by the robot's own masses and friction; None: no limit. margin: of
-    |sin| of both legs and |det A|, which keeps it within one aspect of these modes. unknown: as of `identify`.
-    seed, starts: of the random shapes; the same seed, the same motion. ValueError where no motion keeps the limits.
+    period: s, of the Fourier series with so many harmonics, repeated `cycles` times. rate,
+    acceleration: rad/s, rad/s^2 of either joint; torque: N m of either motor, by the robot's own
+        masses and friction; None: no limit. margin: of
+    |sin| of both legs and |det A|, which keeps it within one aspect of these modes. unknown: as of
+    `identify`.
+    seed, starts: of the random shapes; the same seed, the same motion. ValueError where no motion
+        keeps the limits.
     """
     margin = number(margin, "margin", 0.01, 0.9)
     names = linear_names(robot)
@@ -157,8 +170,9 @@ def exciting_trajectory(
         best = _best(search, [search.random(rng) for _ in range(starts)])
     if best is None:
         raise ValueError(
-            f"no motion was found within these limits, of working modes {working} and assembly mode {assembly:+d}, "
-            f"with |sines| and |det A| above {margin:g}: ask for less margin, more torque, or other modes"
+            f"no motion was found within these limits, of working modes {working} and assembly mode"
+            f" {assembly:+d}, with |sines| and |det A| above {margin:g}: ask for less margin, more"
+            " torque, or other modes"
         )
     series = search.series(best, search.amplitude(best))
     t = np.linspace(0, period, DENSE)
@@ -190,7 +204,9 @@ def exciting_trajectory(
 
 @lru_cache(maxsize=16)
 def _checked(robot, assembly):
-    """(q, q', q'') of SAMPLES rows -> det A, both sines, both torques, nan where the robot does not close."""
+    """(q, q', q'') of SAMPLES rows -> det A, both sines, both torques, nan where the robot does not
+    close.
+    """
     q, q_dot, q_ddot = (casadi.SX.sym(name, 2) for name in ("q", "q_dot", "q_ddot"))
     pose = dgm(robot, q, assembly)
     tau = inverse_dynamics(dkm2(dkm(pose, q_dot), q_ddot))
@@ -214,7 +230,9 @@ def _improved(search, shape):
 
 
 class _Search:
-    """Shapes: a centre (2,) and numbers for the coefficients that rest at both ends; and what they cost."""
+    """Shapes: a centre (2,) and numbers for the coefficients that rest at both ends; and what they
+    cost.
+    """
 
     def __init__(self, robot, period, harmonics, limits, margin, working, assembly, told):
         self.robot, self.period, self.limits, self.margin = robot, period, limits, margin
@@ -288,7 +306,9 @@ class _Search:
         return float(np.linalg.cond(W / sizes)) if sizes.all() else np.inf
 
     def cost(self, shape):
-        """log of the condition number, plus a tenth of the log of what torque the accelerations make of noise."""
+        """log of the condition number, plus a tenth of the log of what torque the accelerations
+        make of noise.
+        """
         key = shape.tobytes()
         if key not in self.known:
             self.bar.update()

@@ -1,8 +1,10 @@
-"""Rows of a regression, tau = W theta, out of samples: both sides by the same filter, so that it leaves no bias.
+"""Rows of a regression, tau = W theta, out of samples: both sides by the same filter, so that it
+leaves no bias.
 
-The equation holds at every sample, so it holds for any weighted sum of samples. What must not count (at a singularity,
-where a motor with dry friction hardly turns, where the torque is cut off) is 0 on both sides before the filter; it is a
-low-pass, as what is above the cut-off is noise, and it leaves so few rows that their noise is nearly white.
+The equation holds at every sample, so it holds for any weighted sum of samples. What must not count
+(at a singularity, where a motor with dry friction hardly turns, where the torque is cut off) is 0
+on both sides before the filter; it is a low-pass, as what is above the cut-off is noise, and it
+leaves so few rows that their noise is nearly white.
 """
 
 from __future__ import annotations
@@ -26,9 +28,11 @@ COVERED = 0.2  # of a row's weight that must be of samples that count
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """W (n, 2 motors, p), tau (n, 2) N m; counts (n, 2) bool: what is used; t (n,) s; cover (n, 2): the weight of the
-    samples that count, by whose root both sides are divided, so that all rows are as noisy; breaks: first row of each
-    piece; share: of the samples, per motor, that count; gain: of white noise from a sample to a row."""
+    """W (n, 2 motors, p), tau (n, 2) N m; counts (n, 2) bool: what is used; t (n,) s; cover (n, 2):
+    the weight of the samples that count, by whose root both sides are divided, so that all rows are
+    as noisy; breaks: first row of each piece; share: of the samples, per motor, that count; gain:
+    of white noise from a sample to a row.
+    """
 
     W: np.ndarray
     tau: np.ndarray
@@ -41,7 +45,9 @@ class Rows:
 
 
 def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
-    """Rows of pieces (t (n,), W (n, 2, p), tau (n, 2), counts (n, 2) bool), in samples `step` s apart."""
+    """Rows of pieces (t (n,), W (n, 2, p), tau (n, 2), counts (n, 2) bool), in samples `step` s
+    apart.
+    """
     down = max(int(1 / (RATE * cutoff * step)), 1)
     width = min(0.75 * cutoff * step * 2, 0.9)
     # Kaiser's estimate of the length
@@ -88,9 +94,11 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
 
 
 def spikes(column: np.ndarray) -> np.ndarray:
-    """Where (n,) a few rows of a column leave those around them, as a step or a peak of the motion does not.
+    """Where (n,) a few rows of a column leave those around them, as a step or a peak of the motion
+    does not.
 
-    They are far from the median of the rows about them, by the usual distance and by the range; none where many are.
+    They are far from the median of the rows about them, by the usual distance and by the range;
+    none where many are.
     """
     known = np.isfinite(column)
     if known.sum() < AROUND:

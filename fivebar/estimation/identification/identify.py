@@ -1,4 +1,6 @@
-"""What a robot's masses and friction are, by logs of its motion and torques; and what these cannot tell."""
+"""What a robot's masses and friction are, by logs of its motion and torques; and what these cannot
+tell.
+"""
 
 from __future__ import annotations
 
@@ -54,19 +56,23 @@ def identify(
     offset: object = (0.0, 0.0),
     torque_constant: object = None,
 ) -> Identification:
-    """Inertial parameters and friction of a robot from logs of its motion and torques; gives an Identification.
+    """Inertial parameters and friction of a robot from logs of its motion and torques; gives an
+    Identification.
 
     robot: of known lengths and gravity; its masses and friction count where they are not unknown.
-    log: a Run, a CSV file, a mapping of arrays t, q1, q2, tau1, tau2, perhaps q1_dot, ...; or a list of these. Torques
-    are those at their times, or held from row to row where that fits better, as a drive's commands are.
-    validate: a second run, only predicted. unknown: names, None: all that the torque is linear in; the masses stay in
-    the model, of the others the smallest set that the data do not reject (extended BIC, see `regression`); deviations
-    count that what is left out need not be 0 (`spread`): name what the robot has, and they are smaller.
-    assembly: the mode of all logs, throughout: cut a log where it crosses Type 2. cutoff: Hz, of all filters; None:
-    where the motion sinks into its noise (`derivatives`), or lower, until that noise bends no value by more than 0.3 sd
-    (`noisy_columns`). consistent: hold to what bodies can have (`bodies`). units: {"q1": "deg"} of columns without one;
-    counts_per_turn, gear_ratio, offset, torque_constant: as `Run.from_log`.
-    ValueError for a log that says nothing or is not of this robot: what is wrong with it, as far as it can be told.
+    log: a Run, a CSV file, a mapping of arrays t, q1, q2, tau1, tau2, perhaps q1_dot, ...; or a
+    list of these. Torques are those at their times, or held from row to row where that fits better,
+    as a drive's commands are.
+    validate: a second run, only predicted. unknown: names, None: all that the torque is linear in;
+    the masses stay in the model, of the others the smallest set that the data do not reject
+    (extended BIC, see `regression`); deviations count that what is left out need not be 0
+    (`spread`): name what the robot has, and they are smaller.
+    assembly: the mode of all logs, throughout: cut a log where it crosses Type 2. cutoff: Hz, of
+    all filters; None: where the motion sinks into its noise (`derivatives`), or lower, until that
+    noise bends no value by more than 0.3 sd (`noisy_columns`). consistent: hold to what bodies can
+    have (`bodies`). units: {"q1": "deg"} of columns without one; counts_per_turn, gear_ratio,
+    offset, torque_constant: as `Run.from_log`. ValueError for a log that says nothing or is not of
+        this robot: what is wrong with it, as far as it can be told.
     """
     gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
     logs = [
@@ -109,7 +115,8 @@ def identify(
                 True,
             )
             notes = [
-                "each torque is taken as held from its row to the next: so it fits the motion better"
+                "each torque is taken as held from its row to the next: so it fits the motion"
+                " better"
             ]
     for _ in range(LOWER if cutoff is None and full.misfit < POOR else 0):
         if bias(found, told, full).max() < BIASED:
@@ -181,7 +188,8 @@ def sought_names(robot, unknown):
         return names
     if wrong := [name for name in unknown if name not in names]:
         raise ValueError(
-            f"unknown: no parameter {', '.join(map(repr, wrong))}; the torque is linear in {', '.join(names)}"
+            f"unknown: no parameter {', '.join(map(repr, wrong))}; the torque is linear in"
+            f" {', '.join(names)}"
         )
     if not unknown:
         raise ValueError(f"unknown is empty: name some of {', '.join(names)}")
@@ -213,8 +221,9 @@ def _must_say(rows, found, least):
     if count.min() < least:
         why = " ".join(s for each in found for s in each.notes)
         raise ValueError(
-            f"only {count[0]} and {count[1]} independent rows of the two motors are left, and at least "
-            f"{least} of each are needed: log longer, or faster motions{'. ' + why if why else ''}"
+            f"only {count[0]} and {count[1]} independent rows of the two motors are left, and at"
+            f" least {least} of each are needed: log longer, or faster"
+            f" motions{'. ' + why if why else ''}"
         )
 
 
@@ -245,8 +254,8 @@ def _robot(robot, sought, labels, theta):
         return replace(robot, **values)
     except ValueError as error:
         raise ValueError(
-            f"the log asks for parameters that no robot has ({error}): its torques, modes or lengths are not this "
-            "robot's; or consistent=True holds to what bodies can have"
+            f"the log asks for parameters that no robot has ({error}): its torques, modes or"
+            " lengths are not this robot's; or consistent=True holds to what bodies can have"
         ) from None
 
 

@@ -1,8 +1,9 @@
 """How far noise of the positions bends a regression whose columns are made of it.
 
-With accelerations q'' + n the columns are W + sum_j W_j n_j, W_j the inertial columns of joint j, and least squares
-gives theta off by -(W^T W)^-1 N theta, N = sum of W_j^T W_j var n_j: most where columns are nearly dependent. The
-variance of n grows with the fifth power of the cut-off: a lower one is the cure.
+With accelerations q'' + n the columns are W + sum_j W_j n_j, W_j the inertial columns of joint j,
+and least squares gives theta off by -(W^T W)^-1 N theta, N = sum of W_j^T W_j var n_j: most where
+columns are nearly dependent. The variance of n grows with the fifth power of the cut-off: a lower
+one is the cure.
 """
 
 from __future__ import annotations

@@ -1,10 +1,13 @@
-"""Weighted linear regression by QR, its honest covariance, and the smallest model that the data do not reject.
+"""Weighted linear regression by QR, its honest covariance, and the smallest model that the data do
+not reject.
 
-Residuals of measured motions may be neither white nor of one size. Standard deviations are those of white residuals, or
-those of Newey and West (1987), which ask for neither, but are too small of few rows: the larger of both. A set R of
-parameters is left out at the cost theta_R^T C_RR^-1 theta_R (Wald), a chi square of as many degrees of freedom where
-they are 0; each that stays costs log n + 3 log p (the extended BIC of Chen and Chen 2008 with gamma = 3/2; n rows, p
-candidates: of 14 that are 0 one stays in about 0.3 % of the logs). The chosen model has the lowest cost.
+Residuals of measured motions may be neither white nor of one size. Standard deviations are those of
+white residuals, or those of Newey and West (1987), which ask for neither, but are too small of few
+rows: the larger of both. A set R of parameters is left out at the cost theta_R^T C_RR^-1 theta_R
+(Wald), a chi square of as many degrees of freedom where they are 0; each that stays costs log n + 3
+log p (the extended BIC of Chen and Chen 2008 with gamma = 3/2; n rows, p
+candidates: of 14 that are 0 one stays in about 0.3 % of the logs). The chosen model has the lowest
+    cost.
 """
 
 from __future__ import annotations
@@ -16,7 +19,8 @@ from scipy.linalg import cho_factor, cho_solve
 
 from .filtering import Rows
 
-BLOCK = 64  # rows: with more, two threads of OpenBLAS wait for each other, up to 100 ms on a busy machine
+# Rows: with more, two threads of OpenBLAS wait for each other, up to 100 ms on a busy machine.
+BLOCK = 64
 FINEST = (
     1e-5  # of a motor's torque: no log is believed to be better, a simulated one's own rows are not
 )
@@ -24,8 +28,10 @@ FINEST = (
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """theta (p,), cov (p, p), of the given columns; residual (n, 2), 0 where a row does not count; sigma (2,) N m, the
-    standard deviation of each motor's rows; misfit: rms of both motors' residuals in units of the torques' own rms."""
+    """theta (p,), cov (p, p), of the given columns; residual (n, 2), 0 where a row does not count;
+    sigma (2,) N m, the standard deviation of each motor's rows; misfit: rms of both motors'
+    residuals in units of the torques' own rms.
+    """
 
     theta: np.ndarray
     cov: np.ndarray
@@ -35,7 +41,9 @@ class Fit:
 
 
 def fit(rows: Rows, columns: list[int], tau: np.ndarray | None = None) -> Fit:
-    """Least squares of these columns; each motor's weight by its own residuals. tau: in place of the rows' own."""
+    """Least squares of these columns; each motor's weight by its own residuals. tau: in place of
+    the rows' own.
+    """
     tau = rows.tau if tau is None else tau
     W = rows.W[:, :, columns]
     size = np.maximum(
@@ -71,7 +79,9 @@ def _solve(flat):
 
 
 def triangle(flat: np.ndarray) -> np.ndarray:
-    """R of the QR decomposition of a tall matrix (n, p): of blocks of rows first, then of their triangles."""
+    """R of the QR decomposition of a tall matrix (n, p): of blocks of rows first, then of their
+    triangles.
+    """
     rows, columns = flat.shape
     if rows <= max(BLOCK, 2 * columns):
         return np.linalg.qr(flat, mode="r")
@@ -82,7 +92,9 @@ def triangle(flat: np.ndarray) -> np.ndarray:
 
 
 def _meat(scores, breaks):
-    """Sum of products of scores up to some rows apart, with Bartlett's weights; pieces of a log are apart."""
+    """Sum of products of scores up to some rows apart, with Bartlett's weights; pieces of a log are
+    apart.
+    """
     lags = int(4 * (len(scores) / 100) ** (2 / 9))
     ends = [*breaks[1:], len(scores)]
     total = scores.T @ scores
@@ -104,7 +116,8 @@ def price(rows: int, candidates: int) -> float:
 def smallest(
     theta: np.ndarray, cov: np.ndarray, optional: list[int], each: float, forbidden=()
 ) -> list[int]:
-    """Which of the optional columns the lowest cost keeps: by leaving out, taking in again, and exchanging one by one.
+    """Which of the optional columns the lowest cost keeps: by leaving out, taking in again, and
+    exchanging one by one.
 
     each: the price of one; forbidden: columns that never stay.
     """
@@ -136,11 +149,13 @@ def left_out_cost(theta: np.ndarray, cov: np.ndarray, left_out: list[int]) -> fl
 
 
 def spread(full: Fit, kept: list[int], last: Fit) -> np.ndarray:
-    """Covariance (k, k) of the kept parameters where the others may not be 0, though they are left out.
+    """Covariance (k, k) of the kept parameters where the others may not be 0, though they are left
+    out.
 
-    Leaving out moves a value by b and its variance from that of the full model to that of the last fit, whose deviation
-    holds if all that is left out is 0. The mean square of the error is estimated by var_last + b^2, or var_full where
-    that is more; correlations are those of the full model.
+    Leaving out moves a value by b and its variance from that of the full model to that of the last
+    fit, whose deviation holds if all that is left out is 0. The mean square of the error is
+    estimated by var_last + b^2, or var_full where that is more; correlations are those of the full
+    model.
     """
     whole = full.cov[np.ix_(kept, kept)]
     moved = full.theta[kept] - last.theta

@@ -1,4 +1,6 @@
-"""The torque of a motion as it is linear in a robot's inertial and friction parameters: tau = W(q, q', q'') theta."""
+"""The torque of a motion as it is linear in a robot's inertial and friction parameters: tau = W(q,
+q', q'') theta.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ FEW, BLOCK = 200, 2000  # rows that are evaluated at once, in short motions and 
 
 
 def ladder(robot: Robot) -> dict[str, tuple[str, ...]]:
-    """Rungs of the robot's physics with their parameters, those in which the torque is linear, from below."""
+    """Rungs of the robot's physics with their parameters, those in which the torque is linear, from
+    below.
+    """
     return _ladder(type(robot))
 
 
@@ -63,7 +67,9 @@ def _linear_names(kind):
 
 @lru_cache(maxsize=64)
 def _function(robot, assembly, block):
-    """(q, q', q'') -> W (2 x p) of so many rows: the derivative of the inverse dynamic model, exact as it is linear."""
+    """(q, q', q'') -> W (2 x p) of so many rows: the derivative of the inverse dynamic model, exact
+    as it is linear.
+    """
     names = linear_names(robot)
     p = casadi.SX.sym("p", len(names))
     q, q_dot, q_ddot = (casadi.SX.sym(name, 2) for name in ("q", "q_dot", "q_ddot"))
@@ -76,7 +82,8 @@ def _function(robot, assembly, block):
 def regressor(
     robot: Robot, q: np.ndarray, q_dot: np.ndarray, q_ddot: np.ndarray, assembly: int
 ) -> np.ndarray:
-    """W (n, 2, p) of motions q, q_dot, q_ddot (n, 2), columns as `linear_names`; nan where the robot does not close.
+    """W (n, 2, p) of motions q, q_dot, q_ddot (n, 2), columns as `linear_names`; nan where the
+    robot does not close.
 
     Of the robot, only its lengths and gravity count.
     """

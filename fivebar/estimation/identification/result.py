@@ -1,4 +1,6 @@
-"""What an identification gives: a robot, how sure its values are, what was left out and what a log cannot tell."""
+"""What an identification gives: a robot, how sure its values are, what was left out and what a log
+cannot tell.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +24,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """A second run, of which nothing was used: misfit, as the Identification's; ratio (2,): rms of what is missed of
-    each motor's torque over the noise sigma of the first; t (n,), tau, predicted (n, 2), nan where nothing counts."""
+    """A second run, of which nothing was used: misfit, as the Identification's; ratio (2,): rms of
+    what is missed of each motor's torque over the noise sigma of the first; t (n,), tau, predicted
+    (n, 2), nan where nothing counts.
+    """
 
     misfit: float
     ratio: tuple[float, float]
@@ -34,7 +38,8 @@ class Validation:
     def __repr__(self) -> str:
         return one_line(
             "Validation",
-            f"misses {100 * self.misfit:.3g} % of the torque, {max(self.ratio):.3g} times the noise",
+            f"misses {100 * self.misfit:.3g} % of the torque, {max(self.ratio):.3g} times the"
+            " noise",
         )
 
 
@@ -42,11 +47,14 @@ class Validation:
 class Identification(Plotted):
     """A robot identified from logs, from `identify`.
 
-    robot: with the identified parameters; given: the robot it began with. values, sd: by name, of those chosen, SI.
-    chosen: in the order of the ladder; rejected {name: why}; indistinguishable: sentences; said: sentences on the log.
-    noise (2,): N m, of a filtered row of each motor's torque; misfit: share of the torque's rms that is missed;
-    p_value: of all that was left out being 0; cutoff: Hz, of the filters; correlation: of the chosen. t (n,) s, tau,
-    predicted (n, 2) N m: the filtered rows, nan where they do not count. validation: of the second run, or None;
+    robot: with the identified parameters; given: the robot it began with. values, sd: by name, of
+        those chosen, SI.
+    chosen: in the order of the ladder; rejected {name: why}; indistinguishable: sentences; said:
+    sentences on the log. noise (2,): N m, of a filtered row of each motor's torque; misfit: share
+    of the torque's rms that is missed;
+    p_value: of all that was left out being 0; cutoff: Hz, of the filters; correlation: of the
+    chosen. t (n,) s, tau, predicted (n, 2) N m: the filtered rows, nan where they do not count.
+    validation: of the second run, or None;
     bodies: whether the parameters were held to those that bodies can have.
     """
 
@@ -103,13 +111,15 @@ class Identification(Plotted):
         noise = " and ".join(f"{each:.3g}" for each in self.noise)
         unit = self.robot.words.effort_unit
         found.append(
-            f"misses {100 * self.misfit:.3g} % of the {self.robot.words.effort}s; noise of a row {noise} {unit}"
+            f"misses {100 * self.misfit:.3g} % of the {self.robot.words.effort}s; noise of a row"
+            f" {noise} {unit}"
         )
         if self.validation is not None:
             first, second = self.validation.ratio
             missed = 100 * self.validation.misfit
             found.append(
-                f"second run: misses {missed:.3g} %, {first:.3g} and {second:.3g} times the noise of the first"
+                f"second run: misses {missed:.3g} %, {first:.3g} and {second:.3g} times the noise"
+                " of the first"
             )
         found.append(
             f"what was left out is 0 with p = {self.p_value:.2g}"
@@ -171,7 +181,8 @@ class Identification(Plotted):
             return cls(**table, t=np.zeros(0), tau=np.zeros((0, 2)), predicted=np.zeros((0, 2)))
         except STRANGE as error:
             raise ValueError(
-                f"{name}: not a file written by Identification.to_json: {type(error).__name__}: {error}"
+                f"{name}: not a file written by Identification.to_json: {type(error).__name__}:"
+                f" {error}"
             ) from None
 
     def to_toml(self, path: TextFile) -> None:

@@ -1,4 +1,6 @@
-"""Logs as samples of a regression: even in time, differentiated, on the robot's loop; what does not count is named."""
+"""Logs as samples of a regression: even in time, differentiated, on the robot's loop; what does not
+count is named.
+"""
 
 from __future__ import annotations
 
@@ -33,9 +35,9 @@ STILL = 10.0  # times what the encoders' noise looks like: less acceleration is 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """parts: (t, W, where (n, 2) a motor's row may count); motion: their (q, q', q''); torques: theirs, as logged and
-    as held, and which of them are taken; step s; cutoff Hz; noise (2,), of q; remarks: sentences on the log but for its
-    torques; assembly: the mode.
+    """parts: (t, W, where (n, 2) a motor's row may count); motion: their (q, q', q''); torques:
+    theirs, as logged and as held, and which of them are taken; step s; cutoff Hz; noise (2,), of q;
+    remarks: sentences on the log but for its torques; assembly: the mode.
     """
 
     robot: Robot
@@ -93,9 +95,9 @@ class Samples:
     def notes(self) -> tuple[str, ...]:
         """Sentences on the log."""
         limits = [
-            f"tau{k + 1} stays at its largest value in {rows} rows ({self._extremes[k][1]:.4g} or "
-            f"{self._extremes[k][0]:.4g} {self.robot.words.effort_unit}), as if it were cut off there: these rows do "
-            "not count"
+            f"tau{k + 1} stays at its largest value in {rows} rows ({self._extremes[k][1]:.4g} or"
+            f" {self._extremes[k][0]:.4g} {self.robot.words.effort_unit}), as if it were cut off"
+            " there: these rows do not count"
             for k, rows in enumerate(sum(cut.sum(axis=0) for cut in self._cut_off))
             if rows
         ]
@@ -114,7 +116,9 @@ class Samples:
 
     @property
     def tau_noise(self) -> tuple[float, float]:
-        """Standard deviation of each torque's noise, N m, by its fourth differences, in which no motion is left."""
+        """Standard deviation of each torque's noise, N m, by its fourth differences, in which no
+        motion is left.
+        """
         found = []
         for column in max(self.torques[self.held], key=len).T:
             rough = np.diff(column[np.isfinite(column)], 4)
@@ -126,7 +130,9 @@ class Samples:
 
 
 def log_of(source: object, robot: Robot, units: Mapping | None, gauges: Gauges) -> tuple[Log, bool]:
-    """A Run's or a file's or a mapping's Log, and whether its torques are held from each time to the next."""
+    """A Run's or a file's or a mapping's Log, and whether its torques are held from each time to
+    the next.
+    """
     if isinstance(source, (str, os.PathLike)) and _is_a_run(source):
         source = Run.from_csv(source)
     if not isinstance(source, Run):
@@ -151,10 +157,13 @@ def _is_a_run(path):
 
 
 def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | None) -> Samples:
-    """The Samples of a log. held: a torque stays from its row to the next; cutoff: Hz, None: `spectrum` says."""
+    """The Samples of a log. held: a torque stays from its row to the next; cutoff: Hz, None:
+    `spectrum` says.
+    """
     if log.tau is None:
         raise ValueError(
-            "the log has no torques (tau1, tau2): without them nothing can be said of masses or friction"
+            "the log has no torques (tau1, tau2): without them nothing can be said of masses or"
+            " friction"
         )
     notes, stretches = list(log.notes), []
     for part in _bridged(log, notes):
@@ -167,7 +176,8 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     uneven = max(away for _, _, away in stretches)
     if uneven > 0.01:
         notes.append(
-            f"times are up to {100 * uneven:.0f} % of a period off an even grid: put on one, by cubic splines"
+            f"times are up to {100 * uneven:.0f} % of a period off an even grid: put on one, by"
+            " cubic splines"
         )
     found = spectrum([pairs["q"] for _, pairs, _ in stretches], log.step)
     rate = 1 / log.step
@@ -175,17 +185,19 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
         for k, (t, pairs) in product((0, 1), [(t, pairs) for t, pairs, _ in stretches]):
             if (out := spikes(pairs["q"][:, k])).any():
                 raise ValueError(
-                    f"q{k + 1} leaves its neighbours in {out.sum()} rows, the first at {t[np.argmax(out)]:.6g} s: "
-                    "leave these rows out of the log"
+                    f"q{k + 1} leaves its neighbours in {out.sum()} rows, the first at"
+                    f" {t[np.argmax(out)]:.6g} s: leave these rows out of the log"
                 )
         raise ValueError(
-            f"{100 * found.fast:.0f} % of the acceleration is at frequencies above {HIGHEST * rate:.3g} Hz, which "
-            f"{rate:.4g} samples a second cannot follow: log faster, or move slower"
+            f"{100 * found.fast:.0f} % of the acceleration is at frequencies above"
+            f" {HIGHEST * rate:.3g} Hz, which {rate:.4g} samples a second cannot follow: log"
+            " faster, or move slower"
         )
     cutoff = found.cutoff if cutoff is None else cutoff
     if not 0 < cutoff <= HIGHEST * rate * (1 + 1e-9):
         raise ValueError(
-            f"cutoff = {cutoff:g} Hz must be above 0 and at most {HIGHEST * rate:.4g} Hz, 1/12 of the sampling rate"
+            f"cutoff = {cutoff:g} Hz must be above 0 and at most {HIGHEST * rate:.4g} Hz, 1/12 of"
+            " the sampling rate"
         )
     n = half_window(cutoff, log.step)
     long = [(t, pairs) for t, pairs, _ in stretches if len(t) > 2 * n + 2]
@@ -193,12 +205,13 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     if not long:
         longest = max(len(t) for t, *_ in stretches)
         raise ValueError(
-            f"the longest stretch without a gap has {longest} rows, and derivatives at a cut-off of {cutoff:.3g} Hz "
-            f"ask for {2 * n + 3}: log longer, or give a higher cutoff"
+            f"the longest stretch without a gap has {longest} rows, and derivatives at a cut-off of"
+            f" {cutoff:.3g} Hz ask for {2 * n + 3}: log longer, or give a higher cutoff"
         )
     if lost:
         notes.append(
-            f"{lost} rows in stretches shorter than {2 * n + 3} rows do not count: too short for derivatives"
+            f"{lost} rows in stretches shorter than {2 * n + 3} rows do not count: too short for"
+            " derivatives"
         )
     motion = [_rates(pairs, log.step, cutoff) for _, pairs in long]
     _must_move(motion, found.noise, cutoff, log.step, robot)
@@ -238,7 +251,9 @@ def _rates(pairs, step, cutoff):
 
 
 def rough(step: float, cutoff: float) -> float:
-    """1/s^2: what of white noise of positions in rows `step` s apart is left of accelerations below the cut-off."""
+    """1/s^2: what of white noise of positions in rows `step` s apart is left of accelerations below
+    the cut-off.
+    """
     return float(np.sqrt(2 * step * (2 * np.pi * cutoff) ** 4 * cutoff / 5))
 
 
@@ -253,8 +268,9 @@ def _must_move(motion, noise, cutoff, step, robot):
         ):
             span = np.nanmax(q) - np.nanmin(q)
             raise ValueError(
-                f"{name} hardly moves: over {span:.3g} {robot.words.unit}, with accelerations of {moves:.3g} "
-                f"{robot.words.unit}/s² where its noise alone makes {looks:.3g}: move both motors"
+                f"{name} hardly moves: over {span:.3g} {robot.words.unit}, with accelerations of"
+                f" {moves:.3g} {robot.words.unit}/s² where its noise alone makes {looks:.3g}: move"
+                " both motors"
             )
 
 
@@ -290,9 +306,10 @@ def _parts(times, motion, robot, assembly, n, notes):
         )
     if near:
         notes.append(
-            f"{near} of {total} rows are within |det A| < {MARGIN:g} of a Type-2 singularity (the first at "
-            f"{first_near:.6g} s) and do not count: there, errors become torques; before and after, "
-            f"the assembly mode is taken to be {assembly:+d}: if the robot crossed, cut the log there"
+            f"{near} of {total} rows are within |det A| < {MARGIN:g} of a Type-2 singularity (the"
+            f" first at {first_near:.6g} s) and do not count: there, errors become torques; before"
+            f" and after, the assembly mode is taken to be {assembly:+d}: if the robot crossed, cut"
+            " the log there"
         )
     return parts
 
@@ -318,7 +335,8 @@ def refuse_open_log(motion, robot, assembly, open_, total):
             f"{message}; with {' and '.join(robot.words.joints)} exchanged all of them do"
         )
     raise ValueError(
-        f"{message}: are its lengths, and the zeros of q (offset), those of the robot on the table? fb.calibrate tells"
+        f"{message}: are its lengths, and the zeros of q (offset), those of the robot on the table?"
+        " fb.calibrate tells"
     )
 
 

@@ -1,6 +1,8 @@
-"""What may be wrong with a log that the model misses: signs, motors and joints exchanged, units, modes, time, gravity.
+"""What may be wrong with a log that the model misses: signs, motors and joints exchanged, units,
+modes, time, gravity.
 
-Each suspicion is tried: the one under which the model fits is named. Where it fits well, effects that it does not have
+Each suspicion is tried: the one under which the model fits is named. Where it fits well, effects
+    that it does not have
 are tried beside it: a torque that comes late, a sensor's zero, another gravity.
 """
 
@@ -45,8 +47,8 @@ def explain(
 ) -> None:
     """Raise the ValueError that names what is wrong with the log, if one suspicion stands out.
 
-    columns, known: which parameters are unknown, and the values of the others. impossible(robot, names, fit): names of
-    what comes out as it cannot be.
+    columns, known: which parameters are unknown, and the values of the others. impossible(robot,
+    names, fit): names of what comes out as it cannot be.
     """
     log, held = max(logs, key=lambda each: len(each[0].t))
     bound = (
@@ -80,7 +82,9 @@ def explain(
 
 
 def _suspicions(robot, assembly):
-    """([words], assembly mode, robot, fields of the log, their change) of what may be wrong but the torques' signs."""
+    """([words], assembly mode, robot, fields of the log, their change) of what may be wrong but the
+    torques' signs.
+    """
     joints, efforts = " and ".join(robot.words.joints), f"{robot.words.effort}s"
     yield [], assembly, robot, (), None
     yield [f"the {efforts} of the two motors are exchanged"], assembly, robot, ("tau",), _swapped
@@ -154,8 +158,8 @@ def beyond_the_model(
     if last.misfit > POORER and above.max() > NOISY:
         times = " and ".join(f"{each:.3g}" for each in above)
         notes.append(
-            f"what the model misses is {times} times the noise of this log: it does not have all of this robot "
-            "(lengths, zeros of q, backlash, a bend)"
+            f"what the model misses is {times} times the noise of this log: it does not have all of"
+            " this robot (lengths, zeros of q, backlash, a bend)"
         )
     return notes
 
@@ -182,7 +186,10 @@ def _late(robot, value, sd):
 def _zero(side):
     def words(robot, value, sd):
         unit = robot.words.effort_unit
-        return f"tau{side} is off by {value:.3g} ± {sd:.1g} {unit} throughout, as by its sensor's zero: take that away"
+        return (
+            f"tau{side} is off by {value:.3g} ± {sd:.1g} {unit} throughout, as by its sensor's"
+            " zero: take that away"
+        )
 
     return words
 
@@ -190,7 +197,10 @@ def _zero(side):
 def _gravity(axis):
     def words(robot, value, sd):
         has = robot.gravity["xy".index(axis)]
-        return f"gravity along {axis} looks like {has + value:.3g} ± {sd:.1g} m/s², and the robot has {has:g}"
+        return (
+            f"gravity along {axis} looks like {has + value:.3g} ± {sd:.1g} m/s², and the robot has"
+            f" {has:g}"
+        )
 
     return words
 

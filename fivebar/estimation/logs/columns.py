@@ -1,4 +1,6 @@
-"""The columns of a log: what they are called by people, drives, and the tools of ROS; and times of a clock."""
+"""The columns of a log: what they are called by people, drives, and the tools of ROS; and times of
+a clock.
+"""
 
 from __future__ import annotations
 
@@ -103,7 +105,9 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
 
 
 def since_1970(t, stated, notes):
-    """Times of a clock in ms, us or ns, whose unit nobody names, in s: of these years only one can be meant."""
+    """Times of a clock in ms, us or ns, whose unit nobody names, in s: of these years only one can
+    be meant.
+    """
     first, last = np.nanmin(t, initial=np.inf), np.nanmax(t, initial=0.0)
     for unit, factor in () if stated else (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
         if 5e8 < first * factor <= last * factor < 5e9:
@@ -113,11 +117,11 @@ def since_1970(t, stated, notes):
 
 
 def order(t: np.ndarray) -> np.ndarray | None:
-    """The rows (n,) in the order of their times, where they were shuffled or overtook each other; None where time only
-    goes on, or begins again.
+    """The rows (n,) in the order of their times, where they were shuffled or overtook each other;
+    None where time only goes on, or begins again.
 
-    Put in order, such times are as even as any. Those of a restart fall between or on the earlier ones, or go back
-    seldom and far.
+    Put in order, such times are as even as any. Those of a restart fall between or on the earlier
+    ones, or go back seldom and far.
     """
     dt, rows = np.diff(t), np.argsort(t, kind="stable")
     back, ordered = dt < 0, np.diff(t[rows])

@@ -1,13 +1,17 @@
-"""Rates and accelerations of a sampled motion, without phase: polynomials of degree 6 in a window about each row.
+"""Rates and accelerations of a sampled motion, without phase: polynomials of degree 6 in a window
+about each row.
 
-Least squares of a polynomial over 2 n + 1 rows (Savitzky and Golay 1964; Schafer 2011 for its response) is a symmetric
-filter: it shifts nothing in time. Below the cut-off it is as good as exact, above it noise is taken away. The window is
-the longest that still gets position, rate and acceleration of a sine at the cut-off within FIDELITY of its own.
+Least squares of a polynomial over 2 n + 1 rows (Savitzky and Golay 1964; Schafer 2011 for its
+response) is a symmetric
+filter: it shifts nothing in time. Below the cut-off it is as good as exact, above it noise is taken
+away. The window is the longest that still gets position, rate and acceleration of a sine at the
+cut-off within FIDELITY of its own.
 
-The cut-off is where the motion sinks into its noise: with P(f) the spectrum of second differences of q, and the noise
-of an encoder white, the level of P over that of white noise at high frequencies is its floor; the motion ends at the
-highest frequency where P is more than ABOVE times as high; or at WIDER times that below which NEARLY all of its
-acceleration is, as torques are products of few of its waves, and beyond these there is only noise to learn from.
+The cut-off is where the motion sinks into its noise: with P(f) the spectrum of second differences
+of q, and the noise of an encoder white, the level of P over that of white noise at high frequencies
+is its floor; the motion ends at the highest frequency where P is more than ABOVE times as high; or
+at WIDER times that below which NEARLY all of its acceleration is, as torques are products of few of
+its waves, and beyond these there is only noise to learn from.
 """
 
 from __future__ import annotations
@@ -23,7 +27,9 @@ DEGREE, FIDELITY, MOST = 6, 1e-3, 500  # MOST: rows on either side
 ABOVE = 6.0  # times the floor
 HIGHEST = (
     1 / 12
-)  # of the sampling rate: what a cut-off may be at most, and more than it is too fast for the sampling
+    # Of the sampling rate: what a cut-off may be at most, and more than it is too fast for the
+    # sampling.
+)
 NEARLY, WIDER = (
     1 - 1e-4,
     4.0,
@@ -33,8 +39,10 @@ PARTS = 8  # of a log, over which its spectrum is averaged
 
 @dataclass(frozen=True)
 class Spectrum:
-    """cutoff: Hz; noise: standard deviation of q's noise per joint, (2,); fast: of the acceleration's power, where it
-    is above the noise, the share at frequencies that this sampling rate cannot follow, the larger of both joints."""
+    """cutoff: Hz; noise: standard deviation of q's noise per joint, (2,); fast: of the
+    acceleration's power, where it is above the noise, the share at frequencies that this sampling
+    rate cannot follow, the larger of both joints.
+    """
 
     cutoff: float
     noise: tuple[float, float]
@@ -77,7 +85,9 @@ def spectrum(pieces: Sequence[np.ndarray], step: float) -> Spectrum:
 
 @lru_cache(maxsize=32)
 def kernels(cutoff_rows: float) -> tuple[np.ndarray, ...]:
-    """Weights of rows -n..n for the position, its rate and its acceleration per row; cutoff_rows: cycles per row."""
+    """Weights of rows -n..n for the position, its rate and its acceleration per row; cutoff_rows:
+    cycles per row.
+    """
     best = None
     omega = 2 * np.pi * cutoff_rows
     n = DEGREE // 2
@@ -107,9 +117,11 @@ def half_window(cutoff: float, step: float) -> int:
 def derivatives(
     q: np.ndarray, step: float, cutoff: float, ends: bool = False
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(q, q', q''), (n, 2), of a piece in rows `step` s apart; nan in its first and last `half_window` rows.
+    """(q, q', q''), (n, 2), of a piece in rows `step` s apart; nan in its first and last
+    `half_window` rows.
 
-    ends: those rows by the polynomials of the first and the last whole window, which are several times less exact.
+    ends: those rows by the polynomials of the first and the last whole window, which are several
+        times less exact.
     """
     from scipy.signal import correlate
 

@@ -1,4 +1,6 @@
-"""A log of a robot on a table: its rows as they are, cleaned of what is no row, cut where time does not go on."""
+"""A log of a robot on a table: its rows as they are, cleaned of what is no row, cut where time does
+not go on.
+"""
 
 from __future__ import annotations
 
@@ -40,8 +42,8 @@ class Cut(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """t (n,) s, increasing; q, tau, q_dot, q_ddot, xi, xi_ref (n, 2), SI, at the joints, None where not logged; step:
-    s, the sampling period; cuts; said: what was done to the rows, as sentences.
+    """t (n,) s, increasing; q, tau, q_dot, q_ddot, xi, xi_ref (n, 2), SI, at the joints, None where
+    not logged; step: s, the sampling period; cuts; said: what was done to the rows, as sentences.
     """
 
     t: np.ndarray
@@ -94,7 +96,8 @@ def read_log(
         values["t"] = since_1970(values["t"], "t" in found.stated, notes)
     else:
         raise TypeError(
-            f"a log is a Run, a CSV file or a mapping of arrays t, q1, q2, tau1, tau2, not {shown(source)}"
+            "a log is a Run, a CSV file or a mapping of arrays t, q1, q2, tau1, tau2, not"
+            f" {shown(source)}"
         )
     values["t"] = values["t"] + values.pop("t_ns", 0.0)
     with named(name):
@@ -186,12 +189,14 @@ def _cleaned(t, pairs, robot, notes, name, lines):
     empty = ~np.isfinite(t)
     if empty.any():
         notes.append(
-            f"{empty.sum()} rows without a time were left out, the first {at(int(np.argmax(empty)))}"
+            f"{empty.sum()} rows without a time were left out, the first"
+            f" {at(int(np.argmax(empty)))}"
         )
     lost = ~empty & ~np.isfinite(pairs["q"]).all(axis=1)
     if lost.any():
         notes.append(
-            f"{lost.sum()} rows without both joints' positions were left out, the first {at(int(np.argmax(lost)))}"
+            f"{lost.sum()} rows without both joints' positions were left out, the first"
+            f" {at(int(np.argmax(lost)))}"
         )
     for key in ("q_dot", "q_ddot"):  # as some drivers fill what they do not know
         if (
@@ -211,7 +216,8 @@ def _cleaned(t, pairs, robot, notes, name, lines):
     if (rank := order(t[rows])) is not None:
         late = int(np.sum(np.diff(t[rows]) < 0))
         notes.append(
-            f"{late} rows come later than rows of later times: all are put in the order of their times"
+            f"{late} rows come later than rows of later times: all are put in the order of their"
+            " times"
         )
         rows = rows[rank]
     again = np.concatenate([[False], np.diff(t[rows]) == 0])
@@ -232,7 +238,8 @@ def _cleaned(t, pairs, robot, notes, name, lines):
     if (far := np.abs(t) > 2.0**53 * step).any():  # no digit of it is left for a step
         k = int(np.argmax(far))
         raise ValueError(
-            f"{name}, {at(rows[k])}: t = {t[k]:.6g} s is no time of a log with rows every {step:.6g} s"
+            f"{name}, {at(rows[k])}: t = {t[k]:.6g} s is no time of a log with rows every"
+            f" {step:.6g} s"
         )
     cuts = _cuts(t, step, rows, at, notes)
     if robot.turns:
@@ -258,14 +265,16 @@ def _cuts(t, step, rows, at, notes):
     if gaps:
         where = ", ".join(f"{cut.start:.6g} to {cut.end:.6g} s" for cut in gaps[:3])
         notes.append(
-            f"{len(gaps)} gaps in time are not bridged: {where}{' and more' if len(gaps) > 3 else ''}"
+            f"{len(gaps)} gaps in time are not bridged:"
+            f" {where}{' and more' if len(gaps) > 3 else ''}"
         )
     return cuts
 
 
 def _unwrap(q, rows, at, notes):
-    """Take the jumps of an angle that was kept within a turn out of it, in place; over gaps too, as whole turns are
-    the same pose."""
+    """Take the jumps of an angle that was kept within a turn out of it, in place; over gaps too, as
+    whole turns are the same pose.
+    """
     jumps = np.abs(np.diff(q, axis=0)) > np.pi
     if jumps.any():
         k = int(np.argmax(jumps.any(axis=1))) + 1
@@ -279,10 +288,11 @@ def _unwrap(q, rows, at, notes):
 def evenly(
     t: np.ndarray, pairs: Mapping[str, np.ndarray], step: float
 ) -> tuple[np.ndarray, dict, float]:
-    """(times, pairs, largest distance of the times from an even grid in periods), of a stretch on an even grid.
+    """(times, pairs, largest distance of the times from an even grid in periods), of a stretch on
+    an even grid.
 
-    Where its times are off it, positions and the like by cubic splines through them, torques (tau, ...) linearly; nan
-    where they were not logged.
+    Where its times are off it, positions and the like by cubic splines through them, torques (tau,
+    ...) linearly; nan where they were not logged.
     """
     n = int(round((t[-1] - t[0]) / step)) + 1
     even = np.linspace(t[0], t[-1], n)

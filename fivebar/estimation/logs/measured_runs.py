@@ -1,4 +1,6 @@
-"""A log as a Run: positions as they were, rates by differentiation where none were logged, rows of nan in its gaps."""
+"""A log as a Run: positions as they were, rates by differentiation where none were logged, rows of
+nan in its gaps.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ NEAR = 1e-6  # of det A, below which no rate of the end-effector is told
 
 
 def run_fields(log: Log, robot: Robot, assembly: int | None) -> dict:
-    """{field: value} of the Run of a log, but for its robot. assembly None: the mode that fits x and y, or -1."""
+    """{field: value} of the Run of a log, but for its robot. assembly None: the mode that fits x
+    and y, or -1.
+    """
     notes = list(log.notes)
     q_dot = log.q_dot if log.q_dot is not None else rates_of(log)
     assembly, xi = _placed(log, robot, assembly, notes)
@@ -38,8 +42,9 @@ def run_fields(log: Log, robot: Robot, assembly: int | None) -> dict:
     if not closes.all():
         first = int(np.argmin(closes))
         notes.append(
-            f"{(~closes).sum()} of {len(closes)} rows do not close the loop of this robot's bars, the first at "
-            f"{log.t[first]:.6g} s, q = ({log.q[first, 0]:.5g}, {log.q[first, 1]:.5g}) {robot.words.unit}"
+            f"{(~closes).sum()} of {len(closes)} rows do not close the loop of this robot's bars,"
+            f" the first at {log.t[first]:.6g} s, q = ({log.q[first, 0]:.5g},"
+            f" {log.q[first, 1]:.5g}) {robot.words.unit}"
         )
     moves = closes & np.isfinite(q_dot).all(axis=1)
     moves &= np.abs(np.where(closes, pose.det_A, 0.0)) > NEAR
@@ -62,7 +67,9 @@ def run_fields(log: Log, robot: Robot, assembly: int | None) -> dict:
 
 
 def rates_of(log: Log) -> np.ndarray:
-    """q' (n, 2) of a log without: zero-phase derivatives between its gaps, at their ends of the last whole window."""
+    """q' (n, 2) of a log without: zero-phase derivatives between its gaps, at their ends of the
+    last whole window.
+    """
     stretches = [
         (part, *evenly(log.t[part], {"q": log.q[part]}, log.step)[:2]) for part in log.stretches
     ]
@@ -99,8 +106,8 @@ def _placed(log, robot, assembly, notes):
     typical = float(np.nanmedian(away[mode])) if np.isfinite(away[mode]).any() else 0.0
     if typical > APART * max(robot.distal):
         notes.append(
-            f"x and y are {1e3 * typical:.3g} mm (median) from where the joints say in assembly mode {mode:+d}: "
-            "another mode, frame or other lengths; fb.calibrate tells"
+            f"x and y are {1e3 * typical:.3g} mm (median) from where the joints say in assembly"
+            f" mode {mode:+d}: another mode, frame or other lengths; fb.calibrate tells"
         )
     lost = ~np.isfinite(log.xi)
     return mode, np.where(lost, found[mode], log.xi)
@@ -151,12 +158,14 @@ def from_log(
     torque_constant: object = None,
     **more: ArrayLike,
 ) -> Run:
-    """Return the Run of a log: its rows as they are, differentiated, its gaps marked by rows of nan.
+    """Return the Run of a log: its rows as they are, differentiated, its gaps marked by rows of
+    nan.
 
     Parameters
     ----------
     t : (n,) array, mapping or CSV file
-        Times, s, together with the columns below. Or a mapping of columns, or a CSV file whose header names units.
+        Times, s, together with the columns below. Or a mapping of columns, or a CSV file whose
+        header names units.
     q1, q2, tau1, tau2 : (n,) arrays
         Joint angles, rad, and torques, N m.
     robot : FiveBar or Biglide, optional
@@ -179,7 +188,8 @@ def from_log(
     Returns
     -------
     Run
-        Rows without a time or a position, gaps, restarts and jumps of whole turns are named in `run.measured.notes`.
+        Rows without a time or a position, gaps, restarts and jumps of whole turns are named in
+        `run.measured.notes`.
 
     Raises
     ------

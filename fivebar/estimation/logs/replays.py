@@ -1,4 +1,6 @@
-"""A run, measured or simulated, beside a simulation of the same torques or of the same reference."""
+"""A run, measured or simulated, beside a simulation of the same torques or of the same
+reference.
+"""
 
 from __future__ import annotations
 
@@ -32,8 +34,9 @@ MOST_STEP = 1e-3  # s, from row to row of what is simulated under a controller
 
 @dataclass(frozen=True, eq=False)
 class Replay(Animated):
-    """measured: the run that was; simulated: a Run on its times, with xi of the measured as its reference, so that its
-    error is the difference; by: "torques" or "reference"; said: sentences on where the simulation began anew, or ended.
+    """measured: the run that was; simulated: a Run on its times, with xi of the measured as its
+    reference, so that its error is the difference; by: "torques" or "reference"; said: sentences on
+    where the simulation began anew, or ended.
     """
 
     measured: Run
@@ -83,7 +86,9 @@ class Replay(Animated):
 
     @cached_property
     def figures(self) -> dict[str, float]:
-        """rms_error_m, max_error_m, final_error_m: distances of the end-effector, nan where nothing was simulated."""
+        """rms_error_m, max_error_m, final_error_m: distances of the end-effector, nan where nothing
+        was simulated.
+        """
         size = np.hypot(*self.difference.T)
         size = size[np.isfinite(size)]
         if not len(size):
@@ -100,7 +105,9 @@ class Replay(Animated):
         return {"measured": self.measured, "simulated": self.simulated}
 
     def to_csv(self, path: TextFile) -> None:
-        """Both on the times of the measured, SI units: its columns as of a run, the simulation's with _sim."""
+        """Both on the times of the measured, SI units: its columns as of a run, the simulation's
+        with _sim.
+        """
         names = (
             "t",
             *(
@@ -138,8 +145,8 @@ def replay(
     robot : FiveBar or Biglide, optional
         The robot that is simulated; the run's own by default.
     by : "torques" or "reference"
-        Apply the run's torques from its state at the start and after each gap; or follow its xi_ref (or, without
-        one, where it went) under `controller`.
+        Apply the run's torques from its state at the start and after each gap; or follow its xi_ref
+        (or, without one, where it went) under `controller`.
     controller : callable, optional
         The controller that follows the reference; computed torque by default.
     restart : float, optional

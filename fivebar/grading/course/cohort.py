@@ -1,4 +1,6 @@
-"""Grades a folder of submissions by persistent processes; each result is on disk before the next is begun."""
+"""Grades a folder of submissions by persistent processes; each result is on disk before the next is
+begun.
+"""
 
 from __future__ import annotations
 
@@ -120,10 +122,12 @@ def run_cohort(
 ) -> list[Report]:
     """Reports in the order of the entries; those of an earlier run are kept.
 
-    executor: whose processes grade, on machines that see the same files; None: processes of our own.
+    executor: whose processes grade, on machines that see the same files; None: processes of our
+        own.
 
-    Where a machine is short of memory it may kill what grades: who was not graded in turn is tried once more alone. Who
-    still is not has a Report that says so, without checks, and without a file: the next run tries again.
+    Where a machine is short of memory it may kill what grades: who was not graded in turn is tried
+    once more alone. Who still is not has a Report that says so, without checks, and without a file:
+    the next run tries again.
     """
     reports = {entry: report for entry in entries if (report := cohort.done(entry)) is not None}
     left = [entry for entry in entries if entry not in reports]
@@ -161,7 +165,9 @@ class _Shown:
 
 
 def _grade_all(cohort, entries, jobs, reports, shown, executor):
-    """Grade the entries with so many processes at a time; each of the `reports` is added as it comes."""
+    """Grade the entries with so many processes at a time; each of the `reports` is added as it
+    comes.
+    """
     pool, workers = ThreadPoolExecutor(jobs), Elsewhere(executor) if executor else Workers()
     futures = {pool.submit(_one, cohort, entry, workers): entry for entry in entries}
     try:
@@ -189,13 +195,18 @@ def trouble_of(report: Report) -> str:
 
 
 def _one(cohort, entry, workers):
-    """Grade one entry and put its files on disk; a Report that says why where that cannot be done."""
+    """Grade one entry and put its files on disk; a Report that says why where that cannot be
+    done.
+    """
     why = ""
     for _ in range(TRIES):
         try:
             answer = workers.ask(cohort.job(entry), cohort.lab)
         except EOFError:
-            why = f"the grader's own process was killed, {TRIES} times: was the machine out of memory?"
+            why = (
+                f"the grader's own process was killed, {TRIES} times: was the machine out of"
+                " memory?"
+            )
             continue
         if "error" in answer:
             raise GraderError(f"{entry.path.name}: {answer['error']}")

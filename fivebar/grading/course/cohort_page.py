@@ -38,8 +38,9 @@ STYLE = """
 }
 """
 TELLS = (
-    "Tells: correlation of passing this check with the points in all others. Near 1 it separates those who know from "
-    "those who do not; near 0 or below, look at the check or at what was taught."
+    "Tells: correlation of passing this check with the points in all others. Near 1 it separates"
+    " those who know from those who do not; near 0 or below, look at the check or at what was"
+    " taught."
 )
 
 
@@ -48,7 +49,8 @@ def write_summary(
 ) -> None:
     """checks.csv, scores.csv, items.csv, misconceptions.csv and summary.html in the folder `out`.
 
-    left: what was found and is nobody's. Who was not graded has no points in scores.csv, and is in none of the others.
+    left: what was found and is nobody's. Who was not graded has no points in scores.csv, and is in
+        none of the others.
     """
     all_reports, reports = reports, [report for report in reports if not report.ungraded]
     rows = [row for report in reports for row in check_rows(report)]
@@ -151,7 +153,8 @@ def _or_none(value):
 def _body(lab, reports):
     of = scores(reports)
     return (
-        f"<h1>{text(lab)}</h1><p>{of['students']} students, mean {of['mean']:.0f} %, median {of['median']:.0f} %, "
+        f"<h1>{text(lab)}</h1><p>{of['students']} students, mean {of['mean']:.0f} %, median"
+        f" {of['median']:.0f} %, "
         f"all points: {of['full']}</p>"
         f"<h2>Scores</h2>{_histogram([report.percent for report in reports])}"
         f"<h2>Checks</h2><p>{TELLS}</p>{_items(reports)}"
@@ -165,7 +168,8 @@ def _histogram(percent):
     for value in percent:
         counts[min(int(value * BINS / 100), BINS - 1)] += 1
     bars = "".join(
-        f'<div style="height: {100 * count / max(counts):.1f}%" title="{10 * k} to {10 * k + 10} %: {count}">'
+        f'<div style="height: {100 * count / max(counts):.1f}%" title="{10 * k} to {10 * k + 10} %:'
+        f' {count}">'
         f"<span>{count or ''}</span></div>"
         for k, count in enumerate(counts)
     )
@@ -192,9 +196,9 @@ def _items(reports):
         )
         low = " low" if item.discrimination < 0.1 else ""
         rows.append(
-            f'<tr><td class="name">{text(item.title)}</td>{_bar(item.pass_rate)}'
-            f'<td class="n">{100 * item.pass_rate:.0f} %</td><td class="n">{100 * item.mean:.0f} %</td>'
-            f'<td class="n{low}">{tells}</td></tr>'
+            f'<tr><td class="name">{text(item.title)}</td>{_bar(item.pass_rate)}<td'
+            f' class="n">{100 * item.pass_rate:.0f} %</td><td class="n">{100 * item.mean:.0f}'
+            f' %</td><td class="n{low}">{tells}</td></tr>'
         )
     return _table(
         (("Check", ""), ("", "bar"), ("passed", "n"), ("mean", "n"), ("tells", "n")), rows
@@ -220,7 +224,8 @@ def _students(reports):
         link = f"students/{quote(file_name(report.student))}.html"
         trouble = f'<div class="low">{text(trouble_of(report))}</div>' if trouble_of(report) else ""
         rows.append(
-            f'<tr><td class="name"><a href="{link}">{text(report.student)}</a>{trouble}</td>'
-            f'{_bar(report.percent / 100)}<td class="n">{number(report.points)} / {number(report.max_points)}</td></tr>'
+            '<tr><td class="name"><a'
+            f' href="{link}">{text(report.student)}</a>{trouble}</td>{_bar(report.percent / 100)}<td'
+            f' class="n">{number(report.points)} / {number(report.max_points)}</td></tr>'
         )
     return _table((("Student", ""), ("", "bar"), ("points", "n")), rows)

@@ -1,7 +1,8 @@
 """Puts the marks into the sheet that Moodle or Canvas gave out, so that it takes the sheet back.
 
-Moodle: an assignment's grading worksheet, rows "Participant 4711", in any language. Canvas: the gradebook's export,
-numbers under "ID" and the points possible in a row of their own. Or any other sheet with students' ids in a column.
+Moodle: an assignment's grading worksheet, rows "Participant 4711", in any language. Canvas: the
+gradebook's export, numbers under "ID" and the points possible in a row of their own. Or any other
+sheet with students' ids in a column.
 """
 
 from __future__ import annotations
@@ -42,7 +43,9 @@ _COMMA = re.compile(r"\d+,\d+")
 
 @dataclass(frozen=True)
 class Filled:
-    """The sheet's text with its marks; how many; who has no row, or no program; rows without a hand-in."""
+    """The sheet's text with its marks; how many; who has no row, or no program; rows without a
+    hand-in.
+    """
 
     text: str
     count: int
@@ -54,10 +57,12 @@ class Filled:
 def fill_gradebook(
     path: Path, lab: Lab, entries: list[Entry], reports: list[Report], column: str | None = None
 ) -> Filled:
-    """The sheet with each graded student's mark in the column, scaled to the most that the sheet allows.
+    """The sheet with each graded student's mark in the column, scaled to the most that the sheet
+    allows.
 
-    column: its title; None: Moodle's own, or the only one that names the lab. Who is not graded, or handed in what
-    holds no program that can be meant, keeps his cell: a person has to look. Decimal commas are kept.
+    column: its title; None: Moodle's own, or the only one that names the lab. Who is not graded, or
+    handed in what holds no program that can be meant, keeps his cell: a person has to look. Decimal
+    commas are kept.
     """
     text = _read(path)
     sign = max(",;\t", key=text.split("\n", 1)[0].count)

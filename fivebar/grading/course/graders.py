@@ -1,4 +1,6 @@
-"""The processes that grade: persistent ones of our own, or those of an executor, a Dask cluster's for instance."""
+"""The processes that grade: persistent ones of our own, or those of an executor, a Dask cluster's
+for instance.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ class GraderError(RuntimeError):
 
 
 class Elsewhere:
-    """The processes of an executor, on other machines perhaps: each has one that grades for every thread that asks."""
+    """The processes of an executor, on other machines perhaps: each has one that grades for every
+    thread that asks.
+    """
 
     def __init__(self, executor: Executor):
         self._executor = executor
@@ -40,8 +44,8 @@ class Elsewhere:
             if not of_cluster and not isinstance(error, (CancelledError, RuntimeError, OSError)):
                 raise
             raise RuntimeError(
-                f"the cluster is gone ({type(error).__name__}: {error}): what was graded stays, and the same command "
-                "goes on from there"
+                f"the cluster is gone ({type(error).__name__}: {error}): what was graded stays, and"
+                " the same command goes on from there"
             ) from None
         if answer is None:
             raise EOFError
@@ -73,7 +77,9 @@ class Workers:
         self._lock = threading.Lock()
 
     def ask(self, job: Job, lab: Lab) -> dict:
-        """Its answer: a report, why there is none, or why there can be none. Raises EOFError where it ended instead."""
+        """Its answer: a report, why there is none, or why there can be none. Raises EOFError where
+        it ended instead.
+        """
         return self.answer(request_line(job, lab))
 
     def answer(self, request: str) -> dict:

@@ -1,4 +1,6 @@
-"""What a cohort's results say about the lab: how hard each check is, how well it tells, which misconceptions it met."""
+"""What a cohort's results say about the lab: how hard each check is, how well it tells, which
+misconceptions it met.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +19,9 @@ from ..results import Report
 class Item:
     """One check over n students.
 
-    pass_rate: part of them with all its points; mean: share of its points earned on average; discrimination: the
-    point-biserial correlation of passing with the points in all other checks, nan where either does not vary.
+    pass_rate: part of them with all its points; mean: share of its points earned on average;
+    discrimination: the point-biserial correlation of passing with the points in all other checks,
+        nan where either does not vary.
     """
 
     name: str

@@ -1,4 +1,6 @@
-"""The process that grades a cohort's submissions one after another: a JSON line in, a JSON line out."""
+"""The process that grades a cohort's submissions one after another: a JSON line in, a JSON line
+out.
+"""
 
 from __future__ import annotations
 

@@ -1,1 +1,3 @@
-"""What is handed in, as it comes: files, folders, zips; which of them is the program, and what else there was."""
+"""What is handed in, as it comes: files, folders, zips; which of them is the program, and what else
+there was.
+"""

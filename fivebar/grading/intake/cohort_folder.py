@@ -1,4 +1,6 @@
-"""Who handed in what: a folder with a file, a zip or a folder per student, also as Moodle and Canvas pack them."""
+"""Who handed in what: a folder with a file, a zip or a folder per student, also as Moodle and
+Canvas pack them.
+"""
 
 from __future__ import annotations
 
@@ -26,10 +28,11 @@ from .hand_in import (
 
 @dataclass(frozen=True)
 class Entry:
-    """A student's id and program; trouble: why there is none to grade; left: what else he handed in.
+    """A student's id and program; trouble: why there is none to grade; left: what else he handed
+    in.
 
-    number: the participant's number as Moodle or Canvas has it in the name, "" where there is none; siblings: files of
-    his own that the program may import.
+    number: the participant's number as Moodle or Canvas has it in the name, "" where there is none;
+    siblings: files of his own that the program may import.
     """
 
     student: str
@@ -44,9 +47,11 @@ class Entry:
 def find_submissions(
     folder: Path, lab: Lab, file: str | None = None, must_be_told_apart: bool = False
 ) -> tuple[list[Entry], list[Left]]:
-    """(the entries of a folder by name, what in it is nobody's). file: the name of the program in each hand-in.
+    """(the entries of a folder by name, what in it is nobody's). file: the name of the program in
+    each hand-in.
 
-    Raises UsageError where two entries have the same id and must_be_told_apart: each id stands for a robot of its own.
+    Raises UsageError where two entries have the same id and must_be_told_apart: each id stands for
+    a robot of its own.
     """
     groups, left = {}, []
     for name in sorted(os.listdir(folder)):
@@ -75,8 +80,8 @@ def find_submissions(
                 if id_key(short[k]) == id_key(short[key])
             ]
             raise UsageError(
-                f"{', '.join(same)} have the same id, {short[key]!r}: which robot is whose? Leave one, or name each by "
-                "its student's id as it was at --hand-out"
+                f"{', '.join(same)} have the same id, {short[key]!r}: which robot is whose? Leave"
+                " one, or name each by its student's id as it was at --hand-out"
             )
         number = key[1] if len(key) > 1 else ""
         entries.append(_entry(short[key] if unique else paths[0].name, number, paths, lab, file))

@@ -1,4 +1,6 @@
-"""Looks into a hand-in, a file, a folder or a zip, without following or unpacking anything, and finds its program."""
+"""Looks into a hand-in, a file, a folder or a zip, without following or unpacking anything, and
+finds its program.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +19,8 @@ from ..worker.submission import ARCHIVE, PROGRAMS, SubmissionError, opened_archi
 MOST_FILES, DEEPEST = 2000, 12  # of one hand-in
 NO_FILE = LINK, SPECIAL = "a symbolic link", "no regular file"
 MOST_READ = 100  # programs that are read to find the one to grade
-# "Ada Lovelace_4711_assignsubmission_file_" and "lovelaceada_LATE_123_45678_lab1.py": the name is what comes first, and
-# the number after it is the person's, the same in all that one has handed in.
+# "Ada Lovelace_4711_assignsubmission_file_" and "lovelaceada_LATE_123_45678_lab1.py": the name is
+# what comes first, and the number after it is the person's, the same in all that one has handed in.
 MOODLE = re.compile(r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_.*", re.DOTALL)
 CANVAS = re.compile(r"(?P<name>.+?)_(?:LATE_)?(?P<number>\d+)_\d+_.*", re.DOTALL)
 _DEFINED = re.compile(r"^[ \t]*def\s+(\w+)\s*\(", re.MULTILINE)
@@ -50,7 +52,9 @@ def is_hidden(name: str) -> bool:
 
 
 def look_into(path: Path) -> tuple[list[ProgramFile], list[Left]]:
-    """The programs in a file, folder or zip, and all that is none. Never raises for what it finds."""
+    """The programs in a file, folder or zip, and all that is none. Never raises for what it
+    finds.
+    """
     programs, left = [], []
     _look(path, path.name, 0, programs, left)
     return programs, left
@@ -125,10 +129,12 @@ def functions_of(lab: Lab) -> frozenset[str]:
 
 
 def choose(lab: Lab, programs: list[ProgramFile], wanted: str | None = None) -> ProgramFile:
-    """The program to grade: the one called `wanted`, else the one that defines most of what the lab asks.
+    """The program to grade: the one called `wanted`, else the one that defines most of what the lab
+    asks.
 
-    wanted: a file's name or the end of its path, also as a pattern (`*_models.py`). Copies of one file count as one,
-    and an untouched student.py not beside a filled one. Raises SubmissionError where none can be meant, or several.
+    wanted: a file's name or the end of its path, also as a pattern (`*_models.py`). Copies of one
+    file count as one, and an untouched student.py not beside a filled one. Raises SubmissionError
+    where none can be meant, or several.
     """
     if not programs:
         raise SubmissionError("there is no .py, .ipynb or .zip with one")
@@ -149,8 +155,8 @@ def choose(lab: Lab, programs: list[ProgramFile], wanted: str | None = None) -> 
     most = max(defined.values())
     if most == 0:
         raise SubmissionError(
-            f"none of {len(programs)} programs ({_listed(programs)}) defines a function of this lab: leave one, or "
-            "name it with --file"
+            f"none of {len(programs)} programs ({_listed(programs)}) defines a function of this"
+            " lab: leave one, or name it with --file"
         )
     best = {
         source: program for program, source in reversed(sources.items()) if defined[program] == most
@@ -159,18 +165,21 @@ def choose(lab: Lab, programs: list[ProgramFile], wanted: str | None = None) -> 
         best.pop(_source(ProgramFile(untouched)), None)
     if len({found["number"] for found in map(_person, programs) if found}) > 1:
         raise SubmissionError(
-            "it holds the hand-ins of several people, as Moodle or Canvas packs them: unpack it, and grade that folder"
+            "it holds the hand-ins of several people, as Moodle or Canvas packs them: unpack it,"
+            " and grade that folder"
         )
     if len(best) > 1:
         raise SubmissionError(
-            f"{len(best)} programs could be meant ({_listed(sorted(best.values(), key=str))}): leave one, or name it "
-            "with --file"
+            f"{len(best)} programs could be meant ({_listed(sorted(best.values(), key=str))}):"
+            " leave one, or name it with --file"
         )
     return next(iter(best.values()))
 
 
 def _person(program):
-    """Whose it is by the learning platform's name for it, where a zip holds those of a course; or None."""
+    """Whose it is by the learning platform's name for it, where a zip holds those of a course; or
+    None.
+    """
     own = str(program).partition("/")[2].partition("/")[0]
     return MOODLE.fullmatch(own) or CANVAS.fullmatch(own)
 
@@ -188,7 +197,9 @@ def beside(program: ProgramFile, programs: Iterable[ProgramFile]) -> tuple[Progr
 
 
 def imported(source: str, siblings: Iterable[ProgramFile]) -> dict[str, str]:
-    """Module's name -> source of those of the program's siblings that it imports, or one of those does."""
+    """Module's name -> source of those of the program's siblings that it imports, or one of those
+    does.
+    """
     found, waiting = {}, [source]
     known = {PurePosixPath(file.name).stem: file for file in siblings}
     while waiting and len(found) < MOST_READ:

@@ -1,4 +1,6 @@
-"""What the catalogues share: words for cranks or sliders, and mistakes that can be made in more than one function."""
+"""What the catalogues share: words for cranks or sliders, and mistakes that can be made in more
+than one function.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,10 @@ def with_one_length(kind: Kind, model: Callable, hint: str = "") -> Misconceptio
 
 def legs_exchanged(kind: Kind, model: Callable, hint: str = "") -> Misconception:
     """hint: for cranks; that for sliders is always the same."""
-    sliding = "The left leg comes first, in the arguments and in what you return. Move one foot alone: what changes?"
+    sliding = (
+        "The left leg comes first, in the arguments and in what you return. Move one foot alone:"
+        " what changes?"
+    )
     return Misconception(
         "legs exchanged",
         words_for(kind)(hint, sliding),
@@ -55,12 +60,15 @@ def legs_exchanged(kind: Kind, model: Callable, hint: str = "") -> Misconception
 
 
 def passive_misread(kind: Kind, model: Callable) -> Misconception:
-    """Who reads q12 and q22 as the distal bars' directions, or, of a biglide, adds the feet's coordinates to them."""
+    """Who reads q12 and q22 as the distal bars' directions, or, of a biglide, adds the feet's
+    coordinates to them.
+    """
     say, sign = words_for(kind), -1 if kind.turns else 1
     return Misconception(
         f"passive angles taken as {say('absolute', 'relative')}",
         say(
-            "Which angle does the distal bar make with the x axis? q12 alone is measured from the proximal bar.",
+            "Which angle does the distal bar make with the x axis? q12 alone is measured from the"
+            " proximal bar.",
             "q11 is in metres here, q12 in radians. Which angle does the bar make with the x axis?",
         ),
         lambda robot, q11, q12, q21, q22, *row: model(
@@ -70,7 +78,8 @@ def passive_misread(kind: Kind, model: Callable) -> Misconception:
 
 
 def of_bars(model: Callable, change: Callable) -> Callable:
-    """A wrong model of the passive joints' rates or accelerations: the bars' own are change(value, bar) of the right.
+    """A wrong model of the passive joints' rates or accelerations: the bars' own are change(value,
+    bar) of the right.
 
     The row is that of dkm_passive, or that of dkm2_passive.
     """

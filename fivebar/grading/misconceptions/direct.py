@@ -74,12 +74,14 @@ def wrong_dgm(kind: Kind) -> tuple[Misconception, ...]:
     return (
         Misconception(
             "other assembly mode",
-            f"Two points are at the right distance from both {feet}. Which one has assembly mode -1 at q11 = q21 = 0?",
+            f"Two points are at the right distance from both {feet}. Which one has assembly mode -1"
+            " at q11 = q21 = 0?",
             lambda robot, q11, q21, mode: dgm(robot, q11, q21, -mode),
         ),
         Misconception(
             "assembly mode never used",
-            "Your answer does not change with assembly_mode. Where does the choice between the two points enter?",
+            "Your answer does not change with assembly_mode. Where does the choice between the two"
+            " points enter?",
             lambda robot, q11, q21, mode: dgm(robot, q11, q21, -1),
         ),
         Misconception(
@@ -92,7 +94,8 @@ def wrong_dgm(kind: Kind) -> tuple[Misconception, ...]:
         ),
         Misconception(
             f"origin {say('in', 'on')} the left {base}",
-            f"Where is the origin of the frame? Look at the x of {say('A11', 'the left foot')} in the figure.",
+            f"Where is the origin of the frame? Look at the x of {say('A11', 'the left foot')} in"
+            " the figure.",
             lambda robot, *row: (dgm(robot, *row)[0] + robot.d / 2, dgm(robot, *row)[1]),
         ),
         Misconception(
@@ -103,15 +106,17 @@ def wrong_dgm(kind: Kind) -> tuple[Misconception, ...]:
         Misconception(
             "stops at H",
             say(
-                "Your point is in the middle of the elbows. How far is it from either of them, and how far should it "
-                "be?",
-                "Your point is on the line of the feet. How far is it from either of them, and how long are the bars?",
+                "Your point is in the middle of the elbows. How far is it from either of them, and"
+                " how far should it be?",
+                "Your point is on the line of the feet. How far is it from either of them, and how"
+                " long are the bars?",
             ),
             partial(over_h, root=np.zeros_like),
         ),
         Misconception(
             "root of an absolute value",
-            f"What does a negative number under the root say about the two {feet}? abs() only hides it.",
+            f"What does a negative number under the root say about the two {feet}? abs() only"
+            " hides it.",
             partial(over_h, root=root_of_absolute),
         ),
         Misconception(
@@ -121,7 +126,8 @@ def wrong_dgm(kind: Kind) -> tuple[Misconception, ...]:
         ),
         Misconception(
             f"H in the middle although the {bars} differ",
-            "Only an isosceles triangle has the foot of its height in the middle. Which lengths decide where it is?",
+            "Only an isosceles triangle has the foot of its height in the middle. Which lengths"
+            " decide where it is?",
             partial(over_h, foot=half),
         ),
     )
@@ -150,7 +156,8 @@ def wrong_dgm_passive(kind: Kind) -> tuple[Misconception, ...]:
         Misconception(
             "other assembly mode",
             say(
-                "Check the end-effector first: is it the point that your dgm gives for this assembly mode?",
+                "Check the end-effector first: is it the point that your dgm gives for this"
+                " assembly mode?",
                 "Does your dgm get the assembly mode as it came?",
             ),
             lambda robot, q11, q21, mode: dgm_passive(robot, q11, q21, -mode),
@@ -171,7 +178,8 @@ def wrong_dgm_passive(kind: Kind) -> tuple[Misconception, ...]:
         Misconception(
             f"{say('distal bar', 'bar')} read from end-effector to {say('elbow', 'foot')}",
             say(
-                "Your angles are off by half a turn everywhere: from which end to which do you read the bar?",
+                "Your angles are off by half a turn everywhere: from which end to which do you read"
+                " the bar?",
                 "Which end of the bar is its beginning? At home both bars point up.",
             ),
             partial(dgm_passive, read=lambda bar: np.angle(-bar)),
@@ -179,7 +187,8 @@ def wrong_dgm_passive(kind: Kind) -> tuple[Misconception, ...]:
         Misconception(
             say("base offset forgotten", "guides forgotten"),
             say(
-                "The elbow is the base joint plus a bar. Where is the base joint in your difference?",
+                "The elbow is the base joint plus a bar. Where is the base joint in your"
+                " difference?",
                 "Where does a bar begin? The x of a foot is not 0.",
             ),
             partial(dgm_passive, off=lambda robot, *row: (robot.d / 2, -robot.d / 2)),

@@ -73,7 +73,8 @@ def wrong_dynamic_model(kind: Kind) -> tuple[Misconception, ...]:
         with_model(
             "c without J^T A^-1",
             say(
-                "d is not a torque. Which matrices bring an acceleration along the bars to the motors?",
+                "d is not a torque. Which matrices bring an acceleration along the bars to the"
+                " motors?",
                 "d lies along the bars. Which matrices bring it to the drives?",
             ),
             lambda Z, m, A, B, d: (M_of(Z, m, A, B, d), m * d),

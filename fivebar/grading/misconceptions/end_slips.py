@@ -1,4 +1,6 @@
-"""What goes wrong in the last steps: solving A xi' = B q' and A xi'' = B q'' + d, and the dynamic model of them."""
+"""What goes wrong in the last steps: solving A xi' = B q' and A xi'' = B q'' + d, and the dynamic
+model of them.
+"""
 
 from __future__ import annotations
 

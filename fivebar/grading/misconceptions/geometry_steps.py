@@ -1,4 +1,6 @@
-"""The geometric models step by step, and what goes wrong in a step. Points of the plane are complex numbers."""
+"""The geometric models step by step, and what goes wrong in a step. Points of the plane are complex
+numbers.
+"""
 
 from __future__ import annotations
 
@@ -51,8 +53,8 @@ def foot(robot: Robot, leg: int, span: Array) -> Array:
 
 _foot = foot
 
-# What is made of a wrong distance a from a pivot to the height's foot: AMORO's h/a times the right vector; h times the
-# right direction; or another foot, too.
+# What is made of a wrong distance a from a pivot to the height's foot: AMORO's h/a times the right
+# vector; h times the right direction; or another foot, too.
 AHEAD = {}, {"ahead": lambda half, a, e: (half, e)}, {"ahead": lambda half, a, e: (a * e, e)}
 
 
@@ -139,7 +141,9 @@ SQUARES = (
 
 
 def feet_of(word: str) -> tuple[tuple[str, str, Callable], ...]:
-    """(name, hint, foot(right foot, line)) of what becomes of the distance from a pivot to the foot of the height."""
+    """(name, hint, foot(right foot, line)) of what becomes of the distance from a pivot to the foot
+    of the height.
+    """
     pythagoras = "A distance in the plane has two components. What did Pythagoras say?"
     return (
         (
@@ -283,7 +287,10 @@ def bases_moved(kind: Kind, key: str = "base") -> tuple[Slip, ...]:
 
 def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
     word = kind.words.pivots
-    line = f"Draw the vector from the right one of the {word} to the left one: which parts is it made of?"
+    line = (
+        f"Draw the vector from the right one of the {word} to the left one: which parts is it"
+        " made of?"
+    )
 
     def d_times(factor):
         """The line of the pivots with another share of d."""

@@ -23,9 +23,10 @@ def igm_with_bases(left: float, right: float) -> Callable:
     """The inverse model with the bases moved by so many distances d."""
 
     def model(robot, x, y, *modes):
-        return igm(robot, x - left * robot.d, y, *modes)[0], igm(
-            robot, x - right * robot.d, y, *modes
-        )[1]
+        return (
+            igm(robot, x - left * robot.d, y, *modes)[0],
+            igm(robot, x - right * robot.d, y, *modes)[1],
+        )
 
     return model
 
@@ -39,7 +40,9 @@ def igm_by_root(
     root: Callable = np.sqrt,
     half_way: bool = False,
 ) -> Columns:
-    """AMORO eq. 7-9, by way of M, the foot of the elbow on the line from base joint to end-effector; or of its foot."""
+    """AMORO eq. 7-9, by way of M, the foot of the elbow on the line from base joint to
+    end-effector; or of its foot.
+    """
     found = []
     for drive, bar, gamma in zip(robot.drives, robot.distal, (gamma1, gamma2)):
         if not robot.turns:
@@ -58,8 +61,10 @@ def wrong_igm(kind: Kind) -> tuple[Misconception, ...]:
         Misconception(
             "other working modes",
             say(
-                "Which elbow is on which side of the line from its base joint to the end-effector when gamma = -1?",
-                "At home both working modes are -1. Is a foot below the end-effector there, or above it?",
+                "Which elbow is on which side of the line from its base joint to the end-effector"
+                " when gamma = -1?",
+                "At home both working modes are -1. Is a foot below the end-effector there, or"
+                " above it?",
             ),
             lambda robot, x, y, gamma1, gamma2: igm(robot, x, y, -gamma1, -gamma2),
         ),
@@ -78,13 +83,16 @@ def wrong_igm(kind: Kind) -> tuple[Misconception, ...]:
         legs_exchanged(
             kind,
             igm,
-            "Each leg has the other one's angle. Look at the order of the two, and at the signs of d / 2.",
+            "Each leg has the other one's angle. Look at the order of the two, and at the signs of"
+            " d / 2.",
         ),
         Misconception(
             say("base offset forgotten", "guides forgotten"),
             say(
-                "From which point do you draw the vector to the end-effector, and where does the leg begin?",
-                "From which point do you measure the end-effector's x, and where does the foot slide?",
+                "From which point do you draw the vector to the end-effector, and where does the"
+                " leg begin?",
+                "From which point do you measure the end-effector's x, and where does the foot"
+                " slide?",
             ),
             igm_with_bases(0.5, -0.5),
         ),
@@ -98,7 +106,8 @@ def wrong_igm(kind: Kind) -> tuple[Misconception, ...]:
         ),
         Misconception(
             "root of an absolute value",
-            "What does a negative number under the root say about the distance? abs() only hides it.",
+            "What does a negative number under the root say about the distance? abs() only"
+            " hides it.",
             partial(igm_by_root, root=root_of_absolute),
         ),
         Misconception(

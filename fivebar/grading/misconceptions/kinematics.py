@@ -41,7 +41,8 @@ def wrong_dkm(kind: Kind) -> tuple[Misconception, ...]:
         with_matrix(
             "A transposed",
             say(
-                "Put A and B of one pose on paper: does your A xi' give u12 . xi' in its first row?",
+                "Put A and B of one pose on paper: does your A xi' give u12 . xi' in its first"
+                " row?",
                 "Each scalar product with xi' is one row of A xi'.",
             ),
             lambda A, B, robot: inverse(A).swapaxes(1, 2) @ B,
@@ -90,7 +91,8 @@ def wrong_ikm(kind: Kind) -> tuple[Misconception, ...]:
         with_matrix(
             say("+90 degrees turned the other way", "feet taken to move the other way"),
             say(
-                "Which way does an elbow move when its motor turns counter-clockwise, and which way does v11 point?",
+                "Which way does an elbow move when its motor turns counter-clockwise, and which way"
+                " does v11 point?",
                 "Lift the end-effector straight up: which way do the feet go?",
             ),
             lambda A, B, robot: -inverse(B) @ A,
@@ -114,7 +116,8 @@ def wrong_dkm_passive(kind: Kind) -> tuple[Misconception, ...]:
         passive_misread(kind, dkm_passive),
         Misconception(
             f"{pivot} taken as standing still",
-            f"xi' is the {pivot}'s velocity and the bar's rotation together. Did you take the {pivot}'s part away?",
+            f"xi' is the {pivot}'s velocity and the bar's rotation together. Did you take the"
+            f" {pivot}'s part away?",
             lambda robot, *row: tuple(
                 drive.relative(rate, q)
                 for drive, rate, q in zip(robot.drives, with_standing_pivots(robot, *row), row[4:6])

@@ -1,4 +1,6 @@
-"""The inverse model and the passive angles step by step, leg by leg, and what goes wrong in a step."""
+"""The inverse model and the passive angles step by step, leg by leg, and what goes wrong in a
+step.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +58,9 @@ def igm_steps(
     read: Callable = np.angle,
     lift: Callable = right,
 ) -> Columns:
-    """AMORO eq. 7 to 9: by way of M, then up or down to the elbow; a foot is straight above or below."""
+    """AMORO eq. 7 to 9: by way of M, then up or down to the elbow; a foot is straight above or
+    below.
+    """
     robot, found = robot_of(robot), []
     for leg, bar in enumerate(robot.distal):
         line = x - own(base, leg, base_x)(robot, leg) + 1j * y
@@ -131,7 +135,10 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
     ]
     slips += [Slip(name, hint, {"turn": turn}) for name, hint, turn in TURNS]
     length = "A direction times b has length b only if the direction has length 1."
-    once = "A11A12 begins in A11 already. What is the angle of that vector, and what do you put into atan2?"
+    once = (
+        "A11A12 begins in A11 already. What is the angle of that vector, and what do you put into"
+        " atan2?"
+    )
     slips += [
         Slip("direction not of unit length", length, {"scale": lambda b, c, size: b * c}),
         Slip("direction not of unit length", length, {"scale": lambda b, c, size: b * size}),

@@ -29,7 +29,10 @@ def angle_slips(kind: Kind) -> tuple[Slip, ...]:
         hint = "q11 is in metres, q12 in radians. Which angle does the bar make with the x axis?"
         wrong = lambda q: (q[0], q[0] + q[1], q[2], q[2] + q[3])  # noqa: E731
         return (Slip("passive angles taken as relative", hint, {"angles": wrong}),)
-    hint = "Which angle does the distal bar make with the x axis? q12 alone is measured from the proximal bar."
+    hint = (
+        "Which angle does the distal bar make with the x axis? q12 alone is measured from the"
+        " proximal bar."
+    )
     return (
         Slip(
             "passive angles taken as absolute",

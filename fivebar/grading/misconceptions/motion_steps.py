@@ -12,7 +12,9 @@ from ..exercise import Slip
 
 
 class Joints:
-    """u of both bars of both legs, (n, 2, 2) with the leg second; bars' lengths (2,); for sliders u11 is along y."""
+    """u of both bars of both legs, (n, 2, 2) with the leg second; bars' lengths (2,); for sliders
+    u11 is along y.
+    """
 
     def __init__(self, robot: Robot, q11: Array, q12: Array, q21: Array, q22: Array):
         first, second = np.stack([q11, q21], -1), np.stack([q12, q22], -1)

@@ -26,7 +26,10 @@ def in_degrees(exercise: Exercise, robot: Robot) -> list[Misconception]:
             robot, *(np.radians(column) if turns else column for column, turns in zip(columns, at))
         )
 
-    hint = "What is the unit of the angles that come as arguments, and which one do sin and cos expect?"
+    hint = (
+        "What is the unit of the angles that come as arguments, and which one do sin and cos"
+        " expect?"
+    )
     return [Misconception("angles taken as degrees", hint, model)]
 
 

@@ -14,7 +14,10 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
     v, drag, own, per, take = (usual(model, step) for step in ("v", "drag", "own", "per", "take"))
     word, unit_ = ("acceleration", "m/s²") if accelerations else ("rate", "m/s")
     pivot = kind.words.pivots
-    away = f"The end moves with the {pivot} and turns about it. Did you take the share of the {pivot} away?"
+    away = (
+        f"The end moves with the {pivot} and turns about it. Did you take the share of the {pivot}"
+        " away?"
+    )
     length = f"{unit_} is no unit of a passive {word}. Which length lies between?"
     slips = [
         *angle_slips(kind),

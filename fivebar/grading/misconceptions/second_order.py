@@ -49,7 +49,8 @@ def wrong_bias(kind: Kind) -> list[list[Misconception]]:
         [passive_misread(kind, model) for model in (dkm2, ikm2)],
         with_d(
             say("d forgotten", "centripetal term missing"),
-            f"Let the {say('motors', 'feet')} run at constant speed: is the end-effector's acceleration 0?",
+            f"Let the {say('motors', 'feet')} run at constant speed: is the end-effector's"
+            " acceleration 0?",
             lambda robot, *row: 0 * d_of(robot, *row),
         ),
         with_d(
@@ -75,7 +76,8 @@ def wrong_dkm2_passive(kind: Kind) -> tuple[Misconception, ...]:
         passive_misread(kind, dkm2_passive),
         Misconception(
             f"centripetal term {say('of the distal bar ', '')}kept",
-            f"You multiply by v{say('12', '')}. What is left there of a vector along u{say('12', '')}?",
+            f"You multiply by v{say('12', '')}. What is left there of a vector along"
+            f" u{say('12', '')}?",
             with_own_centripetal,
         ),
         length_forgotten(

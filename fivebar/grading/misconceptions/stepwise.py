@@ -1,4 +1,6 @@
-"""Gives the exercises of the lab's functions their derivations, the slips in them, and what they build on."""
+"""Gives the exercises of the lab's functions their derivations, the slips in them, and what they
+build on.
+"""
 
 from __future__ import annotations
 
@@ -53,7 +55,9 @@ def forward_steps(robot: Robot, *row: Array, model: Columns | None = None) -> Co
 def _table(kind: Kind) -> dict[str, tuple]:
     """A function's name -> derivation, slips, what it builds on."""
     AB, d = (*A_slips(kind), *B_slips(kind)), d_slips(kind)
-    often = "How often does the term come out of the derivative?"  # in a dynamic model it is a factor of c
+    often = (  # in a dynamic model it is a factor of c
+        "How often does the term come out of the derivative?"
+    )
     d_times = (
         Slip("d twice", often, {"of_d": lambda near, far: -2 * (near + far)}),
         Slip("half of d", often, {"of_d": lambda near, far: -(near + far) / 2}),

@@ -33,12 +33,15 @@ CHECK_COLUMNS = (
     "off",
 )
 _HASHED = re.compile("-[0-9a-f]{16}$")  # an id of this form could be another one's file name
-# At the start of a cell, or of what one becomes where a semicolon, a bar or a tab is taken to part cells.
+# At the start of a cell, or of what one becomes where a semicolon, a bar or a tab is taken to part
+# cells.
 _FORMULA = re.compile("(^|[;|\t])(?=\\s*[=+@\uff1d\uff0b\uff20\uff0d-])|^(?=[\t\r\n])")
 
 
 def write_whole(path: str | Path, text: str) -> None:
-    """Put text into a file so that at any moment the old content is there or the new one, also after a crash."""
+    """Put text into a file so that at any moment the old content is there or the new one, also
+    after a crash.
+    """
     with (
         replaced(path) as part,
         open(part, "w", encoding="utf-8", errors="backslashreplace", newline="") as file,
@@ -53,7 +56,9 @@ def json_text(report: Report) -> str:
 
 
 def file_name(student: str) -> str:
-    """A file name for a student's id: plain letters, and a hash of the id where those do not tell it from others."""
+    """A file name for a student's id: plain letters, and a hash of the id where those do not tell
+    it from others.
+    """
     plain = re.sub(r"[^A-Za-z0-9_-]+", "_", student).strip("_")[:60]
     if plain and plain == student.lower() == student and not _HASHED.search(plain):
         return plain
@@ -101,7 +106,8 @@ def check_rows(report: Report) -> Iterator[tuple]:
 def gradescope_text(report: Report) -> str:
     """The results.json that Gradescope's harness reads; all of it plain text.
 
-    Students see it, and may hand in again: it tells no input, and no text or number that came from their program.
+    Students see it, and may hand in again: it tells no input, and no text or number that came from
+        their program.
     """
     report = withheld(report)
     tests = [

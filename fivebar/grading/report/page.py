@@ -1,4 +1,6 @@
-"""The report as HTML without scripts or network: a page of its own, or a fragment for a notebook."""
+"""The report as HTML without scripts or network: a page of its own, or a fragment for a
+notebook.
+"""
 
 from __future__ import annotations
 
@@ -124,7 +126,10 @@ def _check(check):
     figure = (
         f"<figure>{check.figure}<figcaption>{CAPTION}</figcaption></figure>" if check.figure else ""
     )
-    return f'<details open><summary>{head}</summary><div class="body"><dl>{items}</dl>{figure}</div></details>'
+    return (
+        f"<details open><summary>{head}</summary><div"
+        f' class="body"><dl>{items}</dl>{figure}</div></details>'
+    )
 
 
 def _item(label, words):

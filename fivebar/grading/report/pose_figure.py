@@ -13,10 +13,12 @@ EXPECTED, CAME = "#1a7f37", "#c4320a"
 
 
 def pose_figure(robot: Robot, exercise: Exercise, sample: dict) -> str:
-    """SVG text; "" where the exercise's names are no pose or velocity, or nothing can be drawn of what came.
+    """SVG text; "" where the exercise's names are no pose or velocity, or nothing can be drawn of
+    what came.
 
-    The pose is read from the names of the arguments and the returned values: q11, q21 turn the proximal bars (slide
-    the feet), x, y or q12, q22 place the distal ones, xD, yD draw the end-effector's velocity.
+    The pose is read from the names of the arguments and the returned values: q11, q21 turn the
+    proximal bars (slide the feet), x, y or q12, q22 place the distal ones, xD, yD draw the
+    end-effector's velocity.
     """
     names = exercise.returns
     if len(sample["expected"]) != len(names):
@@ -34,7 +36,9 @@ def pose_figure(robot: Robot, exercise: Exercise, sample: dict) -> str:
 
 
 def _lines(robot, at):
-    """Polylines (m) of base or foot, bars and end-effector; () where a number is missing or not finite."""
+    """Polylines (m) of base or foot, bars and end-effector; () where a number is missing or not
+    finite.
+    """
     known = ("q11", "q21", *(("x", "y") if "x" in at else ("q12", "q22")))
     if not all(name in at and isfinite(at[name]) for name in known):
         return ()
@@ -54,7 +58,9 @@ def _lines(robot, at):
 
 
 def _arrows(sample, drawn=None):
-    """Both velocities to one scale, from the end-effector; () where one is not finite or both vanish."""
+    """Both velocities to one scale, from the end-effector; () where one is not finite or both
+    vanish.
+    """
     pairs = sample["expected"], sample["came"]
     longest = max(hypot(*pair) for pair in pairs)
     if not (isfinite(longest) and longest > 0):
@@ -86,7 +92,8 @@ def _svg(drawn):
             )
             for x, y in (place(point).split(",") for point in line[-2:]):
                 parts.append(
-                    f'<circle cx="{x}" cy="{y}" r="4" fill="#fff" stroke="{colour}" stroke-width="2"/>'
+                    f'<circle cx="{x}" cy="{y}" r="4" fill="#fff" stroke="{colour}"'
+                    ' stroke-width="2"/>'
                 )
     for start, *_ in drawn[0][:2]:  # base joints, or where the feet should be
         x, y = place(start).split(",")
@@ -95,7 +102,6 @@ def _svg(drawn):
         )
     label = "the robot as it should be (solid, green) and as your answer has it (dashed, red)"
     return (
-        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" role="img" aria-label="{label}">'
-        + "".join(parts)
-        + "</svg>"
+        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" role="img"'
+        f' aria-label="{label}">' + "".join(parts) + "</svg>"
     )

@@ -1,4 +1,6 @@
-"""The report as plain text: every check, and for each that is not right what was asked, what came, and why."""
+"""The report as plain text: every check, and for each that is not right what was asked, what came,
+and why.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,10 @@ OUTCOMES = {
     "accepted": "gave an answer where none exists: raise an error, or return nan or None",
 }
 PRINTED = 20  # lines of the program's own
-HOME = "The inputs here are public. Grading uses hidden ones of the same kind, so pass by the model, not by the numbers."
+HOME = (
+    "The inputs here are public. Grading uses hidden ones of the same kind, so pass by the model,"
+    " not by the numbers."
+)
 
 
 def number(value: float) -> str:
@@ -74,7 +79,10 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
         if check.rows > 1:
             yield (
                 "how many",
-                f"{check.wrong} of {check.rows} calls{', the first of them:' if check.wrong > 1 else ''}",
+                (
+                    f"{check.wrong} of {check.rows}"
+                    f" calls{', the first of them:' if check.wrong > 1 else ''}"
+                ),
             )
         if check.asked:
             yield "asked", check.asked
@@ -92,7 +100,9 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
 
 
 def told(check: Check) -> Iterator[tuple[str, str]]:
-    """(label, text) of what may be told where inputs are hidden: nothing that the program itself could have chosen."""
+    """(label, text) of what may be told where inputs are hidden: nothing that the program itself
+    could have chosen.
+    """
     if check.outcome == "broken":
         yield from facts(check)
     elif not_started(check):
@@ -134,7 +144,9 @@ def same_fault(check: Check) -> tuple | None:
 
 
 def check_lines(check: Check, width: int, known: dict | None = None) -> list[str]:
-    """One check's lines; `known` maps faults already explained to the title of the check that did."""
+    """One check's lines; `known` maps faults already explained to the title of the check that
+    did.
+    """
     score = f"{number(check.points)}/{number(check.max_points)}"
     title = printable(check.title)
     lines = textwrap.wrap(
@@ -192,10 +204,15 @@ def headlines(report: Report) -> Iterator[str]:
     if report.trouble:
         yield report.trouble
     elif report.checks and all(not_started(check) for check in report.checks):
-        yield "Nothing is filled in yet: each check below says which task it belongs to. Begin with the first."
+        yield (
+            "Nothing is filled in yet: each check below says which task it belongs to. Begin with"
+            " the first."
+        )
     yield from report.notes
     if report.faults:
-        yield f"The lab itself has a fault, so this result does not count: {'; '.join(report.faults)}"
+        yield (
+            f"The lab itself has a fault, so this result does not count: {'; '.join(report.faults)}"
+        )
 
 
 def closing(report: Report) -> Iterator[str]:

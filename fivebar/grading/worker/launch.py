@@ -53,7 +53,8 @@ def launch(isolate: str, settings: dict) -> tuple[subprocess.Popen, int | None]:
 
 
 def _popen(command, passed):
-    # It starts in a folder that is always there: one of its own would stay if the grader were killed.
+    # It starts in a folder that is always there: one of its own would stay if the grader were
+    # killed.
     return subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,

@@ -1,4 +1,6 @@
-"""Functions of the user's own session in the place of a submission: at home, where nobody need be kept out."""
+"""Functions of the user's own session in the place of a submission: at home, where nobody need be
+kept out.
+"""
 
 from __future__ import annotations
 
@@ -16,12 +18,16 @@ from .wire import reply
 
 
 def from_functions(**functions: Callable) -> Live:
-    """A Live student of the functions of a notebook or a script: `from_functions(dgm=dgm, igm=my_igm)`."""
+    """A Live student of the functions of a notebook or a script: `from_functions(dgm=dgm,
+    igm=my_igm)`.
+    """
     return Live(functions)
 
 
 class Live:
-    """Answers like a Student, in this process: without limits, without isolation. Ctrl-C ends it."""
+    """Answers like a Student, in this process: without limits, without isolation. Ctrl-C ends
+    it.
+    """
 
     trouble, output, notes = None, "", ()
 
@@ -58,7 +64,8 @@ class Live:
         limit: float | None = None,
         given: dict[str, Callable] | None = None,
     ) -> list[Reply]:
-        """A Reply for each row of `function(*row)`; constants: its module's globals, set for this ask and put back.
+        """A Reply for each row of `function(*row)`; constants: its module's globals, set for this
+        ask and put back.
 
         given: as in `Student.ask`, and put back as well.
         """

@@ -1,4 +1,6 @@
-"""Where the interpreter and the packages lie that a worker may use, and bubblewrap's command to show only those."""
+"""Where the interpreter and the packages lie that a worker may use, and bubblewrap's command to
+show only those.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +60,9 @@ def system_folders() -> list[Path]:
 
 
 def _hidden():
-    """Folders of installed packages beneath the system's, which would show more than the packages allowed."""
+    """Folders of installed packages beneath the system's, which would show more than the packages
+    allowed.
+    """
     library = Path(sysconfig.get_path("stdlib")).resolve()
     variables = {"base": sys.base_prefix, "platbase": sys.base_exec_prefix}
     found = [*map(Path, site.getsitepackages()), *map(Path, sys.path)]
@@ -80,7 +84,9 @@ def _hidden():
 
 @cache
 def readable(packages: tuple[str, ...]) -> tuple[list[str], list[str]]:
-    """(files and folders that a worker may read, folders that it may list): Landlock has no exceptions to a rule."""
+    """(files and folders that a worker may read, folders that it may list): Landlock has no
+    exceptions to a rule.
+    """
     more = (
         *_SETTINGS,
         "/sys/devices/system/cpu",
@@ -114,7 +120,9 @@ def _parts(packages):
 
 @cache
 def bwrap_command(packages: tuple[str, ...]) -> list[str]:
-    """The words before the worker's command: it sees the interpreter, the packages, and nothing else."""
+    """The words before the worker's command: it sees the interpreter, the packages, and nothing
+    else.
+    """
     system = system_folders()
     binds = [("--ro-bind", str(place), str(place)) for place in system]
     binds += [("--tmpfs", str(place)) for place in _hidden()]

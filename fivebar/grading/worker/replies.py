@@ -20,9 +20,11 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Reply:
-    """One call's outcome: its kind (of KINDS), the decoded value, and for a failure what happened and where.
+    """One call's outcome: its kind (of KINDS), the decoded value, and for a failure what happened
+    and where.
 
-    line, source: number and text of the last line of the student's own file that ran; seconds: the call's duration.
+    line, source: number and text of the last line of the student's own file that ran; seconds: the
+        call's duration.
     """
 
     kind: str

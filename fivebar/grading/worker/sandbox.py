@@ -25,12 +25,16 @@ class IsolationError(RuntimeError):
 
 
 class KilledError(RuntimeError):
-    """A submission's workers were killed again and again, and not by anything of its own: it cannot be judged."""
+    """A submission's workers were killed again and again, and not by anything of its own: it cannot
+    be judged.
+    """
 
 
 @dataclass(eq=False)
 class Lost(Exception):
-    """A worker's end: a Reply's kind, and what is known of it; outside: it was none of the program's own doing."""
+    """A worker's end: a Reply's kind, and what is known of it; outside: it was none of the
+    program's own doing.
+    """
 
     kind: str
     text: str = ""
@@ -71,7 +75,9 @@ class Worker:
         os.set_blocking(self._out, False)
 
     def confined(self) -> dict:
-        """Its report before anything of the student's has run. Raises IsolationError, or Lost where it was killed."""
+        """Its report before anything of the student's has run. Raises IsolationError, or Lost where
+        it was killed.
+        """
         try:
             report = self.receive(self.nonce, START_LIMIT)
         except (Lost, Garbled) as lost:
@@ -114,7 +120,9 @@ class Worker:
         return message(line, nonce)
 
     def _ready(self, end):
-        """Descriptors ready before the time `end`; what the program prints is kept aside. Raises Lost."""
+        """Descriptors ready before the time `end`; what the program prints is kept aside. Raises
+        Lost.
+        """
         ready = set()
         while not ready:
             left = end - time.monotonic()
@@ -122,7 +130,8 @@ class Worker:
                 raise Lost("timeout")
             ready = {key.fd for key, _ in self._selector.select(min(left, ALIVE))}
             if not ready and self._process.poll() is not None:
-                raise self._end()  # and yet a pipe is open: bubblewrap was killed before its own child could follow
+                # And yet a pipe is open: bubblewrap was killed before its own child could follow.
+                raise self._end()
         if self._text in ready:
             self._drain()
         return ready
@@ -158,7 +167,8 @@ class Worker:
         number = -code if code < 0 else code - 128  # bwrap gives 128 + signal
         if number == signal.SIGXCPU:
             return Lost("timeout", "its time on the processor is used up")
-        # Nothing in the worker can send a signal, and no program uses more time on the processor than has passed.
+        # Nothing in the worker can send a signal, and no program uses more time on the processor
+        # than has passed.
         if number == signal.SIGKILL and time.monotonic() - self._begin < self._cpu:
             return Lost("killed", "from outside: was the machine out of memory?", outside=True)
         if number in (
@@ -173,7 +183,9 @@ class Worker:
         return Lost("exit", f"ended the process with status {code}")
 
     def close(self) -> None:
-        """Kills the process and its group, waits for the end of all who held its pipes, and cleans up."""
+        """Kills the process and its group, waits for the end of all who held its pipes, and cleans
+        up.
+        """
         if not self._open:
             return
         try:
@@ -203,7 +215,9 @@ class Worker:
         self._open = False
 
     def _kill_orphan(self):
-        """End what a bubblewrap killed at its start has left: it has this worker's key on its command line."""
+        """End what a bubblewrap killed at its start has left: it has this worker's key on its
+        command line.
+        """
         for place in Path("/proc").glob("[0-9]*"):
             try:
                 if self.nonce.encode() in (place / "cmdline").read_bytes():

@@ -1,4 +1,6 @@
-"""A student's program in a process of its own: ask it one function with many rows, get one Reply for each."""
+"""A student's program in a process of its own: ask it one function with many rows, get one Reply
+for each.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,8 @@ from .wire import Garbled, clean, place, reply, value
 MOST_LOSSES = 3  # workers that one function, or the file, may cost
 MOST_KILLED = 5  # workers of a submission that something else may kill
 MOST_NAMES = 1000  # of functions listed
-MOST_CALLS = 60  # in limits for one call: what all asks of a submission may take together, with what it loads
+# In limits for one call: what all asks of a submission may take together, with what it loads.
+MOST_CALLS = 60
 LIMIT = 2.0  # s, for one call
 LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
 
@@ -32,13 +35,15 @@ LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
 class Student:
     """A submission's functions, called in a worker process. A context manager.
 
-    isolate: "process" (limits, a system-call filter, an unprivileged user under root) or "bwrap" (also hides the disk
-    and the network); limit: seconds for one call; total: for one `ask`; memory: bytes; modules: name -> source of those
-    beside the file that it may import. `names`: the functions found;
-    `constants`: the numbers to which the file itself gives a name; `trouble`: Reply of the first statement that failed
-    when the file was run, or None; `output`: what it printed; `notes`: sentences for the one who grades. The thread
-    that asks must outlive the worker: it dies with it (Linux). Raises IsolationError where the worker cannot be
-    isolated so, and, whatever is asked, KilledError where something else kills it again and again.
+    isolate: "process" (limits, a system-call filter, an unprivileged user under root) or "bwrap"
+    (also hides the disk and the network); limit: seconds for one call; total: for one `ask`;
+    memory: bytes; modules: name -> source of those beside the file that it may import. `names`: the
+    functions found; `constants`: the numbers to which the file itself gives a name; `trouble`:
+    Reply of the first statement that failed when the file was run, or None; `output`: what it
+    printed; `notes`: sentences for the one who grades. The thread
+    that asks must outlive the worker: it dies with it (Linux). Raises IsolationError where the
+    worker cannot be isolated so, and, whatever is asked, KilledError where something else kills it
+    again and again.
     """
 
     def __init__(
@@ -99,12 +104,15 @@ class Student:
         limit: float | None = None,
         given: dict[str, Callable] | None = None,
     ) -> list[Reply]:
-        """A Reply for each row of `function(*row)`; after three lost workers the rest get the same kind unasked.
+        """A Reply for each row of `function(*row)`; after three lost workers the rest get the same
+        kind unasked.
 
-        constants: other values for names in `constants`, with which the file is run anew; limit: seconds for one call.
-        given: name -> right(row), which stands in for the program's own function, as in `StandIn`; for good, so that
-        nothing else should be asked of this Student.
-        What only today's NumPy refuses is asked again as it ran before; `mended` holds the first refusal.
+        constants: other values for names in `constants`, with which the file is run anew; limit:
+            seconds for one call.
+        given: name -> right(row), which stands in for the program's own function, as in `StandIn`;
+        for good, so that nothing else should be asked of this Student.
+        What only today's NumPy refuses is asked again as it ran before; `mended` holds the first
+        refusal.
         """
         replies = self._ask(function, rows, constants, limit, given or {})
         refused = [
@@ -207,12 +215,15 @@ class Student:
         )
 
     def _count_killed(self):
-        """Close what is left of a worker that something else killed. Raises KilledError at the last of many."""
+        """Close what is left of a worker that something else killed. Raises KilledError at the last
+        of many.
+        """
         self.close()
         self._killed += 1
         if self._killed == MOST_KILLED:
             raise KilledError(
-                f"something killed its process {MOST_KILLED} times: where memory is short, grade fewer at a time"
+                f"something killed its process {MOST_KILLED} times: where memory is short, grade"
+                " fewer at a time"
             )
 
     def _load(self):
@@ -284,11 +295,13 @@ class Student:
             notes.append(f"running as root: the student's program runs as user {report['uid']}")
         if self._isolate == "process" and not report["filter"]:
             notes.append(
-                "the kernel cannot filter system calls (seccomp): files and signals are not protected"
+                "the kernel cannot filter system calls (seccomp): files and signals are not"
+                " protected"
             )
         if self._isolate == "process" and not report["landlock"]:
             notes.append(
-                "the kernel cannot hide files (Landlock): the student's program reads what its user can read"
+                "the kernel cannot hide files (Landlock): the student's program reads what its user"
+                " can read"
             )
         self.notes = tuple(notes)
 

@@ -1,4 +1,6 @@
-"""Reads what a student hands in, a .py file or a notebook, without running, parsing or following anything of it."""
+"""Reads what a student hands in, a .py file or a notebook, without running, parsing or following
+anything of it.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +56,8 @@ class SubmissionError(ValueError):
 class Submission:
     """A student's program: its file's name, its source, and its kind, "py" or "notebook".
 
-    cells: for a notebook the first line of each code cell in `source`; remark: a sentence on how it was read, or "".
+    cells: for a notebook the first line of each code cell in `source`; remark: a sentence on how it
+        was read, or "".
     """
 
     name: str
@@ -64,7 +67,9 @@ class Submission:
     remark: str = ""
 
     def where(self, line: int) -> str:
-        """A line of the source in the words of its author: "line 12", or "cell 3, line 2" in a notebook."""
+        """A line of the source in the words of its author: "line 12", or "cell 3, line 2" in a
+        notebook.
+        """
         if not self.cells:
             return f"line {line}"
         cell = max(bisect_right(self.cells, line), 1)
@@ -77,7 +82,8 @@ def read_submission(path: str | Path, member: str = "") -> Submission:
     name = PurePosixPath(member).name if member else path.name
     if not name.isprintable() or len(name) > MOST_NAME:
         raise SubmissionError(
-            f"the file's name {name[:MOST_NAME]!r} is too long or holds characters that cannot be shown"
+            f"the file's name {name[:MOST_NAME]!r} is too long or holds characters that cannot be"
+            " shown"
         )
     suffix = PurePosixPath(name).suffix.lower()
     if suffix not in PROGRAMS:
@@ -96,7 +102,9 @@ def read_submission(path: str | Path, member: str = "") -> Submission:
 
 @contextmanager
 def opened(path: Path) -> Iterator:
-    """A regular file open for reading, no symbolic link followed, no pipe waited for. Raises SubmissionError."""
+    """A regular file open for reading, no symbolic link followed, no pipe waited for. Raises
+    SubmissionError.
+    """
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     except OSError as error:
@@ -114,7 +122,9 @@ def opened(path: Path) -> Iterator:
 
 @contextmanager
 def opened_archive(path: Path) -> Iterator[zipfile.ZipFile]:
-    """A zip whose members can be read one by one; nothing is unpacked to disk. Raises SubmissionError."""
+    """A zip whose members can be read one by one; nothing is unpacked to disk. Raises
+    SubmissionError.
+    """
     with opened(path) as file:
         if os.fstat(file.fileno()).st_size > MOST_ARCHIVE:
             raise SubmissionError(f"{path.name} is larger than {MOST_ARCHIVE / 1e6:g} MB")
@@ -152,9 +162,10 @@ def _source(data, name):
     """(text, remark) of a .py file: as Python reads it, else as the editor meant that wrote it."""
     for mark, encoding in ((codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16")):
         if data.startswith(mark):
-            return _text(
-                data, name, encoding
-            ), f"{name} is saved as UTF-16, which Python cannot run: save it as UTF-8."
+            return (
+                _text(data, name, encoding),
+                f"{name} is saved as UTF-16, which Python cannot run: save it as UTF-8.",
+            )
     encoding = _encoding(data, name)
     try:
         return _text(data, name, encoding), ""
@@ -186,7 +197,8 @@ def _text(data, name, encoding):
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise SubmissionError(
-            f"{name} is not {encoding.upper()} text (byte 0x{data[error.start]:02x} in line {line}): save it as UTF-8"
+            f"{name} is not {encoding.upper()} text (byte 0x{data[error.start]:02x} in line"
+            f" {line}): save it as UTF-8"
         ) from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
 

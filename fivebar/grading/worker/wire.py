@@ -1,4 +1,6 @@
-"""What a worker process sends, read as a stranger's text: lines of JSON with a limit, into Replies of plain values."""
+"""What a worker process sends, read as a stranger's text: lines of JSON with a limit, into Replies
+of plain values.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +61,9 @@ def clean(text: str, most: int = MOST_TEXT) -> str:
 
 
 def value(data: object, depth: int = 0) -> object:
-    """Python and NumPy values of plain data: numbers, text, None, lists, and objects marked by "~"."""
+    """Python and NumPy values of plain data: numbers, text, None, lists, and objects marked by
+    "~".
+    """
     if depth > DEEPEST:
         raise Garbled("lists too deep in each other")
     if isinstance(data, list):

@@ -1,4 +1,6 @@
-"""A proof that a whole path is reached, keeps its mode and its margin, by every robot within tolerances."""
+"""A proof that a whole path is reached, keeps its mode and its margin, by every robot within
+tolerances.
+"""
 
 from __future__ import annotations
 
@@ -48,8 +50,10 @@ _BALLS = SimpleNamespace(
 
 
 class Unproved(NamedTuple):
-    """A stretch of a path, s from `start` to `stop` m, on which the claim is not proved: `false` where a robot within
-    the tolerances, of these `lengths`, breaks it at s = `at`; else neither that nor the opposite was found."""
+    """A stretch of a path, s from `start` to `stop` m, on which the claim is not proved: `false`
+    where a robot within the tolerances, of these `lengths`, breaks it at s = `at`; else neither
+    that nor the opposite was found.
+    """
 
     start: float
     at: float
@@ -61,9 +65,11 @@ class Unproved(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What `certify` proved: `proved`, or where not (`unproved`, Unproved in the order of the path).
+    """What `certify` proved: `proved`, or where not (`unproved`, Unproved in the order of the
+    path).
 
-    claim: all that is claimed and its proof, as `to_json` writes it; assembly: the assembly mode that is kept.
+    claim: all that is claimed and its proof, as `to_json` writes it; assembly: the assembly mode
+        that is kept.
     """
 
     claim: dict
@@ -90,7 +96,9 @@ class Certificate:
         )
 
     def to_json(self, file: TextFile) -> None:
-        """Write it for `fivebar certify --check` (or checker.py alone). ValueError where it is not proved."""
+        """Write it for `fivebar certify --check` (or checker.py alone). ValueError where it is not
+        proved.
+        """
         if not self.proved:
             first = self.unproved[0]
             raise ValueError(
@@ -107,14 +115,17 @@ def certify(
     margin: float = 0.0,
     working: ArrayLike = (-1, -1),
 ) -> Certificate:
-    """Prove that every robot within the tolerances reaches the whole path in one working and one assembly mode, with
+    """Prove that every robot within the tolerances reaches the whole path in one working and one
+    assembly mode, with
     |sin q12|, |sin q22| and |det A| at least `margin` (above 0 where that is 0): Certificate.
 
-    path: `fb.path(...)`, a curve of lines, arcs and polynomials, taken exactly as its numbers say; tolerances: m, of
-    all five lengths, or {name: m}; margin: from 0 to 1; working: (2,), +1 or -1.
-    Each piece is parted until interval arithmetic (FLINT's balls) encloses the three sines on every part, for all its
-    points and all robots, by the mean value theorem. Where that fails, a robot and a point that break the claim are
-    looked for: `Unproved.false`, else it is not proved. ValueError for tolerances that leave nothing of a length.
+    path: `fb.path(...)`, a curve of lines, arcs and polynomials, taken exactly as its numbers say;
+    tolerances: m, of all five lengths, or {name: m}; margin: from 0 to 1; working: (2,), +1 or -1.
+    Each piece is parted until interval arithmetic (FLINT's balls) encloses the three sines on every
+    part, for all its points and all robots, by the mean value theorem. Where that fails, a robot
+    and a point that break the claim are
+    looked for: `Unproved.false`, else it is not proved. ValueError for tolerances that leave
+        nothing of a length.
     """
     robot = instance(FiveBar)(robot, "certify: robot")
     path = instance(Path)(path, "certify: path")
@@ -177,12 +188,16 @@ def _parted(claim, piece):
 
 
 def _broken(claim, piece, u):
-    """Whether a robot within the tolerances breaks the claim at a point, how, and the lengths of that robot."""
+    """Whether a robot within the tolerances breaks the claim at a point, how, and the lengths of
+    that robot.
+    """
     nominal, tolerances = claim["robot"], claim["tolerances"]
     for k, (_, value, _) in enumerate(_kept(claim, piece, u, nominal)):
         lengths = {  # of which this is the least, as far as it is linear
-            name: nominal[name]
-            - INSIDE * math.copysign(tolerances.get(name, 0.0), float(slope.mid()))
+            name: (
+                nominal[name]
+                - INSIDE * math.copysign(tolerances.get(name, 0.0), float(slope.mid()))
+            )
             for name, slope in zip(LENGTHS, value.slopes)
         }
         there = list(_kept(claim, piece, u, lengths))
@@ -197,7 +212,9 @@ def _broken(claim, piece, u):
 
 
 def _kept(claim, piece, u, lengths):
-    """(name, quantity, its least value) of what is claimed at a point, as far as that is reached."""
+    """(name, quantity, its least value) of what is claimed at a point, as far as that is
+    reached.
+    """
     zero = _ball(0)
     numbers = [
         Number(_ball(lengths[name]), [_ball(name == other) for other in LENGTHS])
@@ -230,7 +247,8 @@ def _tolerances(robot, tolerances):
     for name, value in found.items():
         if name != "d" and value >= getattr(robot, name):
             raise ValueError(
-                f"certify: tolerances of {value:g} m leave nothing of {name} = {getattr(robot, name):g} m"
+                f"certify: tolerances of {value:g} m leave nothing of {name} ="
+                f" {getattr(robot, name):g} m"
             )
     return {name: value for name, value in found.items() if value}
 

@@ -1,8 +1,12 @@
-"""python checker.py certificate.json: check what `fivebar.certify` proved, by mpmath's interval arithmetic alone.
+"""python checker.py certificate.json: check what `fivebar.certify` proved, by mpmath's interval
+arithmetic alone.
 
-The claim: every five-bar robot of lengths within the tolerances reaches the whole path in the working mode; |sin q12|,
-|sin q22| and |det A| are above 0 there and at least the margin, and det A has the sign of the assembly mode. On each
-part of each piece all three are enclosed at once, by the mean value theorem, with derivatives by the chain rule."""
+The claim: every five-bar robot of lengths within the tolerances reaches the whole path in the
+    working mode; |sin q12|,
+|sin q22| and |det A| are above 0 there and at least the margin, and det A has the sign of the
+assembly mode. On each part of each piece all three are enclosed at once, by the mean value theorem,
+with derivatives by the chain rule.
+"""
 
 import hashlib
 import json
@@ -66,7 +70,9 @@ def point(piece, u, on=iv):
 
 
 def legs(x, y, lengths):
-    """Of each leg its two bars, the way from its base and its square, and by how much that is within both limits."""
+    """Of each leg its two bars, the way from its base and its square, and by how much that is
+    within both limits.
+    """
     l11, l12, l21, l22, d = lengths
     for base, l1, l2 in ((d * -0.5, l11, l12), (d * 0.5, l21, l22)):
         rx = x - base
@@ -75,7 +81,9 @@ def legs(x, y, lengths):
 
 
 def margins(reached, working, on=iv):
-    """sin^2 q12, sin^2 q22 and det A, of what `legs` gives; None where a leg may be out of reach."""
+    """sin^2 q12, sin^2 q22 and det A, of what `legs` gives; None where a leg may be out of
+    reach.
+    """
     sines, u2 = [], []
     for mode, (l1, l2, rx, ry, r2, outer, inner) in zip(working, reached):
         if not (outer.value > 0 and inner.value > 0 and r2.value > 0):
@@ -128,7 +136,9 @@ def digest(certificate):
 
 
 def refusal(certificate, shown=iter):
-    """Why a certificate does not prove its claim; None where it does. shown: a progress bar around the pieces."""
+    """Why a certificate does not prove its claim; None where it does. shown: a progress bar around
+    the pieces.
+    """
     iv.prec = 80
     if certificate["sha256"] != digest(certificate):
         return "it is not as it was written (sha256)"
@@ -141,7 +151,10 @@ def refusal(certificate, shown=iter):
         and len(modes) == 2
         and min(*robot.values(), *tolerances.values(), certificate["margin"]) >= 0
     ):
-        return f"needed: three modes of -1 or 1; {', '.join(LENGTHS)}, tolerances of these, a margin, none below 0"
+        return (
+            f"needed: three modes of -1 or 1; {', '.join(LENGTHS)}, tolerances of these, a margin,"
+            " none below 0"
+        )
     gap, ends = (
         1e-12 * sum(robot.values()),
         [],
@@ -152,7 +165,10 @@ def refusal(certificate, shown=iter):
         ends.append([[xy.value for xy in point(piece, Number(iv.mpf(u)))] for u in (0, 1)])
         joined = number == 1 or all(abs(a - b) <= gap for a, b in zip(ends[-2][1], ends[-1][0]))
         if not (joined and parts[0] == 0 and parts[-1] == 1):
-            return f"piece {number} does not begin where the one before ends, or its parts are not from 0 to 1"
+            return (
+                f"piece {number} does not begin where the one before ends, or its parts are not"
+                " from 0 to 1"
+            )
         for first, last in zip(parts, parts[1:]):
             if not (first < last and proved(certificate, piece, first, last)):
                 return f"piece {number}, from {first} to {last} of it: not proved"

@@ -1,4 +1,6 @@
-"""How much room a path has in an aspect: its distance from the exact boundary, and from the walls of what is kept."""
+"""How much room a path has in an aspect: its distance from the exact boundary, and from the walls
+of what is kept.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ TIGHT = 1e-9  # of the path's length: to so much the room is known
 
 
 class Room:
-    """Signed distance from the boundary of an aspect and from the walls in it: rough from chords, and exact."""
+    """Signed distance from the boundary of an aspect and from the walls in it: rough from chords,
+    and exact.
+    """
 
     def __init__(self, part: Aspect) -> None:
         self.part, self.arcs, self.points = part, arcs_of(part), punctures(part)
@@ -61,7 +65,9 @@ class Room:
         return found
 
     def rough(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Signed distance of points (n,) from chords between samples of the border, and its gradient."""
+        """Signed distance of points (n,) from chords between samples of the border, and its
+        gradient.
+        """
         _, k = self.tree.query(np.stack([z.real, z.imag], axis=-1))
         on = self.border[k]
         for ends in (self.before[k], self.after[k]):
@@ -116,21 +122,23 @@ class Room:
     def along(
         self, path: Path, least: float = -np.inf, most: float = np.inf
     ) -> tuple[float, complex | None]:
-        """The room of a placed path, exactly, and the point where it is least; at most 0 where it leaves.
+        """The room of a placed path, exactly, and the point where it is least; at most 0 where it
+        leaves.
 
-        least: where the room is found to be no more than that, some such distance is enough. most: where it is no less,
-        that is enough, with None for the point.
-        Of the border's points that are nearest anywhere between a and b, each is at distance f(s) with
-        (f^2)'' <= 2 c, c = max |xi_s|^2 + max f |xi_ss|; so the square of the room there is at least that of the
-        straight line between its values at a and b, less c (b - a)^2 / 4.
+        least: where the room is found to be no more than that, some such distance is enough. most:
+        where it is no less, that is enough, with None for the point.
+        Of the border's points that are nearest anywhere between a and b, each is at distance f(s)
+        with (f^2)'' <= 2 c, c = max |xi_s|^2 + max f |xi_ss|; so the square of the room there is at
+        least that of the straight line between its values at a and b, less c (b - a)^2 / 4.
         """
         s = np.unique(np.concatenate([path.knots, np.linspace(0, path.length, SAMPLES)]))
         z = path(s)[0] @ (1, 1j)
         within = self.within(z)
         if not within.all():
-            return -float(
-                self.tree.query(np.stack([z.real, z.imag], axis=-1))[0][~within].max()
-            ), z[0]
+            return (
+                -float(self.tree.query(np.stack([z.real, z.imag], axis=-1))[0][~within].max()),
+                z[0],
+            )
         steep = np.array([_steepest(piece) for piece in path.pieces])
         # Samples of the border are nowhere farther apart than `spacing`.
         room = self.tree.query(np.stack([z.real, z.imag], axis=-1))[0] - 0.51 * self.spacing

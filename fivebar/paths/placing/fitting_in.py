@@ -1,4 +1,6 @@
-"""Where a drawing fits into the aspects, by their largest rectangles: a simple answer, and a safe one."""
+"""Where a drawing fits into the aspects, by their largest rectangles: a simple answer, and a safe
+one.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ from ..placement import Placement
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A placement in a rectangle of an aspect; scale: the largest with which the drawing would lie in it."""
+    """A placement in a rectangle of an aspect; scale: the largest with which the drawing would lie
+    in it.
+    """
 
     placement: Placement
     aspect: Aspect
@@ -29,7 +33,9 @@ class Fit:
 
 
 def bounds(path: Path) -> np.ndarray:
-    """((x low, y low), (x high, y high)), m: the box that holds a path, of polynomials by control points."""
+    """((x low, y low), (x high, y high)), m: the box that holds a path, of polynomials by control
+    points.
+    """
     corners = []
     for piece in path.pieces:
         if isinstance(piece, Arc):
@@ -62,11 +68,13 @@ def fitted_in(
 ) -> Fit:
     """The drawing in the middle of an aspect's largest upright rectangle: Fit.
 
-    scale: of the drawing; None: as large as it fits. working: in these modes alone. margin: m, from all singularities.
-    Aspects are taken in this order: those where the legs do not cross, above the motors, in the lab's modes, large; the
-    first that holds the drawing, or without a scale the one that holds it largest and where the legs do not cross.
-    The rectangle is in the aspect and the drawing in the rectangle: so it keeps off all singularities, but a larger one
-    may fit, elsewhere or turned. ValueError with the largest scale where it does not.
+    scale: of the drawing; None: as large as it fits. working: in these modes alone. margin: m, from
+        all singularities.
+    Aspects are taken in this order: those where the legs do not cross, above the motors, in the
+    lab's modes, large; the first that holds the drawing, or without a scale the one that holds it
+    largest and where the legs do not cross. The rectangle is in the aspect and the drawing in the
+    rectangle: so it keeps off all singularities, but a larger one may fit, elsewhere or turned.
+        ValueError with the largest scale where it does not.
     """
     box = bounds(path.moved(0j, Placement(turn=turn).turned))
     size = np.maximum(box[1] - box[0], 1e-9)
@@ -100,9 +108,9 @@ def fitted_in(
     if scale is not None and scale > share:
         wide, high = 1e3 * size * scale
         raise ValueError(
-            f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any aspect's rectangle"
-            f"{'' if working is None else f' in working modes {tuple(working)}'}: it fits with scale "
-            f"{np.floor(1e4 * share) / 1e4:.6g} at most"
+            f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any aspect's"
+            f" rectangle{'' if working is None else f' in working modes {tuple(working)}'}: it fits"
+            f" with scale {np.floor(1e4 * share) / 1e4:.6g} at most"
         )
     scale = share * (1 - 1e-9) if scale is None else scale
     middle = np.array([rectangle.x_min + rectangle.x_max, rectangle.y_min + rectangle.y_max]) / 2

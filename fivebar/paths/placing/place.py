@@ -1,7 +1,8 @@
-"""Where a path lies best: shifted, turned and scaled into an aspect, as far from its singularities as it can be.
+"""Where a path lies best: shifted, turned and scaled into an aspect, as far from its singularities
+as it can be.
 
-An aspect's exact boundary, and what else must be kept, make the test: a path that starts inside and is nowhere nearer
-to a boundary than its room is inside all along.
+An aspect's exact boundary, and what else must be kept, make the test: a path that starts inside and
+is nowhere nearer to a boundary than its room is inside all along.
 """
 
 from __future__ import annotations
@@ -34,11 +35,12 @@ FASTEST = 3  # placements that are timed
 class Placed:
     """A path in its place, from `place`.
 
-    path: placed; placement; working, aspect: the modes and the aspect, or dexterous region, in which it lies, of
-    strokes with modes of their own those of the first; room: m, its distance from the nearest boundary of what it may
-    be in; nearest (2,) m: the point of the path where that is; scale: of the placement; largest: with which scale it
-    would fit at most, None where that was not asked for; strokes: (Path, Aspect) of each part that has modes of its
-    own, of a path in one aspect the whole.
+    path: placed; placement; working, aspect: the modes and the aspect, or dexterous region, in
+    which it lies, of strokes with modes of their own those of the first; room: m, its distance from
+    the nearest boundary of what it may be in; nearest (2,) m: the point of the path where that is;
+    scale: of the placement; largest: with which scale it would fit at most, None where that was not
+    asked for; strokes: (Path, Aspect) of each part that has modes of its own, of a path in one
+    aspect the whole.
     """
 
     path: Path = field(repr=False)
@@ -89,26 +91,28 @@ def place(
     fastest: Mapping | None = None,
     strokes: bool = False,
 ) -> Placed:
-    """Put a path where it can be followed with the largest room to singularities and to what must be kept: Placed.
+    """Put a path where it can be followed with the largest room to singularities and to what must
+    be kept: Placed.
 
-    working: the modes to use, None: those that give most room. turn: rad, None: free. scale: None: as large as it fits
-    with the margin. margin: m, least room of the whole path. keep: what else must be kept; its least det A and sine
-    take dexterous regions in the place of aspects.
-    fastest: limits as `time_path` takes them, {"torque_limit": ...}; of the roomiest place in each aspect, of at most
-    FASTEST of them, the one in which the path takes least time.
-    strokes: whether each stroke may have an aspect of its own, where no one aspect holds all of them: a sequence of
-    modes with few changes, in Placed.strokes. The ways with the pen up are then no part of what is placed; from the
-    end of a stroke to the next in other modes `plan` finds one, from `igm` of the end in the modes that it has to `igm`
-    of the start in those of the next, through the singularities between.
-    A stroke stays in one aspect. What passes Type 2 with the pen down has no room there: put it by hand, `time_path`
-    says whether it can pass.
-    Its room is exact, to 1e-9 of its length: distances from the exact boundaries. That no placement has more room is
-    the result of a search from a grid of shifts and turns, not a proof.
+    working: the modes to use, None: those that give most room. turn: rad, None: free. scale: None:
+    as large as it fits with the margin. margin: m, least room of the whole path. keep: what else
+    must be kept; its least det A and sine take dexterous regions in the place of aspects.
+    fastest: limits as `time_path` takes them, {"torque_limit": ...}; of the roomiest place in each
+    aspect, of at most FASTEST of them, the one in which the path takes least time.
+    strokes: whether each stroke may have an aspect of its own, where no one aspect holds all of
+    them: a sequence of modes with few changes, in Placed.strokes. The ways with the pen up are then
+    no part of what is placed; from the end of a stroke to the next in other modes `plan` finds one,
+    from `igm` of the end in the modes that it has to `igm` of the start in those of the next,
+    through the singularities between. A stroke stays in one aspect. What passes Type 2 with the pen
+    down has no room there: put it by hand, `time_path` says whether it can pass.
+    Its room is exact, to 1e-9 of its length: distances from the exact boundaries. That no placement
+    has more room is the result of a search from a grid of shifts and turns, not a proof.
     ValueError where it does not fit, with the largest scale that does.
     """
     if not robot.turns:
         raise ValueError(
-            "place: a biglide's aspects are strips without ends: place a path by hand between its loci"
+            "place: a biglide's aspects are strips without ends: place a path by hand between its"
+            " loci"
         )
     turn = None if turn is None else number(turn, "turn", -1e6, 1e6)
     scale = None if scale is None else number(scale, "scale", 1e-9, 1e9)
@@ -130,7 +134,8 @@ def place(
     rooms = [each for part in regions if (each := Room(walled(part, _rest(keep)))).most > margin]
     if not rooms:
         raise ValueError(
-            f"place: nothing of the workspace{' in these modes' * (working is not None)} keeps the margin"
+            f"place: nothing of the workspace{' in these modes' * (working is not None)} keeps the"
+            " margin"
         )
     search = Search(cut(path) if strokes else [path], rooms, turn, margin)
     best, largest = None, None
@@ -144,8 +149,8 @@ def place(
         largest = best.scale
         if scale:
             raise ValueError(
-                f"place: the path does not fit at scale {scale:g} with a margin of {margin:g} m; the largest scale "
-                f"found to fit is {largest:.6g}{_hint(path, strokes)}"
+                f"place: the path does not fit at scale {scale:g} with a margin of {margin:g} m;"
+                f" the largest scale found to fit is {largest:.6g}{_hint(path, strokes)}"
             )
     best = search.settled(best)
     parts = [rooms[k].part for k in best.which]

@@ -1,4 +1,6 @@
-"""The search for where paths lie best in some aspects: from a coarse grid of shifts and turns, then improved."""
+"""The search for where paths lie best in some aspects: from a coarse grid of shifts and turns, then
+improved.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,9 @@ CORNERS = 240  # of a path, at most, that are looked at beside its samples
 
 
 class Found(NamedTuple):
-    """A placement of paths about their middle: its room, m, the room in which each path is, shift, turn and scale."""
+    """A placement of paths about their middle: its room, m, the room in which each path is, shift,
+    turn and scale.
+    """
 
     room: float
     which: tuple[int, ...]
@@ -82,7 +86,9 @@ class Search:
         self.centres = (x[:, None] + 1j * y).ravel()
 
     def coarse(self, scale: float, mixed: bool = False) -> list[Found]:
-        """The best shifts on the grid, the best first, one for each turn and room; mixed: each path in its own room."""
+        """The best shifts on the grid, the best first, one for each turn and room; mixed: each path
+        in its own room.
+        """
         found = []
         for turn in self.turns:
             z = self.centres[:, None] + scale * np.exp(1j * turn) * self.few
@@ -111,8 +117,9 @@ class Search:
         return sorted(found, key=lambda each: -each.room)
 
     def fits(self, scale: float, count: int = 1) -> list[Found]:
-        """Placements that keep the margin, with most room first: so many, each in rooms of its own; of several paths in
-        one room, if all of them fit into one."""
+        """Placements that keep the margin, with most room first: so many, each in rooms of its own;
+        of several paths in one room, if all of them fit into one.
+        """
         kept = self._fits(scale, count, False)
         return kept if kept or len(self.paths) == 1 else self._fits(scale, count, True)
 
@@ -174,7 +181,9 @@ class Search:
         )
 
     def least(self, found: Found) -> float:
-        """What the exact room must be above, so that the margin is kept: more than that by what is not known of it."""
+        """What the exact room must be above, so that the margin is kept: more than that by what is
+        not known of it.
+        """
         return self.margin + 2 * TIGHT * found.scale * max(path.length for path in self.paths)
 
     def keeps(self, found: Found) -> bool:
@@ -193,8 +202,9 @@ class Search:
         return away, normal
 
     def improved(self, start: Found, growing: bool = False) -> Found:
-        """From a start, by linear programs, as the distances from the nearest points of the borders change; growing:
-        to the largest scale that leaves the margin, in place of the most room."""
+        """From a start, by linear programs, as the distances from the nearest points of the borders
+        change; growing: to the largest scale that leaves the margin, in place of the most room.
+        """
         (_, which, shift, turn, scale), turning = start, self.turn is None
         step = max(0.3 * self.size * scale, 0.1 * min(self.rooms[k].most for k in which))
         seen = np.empty((0, 2), dtype=complex)
@@ -214,7 +224,8 @@ class Search:
                 arm = np.concatenate([arm, own[close]])
             normal = normal.conj()
             size = self.size * scale
-            # Of dx, dy, the turn and the growth times the paths' size, and of the room, or the growth alone.
+            # Of dx, dy, the turn and the growth times the paths' size, and of the room, or the
+            # growth alone.
             rates = np.stack(
                 [normal.real, -normal.imag, (normal * 1j * arm).real, (normal * arm).real], axis=1
             )
@@ -259,13 +270,16 @@ class Search:
         return Found(float(now[0].min()), which, shift, turn, scale)
 
     def largest(self) -> Found:
-        """The placement of the largest scale found: grown from where the paths nearly fit on the grid."""
+        """The placement of the largest scale found: grown from where the paths nearly fit on the
+        grid.
+        """
         best = self._largest(False)
         if len(self.paths) > 1:
             best = _larger(best, self._largest(True))
         if best is None:
             raise ValueError(
-                f"place: nothing larger than a point was found to keep a margin of {self.margin:g} m"
+                "place: nothing larger than a point was found to keep a margin of"
+                f" {self.margin:g} m"
             )
         return best
 
@@ -306,8 +320,8 @@ class Search:
             room, _ = self.exactly(found)
             if room > least:
                 return found
-            # Growth changes distances by no more than this: so much less is enough, but where the samples are on both
-            # sides of a border.
+            # Growth changes distances by no more than this: so much less is enough, but where the
+            # samples are on both sides of a border.
             less = max(1.1 * (least - room) / self.size, 1e-9 * 8.0 ** max(k - 3, 0) * found.scale)
             if less >= 0.5 * found.scale:
                 break

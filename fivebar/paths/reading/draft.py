@@ -23,7 +23,9 @@ LISTED = 8  # lines that a sentence names
 
 
 class Move(NamedTuple):
-    """Along a shape, with the pen down or up, at a speed asked for, m/s, from this line of the file."""
+    """Along a shape, with the pen down or up, at a speed asked for, m/s, from this line of the
+    file.
+    """
 
     shape: Piece | Bezier | Ellipse
     pen: bool = True
@@ -33,7 +35,9 @@ class Move(NamedTuple):
 
 @dataclass
 class Draft:
-    """A drawing in metres, y up. dwells: (after how many moves, s); said: what was passed over or converted."""
+    """A drawing in metres, y up. dwells: (after how many moves, s); said: what was passed over or
+    converted.
+    """
 
     name: str
     moves: list[Move] = field(default_factory=list)
@@ -41,7 +45,8 @@ class Draft:
     notes: list[str] = field(default_factory=list)
 
     def finished(self, placement: Placement, deviation: float, curvature: bool) -> Path:
-        """The path: placed, its curves fitted, its corners blended; between strokes the pen travels straight.
+        """The path: placed, its curves fitted, its corners blended; between strokes the pen travels
+        straight.
 
         ValueError where nothing is drawn.
         """
@@ -51,7 +56,8 @@ class Draft:
             first, last = drawn[0], drawn[-1] + 1
             if last - first < len(self.moves):
                 notes.append(
-                    "ways with the pen up before the first stroke and after the last are passed over"
+                    "ways with the pen up before the first stroke and after the last are passed"
+                    " over"
                 )
             self = Draft(
                 self.name, self.moves[first:last], [(k - first, t) for k, t in self.dwells]
@@ -68,7 +74,8 @@ class Draft:
         if none:
             lines = listed(moves[k].line for k in none)
             notes.append(
-                f"{len(none)} {'move' if len(none) == 1 else 'moves'} of no length passed over{lines}"
+                f"{len(none)} {'move' if len(none) == 1 else 'moves'} of no length passed"
+                f" over{lines}"
             )
         if len(none) == len(moves) or not any(
             move.pen for k, move in enumerate(moves) if k not in set(none)

@@ -1,4 +1,6 @@
-"""When a G-code file's pen is down: by what a printer extrudes, by M3, M4 and M5, by a laser's fan output, or by Z."""
+"""When a G-code file's pen is down: by what a printer extrudes, by M3, M4 and M5, by a laser's fan
+output, or by Z.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +43,9 @@ MACRO = re.compile(
 
 
 class State(NamedTuple):
-    """Of a machine in a move: G0; M3 or M4 and S not 0; M106 and S not 0; Z m, None before the first; E grows."""
+    """Of a machine in a move: G0; M3 or M4 and S not 0; M106 and S not 0; Z m, None before the
+    first; E grows.
+    """
 
     rapid: bool
     on: bool
@@ -53,9 +57,11 @@ class State(NamedTuple):
 def pens(states: list[State], spindle: bool, by_z: bool) -> tuple[list[bool], list[str]]:
     """Whether the pen is down in each move, and sentences on what was taken for the pen.
 
-    Where E grows in some move, the file is a printer's: there the pen is down, whatever Z. Else it is down in G1, G2
-    and G3: after M3 or M4 where the file has them (spindle), or after M106 where it has neither these nor Z; and at
-    Z <= 0 where it has Z (by_z). Where no such move is at Z <= 0, Z is measured from elsewhere: `_lowest`.
+    Where E grows in some move, the file is a printer's: there the pen is down, whatever Z. Else it
+    is down in G1, G2
+    and G3: after M3 or M4 where the file has them (spindle), or after M106 where it has neither
+    these nor Z; and at Z <= 0 where it has Z (by_z). Where no such move is at Z <= 0, Z is measured
+    from elsewhere: `_lowest`.
     """
     if any(state.extrudes for state in states):
         down = [state.extrudes for state in states]
@@ -78,8 +84,8 @@ def pens(states: list[State], spindle: bool, by_z: bool) -> tuple[list[bool], li
 def _lowest(states, down, spindle):
     """Whether each move is low enough where none is at Z <= 0, and in words why.
 
-    Below all of G0 (a bed's zero is under the work); anywhere if M5 or S0 part the strokes (Z is a laser's focus); at
-    the lower one of two heights. Of other heights nobody can tell which draw.
+    Below all of G0 (a bed's zero is under the work); anywhere if M5 or S0 part the strokes (Z is a
+    laser's focus); at the lower one of two heights. Of other heights nobody can tell which draw.
     """
     heights = [_rounded(state.z) for state in states]
     drawn = sorted({z for z, d in zip(heights, down) if d and z is not None})
@@ -111,7 +117,8 @@ def _layers(states, down):
         return []
     ends = f"Z {1e3 * heights[0]:.6g} to {1e3 * heights[-1]:.6g} mm"
     return [
-        f"{len(heights)} layers, {ends}, are drawn one over the other: leave in the file those that you want"
+        f"{len(heights)} layers, {ends}, are drawn one over the other: leave in the file those that"
+        " you want"
     ]
 
 

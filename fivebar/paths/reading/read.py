@@ -43,19 +43,24 @@ def path(
     units: str | Mapping[str, str] | Sequence[str] | None = None,
     kind: str | None = None,
 ) -> Path:
-    """The path through points, or of a drawing in a file: Path, a curve xi(s) with exact derivatives.
+    """The path through points, or of a drawing in a file: Path, a curve xi(s) with exact
+    derivatives.
 
-    points_or_file: points (n, 2) m, a list of strokes of points, between which the pen is up, pieces (Line, Arc,
-        Polynomial); or a file's name, or an open text file: CSV with columns x and y (and perhaps pen), SVG, G-code.
-    deviation: m, within which corners are rounded by quintics with continuous curvature, so that a motion goes on
-        through them, and curves of an SVG that are no arcs become quintics; 0: a motion rests at each corner, and such
-        curves are kept within 1 nm. Lines and arcs are exact.
-    curvature: round where the curvature jumps, too, as between a line and an arc: for motions with limited jerk.
+    points_or_file: points (n, 2) m, a list of strokes of points, between which the pen is up,
+        pieces (Line, Arc, Polynomial); or a file's name, or an open text file: CSV with columns x
+        and y (and perhaps pen), SVG, G-code.
+    deviation: m, within which corners are rounded by quintics with continuous curvature, so that a
+        motion goes on through them, and curves of an SVG that are no arcs become quintics; 0: a
+        motion rests at each corner, and such curves are kept within 1 nm. Lines and arcs are exact.
+    curvature: round where the curvature jumps, too, as between a line and an arc: for motions with
+        limited jerk.
     placement: where the drawing is put first; deviation is of what is placed.
-    units: of lengths in a file that does not name them ("mm"; of a CSV's columns as in `columns.read`).
+    units: of lengths in a file that does not name them ("mm"; of a CSV's columns as in
+        `columns.read`).
     kind: "csv", "svg" or "gcode"; None: by the file's ending, else by how it begins.
-    What was passed over, converted or assumed is in Path.said. ValueError, with file and line, for what is empty, not
-    known, ambiguous or contradicts itself; ImportError for an SVG without the extra `draw`.
+    What was passed over, converted or assumed is in Path.said. ValueError, with file and line, for
+    what is empty, not known, ambiguous or contradicts itself; ImportError for an SVG without the
+    extra `draw`.
     """
     placement = placement or Placement()
     if isinstance(points_or_file, str | os.PathLike) or hasattr(points_or_file, "read"):
@@ -80,7 +85,8 @@ def _read(text: str, name: str, units, kind) -> Draft:
     ):
         own = ending.upper() if ending in FOREIGN else "such a drawing"
         raise ValueError(
-            f"{name}: {own} is not read, but SVG, G-code and CSV are: save it as SVG (Inkscape reads DXF, AI, EPS, PDF)"
+            f"{name}: {own} is not read, but SVG, G-code and CSV are: save it as SVG (Inkscape"
+            " reads DXF, AI, EPS, PDF)"
         )
     if kind == "csv":
         again = io.StringIO(text)

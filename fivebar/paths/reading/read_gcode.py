@@ -1,4 +1,6 @@
-"""G-code: G0 to G3, G4, F, G17, G20, G21, G90, G91, G90.1, G91.1, M82, M83, and when its pen is down: `gcode_pens`."""
+"""G-code: G0 to G3, G4, F, G17, G20, G21, G90, G91, G90.1, G91.1, M82, M83, and when its pen is
+down: `gcode_pens`.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,8 @@ PASSED = {  # codes that say nothing of a path in the plane
 }
 M_CODE = re.compile(r"(?:N\s*\d+\s*)?M\s*(\d+)", re.IGNORECASE)
 ENDS = 2, 30
-RIGHT = 1e-3  # of its radius, or ROUGH: by which an arc's ends may differ in their distance from its centre
+# Of its radius, or ROUGH: by which an arc's ends may differ in their distance from its centre.
+RIGHT = 1e-3
 WHOLE = 1e-9  # m, between the ends of a whole circle
 ROUGH = 5e-6  # m, what files of three decimals in mm or four in inches leave
 HOME = re.compile(
@@ -29,10 +32,10 @@ INCH, MILLIMETRE = 0.0254, 1e-3
 def read_gcode(text: str, name: str, units: str | None = None) -> Draft:
     """The Draft of a G-code file. units: "mm" or "in", where the file has neither G21 nor G20.
 
-    The pen is down where a printer extrudes, or in G1, G2 and G3: after M3 or M4 where the file has them (and S is not
-    0), at Z <= 0 where it has Z, or where `gcode_pens` says.
-    ValueError with file and line for a code that is not known, an arc whose centre does not fit, units that are missing
-    or contradict.
+    The pen is down where a printer extrudes, or in G1, G2 and G3: after M3 or M4 where the file has
+    them (and S is not 0), at Z <= 0 where it has Z, or where `gcode_pens` says.
+    ValueError with file and line for a code that is not known, an arc whose centre does not fit,
+    units that are missing or contradict.
     """
     if units not in (None, "mm", "in"):
         raise ValueError(f'{name}: units of G-code must be "mm" or "in", not {units!r}')
@@ -200,7 +203,8 @@ class _Machine:
                     self.pass_over(f"G{value:g}")
             else:
                 raise self.error(
-                    f"G{value:g} is not known; known are G0 to G4, G17, G20, G21, G90, G91, G90.1, G91.1, G92"
+                    f"G{value:g} is not known; known are G0 to G4, G17, G20, G21, G90, G91, G90.1,"
+                    " G91.1, G92"
                 )
         elif value in (3, 4, 5):
             self.spindle = value != 5
@@ -229,7 +233,8 @@ class _Machine:
             self.assumed = None
         if self.unit is None:
             raise self.error(
-                'neither G20 (inches) nor G21 (mm) before the first length: give units="mm" or units="in"'
+                'neither G20 (inches) nor G21 (mm) before the first length: give units="mm" or'
+                ' units="in"'
             )
         return self.unit
 
@@ -306,7 +311,8 @@ class _Machine:
             raise self.error("the centre of the arc is its start")
         if abs(radius - other) > max(ROUGH, RIGHT * radius):
             raise self.error(
-                f"the arc's centre is {1e3 * radius:.6g} mm from its start, but {1e3 * other:.6g} mm from its end"
+                f"the arc's centre is {1e3 * radius:.6g} mm from its start, but {1e3 * other:.6g}"
+                " mm from its end"
             )
         whole = abs(a - b) <= WHOLE
         if not whole:  # the centre that is as far from both, nearest to the one given
@@ -329,7 +335,8 @@ class _Machine:
             )
         if abs(radius) < half - max(ROUGH, RIGHT * half):
             raise self.error(
-                f"R = {1e3 * abs(radius):.6g} mm is less than half of the chord, {1e3 * half:.6g} mm"
+                f"R = {1e3 * abs(radius):.6g} mm is less than half of the chord,"
+                f" {1e3 * half:.6g} mm"
             )
         height = math.sqrt(max(radius * radius - half * half, 0.0))
         side = -1 if clockwise == (radius > 0) else 1

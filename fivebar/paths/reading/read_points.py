@@ -24,7 +24,9 @@ COLUMNS = {
 
 
 def read_csv(file: TextFile, units: Mapping[str, str] | Sequence[str] = ()) -> Draft:
-    """The Draft of a CSV file with columns x, y and perhaps pen (1 down, 0 up, on the way to the row's point)."""
+    """The Draft of a CSV file with columns x, y and perhaps pen (1 down, 0 up, on the way to the
+    row's point).
+    """
     table = read(file, COLUMNS, units)
     refuse_unclear_lengths(table)
     draft = Draft(table.name, notes=list(table.notes))
@@ -57,7 +59,8 @@ def read_points(points: object) -> Draft:
     for k, stroke in enumerate(_strokes(points)):
         if len(stroke) < 2:
             raise ValueError(
-                f"path: {'points' if k == 0 else f'stroke {k}'}: at least 2 points are needed, not {len(stroke)}"
+                f"path: {'points' if k == 0 else f'stroke {k}'}: at least 2 points are needed, not"
+                f" {len(stroke)}"
             )
         draft.moves += _lines(stroke, np.ones(len(stroke)), None, draft)
     return draft
@@ -68,7 +71,8 @@ def _strokes(points):
         strokes = list(points)
     except TypeError:
         raise TypeError(
-            f"path: points (n, 2), strokes of points, pieces or a file are needed, not {shown(points)}"
+            "path: points (n, 2), strokes of points, pieces or a file are needed, not"
+            f" {shown(points)}"
         ) from None
     if not strokes:
         raise ValueError("path: no points")

@@ -28,10 +28,12 @@ CLOSED = 1e-12  # m, by which rounding may leave a closed path open
 
 
 def read_svg(text: str, name: str, units: str | None = None) -> Draft:
-    """The Draft of an SVG drawing: outlines of its shapes as they are seen, y up, the origin at the lower left.
+    """The Draft of an SVG drawing: outlines of its shapes as they are seen, y up, the origin at the
+    lower left.
 
-    units: "mm", "px", ...: of its user units, where the file does not say how large it is; else px, 1/96 inch.
-    ValueError with file and line for what is no SVG, for bad path data and transforms, for units that contradict.
+    units: "mm", "px", ...: of its user units, where the file does not say how large it is; else px,
+    1/96 inch. ValueError with file and line for what is no SVG, for bad path data and transforms,
+    for units that contradict.
     """
     root = _tree(text, name)
     draft = Draft(name)
@@ -81,7 +83,9 @@ def _tree(text, name):
         builder.start(named(tag), {named(key): value for key, value in attributes.items()} | line)
 
     def entity(own, parameter, value, *_):
-        """Illustrator's names of its namespaces are let through: a few, which nothing can be nested in."""
+        """Illustrator's names of its namespaces are let through: a few, which nothing can be nested
+        in.
+        """
         if not parameter and NAMESPACE.fullmatch(value or "") and text.count("&") <= MOST_NAMES:
             return
         raise ValueError(
@@ -149,7 +153,9 @@ def _add(element, to_metres, draft, unseen, filled):
 
 
 def _reflected(segments):
-    """Segments; smooth curves begin as the standard has it: only a curve of the same kind before is mirrored."""
+    """Segments; smooth curves begin as the standard has it: only a curve of the same kind before is
+    mirrored.
+    """
     before = None
     for segment in segments:
         kind = type(segment).__name__

@@ -1,4 +1,6 @@
-"""What an SVG may hold, checked line by line before it is read: what is not drawn is taken out and listed."""
+"""What an SVG may hold, checked line by line before it is read: what is not drawn is taken out and
+listed.
+"""
 
 from __future__ import annotations
 
@@ -103,7 +105,8 @@ def length(text: str, where: str, positive: bool = False) -> tuple[float, str]:
     found = re.fullmatch(rf"\s*({NUMBER.pattern})\s*([a-zA-Z%]*)\s*", text)
     if not found or found[2].lower() not in PIXELS:
         raise ValueError(
-            f"{where} must be a number, perhaps with one of {', '.join(filter(None, PIXELS))}, not {text[:40]!r}"
+            f"{where} must be a number, perhaps with one of {', '.join(filter(None, PIXELS))}, not"
+            f" {text[:40]!r}"
         )
     if positive and float(found[1]) < 0:
         raise ValueError(f"{where} must not be negative, but is {text}")
@@ -129,7 +132,9 @@ def _check_data(data, where):
 
 
 def _arguments(text, arc):
-    """How many numbers a text is, and what in it is none; an arc's flags need nothing between them."""
+    """How many numbers a text is, and what in it is none; an arc's flags need nothing between
+    them.
+    """
     count, at = 0, 0
     blank = re.compile(r"[\s,]*")
     while at < len(text):
@@ -159,7 +164,9 @@ def _check_transform(text, where):
 
 
 def link_of(element: Element) -> str | None:
-    """The attribute by which an element repeats another one, None without: href before xlink:href, as SVG 2 has it."""
+    """The attribute by which an element repeats another one, None without: href before xlink:href,
+    as SVG 2 has it.
+    """
     return next((key for key in HREF if key in element.attrib), None)
 
 

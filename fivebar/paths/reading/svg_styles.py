@@ -1,4 +1,6 @@
-"""The styles of an SVG, from attributes, `style` and <style>, made attributes; what they hide is taken out."""
+"""The styles of an SVG, from attributes, `style` and <style>, made attributes; what they hide is
+taken out.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ SIMPLE = re.compile(r"(\*|[A-Za-z][\w-]*)?((?:[.#][\w-]+)*)")
 
 
 class _Rule(NamedTuple):
-    """chain: ((">" or " ", tag, ids, classes), ...) from the element up; rank: its specificity, and its order."""
+    """chain: ((">" or " ", tag, ids, classes), ...) from the element up; rank: its specificity, and
+    its order.
+    """
 
     chain: tuple
     rank: tuple
@@ -25,7 +29,8 @@ class _Rule(NamedTuple):
 
 
 def styled(root: Element, draft: Draft) -> None:
-    """Put what styles say where attributes are; what is not displayed becomes <defs>, for <use> may show parts of it.
+    """Put what styles say where attributes are; what is not displayed becomes <defs>, for <use> may
+    show parts of it.
 
     ValueError for a transform in a style.
     """
@@ -40,8 +45,8 @@ def styled(root: Element, draft: Draft) -> None:
             _put(element, lineage, rules, draft.name)
             if element.get("display", "").lower() == "none" and element is not root:
                 hidden.append(int(element.get(LINE)))
-                element.tag = (
-                    f"{SVG}defs"  # a shape, too, so that <use> finds what it is not to show
+                element.tag = (  # a shape, too, so that <use> finds what it is not to show
+                    f"{SVG}defs"
                 )
             element.attrib.pop("display", None)
         for child in list(element):
@@ -93,7 +98,9 @@ def _declared(text, where):
 
 
 def _chain(selector):
-    """The parts of a selector of tags, ids, classes, descendants and children, from the last up; () for any other."""
+    """The parts of a selector of tags, ids, classes, descendants and children, from the last up; ()
+    for any other.
+    """
     found, way = [], " "
     for word in reversed(selector.replace(">", " > ").split()):
         if word == ">":

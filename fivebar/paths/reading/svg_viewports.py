@@ -1,4 +1,6 @@
-"""The viewports of an SVG: how its units become metres, percentages numbers, and what is inside of others groups."""
+"""The viewports of an SVG: how its units become metres, percentages numbers, and what is inside of
+others groups.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,9 @@ ACROSS, UP = ("x", "width", "rx", "cx", "x1", "x2"), ("y", "height", "ry", "cy",
 
 
 def viewport(root: Element, draft: Draft, units: str | None) -> tuple[float, float, complex]:
-    """(metres per user unit along x, along y, shift in metres): from x + i y of the file, y down, to metres, y up."""
+    """(metres per user unit along x, along y, shift in metres): from x + i y of the file, y down,
+    to metres, y up.
+    """
     where = f"{draft.name}, line {root.get(LINE)}: <svg>"
     size = {key: root.attrib.pop(key, None) for key in ("width", "height")}
     sizes = [
@@ -24,12 +28,14 @@ def viewport(root: Element, draft: Draft, units: str | None) -> tuple[float, flo
     keep = root.attrib.pop("preserveAspectRatio", "")
     if "transform" in root.attrib:
         raise ValueError(
-            f"{where}: a transform of the whole drawing is not read: put its shapes into a group with it"
+            f"{where}: a transform of the whole drawing is not read: put its shapes into a group"
+            " with it"
         )
     stated = [s for s in sizes if s and s[1] not in ("", "px")]
     if units is not None and stated:
         raise ValueError(
-            f"{where}: units are given as {units}, but its size is {size['width']} x {size['height']}"
+            f"{where}: units are given as {units}, but its size is {size['width']} x"
+            f" {size['height']}"
         )
     unit = METRE if units is None else _unit(units)
     pixels = [
@@ -58,7 +64,9 @@ def viewport(root: Element, draft: Draft, units: str | None) -> tuple[float, flo
 
 
 def fit(box: list[float], size: list[float], keep: str) -> tuple[float, float, float, float]:
-    """(scale along x, along y, shift along x, along y) that put a viewBox into a viewport, as preserveAspectRatio."""
+    """(scale along x, along y, shift along x, along y) that put a viewBox into a viewport, as
+    preserveAspectRatio.
+    """
     keep = keep.strip() or "xMidYMid"
     wide, high = (s / n for s, n in zip(size, box[2:]))
     spare = [0.0, 0.0]
@@ -95,7 +103,9 @@ def _unit(word):
 
 
 class _Flat:
-    """Makes groups with a transform of <svg>, <symbol>, <use> of symbols and <switch>, and numbers of percentages."""
+    """Makes groups with a transform of <svg>, <symbol>, <use> of symbols and <switch>, and numbers
+    of percentages.
+    """
 
     def __init__(self, root, draft):
         self.name, self.switched = draft.name, []
@@ -162,16 +172,19 @@ class _Flat:
         }
         x, y = (_pixels(values[key] or "0", f"{where}: {key}") for key in ("x", "y"))
         across = [
-            full
-            if values[key] in (None, "100%", "auto")
-            else _pixels(values[key], f"{where}: {key}", True)
+            (
+                full
+                if values[key] in (None, "100%", "auto")
+                else _pixels(values[key], f"{where}: {key}", True)
+            )
             for key, full in zip(("width", "height"), size)
         ]
         words = [element.get("transform", ""), f"translate({x!r} {y!r})"]
         if box:
             if None in across:
                 raise ValueError(
-                    f"{where}: how large it is must be said: neither it nor what is around it has a size"
+                    f"{where}: how large it is must be said: neither it nor what is around it has a"
+                    " size"
                 )
             wide, high, right, down = fit(box, across, keep)
             words.append(f"matrix({wide!r} 0 0 {high!r} {right!r} {down!r})")

@@ -1,11 +1,12 @@
 """What a motion along a path asks for, enclosed on stretches of it.
 
-With x = s'^2 and u = s'', the legs closed in one working mode and sigma_i the sign of q_i's derivative by s,
+With x = s'^2 and u = s'', the legs closed in one working mode and sigma_i the sign of q_i's
+derivative by s,
 
     det A tau_i = a_i(s) u + b_i(s) x + v_i(s) sqrt(x) + c_i(s) + f_i(s) sigma_i
 
-(v: viscous, f: Coulomb friction, c: gravity; all of them regular at Type 2, where det A is 0), q_i'' = q_i,s u +
-q_i,ss x and xi'' = xi_s u + xi_ss x.
+(v: viscous, f: Coulomb friction, c: gravity; all of them regular at Type 2, where det A is 0),
+q_i'' = q_i,s u + q_i,ss x and xi'' = xi_s u + xi_ss x.
 """
 
 from __future__ import annotations
@@ -32,7 +33,9 @@ RUBS = "fv1", "fv2", "fs1", "fs2", "fv12", "fv22"
 
 @dataclass(frozen=True, eq=False)
 class Stretches:
-    """Parts [first, last] (n,) of pieces (n,), s from each piece's own beginning, m, one after the other."""
+    """Parts [first, last] (n,) of pieces (n,), s from each piece's own beginning, m, one after the
+    other.
+    """
 
     piece: np.ndarray
     first: np.ndarray
@@ -95,9 +98,9 @@ class Bernstein(NamedTuple):
 def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> dict[str, Series]:
     """{name: Series}, of two terms less than the place.
 
-    D (det A), a1, a2, b1, ..., f2 of the equation above (v, f and c where the robot has them); q1, q2, p1, p2 (first
-    and second derivative of q); w0, w1, w2 (squares of |xi_s|, q1 and q2); g, m, k (|xi_s| and the parts of xi_ss along
-    and across xi_s).
+    D (det A), a1, a2, b1, ..., f2 of the equation above (v, f and c where the robot has them); q1,
+    q2, p1, p2 (first and second derivative of q); w0, w1, w2 (squares of |xi_s|, q1 and q2); g, m,
+    k (|xi_s| and the parts of xi_ss along and across xi_s).
     """
     legs, slopes = [], []
     for drive, bar, mode in zip(robot.drives, robot.distal, working):
@@ -198,10 +201,11 @@ def _viscous(physics, rates, zero):
 def enclosed(
     robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
 ) -> dict[str, Bernstein]:
-    """All that `asked` names, on stretches; nan where a leg may be in line (Type 1) or out of reach on one.
+    """All that `asked` names, on stretches; nan where a leg may be in line (Type 1) or out of reach
+    on one.
 
-    By the values at both ends and by bounds of the second derivative between them: a function less its chord is
-    f''(zeta) / 2 (s - s0) (s - s1).
+    By the values at both ends and by bounds of the second derivative between them: a function less
+    its chord is f''(zeta) / 2 (s - s0) (s - s1).
     """
     n = len(stretches)
     ends = place_series(

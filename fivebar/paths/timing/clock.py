@@ -1,4 +1,6 @@
-"""s by time: on each stretch s'' = u0 + bent (s - s0), a linear equation; its running mean has a finite jerk."""
+"""s by time: on each stretch s'' = u0 + bent (s - s0), a linear equation; its running mean has a
+finite jerk.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,8 @@ COEFFICIENTS = np.array(
 
 @dataclass(frozen=True, eq=False)
 class Clock:
-    """length, bent (n,) and x = s'^2 at the nodes (n + 1,) of n stretches; waits (n + 1,) s of rest at the nodes.
+    """length, bent (n,) and x = s'^2 at the nodes (n + 1,) of n stretches; waits (n + 1,) s of rest
+    at the nodes.
 
     smooth: s over which s(t) is averaged, 0: not. All times are in the motion's own pace.
     """
@@ -44,7 +47,9 @@ class Clock:
 
     @cached_property
     def _starts(self):
-        """When each stretch begins, and the end. What is averaged rests so much longer that it comes to rest."""
+        """When each stretch begins, and the end. What is averaged rests so much longer that it
+        comes to rest.
+        """
         rests = self.waits + self.smooth * (self.x == 0)
         rests[0] -= self.smooth
         return np.cumsum(np.insert(self.taken, 0, 0.0)) + np.cumsum(rests)
@@ -135,7 +140,9 @@ class Clock:
 
 
 def _stumpff(z):
-    """c0, ..., c3 of Stumpff at -z: sum of z^j / (2 j + k)!; cosh(r), sinh(r) / r, ... with r = sqrt(z)."""
+    """c0, ..., c3 of Stumpff at -z: sum of z^j / (2 j + k)!; cosh(r), sinh(r) / r, ... with r =
+    sqrt(z).
+    """
     root = np.sqrt(np.abs(z))
     small = root < 0.5
     r = np.where(small, 1.0, root)

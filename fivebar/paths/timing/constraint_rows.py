@@ -1,4 +1,6 @@
-"""Limits of a motion along a path, on stretches: rows a(s) u + b(s) x + v(s) sqrt(x) + c(s) <= 0, x = s'^2, u = s''."""
+"""Limits of a motion along a path, on stretches: rows a(s) u + b(s) x + v(s) sqrt(x) + c(s) <= 0, x
+= s'^2, u = s''.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,8 @@ LEAST, MOST = 1e-9, 1e9  # SI, of limits
 class Limits:
     """What a motion keeps, SI; None: no limit.
 
-    torque, joint_speed, joint_acceleration: one number per joint; speed, acceleration, jerk: of the end-effector.
+    torque, joint_speed, joint_acceleration: one number per joint; speed, acceleration, jerk: of the
+        end-effector.
     """
 
     torque: tuple[float, float] | None = None
@@ -46,7 +49,9 @@ class Limits:
         return not self.torque is self.joint_acceleration is self.acceleration is None
 
     def times(self, share: float, speeds: bool = False) -> Limits:
-        """These limits, those on torque and acceleration (speeds: the others alone) times a share."""
+        """These limits, those on torque and acceleration (speeds: the others alone) times a
+        share.
+        """
         names = (
             ("joint_speed", "speed") if speeds else ("torque", "joint_acceleration", "acceleration")
         )
@@ -79,8 +84,10 @@ def _scaled(value, share):
 
 
 class Rows(NamedTuple):
-    """Rows on n stretches. parts: {a, b, v, c: (3, rows, n)}, Bernstein coefficients; bend, slack: {a, b, v, c: (rows,
-    n)}, by which each may differ (`bounds.Bernstein`). torque: (rows,) whether a row is one of a torque."""
+    """Rows on n stretches. parts: {a, b, v, c: (3, rows, n)}, Bernstein coefficients; bend, slack:
+    {a, b, v, c: (rows, n)}, by which each may differ (`bounds.Bernstein`). torque: (rows,) whether
+    a row is one of a torque.
+    """
 
     parts: dict
     bend: dict
@@ -107,9 +114,10 @@ def rows_of(
 ) -> tuple[Rows, Rows]:
     """(rows with u, rows of x alone) on n stretches.
 
-    side: the sign of det A (n,); turns: of both joints' derivatives by s (2, n); directions: rad (d, n) from the
-    path's, increasing, in which the acceleration is limited: of the circle that it may fill the tangents there, or
-    (inside) the chords from one to the next; speed: of the end-effector (n,), inf where it is free.
+    side: the sign of det A (n,); turns: of both joints' derivatives by s (2, n); directions: rad
+    (d, n) from the path's, increasing, in which the acceleration is limited: of the circle that it
+    may fill the tangents there, or (inside) the chords from one to the next; speed: of the
+    end-effector (n,), inf where it is free.
     """
     n, rows, alone = len(side), [], []
     for k, sign in ((k, sign) for k in (0, 1) for sign in (1.0, -1.0)):
@@ -122,7 +130,8 @@ def rows_of(
             }
             row["c"] = [*row.get("c", ()), (-side, found["D"])]
             if f"f{k + 1}" in found:
-                # Where a joint may turn round, friction either helps nor hinders: as it is worse here, or better.
+                # Where a joint may turn round, friction either helps nor hinders: as it is worse
+                # here, or better.
                 either = (1.0 if inside else -1.0) * np.abs(share) * side
                 row["c"].append((np.where(turns[k], share * turns[k], either), found[f"f{k + 1}"]))
             rows.append((row, True))

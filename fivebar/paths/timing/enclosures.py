@@ -1,8 +1,10 @@
-"""Enclosures along a path: truncated Taylor series whose coefficients are intervals, for many stretches at once.
+"""Enclosures along a path: truncated Taylor series whose coefficients are intervals, for many
+stretches at once.
 
-A `Series` holds f, f', f''/2, ... at a point to its rounding, or over a stretch as intervals; sums, products, quotients
-and roots of series enclose those of the functions (Moore, Kearfott and Cloud, Introduction to Interval Analysis, 2009,
-ch. 9). The models' equations, written on components, take them as they take arrays.
+A `Series` holds f, f', f''/2, ... at a point to its rounding, or over a stretch as intervals; sums,
+products, quotients and roots of series enclose those of the functions (Moore, Kearfott and Cloud,
+Introduction to Interval Analysis, 2009, ch. 9). The models' equations, written on components, take
+them as they take arrays.
 """
 
 from __future__ import annotations
@@ -24,7 +26,9 @@ TERMS = (
 
 
 class Series:
-    """Taylor coefficients (k, n): middles m and radii r >= 0, of n functions or stretches; nan where not defined."""
+    """Taylor coefficients (k, n): middles m and radii r >= 0, of n functions or stretches; nan
+    where not defined.
+    """
 
     __slots__ = ("m", "r")
     __array_ufunc__ = None  # NumPy's numbers leave the operators to this class
@@ -130,7 +134,9 @@ def _term_by_term(given, first, inverse):
 def place_series(
     path: Path, piece: np.ndarray, first: np.ndarray, last: np.ndarray, terms: int
 ) -> tuple[Series, Series]:
-    """(x, y) of the path on stretches [first, last] (n,) of pieces (n,), s from each piece's own beginning, m."""
+    """(x, y) of the path on stretches [first, last] (n,) of pieces (n,), s from each piece's own
+    beginning, m.
+    """
     arcs, tables, lengths, is_arc, own = path._packed
     m, r = np.zeros((2, 2, terms, len(piece)))
     middle, radius = (first + last) / 2, (last - first) / 2 * (1 + ROUND)

@@ -1,15 +1,17 @@
-"""A motion along a path that keeps all limits between the nodes too, nearly as fast as the ceiling lets it.
+"""A motion along a path that keeps all limits between the nodes too, nearly as fast as the ceiling
+lets it.
 
-On each stretch x = s'^2 is a parabola through its values at both nodes, u = s'' goes linearly, and each limit
-a u + b x + v sqrt(x) + c <= 0 is a polynomial of degree 4 whose Bernstein coefficients, linear in the two values, are
-kept <= 0 with room for all that `bounds` leaves open: what is <= 0 there is so throughout. So each stretch allows a
-polygon of (x at its start, x at its end). A pass backwards gives for each node the x from which the end can be reached;
-one forwards takes the largest it can (Pham and Pham, A new approach to time-optimal path parameterization based on
+On each stretch x = s'^2 is a parabola through its values at both nodes, u = s'' goes linearly, and
+each limit a u + b x + v sqrt(x) + c <= 0 is a polynomial of degree 4 whose Bernstein coefficients,
+linear in the two values, are kept <= 0 with room for all that `bounds` leaves open: what is <= 0
+there is so throughout. So each stretch allows a polygon of (x at its start, x at its end). A pass
+backwards gives for each node the x from which the end can be reached; one forwards takes the
+largest it can (Pham and Pham, A new approach to time-optimal path parameterization based on
 reachability analysis, 2018).
 
-At Type 2, a u + b x + c = 0 for both torques at once (the crossing criterion): it fixes u there, and the limit's left
-side is t times a polynomial whose coefficients are kept instead: the bar forces, finite at the node, are its quotient
-by det A.
+At Type 2, a u + b x + c = 0 for both torques at once (the crossing criterion): it fixes u there,
+and the limit's left side is t times a polynomial whose coefficients are kept instead: the bar
+forces, finite at the node, are its quotient by det A.
 """
 
 from __future__ import annotations
@@ -38,7 +40,8 @@ FINE = 34  # halvings in which a polygon's corner is found
 
 
 class Polygons(NamedTuple):
-    """p x0 + q x1 + r <= 0, table (n, rows, 3), for the values x0, x1 of x at both ends of each of n stretches.
+    """p x0 + q x1 + r <= 0, table (n, rows, 3), for the values x0, x1 of x at both ends of each of
+    n stretches.
 
     bent (n, 3): x_ss / 2 as a form in (x0, x1, 1).
     """
@@ -64,9 +67,10 @@ def polygons(
 ) -> Polygons:
     """The Polygons of a mesh's n stretches, from their rows.
 
-    bent, lean (n,): x_ss / 2 = bent + lean (x0 + x1) / 2 where it may be chosen; beside a node on Type 2 the criterion
-    gives it. near (n + 1,): x about which that is made linear at the nodes of `Mesh.tied`. off: 0, and x is free there,
-    what is found not proved; or x is `near` there, and beside them not much more than so much of it away.
+    bent, lean (n,): x_ss / 2 = bent + lean (x0 + x1) / 2 where it may be chosen; beside a node on
+    Type 2 the criterion gives it. near (n + 1,): x about which that is made linear at the nodes of
+    `Mesh.tied`. off: 0, and x is free there, what is found not proved; or x is `near` there, and
+    beside them not much more than so much of it away.
     """
     n, crossing, back = len(length), mesh.criterion, mesh.criterion[1:]
     if back.any():  # those that end on Type 2 are run backwards: u changes its sign
@@ -129,7 +133,9 @@ def _turned(rows, back):
 
 @lru_cache
 def _weights(m, n, degree):
-    """(i, j, k, weight): Bernstein coefficients i and j of degrees m and n in coefficient k of the product's."""
+    """(i, j, k, weight): Bernstein coefficients i and j of degrees m and n in coefficient k of the
+    product's.
+    """
     own = m + n
     found = []
     for i, j in np.ndindex(m + 1, n + 1):
@@ -170,10 +176,13 @@ def _room(table, size, high):
 
 
 def _root(rows, mesh, near, off, high):
-    """((2, 2, n) sqrt(x) <= p x + q and sqrt(x) >= p x + q, [p, q] each; low, high (n,): for x between these).
+    """((2, 2, n) sqrt(x) <= p x + q and sqrt(x) >= p x + q, [p, q] each; low, high (n,): for x
+    between these).
 
-    Beside a node where friction is part of the criterion it is looked for on both sides, so closely as the torques are
-    small there: by the tangent at x = near, which is no bound, and then (off) by bounds for x close to that.
+    Beside a node where friction is part of the criterion it is looked for on both sides, so closely
+    as the torques are
+    small there: by the tangent at x = near, which is no bound, and then (off) by bounds for x close
+        to that.
     """
     low, wide = np.zeros(len(high)), np.sqrt(high)
     found = np.array([[0.5 / wide, wide / 2], [1 / wide, low]])
@@ -211,7 +220,8 @@ def _add_friction(found, v, x, one, root, high):
 
 
 def _criterion(mesh, i, back, near):
-    """u as a form of x at a node on Type 2, where a u + b x + v sqrt(x) + c = 0; back: run backwards.
+    """u as a form of x at a node on Type 2, where a u + b x + v sqrt(x) + c = 0; back: run
+    backwards.
 
     With v, the elbows' friction, it is not linear in x: by the tangent at x = near.
     """
@@ -239,7 +249,9 @@ def _criterion(mesh, i, back, near):
 
 
 def _quotients(rows, i, u, x, size, high, root, length, near, rounding):
-    """(5, rows, 3): the torques' rows over t on a stretch that starts on Type 2; rounding, as seen from t = NEAREST."""
+    """(5, rows, 3): the torques' rows over t on a stretch that starts on Type 2; rounding, as seen
+    from t = NEAREST.
+    """
     f = {name: rows.parts[name][:, rows.torque, i] for name in PARTS}
     q = {
         name: np.stack([2 * (each[1] - each[0]), each[2] - each[0]])[..., None]
@@ -266,9 +278,11 @@ def _quotients(rows, i, u, x, size, high, root, length, near, rounding):
 
 
 def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarray, list[int]]:
-    """(x at the nodes (n + 1,), as large as a pass forwards makes it; the nodes from which no motion leads on).
+    """(x at the nodes (n + 1,), as large as a pass forwards makes it; the nodes from which no
+    motion leads on).
 
-    From rest to rest (rest: (n + 1,) nodes) each part stands for itself: 0 where there is such a node on it.
+    From rest to rest (rest: (n + 1,) nodes) each part stands for itself: 0 where there is such a
+    node on it.
     """
     table, n = found.table, len(found.table)
     top = np.where(rest, 0.0, above.x)
@@ -307,7 +321,9 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
 
 
 def _forwards(p, q, r, low, high, begins, stuck):
-    """The largest x that can follow from node to node, and the nodes from which none does, with those stuck already."""
+    """The largest x that can follow from node to node, and the nodes from which none does, with
+    those stuck already.
+    """
     n, x, closed = len(p), [high[0]], {begins[i] for i in stuck}
     up = q > TINY
     with np.errstate(all="ignore"):

@@ -1,9 +1,11 @@
-"""A limit on the jerk: the fastest motion without it, its s(t) averaged over a while, all slowed down until it fits.
+"""A limit on the jerk: the fastest motion without it, its s(t) averaged over a while, all slowed
+down until it fits.
 
-The mean of s over [t - w, t] has s''' = (s''(t) - s''(t - w)) / w, which is finite, and comes to rest w later. How long
-w is best is sought. It is not promised that nothing is faster (where the jerk rules, it takes a fifth longer than the
-best); the lower bound stays that of the motion without the limit. The limits are looked at beside all times at which a
-derivative jumps and at PLACES in between.
+The mean of s over [t - w, t] has s''' = (s''(t) - s''(t - w)) / w, which is finite, and comes to
+rest w later. How long w is best is sought. It is not promised that nothing is faster (where the
+jerk rules, it takes a fifth longer than the best); the lower bound stays that of the motion without
+the limit. The limits are looked at beside all times at which a derivative jumps and at PLACES in
+between.
 """
 
 from __future__ import annotations
@@ -32,7 +34,9 @@ JUMP = 1e-6  # of the largest curvature, that is none
 
 
 def refuse_kinks(path) -> None:
-    """ValueError where the curvature jumps and the motion does not rest; SingularityError is `refuse_crossing`'s."""
+    """ValueError where the curvature jumps and the motion does not rest; SingularityError is
+    `refuse_crossing`'s.
+    """
     n = len(path.pieces)
     if n == 1:
         return
@@ -52,11 +56,14 @@ def refuse_kinks(path) -> None:
 
 
 def refuse_crossing(motion: TimedPath) -> None:
-    """SingularityError for a path across Type 2: averaged, it would not keep the crossing criterion."""
+    """SingularityError for a path across Type 2: averaged, it would not keep the crossing
+    criterion.
+    """
     if motion.crossing.any():
         s = float(motion.s[np.argmax(motion.crossing)])
         raise SingularityError(
-            f"time_path: jerk_limit is not known across Type 2, which the path crosses at {where(motion.path, s)}",
+            "time_path: jerk_limit is not known across Type 2, which the path crosses at"
+            f" {where(motion.path, s)}",
             0.0,
         )
 
@@ -79,8 +86,8 @@ def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
         return best
     if duration < best.duration:
         raise TimingError(
-            f"time_path: duration = {duration:g} s is less than {best.duration:.6g} s, the least that was found with "
-            "this jerk_limit",
+            f"time_path: duration = {duration:g} s is less than {best.duration:.6g} s, the least"
+            " that was found with this jerk_limit",
             0.0,
             False,
         )

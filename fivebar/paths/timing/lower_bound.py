@@ -1,13 +1,14 @@
 """A curve that no motion along a path can pass: from it, a lower bound of the time.
 
-Every limit is a row a u + b x + v sqrt(x) + c <= 0 with x = s'^2, u = x_s / 2. Let a > 0 on a stretch, and X a function
-of s with a X_s / 2 + b X + v sqrt(X) + c > 0 throughout. A motion with x <= X at the start of the stretch stays below:
-where it first met X it would have x_s <= -2 (b X + v sqrt(X) + c) / a < X_s. So X bounds it, whatever else limits it;
-where a < 0 the same holds backwards from the stretch's end. Here X is a parabola with X_s / 2 = u0 + (u1 - u0) t, the
-row's left side a polynomial of degree 4 in t but for what `bounds` leaves open, and its Bernstein coefficients, all
-kept above 0, prove the sign. Where two rows leave no u at all, x is bounded at once (the maximum velocity curve). So
-every motion has sqrt(x) below the square root of the least of these curves, and its time is at least the integral of
-one over it.
+Every limit is a row a u + b x + v sqrt(x) + c <= 0 with x = s'^2, u = x_s / 2. Let a > 0 on a
+stretch, and X a function of s with a X_s / 2 + b X + v sqrt(X) + c > 0 throughout. A motion with x
+<= X at the start of the stretch stays below: where it first met X it would have x_s <= -2 (b X + v
+sqrt(X) + c) / a < X_s. So X bounds it, whatever else limits it; where a < 0 the same holds
+backwards from the stretch's end. Here X is a parabola with X_s / 2 = u0 + (u1 - u0) t, the row's
+left side a polynomial of degree 4 in t but for what `bounds` leaves open, and its Bernstein
+coefficients, all kept above 0, prove the sign. Where two rows leave no u at all, x is bounded at
+once (the maximum velocity curve). So every motion has sqrt(x) below the square root of the least of
+these curves, and its time is at least the integral of one over it.
 """
 
 from __future__ import annotations
@@ -19,13 +20,16 @@ import numpy as np
 
 from .constraint_rows import PARTS, Rows
 
-MARGIN = 1e-9  # of the limits, by which they are widened here and narrowed where a motion is made: rounding
+# Of the limits, by which they are widened here and narrowed where a motion is made: rounding.
+MARGIN = 1e-9
 BUMP = (0.0, 0.25, 1 / 3, 0.25, 0.0)  # Bernstein coefficients of t (1 - t)
 
 
 class Ceiling(NamedTuple):
-    """x at the nodes (n + 1,), no motion is above; least time (n,) s on each stretch; size (n,): largest |u| of the
-    curves on it; stuck: the stretch that no motion passes, None if there is none."""
+    """x at the nodes (n + 1,), no motion is above; least time (n,) s on each stretch; size (n,):
+    largest |u| of the curves on it; stuck: the stretch that no motion passes, None if there is
+    none.
+    """
 
     x: np.ndarray
     time: np.ndarray
@@ -34,7 +38,9 @@ class Ceiling(NamedTuple):
 
 
 def caps(rows: Rows, alone: Rows) -> np.ndarray:
-    """Largest x (2, n) that leaves a u at the first and the last place of each stretch; < 0 where none does."""
+    """Largest x (2, n) that leaves a u at the first and the last place of each stretch; < 0 where
+    none does.
+    """
     found = []
     with np.errstate(all="ignore"):
         for at in (0, 2):
@@ -67,7 +73,9 @@ def caps(rows: Rows, alone: Rows) -> np.ndarray:
 
 
 def ceiling(rows: Rows, alone: Rows, length: np.ndarray, top: np.ndarray) -> Ceiling:
-    """The Ceiling from the rows of n stretches of these lengths, m, and what bounds x at the nodes (n + 1,)."""
+    """The Ceiling from the rows of n stretches of these lengths, m, and what bounds x at the nodes
+    (n + 1,).
+    """
     n, x, stuck = len(length), top.tolist(), None
     h = length.tolist()
     forward, backward = _lists(rows, 1), _lists(rows, -1)
@@ -96,7 +104,9 @@ def ceiling(rows: Rows, alone: Rows, length: np.ndarray, top: np.ndarray) -> Cei
 
 
 def _lists(rows, way):
-    """For each stretch its rows with a > 0 (way 1), or run backwards those with a < 0: tuples of numbers."""
+    """For each stretch its rows with a > 0 (way 1), or run backwards those with a < 0: tuples of
+    numbers.
+    """
     a, b, v, c = (rows.parts[name][::way] for name in PARTS)
     a = way * a
     least = np.minimum(np.minimum(a[0], a[2]), a[1] - rows.bend["a"] / 2) - rows.slack["a"]
@@ -117,7 +127,9 @@ def _lists(rows, way):
 
 
 def _above(x0, rows, h):
-    """(u0, u1, x1): a parabola from x0 that the motion cannot pass, by the row that bounds it most."""
+    """(u0, u1, x1): a parabola from x0 that the motion cannot pass, by the row that bounds it
+    most.
+    """
     root0 = math.sqrt(x0) if x0 < math.inf else math.inf
     best, guess = None, math.inf
     if x0 == math.inf:
@@ -200,7 +212,9 @@ def _above(x0, rows, h):
 
 
 def duration(h: float, x0: float, x1: float, bent: float) -> float:
-    """Time, s, over a stretch h on which x goes from x0 to x1 as a parabola with x_ss = 2 bent: s'' = u0 + bent s."""
+    """Time, s, over a stretch h on which x goes from x0 to x1 as a parabola with x_ss = 2 bent: s''
+    = u0 + bent s.
+    """
     total = math.sqrt(max(x0, 0.0)) + math.sqrt(max(x1, 0.0))
     if total == 0:
         return math.inf
@@ -216,9 +230,11 @@ def duration(h: float, x0: float, x1: float, bent: float) -> float:
 def _least_time(x0, ahead, x1, behind, h):
     """Least time below both curves, from x0 on and back from x1."""
     curves = [
-        (start, u0, (u1 - u0) / h, end)
-        if end < math.inf and min(start + h * u0, start, end) >= 0
-        else None
+        (
+            (start, u0, (u1 - u0) / h, end)
+            if end < math.inf and min(start + h * u0, start, end) >= 0
+            else None
+        )
         for start, (u0, u1, end) in ((x0, ahead), (x1, behind))
     ]
     bounds = [duration(h, start, end, bent) for start, _, bent, end in filter(None, curves)]
@@ -239,7 +255,9 @@ def _least_time(x0, ahead, x1, behind, h):
 
 
 def _cruise(alone, length):
-    """Least time (n,) s by the rows w x + c <= 0, c < 0 the same throughout: the integral of sqrt(w / -c)."""
+    """Least time (n,) s by the rows w x + c <= 0, c < 0 the same throughout: the integral of sqrt(w
+    / -c).
+    """
     w, c = alone.parts["b"], -alone.parts["c"][0] + MARGIN
     chord = (w[0] + w[2]) / 2
     less = np.maximum(chord - w[1], 0.0) / 2 + alone.bend["b"] / 4 + alone.slack["b"]

@@ -1,4 +1,6 @@
-"""The stretches on which a path is timed: cut at its knots, exactly at Type 2, and until all on each is enclosed."""
+"""The stretches on which a path is timed: cut at its knots, exactly at Type 2, and until all on
+each is enclosed.
+"""
 
 from __future__ import annotations
 
@@ -28,9 +30,10 @@ SHORTEST = 1e-9  # of the path's length: what is undecided on less is said to to
 class Mesh:
     """A path in stretches, and all that is asked for on them.
 
-    s: of the nodes (n + 1,), m. found: {name: Bernstein}; side: the sign of det A (n,); turns (2, n): of
-    both joints' slopes, 0 where not known;
-    crossing (n + 1,): nodes on Type 2; rest (n + 1,): nodes at which the motion stops; speed (n,): the path's feed.
+    s: of the nodes (n + 1,), m. found: {name: Bernstein}; side: the sign of det A (n,); turns (2,
+    n): of both joints' slopes, 0 where not known;
+    crossing (n + 1,): nodes on Type 2; rest (n + 1,): nodes at which the motion stops; speed (n,):
+    the path's feed.
     """
 
     robot: Robot
@@ -77,9 +80,11 @@ class Mesh:
         return max((float(abs(each.first[k])) for each in found), default=0.0) / (largest or 1.0)
 
     def layer(self, k: int) -> float:
-        """How far from node k on Type 2, m, a torque's factor a of u changes by as much as it is there.
+        """How far from node k on Type 2, m, a torque's factor a of u changes by as much as it is
+        there.
 
-        Almost along the bars a is small, and the criterion's s'^2 = -(a / b) s'' holds in a thin layer alone.
+        Almost along the bars a is small, and the criterion's s'^2 = -(a / b) s'' holds in a thin
+        layer alone.
         """
         if not self.criterion[k]:
             return math.inf
@@ -91,12 +96,16 @@ class Mesh:
 
     @cached_property
     def criterion(self) -> np.ndarray:
-        """Nodes (n + 1,) on Type 2 where the crossing criterion ties u to x: not where the path runs along the bars."""
+        """Nodes (n + 1,) on Type 2 where the crossing criterion ties u to x: not where the path
+        runs along the bars.
+        """
         return self._not_void("a", self.crossing)
 
     @cached_property
     def tied(self) -> np.ndarray:
-        """Of these nodes (n + 1,) those where the elbows' viscous friction makes the criterion one of sqrt(x) too."""
+        """Of these nodes (n + 1,) those where the elbows' viscous friction makes the criterion one
+        of sqrt(x) too.
+        """
         return self._not_void("v", self.criterion)
 
     def _not_void(self, name, nodes):
@@ -108,7 +117,9 @@ class Mesh:
 
     @cached_property
     def factors(self) -> dict[str, Bernstein]:
-        """`found`; beside nodes where the criterion is void, the torques' factors and det A over the distance to it."""
+        """`found`; beside nodes where the criterion is void, the torques' factors and det A over
+        the distance to it.
+        """
         nodes = self.crossing & ~self.criterion
         if not nodes.any():
             return self.found
@@ -142,8 +153,9 @@ def _over_distance(value, after, before):
 
 
 def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
-    """The first mesh. UnreachableError where the path leaves what the legs reach, SingularityError where it touches
-    Type 1, or Type 2 without crossing it; all with s and the place."""
+    """The first mesh. UnreachableError where the path leaves what the legs reach, SingularityError
+    where it touches Type 1, or Type 2 without crossing it; all with s and the place.
+    """
     stretches = _first(path)
     refuse_unreachable(robot, path, stretches, working)
     return _enclosed(robot, path, working, cut_at_signs(robot, path, stretches, working), None)
@@ -163,7 +175,9 @@ def _first(path):
 
 
 def _enclosed(robot, path, working, stretches, known):
-    """The Mesh on these stretches, those split further on which something is not decided; known: one to take from."""
+    """The Mesh on these stretches, those split further on which something is not decided; known:
+    one to take from.
+    """
     while True:
         found = _found(robot, path, working, stretches, known)
         D = found["D"]

@@ -53,30 +53,36 @@ def refuse_unreachable(
 
 
 def refuse_undecided(mesh: Mesh, k: int, leg: bool) -> None:
-    """Of a stretch too short to be divided, k; leg: whether a leg is in line on it, else det A is 0."""
+    """Of a stretch too short to be divided, k; leg: whether a leg is in line on it, else det A is
+    0.
+    """
     s = mesh.s[k]
     at = where(mesh.path, s)
     if leg:
         raise SingularityError(
-            f"time_path: the path touches Type 1 (a leg in line) in working modes {mesh.working} at {at}",
+            f"time_path: the path touches Type 1 (a leg in line) in working modes {mesh.working} at"
+            f" {at}",
             0.0,
         )
     raise SingularityError(
-        f"time_path: the path grazes Type 2 (det A = 0 without changing sign) at {at}: there the bars carry nothing "
-        "across themselves, and no speed makes that right on both sides; move or turn the path",
+        f"time_path: the path grazes Type 2 (det A = 0 without changing sign) at {at}: there the"
+        " bars carry nothing across themselves, and no speed makes that right on both sides; move"
+        " or turn the path",
         0.0,
     )
 
 
 def refuse_touching(mesh: Mesh) -> None:
-    """Of a path that rests on Type 2, touches it at a node, or runs along the bars there and bends."""
+    """Of a path that rests on Type 2, touches it at a node, or runs along the bars there and
+    bends.
+    """
     D, side = mesh.found["D"], mesh.side
     ends = np.append(D.first, D.last[-1])
     bad = (np.abs(ends) <= TOUCH) & mesh.rest
     if bad.any():
         raise SingularityError(
-            f"time_path: the path rests on Type 2 at {mesh.place(int(np.argmax(bad)))}: no torque starts it there; let "
-            "it pass, or rest elsewhere",
+            f"time_path: the path rests on Type 2 at {mesh.place(int(np.argmax(bad)))}: no torque"
+            " starts it there; let it pass, or rest elsewhere",
             0.0,
         )
     graze = np.flatnonzero(mesh.crossing[1:-1] & (side[1:] == side[:-1]))
@@ -86,7 +92,8 @@ def refuse_touching(mesh: Mesh) -> None:
         a, *others = (mesh.share(name, k) for name in "abvc")
         if a <= VOID < max(others):
             raise SingularityError(
-                f"time_path: the path runs along the distal bars where it crosses Type 2, at {mesh.place(k)}, and "
-                "bends or falls across them: nothing can push it there: no speed, or one alone, would cross it",
+                "time_path: the path runs along the distal bars where it crosses Type 2, at"
+                f" {mesh.place(k)}, and bends or falls across them: nothing can push it there: no"
+                " speed, or one alone, would cross it",
                 0.0,
             )

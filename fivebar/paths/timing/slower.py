@@ -22,11 +22,13 @@ STEPS = 40
 def slowed(
     mesh: Mesh, limits: Limits, wanted: float, gap: float, until: float
 ) -> tuple[Mesh, Solved]:
-    """The mesh and a motion that takes `wanted` s of moving: limits on torques and accelerations times the least share.
+    """The mesh and a motion that takes `wanted` s of moving: limits on torques and accelerations
+    times the least share.
 
-    The share is found by halving; the last step between two motions, one a little too fast and one a little too slow,
-    is a mixture x = (1 - w) x_1 + w x_2 of their squares of the speed. Torques and accelerations of a mixture are the
-    mixtures of theirs (with viscous friction nearly), and where both pass Type 2, so does it.
+    The share is found by halving; the last step between two motions, one a little too fast and one
+    a little too slow, is a mixture x = (1 - w) x_1 + w x_2 of their squares of the speed. Torques
+    and accelerations of a mixture are the mixtures of theirs (with viscous friction nearly), and
+    where both pass Type 2, so does it.
     """
     mesh, fast = refined(mesh, limits, gap, until)
     low, high, slow = 0.0, 1.0, None
@@ -60,13 +62,16 @@ def _solved(mesh, limits):
 
 
 def _slower(mesh, fast, wanted):
-    """The motion at a slower pace: all that grows with the speed becomes smaller; it must be held at rest, too."""
+    """The motion at a slower pace: all that grows with the speed becomes smaller; it must be held
+    at rest, too.
+    """
     has_gravity = any(name in mesh.found for name in ("c1", "c2"))
     if has_gravity and mesh.crossing.any():
         k = int(np.argmax(mesh.crossing))
         raise TimingError(
-            f"time_path: no motion was found that takes {wanted:.6g} s of moving: with gravity it has to pass Type 2 "
-            f"at {mesh.place(k)} at speed; the slowest one found takes {fast.time.sum():.6g} s",
+            f"time_path: no motion was found that takes {wanted:.6g} s of moving: with gravity it"
+            f" has to pass Type 2 at {mesh.place(k)} at speed; the slowest one found takes"
+            f" {fast.time.sum():.6g} s",
             float(mesh.s[k]),
             False,
         )

@@ -1,4 +1,6 @@
-"""On stretches of a path what no motion passes, and a motion that keeps the limits; split until both agree."""
+"""On stretches of a path what no motion passes, and a motion that keeps the limits; split until
+both agree.
+"""
 
 from __future__ import annotations
 
@@ -40,10 +42,12 @@ class TimingError(RuntimeError):
 
 
 class Solved(NamedTuple):
-    """On one mesh: what no motion passes, the caps at the nodes, and a motion: x, bent, seconds on each stretch.
+    """On one mesh: what no motion passes, the caps at the nodes, and a motion: x, bent, seconds on
+    each stretch.
 
-    time is inf from rest to rest where no motion was found; stuck: the nodes where one near the ceiling was not found,
-    so that there is none or a slower one there. looks: how many stretches were looked at for it.
+    time is inf from rest to rest where no motion was found; stuck: the nodes where one near the
+    ceiling was not found, so that there is none or a slower one there. looks: how many stretches
+    were looked at for it.
     """
 
     above: Ceiling
@@ -60,7 +64,8 @@ class Solved(NamedTuple):
 
 
 def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
-    """The mesh, split until both bounds are within `gap`, or too much was looked at, and what was found on it.
+    """The mesh, split until both bounds are within `gap`, or too much was looked at, and what was
+    found on it.
 
     until: of the thread's processor time, s.
     """
@@ -109,7 +114,9 @@ def _parts(mesh, found, gap):
 
 
 def _beside_type_2(mesh, thin):
-    """Stretches (n,) beside Type 2 that are longer than what is to be seen there; thin: of thin layers alone."""
+    """Stretches (n,) beside Type 2 that are longer than what is to be seen there; thin: of thin
+    layers alone.
+    """
     length, long = mesh.stretches.length, np.zeros(len(mesh), dtype=bool)
     D = mesh.found["D"]
     clear = np.maximum(np.abs(D.first), np.abs(D.last)) > CLEAR
@@ -124,8 +131,8 @@ def _beside_type_2(mesh, thin):
 def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved:
     """What is found on this mesh.
 
-    hints (3, n): directions of the end-effector's acceleration, rad from the path's, near which its limit is looked at
-    closely, x_ss / 2 and x, all from a coarser mesh.
+    hints (3, n): directions of the end-effector's acceleration, rad from the path's, near which its
+    limit is looked at closely, x_ss / 2 and x, all from a coarser mesh.
     """
     along = None if hints is None else hints[0]
     length, about = mesh.stretches.length, (mesh.side, mesh.turns, _directions(len(mesh), along))
@@ -151,7 +158,8 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     part, tied = np.cumsum(rest[:-1]) - 1, mesh.tied.any()  # part: from rest to rest
 
     def tried(share, bent, mean=None):
-        # Slower motions need less room: where none is found on a coarse mesh, one below a share of the ceiling is.
+        # Slower motions need less room: where none is found on a coarse mesh, one below a share of
+        # the ceiling is.
         below = above._replace(x=above.x * np.append(share, 0.0), size=above.size * share)
         form, near = (bent, none), below.x
         if mean is not None:
@@ -216,7 +224,9 @@ def _faster(one, other, part):
 
 
 def _lean(mesh, rows, above):
-    """By how much x_ss / 2 grows with x (n,), where Type 2 is so near that torques move u little: u = -(b / a) x."""
+    """By how much x_ss / 2 grows with x (n,), where Type 2 is so near that torques move u little: u
+    = -(b / a) x.
+    """
     if not mesh.crossing.any() or not rows.torque.any():
         return np.zeros(len(mesh))
     a, b, c = (rows.parts[name][:, np.flatnonzero(rows.torque)[::2]] for name in "abc")
@@ -231,7 +241,8 @@ def _lean(mesh, rows, above):
 
 
 def _made(found, part):
-    """By how much each stretch lets the bounds part (n,), s: half by the time on it, half by x against its ceiling.
+    """By how much each stretch lets the bounds part (n,), s: half by the time on it, half by x
+    against its ceiling.
 
     What is lost in one place shows on all stretches that follow, where nothing is lost any more.
     """
@@ -255,7 +266,9 @@ def _about(length, nodes):
 
 
 def _bent(x, length):
-    """x_ss / 2 as the neighbours show it, 0 where it changes its sign: there the motion switches."""
+    """x_ss / 2 as the neighbours show it, 0 where it changes its sign: there the motion
+    switches.
+    """
     slope = 2 * np.diff(np.diff(x) / (2 * length)) / (length[1:] + length[:-1])
     before, after = np.append(slope[0], slope), np.append(slope, slope[-1])
     return np.where(
@@ -282,8 +295,8 @@ def _along(mesh, found):
 
 def _refuse(mesh, limits, node, proved):
     raise TimingError(
-        f"time_path: no motion along the path {'keeps' if proved else 'was found that keeps'} these limits near "
-        f"{mesh.place(node)}{_why(mesh, limits, node)}",
+        f"time_path: no motion along the path {'keeps' if proved else 'was found that keeps'} these"
+        f" limits near {mesh.place(node)}{_why(mesh, limits, node)}",
         float(mesh.s[node]),
         proved,
     )
@@ -294,9 +307,15 @@ def _why(mesh, limits, node):
     if mesh.crossing.any():
         k = np.flatnonzero(mesh.crossing)
         nearest = int(k[np.abs(k - node).argmin()])
-        return f"; it crosses Type 2 at {mesh.place(nearest)}, where the crossing criterion ties s'' to s'^2"
+        return (
+            f"; it crosses Type 2 at {mesh.place(nearest)}, where the crossing criterion ties s''"
+            " to s'^2"
+        )
     physics = physics_of(mesh.robot)
     if limits.torque is not None and physics is not None and physics.has_gravity:
         tau = gravity_torques(igm(mesh.robot, mesh.path(mesh.s[node])[0], mesh.working))
-        return f"; at rest there the torques are ({tau[0]:.4g}, {tau[1]:.4g}) {mesh.robot.words.effort_unit}"
+        return (
+            f"; at rest there the torques are ({tau[0]:.4g}, {tau[1]:.4g})"
+            f" {mesh.robot.words.effort_unit}"
+        )
     return ""

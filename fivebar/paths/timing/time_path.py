@@ -1,4 +1,6 @@
-"""`time_path`: how fast a given path can be followed, with a proof of how much faster it cannot be."""
+"""`time_path`: how fast a given path can be followed, with a proof of how much faster it cannot
+be.
+"""
 
 from __future__ import annotations
 
@@ -56,27 +58,34 @@ def time_path(
     gap: float = 1e-3,
     max_time: float = 60.0,
 ) -> TimedPath:
-    """Follow a given path in the least time under limits, through Type 2 where it leads there: TimedPath.
+    """Follow a given path in the least time under limits, through Type 2 where it leads there:
+    TimedPath.
 
-    The limits hold throughout, not at samples: `timing_upper` says how. No motion along the path under them takes less
-    than `lower_bound`: `timing_lower` says why. Both hold with gravity and friction, viscous and dry, up to rounding,
-    for which limits are shifted by 1e-9 of them. A jerk_limit is kept too, at places as close as one likes but not by
-    proof, and near the fastest motion without a promise (`timing_jerk`); the lower bound is then that without it.
+    The limits hold throughout, not at samples: `timing_upper` says how. No motion along the path
+    under them takes less than `lower_bound`: `timing_lower` says why. Both hold with gravity and
+    friction, viscous and dry, up to rounding, for which limits are shifted by 1e-9 of them. A
+    jerk_limit is kept too, at places as close as one likes but not by proof, and near the fastest
+    motion without a promise (`timing_jerk`); the lower bound is then that without it.
 
-    path: a Path. It rests at both ends, where its direction or the pen changes, and where a dwell is asked for.
-    duration: s, asked for; None: the least. A longer one is reached by smaller torques and accelerations: all their
-        limits are lowered by one factor, as far as the duration allows. Without such limits: the least peak torque.
-    torque_limit, joint_speed_limit, joint_acceleration_limit: N m, rad/s and rad/s^2, one number or one per joint.
-    speed_limit, acceleration_limit, jerk_limit: of the end-effector, m/s, m/s^2 and m/s^3; the path's own feeds count
+    path: a Path. It rests at both ends, where its direction or the pen changes, and where a dwell
+        is asked for.
+    duration: s, asked for; None: the least. A longer one is reached by smaller torques and
+        accelerations: all their limits are lowered by one factor, as far as the duration allows.
+            Without such limits: the least peak torque.
+    torque_limit, joint_speed_limit, joint_acceleration_limit: N m, rad/s and rad/s^2, one number or
+    one per joint. speed_limit, acceleration_limit, jerk_limit: of the end-effector, m/s, m/s^2 and
+    m/s^3; the path's own feeds count
         too.
     working: the modes that are kept; the assembly mode changes where the path crosses Type 2.
     keep: what the path must keep, in whatever time: looked at first, as `check_path` does.
-    gap: to which both bounds are brought together, upper / lower - 1, unless too much work is done before. That is
-        counted (`timing_solve.LOOKS`): the same is found on every machine, however busy.
+    gap: to which both bounds are brought together, upper / lower - 1, unless too much work is done
+        before. That is counted (`timing_solve.LOOKS`): the same is found on every machine, however
+        busy.
     max_time: s of the processor, after which it takes what it has; the count is mostly full before.
-    UnreachableError or SingularityError where the path leaves the workspace, touches Type 1, or Type 2 without crossing
-    it; TimingError where no motion keeps the limits; all with s and place. ValueError for what cannot be asked, and
-    for a path that does not keep what it must, with the places.
+    UnreachableError or SingularityError where the path leaves the workspace, touches Type 1, or
+    Type 2 without crossing it; TimingError where no motion keeps the limits; all with s and place.
+    ValueError for what cannot be asked, and for a path that does not keep what it must, with the
+    places.
     """
     asked = Limits.checked(
         torque=torque_limit,
@@ -92,8 +101,8 @@ def time_path(
     )
     if duration is None and not asked.forces:
         raise ValueError(
-            "time_path: a least time needs a torque_limit, acceleration_limit or joint_acceleration_limit: without, "
-            "it is that of infinite forces"
+            "time_path: a least time needs a torque_limit, acceleration_limit or"
+            " joint_acceleration_limit: without, it is that of infinite forces"
         )
     if asked.jerk is not None:
         refuse_kinks(path)
@@ -116,7 +125,8 @@ def time_path(
     rest = math.fsum(stop.seconds for stop in path.stops)
     if not duration > rest:
         raise ValueError(
-            f"time_path: the path rests for {rest:g} s, which leaves no time to move in {duration:g} s"
+            f"time_path: the path rests for {rest:g} s, which leaves no time to move in"
+            f" {duration:g} s"
         )
     limits = asked if asked.forces else _ample(mesh, asked, duration - rest)
     mesh, found = refined(mesh, limits, gap, until)
@@ -124,7 +134,10 @@ def time_path(
     if duration < least:
         short = f"{lower - duration:.4g} s below what is proved to be the least, {lower:.6g} s"
         if duration >= lower or not asked.forces:
-            short = f"less than {least:.6g} s, the least that was found (proved: none below {lower:.6g} s)"
+            short = (
+                f"less than {least:.6g} s, the least that was found (proved: none below"
+                f" {lower:.6g} s)"
+            )
         raise TimingError(
             f"time_path: duration = {duration:g} s is {short}, under these limits",
             0.0,
@@ -187,9 +200,9 @@ def _refuse_falling(mesh, limits):
         if (missing > 0).any():
             k, words = int(np.argmax(missing)), mesh.robot.words
             raise TimingError(
-                f"time_path: the limits cannot hold the robot at rest at {where(mesh.path, stop.s)}: "
-                f"{words.joints[k]} needs {abs(tau[k]):.4g} {words.effort_unit}, its torque_limit is "
-                f"{limits.torque[k]:.4g}",
+                "time_path: the limits cannot hold the robot at rest at"
+                f" {where(mesh.path, stop.s)}: {words.joints[k]} needs {abs(tau[k]):.4g}"
+                f" {words.effort_unit}, its torque_limit is {limits.torque[k]:.4g}",
                 stop.s,
                 True,
             )

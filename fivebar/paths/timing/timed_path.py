@@ -45,20 +45,23 @@ COLUMNS = (
 )
 MOST_ROWS = 10**7
 ARRAYS = ("piece", "first", "x", "bent", "crossing", "cap", "ceiling")
-BESIDE = 1e-7  # of the path's length: nearer to Type 2, torques are read beside it, as there they are 0 / 0
+# Of the path's length: nearer to Type 2, torques are read beside it, as there they are 0 / 0.
+BESIDE = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
 class TimedPath(Plotted):
-    """A motion along a path: called with t, s, a number or (n,), it gives (xi, xi_dot, xi_ddot), each (2,) or (n, 2),
-    and rests at its first and last point before and after.
+    """A motion along a path: called with t, s, a number or (n,), it gives (xi, xi_dot, xi_ddot),
+    each (2,) or (n, 2), and rests at its first and last point before and after.
 
-    robot, path, working, limits: what was asked. On each of n stretches s'' = u0 + bent (s - s0): piece (n,) of the
-    path and first (n,), where on that piece it begins, m; x (n + 1,) m^2/s^2: s'^2 at the nodes; bent (n,) 1/s^2.
-    lower_bound: s, less than which no motion along the path under these limits takes, 0 where none is known. crossing
-    (n + 1,): the nodes on Type 2. cap (n + 1,): x at the nodes by the maximum velocity curve; ceiling (n + 1,): x that
-    no motion passes. smooth: s over which s(t) is averaged, where a jerk is limited, and pace: by how much all of it is
-    slower then; x and bent are of the motion that is averaged.
+    robot, path, working, limits: what was asked. On each of n stretches s'' = u0 + bent (s - s0):
+    piece (n,) of the path and first (n,), where on that piece it begins, m; x (n + 1,) m^2/s^2:
+    s'^2 at the nodes; bent (n,) 1/s^2.
+    lower_bound: s, less than which no motion along the path under these limits takes, 0 where none
+    is known. crossing (n + 1,): the nodes on Type 2. cap (n + 1,): x at the nodes by the maximum
+    velocity curve; ceiling (n + 1,): x that no motion passes. smooth: s over which s(t) is
+    averaged, where a jerk is limited, and pace: by how much all of it is slower then; x and bent
+        are of the motion that is averaged.
     """
 
     robot: Robot
@@ -151,7 +154,9 @@ class TimedPath(Plotted):
         return rates.pose.q, rates.q_dot
 
     def tau(self, t: ArrayLike) -> np.ndarray:
-        """Torques (*batch, 2) of the motion, N m, finite on Type 2; before and after, those that hold the robot."""
+        """Torques (*batch, 2) of the motion, N m, finite on Type 2; before and after, those that
+        hold the robot.
+        """
         k, gone, speed, push = self.along(t)
         if self.crossing.any():
             # Beside the node, on the same stretch: the quotient by det A goes on from there.
@@ -173,8 +178,10 @@ class TimedPath(Plotted):
         return np.array(self.path.pen)[self.piece[self.along(t)[0]]]
 
     def to_csv(self, path: TextFile, rate: float = 1000.0) -> None:
-        """Write setpoints, `rate` times a second and at the last instant too; what was asked and found goes into a
-        comment line, from which `from_csv` reads it. SI; pen is 1 where it is down."""
+        """Write setpoints, `rate` times a second and at the last instant too; what was asked and
+        found goes into a comment line, from which `from_csv` reads it. SI; pen is 1 where it is
+        down.
+        """
         rate = positive(rate, "to_csv: rate")
         steps = int(np.floor(self.duration * rate * (1 + 1e-12)))
         bounded(steps, MOST_ROWS, f"to_csv: {self.duration:g} s at {rate:g} Hz", 8 * len(COLUMNS))
@@ -206,11 +213,15 @@ class TimedPath(Plotted):
 def _described(path):
     """A Path as a file has it."""
     pieces = [
-        {"arc": [p.centre, p.radius, p.angle0, p.angle1]}
-        if isinstance(p, Arc)
-        else {"line": [p.start, p.end]}
-        if isinstance(p, Line)
-        else {"polynomial": [p.coefficients, p.length]}
+        (
+            {"arc": [p.centre, p.radius, p.angle0, p.angle1]}
+            if isinstance(p, Arc)
+            else (
+                {"line": [p.start, p.end]}
+                if isinstance(p, Line)
+                else {"polynomial": [p.coefficients, p.length]}
+            )
+        )
         for p in path.pieces
     ]
     feed = [None if np.isinf(each) else each for each in path.feed]

@@ -1,4 +1,5 @@
-"""Which physics is worth its cost: the same task with each rung of it added to what the controller knows.
+"""Which physics is worth its cost: the same task with each rung of it added to what the controller
+knows.
 
 rungs     the robots, their rungs and tasks, and what each rung costs and brings
 picture   the chart of them

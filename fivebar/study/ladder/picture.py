@@ -1,4 +1,6 @@
-"""The ladder as a chart: per robot the tracking error and the torque missed, over what each rung costs."""
+"""The ladder as a chart: per robot the tracking error and the torque missed, over what each rung
+costs.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +14,9 @@ from .rungs import CASES, RUNGS, Rung
 PALE = "#777777"
 TITLE = "Which physics is worth its cost"
 READING = (
-    "The plant has all of it; the controller (computed torque at 1 kHz) knows the rungs up to the one on the axis. "
-    "Hollow: the robot has nothing of that kind, and the rung costs nothing. A line that leaves its frame goes to 0."
+    "The plant has all of it; the controller (computed torque at 1 kHz) knows the rungs up to the"
+    " one on the axis. Hollow: the robot has nothing of that kind, and the rung costs nothing. A"
+    " line that leaves its frame goes to 0."
 )
 
 

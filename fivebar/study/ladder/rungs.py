@@ -1,7 +1,8 @@
-"""Rungs of a robot's physics: what each costs in a model and in a step, and what a controller without it misses.
+"""Rungs of a robot's physics: what each costs in a model and in a step, and what a controller
+without it misses.
 
-The plant has all of it. The controller is computed torque, and knows the rungs up to one; what it misses are the
-torques of the others, and these it has to make up for by an error.
+The plant has all of it. The controller is computed torque, and knows the rungs up to one; what it
+misses are the torques of the others, and these it has to make up for by an error.
 """
 
 from __future__ import annotations
@@ -49,8 +50,10 @@ class Case:
 
 @dataclass(frozen=True)
 class Rung:
-    """What a rung costs: instructions of the inverse model, time of a step of any length (s); and what it brings: rms
-    of the torque that is missed (N m), rms and largest tracking error (m). named: whether the robot has it at all."""
+    """What a rung costs: instructions of the inverse model, time of a step of any length (s); and
+    what it brings: rms of the torque that is missed (N m), rms and largest tracking error (m).
+        named: whether the robot has it at all.
+    """
 
     name: str
     named: bool
@@ -83,7 +86,8 @@ CASES = {
     "lab": Case(
         _upright_lab(),
         circle((0.0, 0.11), 0.02, 1.0),
-        "the AMORO lab's files (1 kg at 45 mm of each proximal bar, 0.5 kg at the end), stood upright",
+        "the AMORO lab's files (1 kg at 45 mm of each proximal bar, 0.5 kg at the end), stood"
+        " upright",
     ),
     "vertical": Case(
         ROBOTS["iri-vertical"].robot, circle((0.0, 0.24), 0.04, 1.0), ROBOTS["iri-vertical"].source
@@ -91,7 +95,8 @@ CASES = {
     "haptic": Case(
         _haptic(),
         circle((0.0, 0.12), 0.02, 1.0),
-        "Haply's lengths; assumed: aluminium bars of 15 x 4 mm, 20 g in the hand, motors of 1e-6 kg m² and 1 mN m",
+        "Haply's lengths; assumed: aluminium bars of 15 x 4 mm, 20 g in the hand, motors of 1e-6 kg"
+        " m² and 1 mN m",
         (1, -1),
     ),
 }
@@ -136,7 +141,9 @@ def _torques(robot, case):
 
 
 def step_time(robot: FiveBar) -> float:
-    """Time of one step of any length of this robot's plant, s: the median of the faster half of many."""
+    """Time of one step of any length of this robot's plant, s: the median of the faster half of
+    many.
+    """
     names = names_of([robot])
     call, parameters = (
         Buffered(free_step(type(robot), names)),

@@ -1,4 +1,5 @@
-"""Methods that lose or fail, small and as their users write them, each with the numbers that show it.
+"""Methods that lose or fail, small and as their users write them, each with the numbers that show
+it.
 
 newton_dgm        direct geometric model by Newton on the loop closure
 half_angle        the tangent half-angle formula

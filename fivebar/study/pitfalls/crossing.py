@@ -1,4 +1,6 @@
-"""The lab's control task 2 meets a Type-2 singularity: exact inverse dynamics there, and a motion made to cross it."""
+"""The lab's control task 2 meets a Type-2 singularity: exact inverse dynamics there, and a motion
+made to cross it.
+"""
 
 from __future__ import annotations
 
@@ -29,10 +31,12 @@ def straight() -> Trajectory:
 
 
 def compliant(robot: Robot, speed: float = 0.05) -> Trajectory:
-    """A polynomial of degree 8 between the same points, on the singularity at half time with zero acceleration.
+    """A polynomial of degree 8 between the same points, on the singularity at half time with zero
+    acceleration.
 
-    There it passes with `speed`, m/s, along the line. Its inertial force then has no component along the direction
-    that the bars leave free, which is the criterion of Briot and Arakelian 2008: the torque stays finite.
+    There it passes with `speed`, m/s, along the line. Its inertial force then has no component
+    along the direction that the bars leave free, which is the criterion of Briot and Arakelian
+    2008: the torque stays finite.
     """
     rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
     place = check_path(robot, straight()).pose.xi
@@ -52,7 +56,9 @@ def torque(robot: Robot, reference: Reference, t: ArrayLike) -> np.ndarray:
 
 @dataclass(frozen=True)
 class OpenLoop:
-    """A controller that applies the reference's own torque, taken in the middle of each control period (s)."""
+    """A controller that applies the reference's own torque, taken in the middle of each control
+    period (s).
+    """
 
     robot: Robot
     period: float
@@ -65,7 +71,9 @@ class OpenLoop:
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """Torque of a reference beside its crossing: t - t_crossing (n,) s, without 0, and torque (n, 2) N m."""
+    """Torque of a reference beside its crossing: t - t_crossing (n,) s, without 0, and torque (n,
+    2) N m.
+    """
 
     crossing: float
     offset: np.ndarray
@@ -79,7 +87,9 @@ class Crossing:
 def beside_crossing(
     robot: Robot, reference: Trajectory, closest: float = 1e-6, count: int = 400
 ) -> Crossing:
-    """Exact torque from start to end of a reference, up to `closest` (s) to the crossing on both sides."""
+    """Exact torque from start to end of a reference, up to `closest` (s) to the crossing on both
+    sides.
+    """
     when = check_path(robot, reference).time
     sides = [
         -np.geomspace(when, closest, count),

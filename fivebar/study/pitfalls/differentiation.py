@@ -21,7 +21,9 @@ OURS = 2e-15  # bound of the analytic rates' relative error, which the tests che
 
 
 def swing(t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A smooth motion of both cranks within the robot's regular region: q, q', q'' (n, 2) at t (n,) s."""
+    """A smooth motion of both cranks within the robot's regular region: q, q', q'' (n, 2) at t (n,)
+    s.
+    """
     t = np.asarray(t, dtype=float)[..., None]
     size, rate, phase = np.array([0.3, 0.25]), np.array([3.0, 4.0]), np.array([0.4, 1.1])
     angle = rate * t + phase
@@ -44,7 +46,9 @@ def differences(robot: Robot, t: np.ndarray, step: float) -> tuple[np.ndarray, n
 
 @dataclass(frozen=True, eq=False)
 class Differentiation:
-    """Relative errors (n,) of the differences for each step (n,) s: the largest over 50 times in 2 s."""
+    """Relative errors (n,) of the differences for each step (n,) s: the largest over 50 times in 2
+    s.
+    """
 
     step: np.ndarray
     velocity: np.ndarray
@@ -52,7 +56,9 @@ class Differentiation:
 
 
 def error_curve(robot: Robot, steps: Sequence[float]) -> Differentiation:
-    """How far differences with these steps are from the analytic rates, in parts of the largest rate."""
+    """How far differences with these steps are from the analytic rates, in parts of the largest
+    rate.
+    """
     t = np.linspace(0, 2, 50)
     exact = analytic(robot, t)
     errors = [

@@ -18,7 +18,8 @@ from .joint_space import joint_model, joint_slope
 if TYPE_CHECKING:
     from ...models.kinematics import Rates
 
-# A robot without Type 2, so that what is lost is lost by the integrators alone; its inertias are ours.
+# A robot without Type 2, so that what is lost is lost by the integrators alone; its inertias are
+# ours.
 ROBOT = replace(ROBOTS["hoang-2015"].robot, zz1=0.002, zz2=0.002, m=0.5)
 FIXED = {"explicit Euler": explicit_euler, "semi-implicit Euler": semi_implicit_euler, "RK4": rk4}
 
@@ -44,7 +45,9 @@ class Drift:
 
 
 def drift_by(name: str, step: float = 1e-3, duration: float = 10.0, rtol: float = 1e-3) -> Drift:
-    """Energy along the motion by explicit or semi-implicit Euler, RK4 (step in s), or a SciPy solver (rtol)."""
+    """Energy along the motion by explicit or semi-implicit Euler, RK4 (step in s), or a SciPy
+    solver (rtol).
+    """
     start = conservative_start()
     assembly = int(start.pose.assembly)
     slope, state = joint_slope(ROBOT, assembly), np.concatenate([start.pose.q, start.q_dot])

@@ -18,10 +18,11 @@ if TYPE_CHECKING:
 def half_angle(
     a: np.ndarray, b: np.ndarray, c: np.ndarray, branch: int | tuple[int, int]
 ) -> np.ndarray:
-    """A root of a sin(theta) + b cos(theta) + c = 0: theta = 2 arctan((a + branch sqrt(a^2 + b^2 - c^2)) / (b - c)).
+    """A root of a sin(theta) + b cos(theta) + c = 0: theta = 2 arctan((a + branch sqrt(a^2 + b^2 -
+    c^2)) / (b - c)).
 
-    Wang, Chen, Deng 2019, eq. 5-9. nan or lost digits where b - c vanishes: one of the two roots is then theta = pi,
-    and the other one, at which nothing happens, is computed as 0 / 0.
+    Wang, Chen, Deng 2019, eq. 5-9. nan or lost digits where b - c vanishes: one of the two roots is
+    then theta = pi, and the other one, at which nothing happens, is computed as 0 / 0.
     """
     return 2 * np.arctan((a + branch * np.sqrt(a * a + b * b - c * c)) / (b - c))
 
@@ -41,7 +42,9 @@ def dyad_igm(robot: FiveBar, xi: ArrayLike, working: int = -1) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class HalfAngle:
-    """Poses that approach b = c: distance from it (n,) m, xi (n, 2) m, q11 (n,) rad by either method."""
+    """Poses that approach b = c: distance from it (n,) m, xi (n, 2) m, q11 (n,) rad by either
+    method.
+    """
 
     distance: np.ndarray
     xi: np.ndarray
@@ -50,9 +53,11 @@ class HalfAngle:
 
 
 def approach(robot: FiveBar, distances: ArrayLike, angle: float, working: int = -1) -> HalfAngle:
-    """Move the end-effector along +x towards a place that the left leg also reaches with its crank at 180 degrees.
+    """Move the end-effector along +x towards a place that the left leg also reaches with its crank
+    at 180 degrees.
 
-    distances: (n,) m; angle: rad, of the distal bar in that other posture. working: the posture that is wanted.
+    distances: (n,) m; angle: rad, of the distal bar in that other posture. working: the posture
+        that is wanted.
     """
     place = np.array([-robot.d / 2 - robot.l11, 0.0]) + robot.l12 * np.array(
         [np.cos(angle), np.sin(angle)]

@@ -1,4 +1,6 @@
-"""Integrators that the cases share: a slope is (t, state (k, ...)) -> (k, ...), positions first, then rates."""
+"""Integrators that the cases share: a slope is (t, state (k, ...)) -> (k, ...), positions first,
+then rates.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ def explicit_euler(slope: Slope, t: float, state: np.ndarray, step: float) -> np
 
 
 def semi_implicit_euler(slope: Slope, t: float, state: np.ndarray, step: float) -> np.ndarray:
-    """Rates first, then positions with the new rates: symplectic only where the inertia is constant."""
+    """Rates first, then positions with the new rates: symplectic only where the inertia is
+    constant.
+    """
     half = len(state) // 2
     rates = state[half:] + step * slope(t, state)[half:]
     return np.concatenate([state[:half] + step * rates, rates])
@@ -47,7 +51,9 @@ def march(
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What a SciPy solver gave: t (n,) s, states (n, k), its own word for it, evaluations of the slope."""
+    """What a SciPy solver gave: t (n,) s, states (n, k), its own word for it, evaluations of the
+    slope.
+    """
 
     t: np.ndarray
     states: np.ndarray

@@ -25,14 +25,18 @@ FREE_END = (0.0087618923917, 0.1480740333255)  # at 2 s, good to 5e-13 m
 
 
 def free_start(robot: Robot) -> Rates:
-    """Rates at which the free motion begins: no torque, through Type 2 twice and over a folded leg."""
+    """Rates at which the free motion begins: no torque, through Type 2 twice and over a folded
+    leg.
+    """
     return ikm(igm(robot, FREE_START["xi"], FREE_START["working"]), FREE_START["xi_dot"])
 
 
 def joint_model(robot: FiveBar, state: np.ndarray, assembly: int) -> tuple[np.ndarray, ...]:
-    """xi, xi', q'' (2, ...) and the kinetic energy of a state (q1, q2, q1', q2'), arrays of any shape, no torque.
+    """xi, xi', q'' (2, ...) and the kinetic energy of a state (q1, q2, q1', q2'), arrays of any
+    shape, no torque.
 
-    The lab's formulas as printed (AMORO eq. 1-3, 13, 18, 25), general lengths. nan where the loop does not close.
+    The lab's formulas as printed (AMORO eq. 1-3, 13, 18, 25), general lengths. nan where the loop
+    does not close.
     """
     q, q_dot = state[:2], state[2:]
     l1, l2 = np.array([robot.l11, robot.l21]), np.array([robot.l12, robot.l22])
@@ -79,7 +83,9 @@ def joint_slope(robot: FiveBar, assembly: int) -> Slope:
 
 @dataclass(frozen=True, eq=False)
 class FreeRun:
-    """One attempt at the free motion: t (n,) s, xi (n, 2) m, energy (n,) J; `claim` is the solver's own word for it."""
+    """One attempt at the free motion: t (n,) s, xi (n, 2) m, energy (n,) J; `claim` is the solver's
+    own word for it.
+    """
 
     name: str
     t: np.ndarray
@@ -97,7 +103,9 @@ class FreeRun:
 def free_motion_by(
     robot: FiveBar, method: str, rtol: float = 1e-9, duration: float = 2.0, samples: int = 401
 ) -> FreeRun:
-    """The free motion by a SciPy solver on the joint-space model, with tolerances that a careful user sets."""
+    """The free motion by a SciPy solver on the joint-space model, with tolerances that a careful
+    user sets.
+    """
     start = free_start(robot)
     assembly = int(start.pose.assembly)
     t = np.linspace(0, duration, samples)
@@ -140,20 +148,26 @@ def free_motion_of_ours(robot: Robot, step: float, duration: float = 2.0) -> Fre
 def whole_steps(
     count: int = 400, shortest: float = 4e-4, longest: float = 4e-3, duration: float = 2.0
 ) -> np.ndarray:
-    """Evenly spaced steps, s, each moved to the nearest that divides `duration`, so that all end at the same time."""
+    """Evenly spaced steps, s, each moved to the nearest that divides `duration`, so that all end at
+    the same time.
+    """
     return duration / np.round(duration / np.linspace(shortest, longest, count))
 
 
 @dataclass(frozen=True, eq=False)
 class StepSizes:
-    """The free motion with many fixed steps (n,) s: where it ended (n, 2) m, and its energy's relative error (n,)."""
+    """The free motion with many fixed steps (n,) s: where it ended (n, 2) m, and its energy's
+    relative error (n,).
+    """
 
     step: np.ndarray
     end: np.ndarray
     energy_error: np.ndarray
 
     def outcomes(self, near: float = 1e-4) -> Counter:
-        """How many steps gave nan, ended within `near` (m) of the true end, or elsewhere without a word."""
+        """How many steps gave nan, ended within `near` (m) of the true end, or elsewhere without a
+        word.
+        """
         distance = np.linalg.norm(self.end - FREE_END, axis=1)
         finite = np.isfinite(distance)
         kinds = np.where(finite, np.where(distance <= near, "right", "silently wrong"), "nan")
@@ -161,7 +175,8 @@ class StepSizes:
 
 
 def free_motion_by_steps(robot: FiveBar, steps: ArrayLike, duration: float = 2.0) -> StepSizes:
-    """RK4 on the joint-space model with all the fixed steps at once, a column each, until each is at `duration`, s.
+    """RK4 on the joint-space model with all the fixed steps at once, a column each, until each is
+    at `duration`, s.
 
     steps: (n,) s, parts of the duration. The energy error is the one at the end, with its sign.
     """
@@ -184,7 +199,9 @@ def free_motion_by_steps(robot: FiveBar, steps: ArrayLike, duration: float = 2.0
 def free_motion_of_ours_by_steps(
     robot: Robot, steps: ArrayLike, duration: float = 2.0
 ) -> StepSizes:
-    """The same by fivebar.simulate, a run for each step; the energy error is the largest on the way."""
+    """The same by fivebar.simulate, a run for each step; the energy error is the largest on the
+    way.
+    """
     runs = [free_motion_of_ours(robot, float(step), duration) for step in steps]
     return StepSizes(
         np.asarray(steps, dtype=float),

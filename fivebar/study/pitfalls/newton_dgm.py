@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NewtonPose:
-    """What Newton's method found: xi (2,) m, assembly, iterations used, whether its residual met the tolerance."""
+    """What Newton's method found: xi (2,) m, assembly, iterations used, whether its residual met
+    the tolerance.
+    """
 
     xi: tuple
     assembly: int
@@ -35,7 +37,8 @@ def newton_dgm(
 ) -> NewtonPose:
     """Solve the vector loop of the five bars for the distal bars' angles by Newton's method.
 
-    f(phi) = P_1 + l12 u(phi_1) - P_2 - l22 u(phi_2) = 0. Nothing in it says which assembly mode is meant.
+    f(phi) = P_1 + l12 u(phi_1) - P_2 - l22 u(phi_2) = 0. Nothing in it says which assembly mode is
+    meant.
 
     q: (2,) rad.
     start: (phi_1, phi_2) rad, which decides.
@@ -65,7 +68,9 @@ def newton_dgm(
 
 @dataclass(frozen=True, eq=False)
 class FarStart:
-    """Newton from one start over many poses: shares of the poses found, in the other assembly, not found."""
+    """Newton from one start over many poses: shares of the poses found, in the other assembly, not
+    found.
+    """
 
     right: float
     other_assembly: float
@@ -85,7 +90,9 @@ def far_start(
 
 @dataclass(frozen=True, eq=False)
 class NearSingular:
-    """Newton beside Type 2: det A (n,), iterations (n,), positions by Newton and by the closed form, (n, 2) m."""
+    """Newton beside Type 2: det A (n,), iterations (n,), positions by Newton and by the closed
+    form, (n, 2) m.
+    """
 
     sine: np.ndarray
     iterations: np.ndarray
@@ -97,7 +104,9 @@ class NearSingular:
 def near_singular(
     robot: Robot, q_singular: ArrayLike, direction: ArrayLike, distances: ArrayLike, off: float
 ) -> NearSingular:
-    """Both methods at q_singular + distance * direction; Newton starts with the bars turned by (off, -off) rad."""
+    """Both methods at q_singular + distance * direction; Newton starts with the bars turned by
+    (off, -off) rad.
+    """
     q = np.asarray(q_singular) + np.multiply.outer(np.asarray(distances), direction)
     pose = dgm(robot, q, -1)
     phi = pose.q + pose.q_passive

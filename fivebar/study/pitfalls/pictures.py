@@ -1,4 +1,6 @@
-"""Figures of the cases, where a method fails beside the one that does not: Matplotlib's, saved by their `savefig`."""
+"""Figures of the cases, where a method fails beside the one that does not: Matplotlib's, saved by
+their `savefig`.
+"""
 
 from __future__ import annotations
 
@@ -53,7 +55,9 @@ def _labelled(name):
 
 
 def differentiation(curve: Differentiation) -> Figure:
-    """Error of velocities and accelerations by differences against the step: truncation, then rounding."""
+    """Error of velocities and accelerations by differences against the step: truncation, then
+    rounding.
+    """
     figure, axes = _figure()
     for name, error, style, side in (
         ("velocity", curve.velocity, OTHERS[1], "top"),
@@ -87,7 +91,9 @@ def differentiation(curve: Differentiation) -> Figure:
 def free_motion(
     attempts: Sequence[FreeRun], ours: FreeRun, naive_steps: StepSizes, our_steps: StepSizes
 ) -> Figure:
-    """The free motion by SciPy's solvers and RK4 in joint coordinates, and the energy error over fixed step sizes."""
+    """The free motion by SciPy's solvers and RK4 in joint coordinates, and the energy error over
+    fixed step sizes.
+    """
     figure, (left, right) = _figure(2)
     for size, attempt, style in zip(
         (13, 11, 9, 7, 5), attempts, OTHERS
@@ -153,7 +159,9 @@ def energy(drifts: Iterable[Drift]) -> Figure:
 
 
 def closure(motions: dict[str, Redundant], ours: tuple[np.ndarray, np.ndarray]) -> Figure:
-    """How far the bars are from their lengths against time. motions: {name: Redundant}; ours: (t, closure)."""
+    """How far the bars are from their lengths against time. motions: {name: Redundant}; ours: (t,
+    closure).
+    """
     figure, axes = _figure()
     for (name, motion), style in zip(motions.items(), OTHERS):
         axes.semilogy(motion.t, np.maximum(motion.closure, FLOOR), **style, **_labelled(name))
@@ -168,7 +176,9 @@ def closure(motions: dict[str, Redundant], ours: tuple[np.ndarray, np.ndarray]) 
 
 
 def crossing(naive: Crossing, compliant: Crossing) -> Figure:
-    """Torques of the lab's task 2 and of a motion made to cross, against the time to the singularity."""
+    """Torques of the lab's task 2 and of a motion made to cross, against the time to the
+    singularity.
+    """
     figure, (before, after) = _figure(2)
     for axes, side, title in (
         (before, -1, "before the crossing"),
@@ -191,7 +201,9 @@ def crossing(naive: Crossing, compliant: Crossing) -> Figure:
 
 
 def stability(limits: Sequence[MeasuredLimit]) -> Figure:
-    """The limits of stability in the plane of the gains, exact and as measured on the simulated robot."""
+    """The limits of stability in the plane of the gains, exact and as measured on the simulated
+    robot.
+    """
     figure, panels = _figure(len(limits))
     for axes, limit in zip(np.atleast_1d(panels), limits):
         axes.fill(*boundary(limit.delay).T, color=SKY, alpha=0.3, label="stable, exact")

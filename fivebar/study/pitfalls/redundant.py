@@ -1,4 +1,6 @@
-"""The robot in redundant coordinates (x, y, q1, q2) under two distance constraints, reduced to index 1."""
+"""The robot in redundant coordinates (x, y, q1, q2) under two distance constraints, reduced to
+index 1.
+"""
 
 from __future__ import annotations
 
@@ -34,9 +36,11 @@ def constraints(robot: FiveBar, state: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def redundant_slope(robot: FiveBar, baumgarte: float = 0.0) -> Slope:
-    """(t, state) -> slope, without torque, from the 6 x 6 KKT system [W G^T; G 0] (z'', -lambda) = (0, -gamma - ...).
+    """(t, state) -> slope, without torque, from the 6 x 6 KKT system [W G^T; G 0] (z'', -lambda) =
+    (0, -gamma - ...).
 
-    baumgarte: alpha in 1/s; it adds 2 alpha g' + alpha^2 g to g'' = 0, so that errors of closure decay.
+    baumgarte: alpha in 1/s; it adds 2 alpha g' + alpha^2 g to g'' = 0, so that errors of closure
+        decay.
     """
     matrix = np.zeros((6, 6))
     matrix[:4, :4] = np.diag([robot.m, robot.m, robot.zz1, robot.zz2])
@@ -56,7 +60,9 @@ def redundant_state(rates: Rates) -> np.ndarray:
 
 
 def closure(robot: FiveBar, q: np.ndarray, xi: np.ndarray) -> np.ndarray:
-    """How far the bars are from their lengths, (n,) m: the larger of both legs' ||xi - P_i| - l_i2|."""
+    """How far the bars are from their lengths, (n,) m: the larger of both legs' ||xi - P_i| -
+    l_i2|.
+    """
     gaps = []
     for i, (drive, bar) in enumerate(zip(robot.drives, robot.distal)):
         px, py = drive.pivot(drive.direction(q[:, i]))
@@ -66,7 +72,9 @@ def closure(robot: FiveBar, q: np.ndarray, xi: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Redundant:
-    """A motion in redundant coordinates: t (n,) s, xi, q (n, 2), closure (n,) m, relative error of the energy (n,)."""
+    """A motion in redundant coordinates: t (n,) s, xi, q (n, 2), closure (n,) m, relative error of
+    the energy (n,).
+    """
 
     t: np.ndarray
     xi: np.ndarray
@@ -88,7 +96,9 @@ def redundant_motion(
 def redundant_reference(
     robot: FiveBar, start: Rates, duration: float, tolerance: float = 1e-13
 ) -> Redundant:
-    """The same by DOP853 at a tolerance where its drift does not matter: a check that shares no formula with ours."""
+    """The same by DOP853 at a tolerance where its drift does not matter: a check that shares no
+    formula with ours.
+    """
     t = np.linspace(0, duration, 101)
     found = adaptive(
         redundant_slope(robot), redundant_state(start), t, "DOP853", tolerance, 1e-3 * tolerance

@@ -1,7 +1,9 @@
-"""Sampled computed torque: exact limits of its gains, and the limits measured on the simulated robot.
+"""Sampled computed torque: exact limits of its gains, and the limits measured on the simulated
+robot.
 
-To the linear order computed torque makes each joint a double integrator under PD with zero-order hold. With the period
-h its stability is a matter of p = Kp h^2 and q = Kd h alone, and of the samples of delay.
+To the linear order computed torque makes each joint a double integrator under PD with zero-order
+hold. With the period h its stability is a matter of p = Kp h^2 and q = Kd h alone, and of the
+samples of delay.
 """
 
 from __future__ import annotations
@@ -30,10 +32,11 @@ SMALL = 1e-7  # rad, the first disturbance
 
 
 def is_stable(p: ArrayLike, q: ArrayLike, delay: int = 0) -> np.ndarray:
-    """Whether gains p = Kp h^2, q = Kd h (arrays that broadcast) are asymptotically stable; delay: 0 or 1 sample.
+    """Whether gains p = Kp h^2, q = Kd h (arrays that broadcast) are asymptotically stable; delay:
+    0 or 1 sample.
 
-    Without delay 0 < p and p/2 < q < 2; with one sample, r = q - p/2, 0 < p < r (1 - r). Exact: Jury's conditions on
-    the characteristic polynomials of `spectral_radius`.
+    Without delay 0 < p and p/2 < q < 2; with one sample, r = q - p/2, 0 < p < r (1 - r). Exact:
+    Jury's conditions on the characteristic polynomials of `spectral_radius`.
     """
     p, q = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
     if delay == 0:
@@ -45,7 +48,9 @@ def is_stable(p: ArrayLike, q: ArrayLike, delay: int = 0) -> np.ndarray:
 
 
 def spectral_radius(p: float, q: float, delay: int = 0) -> float:
-    """The largest |z| of the sampled double integrator, plain numbers p and q: it grows by this factor each sample."""
+    """The largest |z| of the sampled double integrator, plain numbers p and q: it grows by this
+    factor each sample.
+    """
     polynomials = {0: [1, p / 2 + q - 2, 1 + p / 2 - q], 1: [1, -2, 1 + p / 2 + q, p / 2 - q]}
     return float(np.abs(np.roots(polynomials[delay])).max())
 
@@ -77,13 +82,14 @@ def growth(
     pose: ArrayLike = (0.3, 0.9),
     samples: int = 200,
 ) -> float:
-    """Factor per sample by which a small disturbance of the simulated robot grows, held at `pose` by ComputedTorque.
+    """Factor per sample by which a small disturbance of the simulated robot grows, held at `pose`
+    by ComputedTorque.
 
     p, q: gains as above.
     delay: samples.
     pose: (2,) rad.
-    samples: fewer where the disturbance has become 1e4 times larger, or 1e6 times smaller, before; the growth is that
-        between the second and the last quarter of them.
+    samples: fewer where the disturbance has become 1e4 times larger, or 1e6 times smaller, before;
+        the growth is that between the second and the last quarter of them.
     """
     sizes = []
 
@@ -101,7 +107,8 @@ def growth(
 def _hold(robot, p, q, delay, pose, samples, noise, watch):
     """Hold `pose` by ComputedTorque from a small error on, until watch(error, its rate) is decided.
 
-    noise: (samples, 2, 2) of what is measured: of the angles, rad, and of the rates, in rad per period.
+    noise: (samples, 2, 2) of what is measured: of the angles, rad, and of the rates, in rad per
+        period.
     """
     home = dgm(robot, pose)
     reference = line(home.xi, home.xi, samples * PERIOD)
@@ -131,10 +138,11 @@ def noise_gain(
     samples: int = 400,
     seed: int = 0,
 ) -> float:
-    """Standard deviation of the simulated robot's joint angles over that of the noise in what is measured.
+    """Standard deviation of the simulated robot's joint angles over that of the noise in what is
+    measured.
 
-    White noise of one size on angles and, per period, on rates; the first quarter of the samples does not count.
-    inf where the motion grows.
+    White noise of one size on angles and, per period, on rates; the first quarter of the samples
+    does not count. inf where the motion grows.
     """
     rng, errors = np.random.default_rng(seed), []
 
@@ -150,7 +158,9 @@ def noise_gain(
 
 
 def exact_noise_gain(p: float, q: float, delay: int = 0) -> float:
-    """The same of the sampled double integrator, by its discrete Lyapunov equation; inf where it is not stable."""
+    """The same of the sampled double integrator, by its discrete Lyapunov equation; inf where it is
+    not stable.
+    """
     if not is_stable(p, q, delay):
         return math.inf
     push = np.array(
@@ -168,7 +178,9 @@ def exact_noise_gain(p: float, q: float, delay: int = 0) -> float:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredLimit:
-    """Limits along rays from a stable centre, (n, 2) of (p, q): measured on the robot, and exact."""
+    """Limits along rays from a stable centre, (n, 2) of (p, q): measured on the robot, and
+    exact.
+    """
 
     delay: int
     measured: np.ndarray
@@ -186,9 +198,11 @@ CENTRES = {0: (1.5, 1.4), 1: (0.12, 0.5)}
 def measure_limit(
     robot: Robot, delay: int = 0, count: int = 8, resolution: float = 1e-3
 ) -> MeasuredLimit:
-    """Where the growth on the simulated robot is 1, on rays from a stable centre through `count` points of the limit.
+    """Where the growth on the simulated robot is 1, on rays from a stable centre through `count`
+    points of the limit.
 
-    The edge p = 0 is left out, beyond which a gain would be negative. resolution: of the place, in parts of the ray.
+    The edge p = 0 is left out, beyond which a gain would be negative. resolution: of the place, in
+    parts of the ray.
     """
     curve, centre = boundary(delay), np.array(CENTRES[delay])
     if delay == 0:

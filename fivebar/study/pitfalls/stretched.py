@@ -14,10 +14,11 @@ if TYPE_CHECKING:
 
 
 def printed_height(span: tuple[np.ndarray, np.ndarray], r1: float, r2: float) -> np.ndarray:
-    """Height of the joint over the pivots' span: h = sqrt(l^2 - a^2), a the part of the span up to its foot.
+    """Height of the joint over the pivots' span: h = sqrt(l^2 - a^2), a the part of the span up to
+    its foot.
 
-    span: (x, y) arrays, m. AMORO eq. 2 (and 8), where a is half the span; here for any two bars. nan where l^2 - a^2
-    is rounded to below zero.
+    span: (x, y) arrays, m. AMORO eq. 2 (and 8), where a is half the span; here for any two bars.
+    nan where l^2 - a^2 is rounded to below zero.
     """
     x, y = span
     if r1 == r2:
@@ -36,14 +37,18 @@ def dyad_height(span: tuple[np.ndarray, np.ndarray], r1: float, r2: float) -> np
 
 
 def spans(length: float, count: int = 400) -> tuple[np.ndarray, np.ndarray]:
-    """`count` spans (x, y) of this length, m, in directions all around (0.37 rad apart from the axes)."""
+    """`count` spans (x, y) of this length, m, in directions all around (0.37 rad apart from the
+    axes).
+    """
     angle = 0.37 + np.linspace(0, 2 * np.pi, count, endpoint=False)
     return length * np.cos(angle), length * np.sin(angle)
 
 
 @dataclass(frozen=True, eq=False)
 class Stretched:
-    """Heights (n, count) m by both methods at spans shorter than r1 + r2 by the shares `short` (n,)."""
+    """Heights (n, count) m by both methods at spans shorter than r1 + r2 by the shares `short`
+    (n,).
+    """
 
     short: np.ndarray
     spans: np.ndarray

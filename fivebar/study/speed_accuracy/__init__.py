@@ -1,4 +1,5 @@
-"""Speed against accuracy, charted: `fivebar chart NAME|all`. (Coordinate charts are in `fivebar.models.charts`.)
+"""Speed against accuracy, charted: `fivebar chart NAME|all`. (Coordinate charts are in
+`fivebar.models.charts`.)
 
 chart       what a chart is: problems, methods with their knob, panels; the names of all charts
 making      charts measured, written and drawn

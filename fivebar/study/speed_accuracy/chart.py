@@ -1,4 +1,6 @@
-"""What a chart is: problems, methods with their knob, and panels. Declared here, run and drawn elsewhere."""
+"""What a chart is: problems, methods with their knob, and panels. Declared here, run and drawn
+elsewhere.
+"""
 
 from __future__ import annotations
 
@@ -23,9 +25,11 @@ class Failed(Exception):
 
 @dataclass(frozen=True)
 class Attempt:
-    """A method made ready: call () -> result is what is timed; judge (result) -> {measure: value}, or raises Failed.
+    """A method made ready: call () -> result is what is timed; judge (result) -> {measure: value},
+    or raises Failed.
 
-    per: units of work in a call, by which its time is divided; times: () -> (n,) s where the call has measured its own.
+    per: units of work in a call, by which its time is divided; times: () -> (n,) s where the call
+        has measured its own.
     """
 
     call: Callable[[], object]
@@ -36,10 +40,13 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Method:
-    """A way to solve the chart's problems: prepare (problem, knob) -> Attempt, run for each knob of each problem.
+    """A way to solve the chart's problems: prepare (problem, knob) -> Attempt, run for each knob of
+    each problem.
 
-    knobs: (number, ...), or {problem: (number, ...)} for those that it is tried on. family: methods of one colour;
-    needs: keys of `machine.NEEDED` without which it is left out; order: of convergence in the knob, where it has one.
+    knobs: (number, ...), or {problem: (number, ...)} for those that it is tried on. family: methods
+        of one colour;
+    needs: keys of `machine.NEEDED` without which it is left out; order: of convergence in the knob,
+        where it has one.
     """
 
     name: str
@@ -61,7 +68,8 @@ class Method:
 class Panel:
     """One pair of axes: a problem's measures x and y by all methods.
 
-    levels: values of y at which the caption compares the times; rounding: below 100 of it an error has no order.
+    levels: values of y at which the caption compares the times; rounding: below 100 of it an error
+        has no order.
     """
 
     problem: str
@@ -83,7 +91,9 @@ LIMIT = "the limit"  # the family of what nobody would write by hand for every m
 
 @dataclass(frozen=True)
 class Chart:
-    """A chart: its name; title, a sentence; how to read it; problems {name: words}; methods; rows of panels."""
+    """A chart: its name; title, a sentence; how to read it; problems {name: words}; methods; rows
+    of panels.
+    """
 
     name: str
     title: str

@@ -1,4 +1,6 @@
-"""What the measurements say: orders of convergence, who is fastest to an error, who fails. Nothing is known before."""
+"""What the measurements say: orders of convergence, who is fastest to an error, who fails. Nothing
+is known before.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,8 @@ LEVEL = 1.1  # a ratio of times below it is no difference
 
 
 def observed_order(steps: Sequence[float], errors: Sequence[float], rounding: float) -> float:
-    """The slope of log error over log step between the two smallest steps whose errors are clear of rounding; or nan.
+    """The slope of log error over log step between the two smallest steps whose errors are clear of
+    rounding; or nan.
 
     Rounding is the given one, or the smallest error where smaller steps have larger ones.
     """
@@ -61,7 +64,9 @@ def counted(result: Result, panel: Panel, method: str | None = None) -> list[dic
 
 
 def failures(result: Result, panel: Panel) -> dict[str, list]:
-    """{method: [(row, word), ...]}: failed and left-out attempts, and those with an error above the panel's ceiling."""
+    """{method: [(row, word), ...]}: failed and left-out attempts, and those with an error above the
+    panel's ceiling.
+    """
     found = {}
     for row in result.rows:
         if row["problem"] != panel.problem:
@@ -76,7 +81,9 @@ def failures(result: Result, panel: Panel) -> dict[str, list]:
 
 
 def words_of(failed: list) -> str:
-    """The words of one method's failures, with how often each came; those that differ in a share only, together."""
+    """The words of one method's failures, with how often each came; those that differ in a share
+    only, together.
+    """
     found = {}
     for _, word in failed:
         found.setdefault(re.sub(r"\d+%", "#%", word), []).append(word)
@@ -93,7 +100,9 @@ def words_of(failed: list) -> str:
 
 
 def caption(result: Result) -> str:
-    """What the chart shows in a sentence, wins and losses of ours alike; `table` has the numbers."""
+    """What the chart shows in a sentence, wins and losses of ours alike; `table` has the
+    numbers.
+    """
     won, even, lost, short, named, alone = [], {}, {}, {}, {}, 0
     panels = [panel for row in result.chart.panels for panel in row]
     for panel, level in [(each, level) for each in panels for level in each.levels]:
@@ -150,7 +159,9 @@ def caption(result: Result) -> str:
 
 
 def table(result: Result) -> list[tuple[str, list[str], list[list[str]]]]:
-    """Per panel that compares: title, head, and per method the seconds it takes to each error, and how it failed."""
+    """Per panel that compares: title, head, and per method the seconds it takes to each error, and
+    how it failed.
+    """
     tables = []
     for panel in (panel for row in result.chart.panels for panel in row):
         ratios, failed = _ratios(result, panel), failures(result, panel)
@@ -190,7 +201,9 @@ def _failed(result, panel, failed):
 
 
 def _fastest(result, panel, level):
-    """Of each method the fastest row with an error of at most `level`, by time: ours, the others, those apart."""
+    """Of each method the fastest row with an error of at most `level`, by time: ours, the others,
+    those apart.
+    """
     best = {}
     for row in counted(result, panel):
         known = best.get(row["method"])
@@ -225,7 +238,9 @@ def _short(number):
 
 
 def _ratios(result, panel):
-    """{method: its errors over ours at the same abscissa, median}, where the abscissa is neither time nor knob."""
+    """{method: its errors over ours at the same abscissa, median}, where the abscissa is neither
+    time nor knob.
+    """
     if panel.x in ("seconds", "knob"):
         return {}
     mine = {}

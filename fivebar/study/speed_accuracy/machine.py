@@ -1,4 +1,6 @@
-"""The machine that measures: what a reader of the times must know of it, and what a method may miss on it."""
+"""The machine that measures: what a reader of the times must know of it, and what a method may miss
+on it.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +72,9 @@ def missing(needs: Iterable[str]) -> str | None:
 
 
 def describe() -> dict:
-    """What a reader of the times must know of this machine: processor, cores, compiler, libraries' versions."""
+    """What a reader of the times must know of this machine: processor, cores, compiler, libraries'
+    versions.
+    """
     return {
         "cpu": _processor(),
         "cores": os.cpu_count(),

@@ -35,10 +35,11 @@ def chart_names(peers: bool = False) -> tuple[str, ...]:
 
 
 def make(names: Sequence[str], folder: Path, quick: bool = False) -> dict[str, Result]:
-    """Measure and draw charts into a folder: NAME.csv, .png, .svg, and index.html of all there are; {name: Result}.
+    """Measure and draw charts into a folder: NAME.csv, .png, .svg, and index.html of all there are;
+    {name: Result}.
 
-    quick: every other knob and less time for each. An interrupted run goes on where it was. ValueError where another
-    process makes charts in this folder.
+    quick: every other knob and less time for each. An interrupted run goes on where it was.
+    ValueError where another process makes charts in this folder.
     """
     modules = {name: module_of(name) for name in names}
     with alone(folder, "chart"):
@@ -79,7 +80,9 @@ def redraw(path: Path, name: str) -> Result:
 
 
 def draw(result: Result, folder: Path) -> bytes:
-    """NAME.png and .svg of a Result; a PNG's bytes without title and verdict, for a page that has them as text."""
+    """NAME.png and .svg of a Result; a PNG's bytes without title and verdict, for a page that has
+    them as text.
+    """
     figure, buffer = module_with(result.chart).figure(result), io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI)
     image = _few_colours(Image.open(buffer).convert("RGB"))
@@ -92,7 +95,9 @@ def draw(result: Result, folder: Path) -> bytes:
 
 
 def _few_colours(image):
-    """A picture with a palette: its most frequent colours as they are, all others as the nearest of these."""
+    """A picture with a palette: its most frequent colours as they are, all others as the nearest of
+    these.
+    """
     pixels = np.asarray(image).astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
     found, index, counts = np.unique(pixels, return_inverse=True, return_counts=True)
     levels = found[:, None] >> np.array([16, 8, 0]) & 255

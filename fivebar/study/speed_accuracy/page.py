@@ -1,4 +1,6 @@
-"""One HTML page with all charts of a folder: pictures, how to read them, what they say, the numbers. Self-contained."""
+"""One HTML page with all charts of a folder: pictures, how to read them, what they say, the
+numbers. Self-contained.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +54,9 @@ COLUMNS = (
 def write_page(
     path: Path, results: dict[str, Result], pictures: dict[str, bytes], notes: dict[str, tuple]
 ) -> None:
-    """The page of results {name: Result}, pictures {name: PNG bytes} and said {name: (caption, table)}."""
+    """The page of results {name: Result}, pictures {name: PNG bytes} and said {name: (caption,
+    table)}.
+    """
     links = " ".join(f'<a href="#{escape(n)}">{escape(n)}</a>' for n in results)
     sections = [
         _section(name, result, pictures[name], *notes[name]) for name, result in results.items()
@@ -78,12 +82,14 @@ def _section(name, result, png, caption, tables):
         f"<h3>{escape(title)}</h3>{_table(head, rows)}" for title, head, rows in tables
     )
     return (
-        f'<section id="{escape(name)}"><h2>{escape(result.chart.title)}</h2><p>{escape(result.chart.reading)}</p>'
-        f'<div class="chart"><img alt="{escape(result.chart.title)}" src="data:image/png;base64,{image}"></div>'
-        f"<p><strong>{escape(caption)}</strong></p>{compared}"
-        f'<p class="about">{escape(about)}</p><p class="about"><a href="{escape(name)}.csv">{escape(name)}.csv</a>, '
-        f'<a href="{escape(name)}.svg">{escape(name)}.svg</a></p><details><summary>{len(result.rows)} measurements, SI '
-        f"units</summary>{_table(keys, rows)}</details></section>"
+        "<section"
+        f' id="{escape(name)}"><h2>{escape(result.chart.title)}</h2><p>{escape(result.chart.reading)}</p><div'
+        f' class="chart"><img alt="{escape(result.chart.title)}"'
+        f' src="data:image/png;base64,{image}"></div><p><strong>{escape(caption)}</strong></p>{compared}<p'
+        f' class="about">{escape(about)}</p><p class="about"><a'
+        f' href="{escape(name)}.csv">{escape(name)}.csv</a>, <a'
+        f' href="{escape(name)}.svg">{escape(name)}.svg</a></p><details><summary>{len(result.rows)}'
+        f" measurements, SI units</summary>{_table(keys, rows)}</details></section>"
     )
 
 

@@ -1,4 +1,6 @@
-"""A chart's picture from its measurements: panels of error against time, and above each a strip of what failed."""
+"""A chart's picture from its measurements: panels of error against time, and above each a strip of
+what failed.
+"""
 
 from __future__ import annotations
 
@@ -87,7 +89,9 @@ def figure(result: Result) -> Figure:
 
 
 def plain(made: Figure, image: Image.Image) -> Image.Image:
-    """The image without the figure's own words, title and verdict, for a page that has them as text."""
+    """The image without the figure's own words, title and verdict, for a page that has them as
+    text.
+    """
     above, below = (text.get_window_extent() for text in made.texts)
     scale = image.height / made.bbox.height
     return image.crop(
@@ -132,7 +136,9 @@ def _styles(chart):
 
 
 def _labels(result):
-    """{method: its legend entry}, with the order of convergence measured on the first panel that shows one."""
+    """{method: its legend entry}, with the order of convergence measured on the first panel that
+    shows one.
+    """
     labels = {method.name: method.name for method in result.chart.methods}
     measured = {}
     for panel in (panel for row in result.chart.panels for panel in row):
@@ -145,7 +151,9 @@ def _labels(result):
 
 
 def _lanes(result, chart, panel):
-    """What the strip above a panel shows: {method: [(row, word), ...]}; a problem's failures once, above the first."""
+    """What the strip above a panel shows: {method: [(row, word), ...]}; a problem's failures once,
+    above the first.
+    """
     found = failures(result, panel)
     first = next(p for row in chart.panels for p in row if p.problem == panel.problem)
     if panel is first:
@@ -211,7 +219,9 @@ def _draw(axes, result, panel, styles):
 
 
 def _strip(axes, panel, lanes, styles):
-    """Failed attempts at their times, a lane for each method, and above them in words how they failed."""
+    """Failed attempts at their times, a lane for each method, and above them in words how they
+    failed.
+    """
     axes.tick_params(left=False, labelleft=False, bottom=False, labelbottom=False, which="both")
     axes.set_facecolor("#f1f1f1")
     axes.set_ylim(len(lanes), 0)

@@ -1,4 +1,6 @@
-"""The one runner: makes a chart's attempts, each in a process that may hang or crash, and times and judges them."""
+"""The one runner: makes a chart's attempts, each in a process that may hang or crash, and times and
+judges them.
+"""
 
 from __future__ import annotations
 
@@ -53,7 +55,9 @@ LONGEST_REPEATED = 5.0  # budgets; a call as long is not timed again
 def run(
     name: str, folder: Path, quick: bool = False, progress: Callable[[], object] | None = None
 ) -> tuple[Result, Partial]:
-    """Measure a chart, going on where an interrupted run ended; Result. progress: called after each attempt."""
+    """Measure a chart, going on where an interrupted run ended; Result. progress: called after each
+    attempt.
+    """
     module = module_of(name)
     chart = load(module)
     about = {**describe(), "threads": 1, "quick": quick}
@@ -69,7 +73,9 @@ def run(
 
 
 def row_of(problem: str, method: Method, knob: float, measure: Callable[..., dict]) -> dict:
-    """The row of an attempt, made by measure(problem, method's name, knob) if the method can run here."""
+    """The row of an attempt, made by measure(problem, method's name, knob) if the method can run
+    here.
+    """
     row = {"problem": problem, "method": method.name, "knob": knob, "status": "ok", "word": ""}
     if lacking := missing(method.needs):
         return row | {"status": "left out", "word": lacking}
@@ -110,7 +116,8 @@ def measure(chart: Chart, problem: str, name: str, knob: float, budget: float) -
 def times_of(call: Callable[[], object], first: float, budget: float) -> np.ndarray:
     """Seconds of a call, (n,) samples in about `budget` s, without the garbage collector.
 
-    first: s that it took before, which warmed it up; all there is where that is LONGEST_REPEATED budgets or more.
+    first: s that it took before, which warmed it up; all there is where that is LONGEST_REPEATED
+        budgets or more.
     """
     if first > LONGEST_REPEATED * budget:
         return np.array([first])
@@ -141,7 +148,9 @@ def word_for(error: Exception) -> str:
 
 
 class Worker:
-    """A process that makes attempts, one at a time; killed and replaced where it hangs, replaced where it crashed."""
+    """A process that makes attempts, one at a time; killed and replaced where it hangs, replaced
+    where it crashed.
+    """
 
     def __init__(self, module: str, limit: float, budget: float) -> None:
         self.arguments, self.limit, self.process = (module, budget), limit, None

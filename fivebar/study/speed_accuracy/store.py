@@ -1,4 +1,6 @@
-"""What was measured: kept line by line while it is measured, then a CSV file that can be read again."""
+"""What was measured: kept line by line while it is measured, then a CSV file that can be read
+again.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ TEXT = ("problem", "method", "status", "word")
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """A chart's measurements: the chart, about (machine, versions, options), rows (dicts with BASE and measures)."""
+    """A chart's measurements: the chart, about (machine, versions, options), rows (dicts with BASE
+    and measures).
+    """
 
     chart: Chart
     about: dict
@@ -45,7 +49,9 @@ class Result:
         ]
 
     def to_csv(self, path: TextFile) -> None:
-        """One line per attempt under a header line with what it was measured on; written whole or not at all."""
+        """One line per attempt under a header line with what it was measured on; written whole or
+        not at all.
+        """
         names = (
             *BASE,
             *dict.fromkeys(name for row in self.rows for name in row if name not in BASE),
@@ -81,16 +87,18 @@ def from_csv(path: TextFile, chart: Chart) -> Result:
             problem, method = row.get("problem"), row.get("method")
             if (problem, method) not in known:
                 raise table.error(
-                    f"the chart {chart.name} has no method {method!r} on a problem {problem!r}: the file is of another "
-                    "version"
+                    f"the chart {chart.name} has no method {method!r} on a problem {problem!r}: the"
+                    " file is of another version"
                 )
     return Result(chart, about, rows)
 
 
 class Partial:
-    """The measurements of a run that is not at its end, a line of JSON each, so that an interrupted run goes on.
+    """The measurements of a run that is not at its end, a line of JSON each, so that an interrupted
+    run goes on.
 
-    about: what must be equal for it to go on; a file of another machine, version or kind of run is begun anew.
+    about: what must be equal for it to go on; a file of another machine, version or kind of run is
+        begun anew.
     """
 
     def __init__(self, path: Path, about: dict):

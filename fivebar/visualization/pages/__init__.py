@@ -1,4 +1,6 @@
-"""Linked pages: a mechanism drawn beside its plots, in one file for any browser, without a network."""
+"""Linked pages: a mechanism drawn beside its plots, in one file for any browser, without a
+network.
+"""
 
 from .document import Page
 from .linked import page

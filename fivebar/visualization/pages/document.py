@@ -36,7 +36,8 @@ class Page:
 
 
 def made(path: TextFile | None, code: str, content: dict, models: str = "") -> Page:
-    """The page with this code, one of CODE, and content: a dict for JSON with a title and notes; written, if asked.
+    """The page with this code, one of CODE, and content: a dict for JSON with a title and notes;
+    written, if asked.
 
     path: None does not write it; models: JavaScript of what the page computes itself.
     """

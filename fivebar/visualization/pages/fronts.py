@@ -1,4 +1,6 @@
-"""A front as a page: its picture, and a table whose rows open their robots on the live page beside it."""
+"""A front as a page: its picture, and a table whose rows open their robots on the live page beside
+it.
+"""
 
 from __future__ import annotations
 

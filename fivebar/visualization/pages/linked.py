@@ -25,17 +25,23 @@ def page(
     show: str | Iterable | None = None,
     title: str | None = None,
 ) -> Page:
-    """A web page, complete in one file, on which pointing at a plot shows the mechanism in that state: Page.
+    """A web page, complete in one file, on which pointing at a plot shows the mechanism in that
+    state: Page.
 
-    subject  a Run, a Plan or a TimedPath; a linkage's Study; a dict {name: Run} or {name: Study}, to compare them; or a
+    subject  a Run, a Plan or a TimedPath; a linkage's Study; a dict {name: Run} or {name: Study},
+    to compare them; or a
              singularity map, a Map
-    path     file to write (HTML in UTF-8); None: none, as for a notebook, in which the result shows itself
-    show     of runs: names of QUANTITIES (pages.runs), in the order of the plots; of a study: quantity names, or lists
-             of names of one unit that share a plot; None: the usual ones; not for a map. Nothing else is computed
+    path     file to write (HTML in UTF-8); None: none, as for a notebook, in which the result shows
+    itself
+    show     of runs: names of QUANTITIES (pages.runs), in the order of the plots; of a study:
+        quantity names, or lists
+             of names of one unit that share a plot; None: the usual ones; not for a map. Nothing
+             else is computed
     title    text over the page, None: the subject's own
 
-    Raises ValueError for fewer than 2 samples, times that do not increase, names that do not exist, quantities of a
-    reference where there is none; ImportError without Bokeh; OSError if the file cannot be written.
+    Raises ValueError for fewer than 2 samples, times that do not increase, names that do not exist,
+    quantities of a reference where there is none; ImportError without Bokeh; OSError if the file
+    cannot be written.
     """
     if not (path is None or isinstance(path, (str, os.PathLike))):
         raise TypeError(f"path must be a str or an os.PathLike, not {shown(path)}")
@@ -72,7 +78,9 @@ def page(
 
 
 def story(runs: Mapping, path: str | Path, show: Iterable, title: str, notes: list) -> Page:
-    """Write a page of runs, each in its own picture, which plays once when it is opened; notes: sentences under it."""
+    """Write a page of runs, each in its own picture, which plays once when it is opened; notes:
+    sentences under it.
+    """
     content = runs_content(runs, show)
     told = {"title": title, "notes": notes + content["notes"], "apart": True, "plays": True}
     return made(path, "motion", content | told)
@@ -85,7 +93,9 @@ def map_page(
     along: np.ndarray | None = None,
     regions: tuple | None = None,
 ) -> Page:
-    """The page of a map; along: a path (n, 2) m on it; regions: of `dexterous`, in place of the aspects."""
+    """The page of a map; along: a path (n, 2) m on it; regions: of `dexterous`, in place of the
+    aspects.
+    """
     content = map_content(data, along, regions)
     return made(
         path, "map", content if title is None else content | {"title": title}, map_models(data)

@@ -1,4 +1,6 @@
-"""A singularity map on a page: the field of each mode, the exact loci, and what the robot's pose is computed from."""
+"""A singularity map on a page: the field of each mode, the exact loci, and what the robot's pose is
+computed from.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ NODES = 700_000  # of all modes together at most: 3.7 MB of the page
 
 
 def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | None = None) -> dict:
-    """What the page of a Map holds; along: a path (n, 2) m in task space; regions: of `dexterous`, for the aspects."""
+    """What the page of a Map holds; along: a path (n, 2) m in task space; regions: of `dexterous`,
+    for the aspects.
+    """
     stride, notes = _stride(data)
     x, y, values = data.x[::stride], data.y[::stride], data.values[:, ::stride, ::stride]
     scale = field_scale(data)
@@ -58,8 +62,9 @@ def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | Non
             {"mode": np.atleast_1d(mode).tolist(), "values": packed(layer, "f4")}
             for mode, layer in zip(data.modes, values)
         ],
-        "loci": list((_task_loci if task else _joint_loci)(data))
-        + list(_more(data, along, regions)),
+        "loci": (
+            list((_task_loci if task else _joint_loci)(data)) + list(_more(data, along, regions))
+        ),
         "numbers": [
             [region.number, *region.point.tolist(), _layers(data, [region.working])]
             for region in (
@@ -95,7 +100,8 @@ def _stride(data):
         return 1, []
     nodes = " x ".join(str(-(-len(axis) // stride)) for axis in (data.x, data.y))
     return stride, [
-        f"This page, its CSV included, holds {nodes} of {len(data.x)} x {len(data.y)} nodes; Map.to_csv has all."
+        f"This page, its CSV included, holds {nodes} of {len(data.x)} x {len(data.y)} nodes;"
+        " Map.to_csv has all."
     ]
 
 

@@ -1,4 +1,6 @@
-"""Runs on a page: one with its left and right side together, or several with a plot for each side."""
+"""Runs on a page: one with its left and right side together, or several with a plot for each
+side.
+"""
 
 from __future__ import annotations
 
@@ -86,7 +88,9 @@ class Mark(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """title; unit, by those of a joint and a drive; parts: names of the columns; of: Run -> (n, parts)."""
+    """title; unit, by those of a joint and a drive; parts: names of the columns; of: Run -> (n,
+    parts).
+    """
 
     title: str
     unit: str
@@ -182,7 +186,9 @@ def _panels(key, runs, columns, parts, unit, several):
 
 
 def _checked(runs, show):
-    """The names of what is shown; refuses runs without samples, and names and references that are not there."""
+    """The names of what is shown; refuses runs without samples, and names and references that are
+    not there.
+    """
     if not runs:
         raise ValueError("a page needs at least one run")
     for name, run in runs.items():
@@ -191,7 +197,8 @@ def _checked(runs, show):
         must_increase(run.t, f"the run {name!r}" if name else "the run")
     if len({run.robot.turns for run in runs.values()}) > 1:
         raise ValueError(
-            "runs of robots with cranks and with sliders cannot be compared: they have no units in common"
+            "runs of robots with cranks and with sliders cannot be compared: they have no units in"
+            " common"
         )
     referenced = all(run.xi_ref is not None for run in runs.values())
     if show is None:
@@ -226,7 +233,9 @@ def _differences(runs):
 
 
 def _sampled(name, run, keep):
-    """These samples of the run, with nan for inf, of which no cosine can be taken, and a note on both."""
+    """These samples of the run, with nan for inf, of which no cosine can be taken, and a note on
+    both.
+    """
     arrays = {
         f.name: getattr(run, f.name)
         for f in fields(run)

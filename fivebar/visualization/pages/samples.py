@@ -1,4 +1,6 @@
-"""What motions on a page have in common: samples that fit into the file, plots in readable units, notes."""
+"""What motions on a page have in common: samples that fit into the file, plots in readable units,
+notes.
+"""
 
 from __future__ import annotations
 
@@ -17,14 +19,18 @@ NUMBERS = 400_000  # in one page at most: 4.3 MB of it
 
 
 def kept(samples: int, columns: int, everywhere: str) -> tuple[np.ndarray, list[str]]:
-    """Indices of the samples that fit in, evenly spaced, and a note where they are not all: (k,), list of str.
+    """Indices of the samples that fit in, evenly spaced, and a note where they are not all: (k,),
+    list of str.
 
     columns: numbers for each sample; everywhere: where all samples are to be had.
     """
     most = max(2, NUMBERS // columns)
     if samples <= most:
         return np.arange(samples), []
-    note = f"This page, its CSV included, holds {most} of {samples} samples, evenly spaced; {everywhere} has all."
+    note = (
+        f"This page, its CSV included, holds {most} of {samples} samples, evenly spaced;"
+        f" {everywhere} has all."
+    )
     return np.linspace(0, samples - 1, most).round().astype(int), [note]
 
 
@@ -41,7 +47,9 @@ def parts(body: Skeleton) -> dict:
 
 
 def subject(name: str, t: np.ndarray, body: Skeleton, columns: dict, **more) -> dict:
-    """A motion on the page: times (n,) s, its body in these poses, columns {key: (n,)}, and what else it has."""
+    """A motion on the page: times (n,) s, its body in these poses, columns {key: (n,)}, and what
+    else it has.
+    """
     blocks = [
         ends for *ends, joint in body.blocks if joint not in body.actuated
     ]  # others are drawn as motors
@@ -67,9 +75,11 @@ def _joints(points):
     if not len(finite):
         raise ValueError("no sample has a pose that could be drawn: all are nan")
     return [
-        finite[0, k].tolist()
-        if not np.ptp(finite[:, k], axis=0).any()
-        else [packed(x) for x in points[:, k].T]
+        (
+            finite[0, k].tolist()
+            if not np.ptp(finite[:, k], axis=0).any()
+            else [packed(x) for x in points[:, k].T]
+        )
         for k in range(points.shape[1])
     ]
 
@@ -77,7 +87,9 @@ def _joints(points):
 def panel(
     title: str, unit: str, curves: list, limits: Sequence[float] = (), step: bool = False
 ) -> dict:
-    """A plot: curves are (label, subject, key, values), in `unit`, shown in one in which they read well."""
+    """A plot: curves are (label, subject, key, values), in `unit`, shown in one in which they read
+    well.
+    """
     finite = [np.abs(values[np.isfinite(values)]) for *_, values in curves]
     largest = max((values.max() for values in finite if len(values)), default=0.0)
     shown = _shown_unit(unit, max(largest, *map(abs, limits), 0.0) if limits else largest)
@@ -94,7 +106,9 @@ def panel(
 
 
 def _shown_unit(unit, largest):
-    """Factor and name: a number without unit stays as it is, and so does an angle of a hundredth and more."""
+    """Factor and name: a number without unit stays as it is, and so does an angle of a hundredth
+    and more.
+    """
     return (
         (1.0, unit)
         if not unit or (unit.startswith("rad") and largest >= 0.01)

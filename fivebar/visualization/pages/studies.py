@@ -29,9 +29,11 @@ def study_content(study: Study, show: str | Iterable | None = None) -> dict:
     return {
         "title": study.linkage.title,
         "notes": notes,
-        "axis": {"name": "crank angle", "unit": "deg", "scale": 180 / np.pi}
-        if one_way
-        else {"name": "time", "unit": "s", "scale": 1.0},
+        "axis": (
+            {"name": "crank angle", "unit": "deg", "scale": 180 / np.pi}
+            if one_way
+            else {"name": "time", "unit": "s", "scale": 1.0}
+        ),
         "subjects": [subject("", study.t[keep], body.at(keep), columns, x=x)],
         "panels": [
             _panel([(_short(name, own), 0, name, columns[name]) for name in own], own)
@@ -43,7 +45,9 @@ def study_content(study: Study, show: str | Iterable | None = None) -> dict:
 
 
 def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = None) -> dict:
-    """What the page of several studies {name: Study} holds: over time, each quantity with a curve for each."""
+    """What the page of several studies {name: Study} holds: over time, each quantity with a curve
+    for each.
+    """
     studies = {str(name): study for name, study in studies.items()}
     _, names = _asked(list(studies.values()), show)
     found = {name: _kept(name, study, names, len(studies)) for name, study in studies.items()}

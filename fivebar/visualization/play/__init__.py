@@ -1,4 +1,6 @@
-"""The live page: a five-bar and linkages to be dragged, computed in the browser by the models themselves."""
+"""The live page: a five-bar and linkages to be dragged, computed in the browser by the models
+themselves.
+"""
 
 from .live import Live, play
 

@@ -1,4 +1,6 @@
-"""What the live page computes with: one function for every question, the robot's lengths among its inputs."""
+"""What the live page computes with: one function for every question, the robot's lengths among its
+inputs.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +63,9 @@ def _robot(p):
 
 
 def _poses():
-    """igm and dgm; their signs alone, for fields of pixels; what force and speed become at a pose."""
+    """igm and dgm; their signs alone, for fields of pixels; what force and speed become at a
+    pose.
+    """
     p, point, modes, mode, out = _symbols(p=5, point=2, modes=2, mode=1, force=2)
     robot = _robot(p)
     with as_numbers():
@@ -83,7 +87,9 @@ def _poses():
 
 
 def _clearances(robot, point):
-    """How far the end-effector is inside the limits of the left and right leg: outer and inner of each, m."""
+    """How far the end-effector is inside the limits of the left and right leg: outer and inner of
+    each, m.
+    """
     found = []
     for drive, bar in zip(robot.drives, robot.distal):
         span = sqrt(sum(each * each for each in drive.apart(*point)))

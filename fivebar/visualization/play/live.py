@@ -52,7 +52,8 @@ PARTS = (
 
 @dataclass(frozen=True, eq=False)
 class Live:
-    """The live page of a robot in a pose, or of a linkage; in a notebook it shows itself, `save` writes its file.
+    """The live page of a robot in a pose, or of a linkage; in a notebook it shows itself, `save`
+    writes its file.
 
     fragment: what follows the page's address, "#...": any live page shows the same with it.
     """
@@ -75,7 +76,9 @@ class Live:
         return _page(as_json(_content(FiveBar(), _start(FiveBar()), self.fragment)))
 
     def save(self, path: TextFile) -> None:
-        """Write the page (HTML in UTF-8), whole or not at all. path: a path or an open text file."""
+        """Write the page (HTML in UTF-8), whole or not at all. path: a path or an open text
+        file.
+        """
         with written(path) as file:
             file.write(self.html)
 
@@ -92,13 +95,16 @@ def play(
     pose: Pose | None = None,
     branch: int | tuple[int, int] | None = None,
 ) -> Live:
-    """The live page of a five-bar: drag it, slide its lengths, and the exact singularity loci follow: Live.
+    """The live page of a five-bar: drag it, slide its lengths, and the exact singularity loci
+    follow: Live.
 
-    One file for any browser, without a network; it computes with these models, written out in JavaScript.
-    robot: None is the AMORO robot; dry friction is left out there; or a linkage, whose ground is laid on the x axis.
-    pose: in which it begins, of this robot (None: one far from singularities). branch: of a linkage.
-    ValueError for a pose that is another robot's, no single one, or at a singularity, and for a linkage that the page
-    does not have.
+    One file for any browser, without a network; it computes with these models, written out in
+    JavaScript.
+    robot: None is the AMORO robot; dry friction is left out there; or a linkage, whose ground is
+        laid on the x axis.
+    pose: in which it begins, of this robot (None: one far from singularities). branch: of a
+    linkage. ValueError for a pose that is another robot's, no single one, or at a singularity, and
+    for a linkage that the page does not have.
     """
     if robot is not None and not isinstance(robot, FiveBar):
         if pose is not None:
@@ -113,7 +119,8 @@ def play(
         raise ValueError(f"pose is of another robot: {pose.robot}, not {robot}")
     if pose.xi.shape != (2,) or not np.isfinite(pose.det_A) or not all(pose.working):
         raise ValueError(
-            "pose must be a single one that closes, away from Type 1: the page's working modes are signs"
+            "pose must be a single one that closes, away from Type 1: the page's working modes are"
+            " signs"
         )
     return Live(robot, pose, _fragment(robot, pose))
 

@@ -1,4 +1,6 @@
-"""The linkages of the live page: each as one function of its crank angle and lengths, and what its parts are called."""
+"""The linkages of the live page: each as one function of its crank angle and lengths, and what its
+parts are called.
+"""
 
 from __future__ import annotations
 
@@ -24,10 +26,11 @@ OUTPUTS = {"slide": "slider", "S6_down": "slider"}  # what is moved along these 
 
 @dataclass(frozen=True)
 class Kind:
-    """A linkage of the page: its function's name, title, parameters, how it is built from them, and what it drives.
+    """A linkage of the page: its function's name, title, parameters, how it is built from them, and
+    what it drives.
 
-    parameters: {name: (default m, whether it may be negative)}; out: the link whose angle, or the coordinate whose
-    value, is what the crank drives; branches: how many signs its branch has.
+    parameters: {name: (default m, whether it may be negative)}; out: the link whose angle, or the
+    coordinate whose value, is what the crank drives; branches: how many signs its branch has.
     """
 
     name: str
@@ -154,7 +157,9 @@ def _mechanism(kind):
 
 
 def straight_lines() -> dict:
-    """Of each straight-line mechanism, its ground laid on the x axis: lengths, branch, stroke and nominal line."""
+    """Of each straight-line mechanism, its ground laid on the x axis: lengths, branch, stroke and
+    nominal line.
+    """
     found = {}
     for name in STRAIGHT:
         mechanism = straight_line(name)
@@ -180,8 +185,8 @@ def address_of(
 ) -> str:
     """What follows the live page's address, for this linkage with its ground laid on the x axis.
 
-    branch: None is its usual one; crank: rad, None an angle at which it closes. ValueError for a press whose guide is
-    not the paper's.
+    branch: None is its usual one; crank: rad, None an angle at which it closes. ValueError for a
+    press whose guide is not the paper's.
     """
     branch = check_branch(linkage, branch)
     if isinstance(linkage, FourBar):

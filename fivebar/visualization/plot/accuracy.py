@@ -1,4 +1,6 @@
-"""Pictures of a robot's accuracy: tip errors under tolerances, repeated poses, a tour of poses to measure at."""
+"""Pictures of a robot's accuracy: tip errors under tolerances, repeated poses, a tour of poses to
+measure at.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ TURN = np.linspace(0, 2 * np.pi, 181)
 
 
 def tip_errors(found: TipError) -> Figure:
-    """Figure of a TipError: first order against Monte Carlo, and their ratio over the distance from Type 2."""
+    """Figure of a TipError: first order against Monte Carlo, and their ratio over the distance from
+    Type 2.
+    """
     figure = Figure(figsize=(11.5, 5.2), layout="constrained")
     left, right = figure.subplots(1, 2)
     linear, drawn = 1e3 * found.sd, 1e3 * found.monte_carlo_sd
@@ -57,7 +61,9 @@ def tip_errors(found: TipError) -> Figure:
 
 
 def repeated(found: Repeatability) -> Figure:
-    """Figure of a Repeatability: a panel for each pose (nine at most) with its points, barycentre and circle of RP."""
+    """Figure of a Repeatability: a panel for each pose (nine at most) with its points, barycentre
+    and circle of RP.
+    """
     count = min(len(found.points), 9)
     across = min(count, 3)
     figure = Figure(figsize=(4.2 * across, 4.6 * -(-count // across)), layout="constrained")
@@ -97,6 +103,9 @@ def toured(found: MeasurementPoses) -> Figure:
     for drive in found.pose.robot.drives:
         axes.plot(1e3 * drive.x, 1e3 * drive.y, "^", ms=9, mfc="white", color=INK, zorder=2)
     axes.set_aspect("equal")
-    title = f"{len(points)} poses to measure at, in this order; tip within {found.worst_tip:.3g} sigma after that"
+    title = (
+        f"{len(points)} poses to measure at, in this order; tip within {found.worst_tip:.3g} sigma"
+        " after that"
+    )
     finish(axes, 2, xlabel="x (mm)", ylabel="y (mm)", title=title)
     return figure

@@ -1,4 +1,6 @@
-"""Pictures of what was measured: a calibration's misses as arrows, its rows, its unknowns with intervals."""
+"""Pictures of what was measured: a calibration's misses as arrows, its rows, its unknowns with
+intervals.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ ARROW = 0.08  # of the picture's width: the longest arrow
 
 
 def calibrated(found: Calibration) -> Figure:
-    """Figure of a Calibration: misses before and after as arrows, misses by row, change of each unknown."""
+    """Figure of a Calibration: misses before and after as arrows, misses by row, change of each
+    unknown.
+    """
     figure = Figure(figsize=(12.5, 7.2), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(1.25, 1))
     left = figure.add_subplot(grid[:, 0])

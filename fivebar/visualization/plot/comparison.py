@@ -1,4 +1,6 @@
-"""Several runs in one picture: how far off each was, with what torques and limits, and how long its steps took."""
+"""Several runs in one picture: how far off each was, with what torques and limits, and how long its
+steps took.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,8 @@ if TYPE_CHECKING:
 
 
 def comparison(compared: Comparison) -> Figure:
-    """Figure of a Comparison: errors, both motors' torques with their time at the limit, solve times where there are.
+    """Figure of a Comparison: errors, both motors' torques with their time at the limit, solve
+    times where there are.
 
     Later runs are drawn thinner, so that one under another is seen.
     """

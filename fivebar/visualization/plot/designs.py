@@ -1,4 +1,6 @@
-"""Pictures of sweeps and of designs: curves, coloured points, Liu's triangle, fronts with their robots."""
+"""Pictures of sweeps and of designs: curves, coloured points, Liu's triangle, fronts with their
+robots.
+"""
 
 from __future__ import annotations
 
@@ -121,7 +123,9 @@ def drawn_line(task: Task) -> np.ndarray | None:
 
 
 def pose_of(design: Design) -> Pose:
-    """The end-effector in the middle of the table, or where the motion begins; of no task anywhere."""
+    """The end-effector in the middle of the table, or where the motion begins; of no task
+    anywhere.
+    """
     task, robot = design.task, design.robot
     if task.table:
         xi = (task.table[0] + task.table[1]) / 2, (task.table[2] + task.table[3]) / 2

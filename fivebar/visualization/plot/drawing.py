@@ -31,10 +31,11 @@ def drawing(
     errors: Sequence[np.ndarray],
     title: str = "",
 ) -> Figure:
-    """Figure of strokes asked for and drawn, lists of (n, 2) m, with errors, (n,) m, of what was drawn.
+    """Figure of strokes asked for and drawn, lists of (n, 2) m, with errors, (n,) m, of what was
+    drawn.
 
-    Left the robot where it begins, with its singularities in these working modes; right the strokes, those drawn in the
-    colour of their error.
+    Left the robot where it begins, with its singularities in these working modes; right the
+    strokes, those drawn in the colour of their error.
     """
     everything = np.concatenate([*asked, *drawn])
     low, high = everything.min(axis=0), everything.max(axis=0)

@@ -1,4 +1,6 @@
-"""How the aspects hang together as a picture: a node for each, a line for each passage between two."""
+"""How the aspects hang together as a picture: a node for each, a line for each passage between
+two.
+"""
 
 from __future__ import annotations
 
@@ -32,10 +34,11 @@ RING, BOW = 0.27, 0.12  # of the nodes of one pair of modes, which are 1 apart; 
 
 
 def aspect_graph(robot: FiveBar) -> Figure:
-    """Figure of the graph of a five-bar's aspects: numbers as `aspects` gives them, lines where a motion may pass.
+    """Figure of the graph of a five-bar's aspects: numbers as `aspects` gives them, lines where a
+    motion may pass.
 
-    The left leg's mode goes across the picture and the right leg's up, so that the lines of either leg's Type 1 go
-    across or up, and those of Type 2 stay with their modes. Raises as `aspects`.
+    The left leg's mode goes across the picture and the right leg's up, so that the lines of either
+    leg's Type 1 go across or up, and those of Type 2 stay with their modes. Raises as `aspects`.
     """
     found = known_aspects(robot)
     figure = Figure(figsize=(7.2, 7.4), layout="constrained")
@@ -85,7 +88,9 @@ def aspect_graph(robot: FiveBar) -> Figure:
 
 
 def _places(found):
-    """Where each aspect stands: on a ring about the place of its modes, one assembly mode above the other."""
+    """Where each aspect stands: on a ring about the place of its modes, one assembly mode above the
+    other.
+    """
     places = {}
     for working in MODES:
         own = sorted(

@@ -1,4 +1,6 @@
-"""What an identified robot's model says of its motors' torques: measured, predicted and the difference."""
+"""What an identified robot's model says of its motors' torques: measured, predicted and the
+difference.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ if TYPE_CHECKING:
 
 
 def identification(found: Identification) -> Figure:
-    """Figure of an Identification: a row for the run it is from, and one for the run it was tried on, if any."""
+    """Figure of an Identification: a row for the run it is from, and one for the run it was tried
+    on, if any.
+    """
     if not len(found.t):
         raise ValueError(
             "an Identification read from a file has no rows to draw: identify the log again"

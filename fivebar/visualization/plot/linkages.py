@@ -1,4 +1,6 @@
-"""Linkages as pictures: a study over time, the vector method's six plots, and coupler curves by colour."""
+"""Linkages as pictures: a study over time, the vector method's six plots, and coupler curves by
+colour.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,9 @@ VECTOR_METHOD = {
 
 
 def study_figure(study: Study, panels: Sequence | None = None) -> Figure:
-    """Figure of a Study: the linkage with its traced path, and a panel over time for each list of quantity names."""
+    """Figure of a Study: the linkage with its traced path, and a panel over time for each list of
+    quantity names.
+    """
     panels = usual_panels(study) if panels is None else panels
     figure = Figure(figsize=(12, max(5.0, 1.9 * len(panels) + 0.6)), layout="constrained")
     grid = figure.add_gridspec(len(panels), 2, width_ratios=(1, 1.25))
@@ -81,10 +85,12 @@ def picture(axes: Axes, study: Study) -> None:
 
 
 def vector_method_figure(study: Study, point: str = "M") -> Figure:
-    """Figs. 2 to 7 of the vector method paper for a point of a Study: six panels over the crank angle.
+    """Figs. 2 to 7 of the vector method paper for a point of a Study: six panels over the crank
+    angle.
 
-    Zhauyt and others 2016: sizes of position, velocity and acceleration, its parts along and across the path, and the
-    path's curvature radius (on a logarithmic scale: it has poles where the path has inflections).
+    Zhauyt and others 2016: sizes of position, velocity and acceleration, its parts along and across
+    the path, and the path's curvature radius (on a logarithmic scale: it has poles where the path
+    has inflections).
     """
     figure = Figure(figsize=(12, 6.4), layout="constrained")
     crank = np.degrees(study.q)
@@ -102,7 +108,8 @@ def vector_method_figure(study: Study, point: str = "M") -> Figure:
 
 
 def coupler_curve_figure(curves: Sequence[Curve], linkages: Sequence[FourBar] = ()) -> Figure:
-    """Figure of coupler curves, one colour for each label, with the fixed joints of `linkages` marked.
+    """Figure of coupler curves, one colour for each label, with the fixed joints of `linkages`
+    marked.
 
     curves: from `coupler_curves` of any four-bars, or from `type_2_curves` of a five-bar.
     """

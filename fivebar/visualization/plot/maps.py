@@ -1,4 +1,6 @@
-"""A map as a picture: one panel per mode with the field, the exact loci by type, the aspects' numbers and a path."""
+"""A map as a picture: one panel per mode with the field, the exact loci by type, the aspects'
+numbers and a path.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +47,8 @@ def _part(name, low, high):
     )
 
 
-# Both keep their order for colour-blind eyes; without their darkest ends, on which no line would be seen.
+# Both keep their order for colour-blind eyes; without their darkest ends, on which no line would be
+# seen.
 PALETTES = {"diverging": _part("PuOr", 0.14, 0.86), "rising": _part("cividis", 0.35, 1.0)}
 PALETTES["falling"] = PALETTES["rising"].reversed()
 PALETTES["lines"] = _part("viridis", 0.0, 0.78)  # without the yellow, which is not seen on white
@@ -75,10 +78,11 @@ STYLES = {
 def singularity_map(
     data: Map, path: ArrayLike | None = None, dexterous: tuple | None = None
 ) -> Figure:
-    """Figure of a maps.Map: four working modes in task space, mm, or both assembly modes in joint space, degrees (mm).
+    """Figure of a maps.Map: four working modes in task space, mm, or both assembly modes in joint
+    space, degrees (mm).
 
-    path: points (n, 2) of the map's own space, m or rad, drawn on all panels; dexterous: regions of `fb.dexterous`,
-    drawn and numbered in place of the aspects. `savefig` writes it (PNG, SVG, PDF).
+    path: points (n, 2) of the map's own space, m or rad, drawn on all panels; dexterous: regions of
+    `fb.dexterous`, drawn and numbered in place of the aspects. `savefig` writes it (PNG, SVG, PDF).
     """
     task, turns = data.space == "task", data.robot.turns
     scale, unit = (1e3, "mm") if task or not turns else (180 / np.pi, "deg")
@@ -134,7 +138,9 @@ def singularity_map(
 
 
 def _to_borders(extent, shape):
-    """The image's borders: half a step beyond the outer nodes, which are the middles of its pixels."""
+    """The image's borders: half a step beyond the outer nodes, which are the middles of its
+    pixels.
+    """
     dx, dy = (
         (extent[1] - extent[0]) / (shape[1] - 1) / 2,
         (extent[3] - extent[2]) / (shape[0] - 1) / 2,

@@ -1,4 +1,6 @@
-"""A plan as a picture: its path over the singularity loci, torques and limits, and how near it is to singular."""
+"""A plan as a picture: its path over the singularity loci, torques and limits, and how near it is
+to singular.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,8 @@ LOCI = {
 def planned(plan: Plan) -> Figure:
     """Figure of a Plan: path with the robot at both ends, torques, sines of both legs and det A.
 
-    Where its modes are free, the loci are those of any modes, and the four bars' angles stand between.
+    Where its modes are free, the loci are those of any modes, and the four bars' angles stand
+    between.
     """
     free = plan.problem.working is None
     figure = Figure(figsize=(12, 9 if free else 7), layout="constrained")
@@ -118,8 +121,9 @@ def _path(axes, plan, pose, crossings):
 
 
 def draw_loci(axes: Axes, robot: Robot, working: tuple | None, ends: tuple | None = None) -> None:
-    """The loci of these working modes (None: of all), each type named once; ends: y, mm, of those that have no ends,
-    which are left out without."""
+    """The loci of these working modes (None: of all), each type named once; ends: y, mm, of those
+    that have no ends, which are left out without.
+    """
     known = set()
     for piece in singularity_loci(robot).task:
         if (

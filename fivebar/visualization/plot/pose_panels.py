@@ -20,9 +20,11 @@ WIDTH, ROOM = 3.2, 0.12  # in, of a panel; share of the picture around what is d
 
 
 def pose(poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None) -> Figure:
-    """Figure of one Pose, a batch (n,) of them or a list of poses of one robot, side by side to one scale.
+    """Figure of one Pose, a batch (n,) of them or a list of poses of one robot, side by side to one
+    scale.
 
-    titles: a text for each; None: their modes. ValueError for no pose, poses that do not close, titles that do not fit.
+    titles: a text for each; None: their modes. ValueError for no pose, poses that do not close,
+        titles that do not fit.
     """
     poses = [poses] if isinstance(poses, Pose) else list(poses)
     modes = [
@@ -62,7 +64,8 @@ def pose(poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None) -> F
 
 
 def draw_robot(axes: Axes, body: Skeleton, sample: int = 0, **style) -> None:
-    """A robot in mm: a hue for each leg, its proximal bar dark; squares at what its motors turn or move.
+    """A robot in mm: a hue for each leg, its proximal bar dark; squares at what its motors turn or
+    move.
 
     Guides go from border to border.
     """
@@ -80,7 +83,9 @@ def draw_robot(axes: Axes, body: Skeleton, sample: int = 0, **style) -> None:
 
 
 def around(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """((x, y) low, (x, y) high) in mm of a window about points (..., 2) m, with room around them."""
+    """((x, y) low, (x, y) high) in mm of a window about points (..., 2) m, with room around
+    them.
+    """
     points = 1e3 * points.reshape(-1, 2)
     low, high = points.min(axis=0), points.max(axis=0)
     margin = ROOM * (high - low).max()

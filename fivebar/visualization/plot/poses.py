@@ -22,8 +22,8 @@ from ..view.machine import EVENT, MOTOR, PIN, PLATE, RAIL, STEEL
 if TYPE_CHECKING:
     from ..view.scenes import Scene
 
-# Pictures a second, which browsers slow down where a GIF has more; how many at most, beyond which a motion is shown
-# faster; and pixels to an inch.
+# Pictures a second, which browsers slow down where a GIF has more; how many at most, beyond which a
+# motion is shown faster; and pixels to an inch.
 GIF, FILM = (20, 400, 80), (30, 1200, 160)
 TURN = np.linspace(0.5 * np.pi, 1.5 * np.pi, 13)
 ROUND = np.stack([np.cos(TURN), np.sin(TURN)], axis=1)
@@ -74,20 +74,23 @@ def strip_png(scene: Scene, poses: int) -> bytes:
 
 
 def gif(scene: Scene, path: str | Path) -> None:
-    """Write a GIF of 20 pictures a second; a motion of more than 20 s is shown faster, which its heading says."""
+    """Write a GIF of 20 pictures a second; a motion of more than 20 s is shown faster, which its
+    heading says.
+    """
     _filmed(scene, path, PillowWriter(fps=GIF[0]), *GIF)
 
 
 def film(scene: Scene, path: str | Path) -> None:
-    """Write an MP4 or a WebM by its suffix, of 30 pictures a second; more than 40 s are shown faster.
+    """Write an MP4 or a WebM by its suffix, of 30 pictures a second; more than 40 s are shown
+    faster.
 
     FileNotFoundError without ffmpeg, OSError where it fails.
     """
     kind = Path(path).suffix.lower()
     if not FFMpegWriter.isAvailable():
         raise FileNotFoundError(
-            f"{kind} is written by the program ffmpeg, which is not here: install it (apt-get install ffmpeg, brew "
-            "install ffmpeg), or take .html or .gif"
+            f"{kind} is written by the program ffmpeg, which is not here: install it (apt-get"
+            " install ffmpeg, brew install ffmpeg), or take .html or .gif"
         )
     arguments = (
         ["-movflags", "+faststart"]
@@ -128,7 +131,9 @@ def _filmed(scene, path, writer, per_second, most, dpi):
 
 
 def _heading(scene):
-    """The title and the machines' names, without Matplotlib's mathematics and short enough for a heading."""
+    """The title and the machines' names, without Matplotlib's mathematics and short enough for a
+    heading.
+    """
     text = scene.title + (f": {' | '.join(scene.names)}" if scene.names else "")
     text = " ".join(text.split()).replace("$", r"\$")
     return text if len(text) < 90 else text[:89] + "…"

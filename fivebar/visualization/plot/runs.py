@@ -1,4 +1,6 @@
-"""A simulated run as a picture: path against reference, the errors themselves, torques and their limits."""
+"""A simulated run as a picture: path against reference, the errors themselves, torques and their
+limits.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ if TYPE_CHECKING:
 
 
 def tracking(run: Run) -> Figure:
-    """Figure of a run: where it went, how far off it was (RMS and largest), and with what torques."""
+    """Figure of a run: where it went, how far off it was (RMS and largest), and with what
+    torques.
+    """
     if not len(run.t):
         raise ValueError("a run without samples cannot be drawn")
     figure = Figure(figsize=(12, 6), layout="constrained")

@@ -1,4 +1,6 @@
-"""A timed path as a picture: the drawing in the colour of its speed, the phase plane, the torques and their limits."""
+"""A timed path as a picture: the drawing in the colour of its speed, the phase plane, the torques
+and their limits.
+"""
 
 from __future__ import annotations
 

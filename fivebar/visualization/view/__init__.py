@@ -1,4 +1,6 @@
-"""Mechanisms in motion: a page that needs no server and no network, the same in a notebook, as GIF and as a strip."""
+"""Mechanisms in motion: a page that needs no server and no network, the same in a notebook, as GIF
+and as a strip.
+"""
 
 from .scenes import Scene, scene, strip
 from .shows import ITEMS

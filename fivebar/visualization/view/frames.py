@@ -20,8 +20,9 @@ MOST = 3600  # frames: beyond, a page would outgrow what a notebook or a mail ta
 class Frames:
     """The shown samples of a motion.
 
-    index (m,): which samples; t (m,) s, from 0; start: s, the first sample's own time; duration: s; gaps: (from, to) s
-    in which nothing is known; notes: what the viewer should be told, as sentences.
+    index (m,): which samples; t (m,) s, from 0; start: s, the first sample's own time; duration: s;
+    gaps: (from, to) s in which nothing is known; notes: what the viewer should be told, as
+        sentences.
     """
 
     index: np.ndarray
@@ -33,7 +34,9 @@ class Frames:
 
     @property
     def switches(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """(times (k,), shown (k,) bool): from each time on, whether the mechanism is shown; None without gaps."""
+        """(times (k,), shown (k,) bool): from each time on, whether the mechanism is shown; None
+        without gaps.
+        """
         if not self.gaps:
             return None
         times, shown = [0.0], [self.gaps[0][0] > 0]
@@ -46,10 +49,12 @@ class Frames:
 
 
 def choose(t: ArrayLike, *numbers: np.ndarray, lack: str = "are not numbers") -> Frames:
-    """The Frames of samples at t (n,) s with these numbers (n, ...), of which some may be nan or inf.
+    """The Frames of samples at t (n,) s with these numbers (n, ...), of which some may be nan or
+    inf.
 
     lack: why these cannot be shown, in words.
-    Raises ValueError for fewer than 2 samples, unequal lengths, times that do not increase, and where all is nan.
+    Raises ValueError for fewer than 2 samples, unequal lengths, times that do not increase, and
+    where all is nan.
     """
     t = np.asarray(t, dtype=float)
     if t.ndim != 1:
@@ -87,7 +92,9 @@ def grid(duration: float) -> np.ndarray:
 
 
 def _thinned(t):
-    """Indices of the samples nearest to an even grid, and a note where this is coarser than the screen."""
+    """Indices of the samples nearest to an even grid, and a note where this is coarser than the
+    screen.
+    """
     times = grid(t[-1])
     if len(t) <= len(times):
         return np.arange(len(t)), None
@@ -96,9 +103,11 @@ def _thinned(t):
     coarse = len(times) == MOST
     return (
         index,
-        f"{len(index)} of {len(t)} samples are shown, {t[-1] / (MOST - 1):.3g} s apart."
-        if coarse
-        else None,
+        (
+            f"{len(index)} of {len(t)} samples are shown, {t[-1] / (MOST - 1):.3g} s apart."
+            if coarse
+            else None
+        ),
     )
 
 

@@ -29,7 +29,9 @@ def flags(times: np.ndarray, good: np.ndarray) -> tuple | None:
 
 
 class Layer:
-    """Has a name and a colour; `parts` are its nodes in the scene, the number-th layer of a machine."""
+    """Has a name and a colour; `parts` are its nodes in the scene, the number-th layer of a
+    machine.
+    """
 
     still = False  # whether it belongs to the base
     glyph = "line"  # how a legend shows it
@@ -50,7 +52,9 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class Line(Layer):
-    """Paths, each (n, 2) m; width, and dash (on, off) in widths of a bar; over or under the bars."""
+    """Paths, each (n, 2) m; width, and dash (on, off) in widths of a bar; over or under the
+    bars.
+    """
 
     name: str
     paths: list
@@ -86,7 +90,9 @@ class Line(Layer):
 
 @dataclass(frozen=True, eq=False)
 class Area(Layer):
-    """An area of strips, each rows (n, 2, 2) of a left and a right point, m; its outline (paths) is drawn too."""
+    """An area of strips, each rows (n, 2, 2) of a left and a right point, m; its outline (paths) is
+    drawn too.
+    """
 
     name: str
     strips: list
@@ -118,7 +124,9 @@ class Area(Layer):
 
 @dataclass(frozen=True, eq=False)
 class Arrows(Layer):
-    """Arrows (m, 2) from places (m, 2) m, in `unit`; nan where there is none. `largest` is drawn `ARROW` long."""
+    """Arrows (m, 2) from places (m, 2) m, in `unit`; nan where there is none. `largest` is drawn
+    `ARROW` long.
+    """
 
     name: str
     places: np.ndarray
@@ -154,7 +162,8 @@ class Arrows(Layer):
         head = np.minimum(1.3 * w, 0.7 * length)
         path = f"{self.name}/{number}"
         yield Part(path, [], placed(self.places, angles_of(arrows)), flags(machine.frames.t, good))
-        # Both have unit length along x; a scale of 0 has no inverse, which the viewer's shading asks for.
+        # Both have unit length along x; a scale of 0 has no inverse, which the viewer's shading
+        # asks for.
         shaft = polygon(
             np.array([(0, -0.14 * w), (1, -0.14 * w), (1, 0.14 * w), (0, 0.14 * w)]),
             height,
@@ -172,7 +181,9 @@ class Arrows(Layer):
 
 @dataclass(frozen=True, eq=False)
 class Turning(Layer):
-    """Turning arrows about places (m, 2) m: values (m,), counter-clockwise > 0; `largest` is drawn `SWEEP` wide."""
+    """Turning arrows about places (m, 2) m: values (m,), counter-clockwise > 0; `largest` is drawn
+    `SWEEP` wide.
+    """
 
     name: str
     places: np.ndarray
@@ -201,7 +212,8 @@ class Turning(Layer):
         good = np.isfinite(self.values)
         sweep, w = np.where(good, self.sweeps(), 0.0), machine.pen
         path, height = f"{self.name}/{number}", machine.top + 0.2 * w
-        # The page draws as many pieces of the band as the tip has passed: no track can change a geometry.
+        # The page draws as many pieces of the band as the tip has passed: no track can change a
+        # geometry.
         side = np.column_stack(
             [np.ones(len(sweep)), np.where(sweep < 0, -1.0, 1.0), np.ones(len(sweep))]
         )

@@ -1,4 +1,6 @@
-"""A planar mechanism in motion, as all pictures of it take it, and its body: bars, joints, motors, slides and base."""
+"""A planar mechanism in motion, as all pictures of it take it, and its body: bars, joints, motors,
+slides and base.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ class Notice(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Machine:
-    """A mechanism at the frames of its motion; events are marked on the time line, layers shown of it besides."""
+    """A mechanism at the frames of its motion; events are marked on the time line, layers shown of
+    it besides.
+    """
 
     frames: Frames
     body: Skeleton
@@ -64,7 +68,9 @@ class Machine:
 
     @cached_property
     def pen(self) -> float:
-        """By what lines and arrows are measured, m: a bar's width, or more where bars are thin for the whole."""
+        """By what lines and arrows are measured, m: a bar's width, or more where bars are thin for
+        the whole.
+        """
         return max(self.width, 0.022 * self.size)
 
     @cached_property
@@ -94,7 +100,9 @@ class Machine:
 
 
 def parts(machine: Machine) -> Iterator[Part]:
-    """The machine's own parts, as Part: base, guides, blocks, bars with their shadows, and joints."""
+    """The machine's own parts, as Part: base, guides, blocks, bars with their shadows, and
+    joints.
+    """
     body = machine.body
     yield Part("base", _base(machine))
     for number, rail in enumerate(body.moving_rails):

@@ -1,4 +1,6 @@
-"""A scene as one web page: meshcat's viewer and the packed scene in a single file, without a server."""
+"""A scene as one web page: meshcat's viewer and the packed scene in a single file, without a
+server.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,8 @@ def page(scene: Scene) -> str:
     """The page of a Scene, complete. ImportError without meshcat."""
     viewer = library("meshcat", "an animation needs the viewer in meshcat") / "viewer"
     (left, low), (right, high) = scene.window
-    # About the origin at unit size: there the viewer's lights and the centre of its orbit are right for any mechanism.
+    # About the origin at unit size: there the viewer's lights and the centre of its orbit are right
+    # for any mechanism.
     span = right - left, high - low
     scale = 1 / max(span)
     messages, animations, entries, events, labels, tips = [*_stage()], [], {}, [], [], []
@@ -110,7 +113,9 @@ def _packed(messages):
 
 
 def _stage():
-    """Light, and none of the viewer's grid, axes and sky: the page's own colours are seen behind the scene."""
+    """Light, and none of the viewer's grid, axes and sky: the page's own colours are seen behind
+    the scene.
+    """
     for path in ("/Grid", "/Axes", "/Lights/PointLightNegativeX", "/Lights/PointLightPositiveX"):
         yield {"type": "delete", "path": path}
     for path, name, value in (
@@ -123,7 +128,9 @@ def _stage():
 
 
 def _machine(root, machine, messages, entries):
-    """Adds a machine's messages, and to the key's entries what can be hidden; gives its animations."""
+    """Adds a machine's messages, and to the key's entries what can be hidden; gives its
+    animations.
+    """
     animations, times = [], machine.frames.t
 
     def add(part, path):

@@ -1,4 +1,6 @@
-"""A scene: one mechanism in motion, or two side by side, and what is shown of them; it shows and saves itself."""
+"""A scene: one mechanism in motion, or two side by side, and what is shown of them; it shows and
+saves itself.
+"""
 
 from __future__ import annotations
 
@@ -93,9 +95,11 @@ class Scene:
         )
 
     def save(self, path: str | Path) -> None:
-        """Write it to a file: .html the page, .gif an animation, .mp4 or .webm a film, .png a strip of six poses.
+        """Write it to a file: .html the page, .gif an animation, .mp4 or .webm a film, .png a strip
+        of six poses.
 
-        ValueError for another suffix, OSError where the file cannot be written, or a film without ffmpeg.
+        ValueError for another suffix, OSError where the file cannot be written, or a film without
+        ffmpeg.
         """
         path = Path(path)
         kind = path.suffix.lower()
@@ -127,11 +131,14 @@ class Scene:
         return strip_png(self, 5)
 
     def _repr_html_(self):
-        """The page in a frame that covers the picture of poses: where frames are stripped, the picture is seen."""
+        """The page in a frame that covers the picture of poses: where frames are stripped, the
+        picture is seen.
+        """
         title, picture = html.escape(self.title), b64encode(self.png).decode()
         return (
             f'<div style="position:relative;height:{HEIGHT}px;overflow:hidden">'
-            f'<img style="max-width:100%;max-height:100%" alt="{title}" src="data:image/png;base64,{picture}">'
+            f'<img style="max-width:100%;max-height:100%" alt="{title}"'
+            f' src="data:image/png;base64,{picture}">'
             f"{framed(self.html, self.title, HEIGHT, 'position:absolute;left:0;top:0')}</div>"
         )
 
@@ -163,8 +170,8 @@ def scene(
     title   text over the picture, None: the mechanism's own
     names   texts for both motions
 
-    ValueError for unknown names, motions of another robot and motions of which nothing can be drawn; ImportError
-    without meshcat, once it is saved.
+    ValueError for unknown names, motions of another robot and motions of which nothing can be
+    drawn; ImportError without meshcat, once it is saved.
     """
     sources = [source(robot, motion)]
     if beside is not None:
@@ -193,7 +200,8 @@ def strip(
     show: str | Iterable[str] | None = None,
     title: str | None = None,
 ) -> Figure:
-    """Matplotlib figure of a motion in poses evenly spaced in time; written to `path` (PNG, SVG, PDF) if given.
+    """Matplotlib figure of a motion in poses evenly spaced in time; written to `path` (PNG, SVG,
+    PDF) if given.
 
     robot: needed for a reference only; the rest as in `scene`.
     """

@@ -35,7 +35,9 @@ DASHES = {
 
 
 def shown(source: OfRobot | OfStudy, items: str | Iterable[str]) -> list[Layer]:
-    """The layers of the named items; ValueError for a name that is not known, or not of this motion."""
+    """The layers of the named items; ValueError for a name that is not known, or not of this
+    motion.
+    """
     layers = []
     for item in names_of(items):
         if item not in ITEMS:
@@ -148,7 +150,9 @@ def _workspace(source):
 
 
 def _strips(robot, border):
-    """Strips, rows (n, 2, 2), that fill what both legs reach, between heights at which its border may turn."""
+    """Strips, rows (n, 2, 2), that fill what both legs reach, between heights at which its border
+    may turn.
+    """
     y = np.union1d(np.linspace(border[:, 1].min(), border[:, 1].max(), 241), border[:, 1][::7])
     sides = []  # per leg, the intervals of x that it reaches at each height
     for drive, bar in zip(robot.drives, robot.distal):

@@ -1,7 +1,8 @@
 """Solids and flat figures in the words of three.js.
 
-Matrices are listed column by column; z is the height over the drawing plane. Materials are shaded by the vertex, not
-by the pixel, and nothing casts a shadow map: on a computer without a graphics card that is most of a picture's cost.
+Matrices are listed column by column; z is the height over the drawing plane. Materials are shaded
+by the vertex, not by the pixel, and nothing casts a shadow map: on a computer without a graphics
+card that is most of a picture's cost.
 """
 
 from __future__ import annotations
@@ -126,7 +127,9 @@ def link(length: float, width: float, low: float, high: float, colour: str, **ma
 
 
 def ribbon(paths: list, width: float, height: float, colour: str, **material) -> dict | None:
-    """Flat bands along paths (n, 2): WebGL draws lines one pixel wide, whatever width they are given."""
+    """Flat bands along paths (n, 2): WebGL draws lines one pixel wide, whatever width they are
+    given.
+    """
     vertices, faces, count = [], [], 0
     for path in paths:
         step = np.diff(path, axis=0)
@@ -137,7 +140,8 @@ def ribbon(paths: list, width: float, height: float, colour: str, **material) ->
         along = step / np.hypot(*step.T)[:, None]
         ahead, behind = np.concatenate([along, along[-1:]]), np.concatenate([along[:1], along])
         square = ((ahead + behind) ** 2).sum(axis=1)[:, None]
-        # In a corner the band keeps its width up to 120 degrees; where the path turns back it is blunt.
+        # In a corner the band keeps its width up to 120 degrees; where the path turns back it is
+        # blunt.
         mitre = np.where(square > 1, 2 * (ahead + behind) / np.maximum(square, 1), ahead)
         across = width / 2 * mitre[:, ::-1] * (-1, 1)
         n = len(path)
@@ -168,7 +172,9 @@ def dashed(path: np.ndarray, on: float, off: float) -> list[np.ndarray]:
 
 
 def arc(radius: float, width: float, sweep: float, pieces: int, height: float, colour: str) -> dict:
-    """A flat band on a circle about the origin from angle 0 to `sweep`; its first 6 k indices are k pieces of it."""
+    """A flat band on a circle about the origin from angle 0 to `sweep`; its first 6 k indices are k
+    pieces of it.
+    """
     angle = np.linspace(0.0, sweep, pieces + 1)[:, None]
     unit = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
     vertices = np.stack([(radius - width / 2) * unit, (radius + width / 2) * unit], axis=1).reshape(

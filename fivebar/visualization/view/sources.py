@@ -1,4 +1,6 @@
-"""What moves, read as it is asked for: a run, a reference or plan of a robot, a study of a linkage."""
+"""What moves, read as it is asked for: a run, a reference or plan of a robot, a study of a
+linkage.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,8 @@ if TYPE_CHECKING:
 
 
 def source(robot: object, motion: Run | Study | Callable) -> OfRobot | OfStudy:
-    """The source of a motion: a Run, a Study, or a Plan or other reference that is called with the time.
+    """The source of a motion: a Run, a Study, or a Plan or other reference that is called with the
+    time.
 
     ValueError for a motion of another robot, TypeError for what does not move, or by no robot.
     """
@@ -41,7 +44,8 @@ def source(robot: object, motion: Run | Study | Callable) -> OfRobot | OfStudy:
         found = OfReference(robot, motion)
     else:
         raise TypeError(
-            f"a scene needs a Run, a Plan or other reference, or a Study, not {type(motion).__name__}"
+            "a scene needs a Run, a Plan or other reference, or a Study, not"
+            f" {type(motion).__name__}"
         )
     own = getattr(motion, "linkage", None) or getattr(motion, "robot", robot)
     if robot != own:
@@ -57,7 +61,9 @@ def scattered(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 class OfRobot:
-    """A robot with two drives at the frames of a motion; q, xi (m, 2); everything else is computed when first read."""
+    """A robot with two drives at the frames of a motion; q, xi (m, 2); everything else is computed
+    when first read.
+    """
 
     known = (
         "trace",
@@ -126,7 +132,9 @@ class OfRobot:
 
     @property
     def torques(self) -> list[tuple]:
-        """[(places (m, 2) m, direction (2,) of a force or None for a torque, values (m,))] of each drive."""
+        """[(places (m, 2) m, direction (2,) of a force or None for a torque, values (m,))] of each
+        drive.
+        """
         points = self.body.points
         return [
             (points[:, joint], None if self.robot.turns else np.array(drive.tangent(0.0)), tau)
@@ -230,7 +238,10 @@ class OfReference(OfRobot):
     def events(self) -> Iterator[Notice]:
         for t, kind, margin, k, share in crossings(self.frames.t, self.pose):
             place = self.xi[k] + share * (self.xi[k + 1] - self.xi[k])
-            text = f"Type {kind} singularity ({self.robot.words.sines[margin]} = 0) at {self.frames.start + t:.4g} s"
+            text = (
+                f"Type {kind} singularity ({self.robot.words.sines[margin]} = 0) at"
+                f" {self.frames.start + t:.4g} s"
+            )
             yield Notice(t, text, tuple(place.tolist()))
 
     @property

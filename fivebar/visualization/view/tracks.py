@@ -11,7 +11,8 @@ from .solids import packed
 
 
 class Part(NamedTuple):
-    """A node of the scene: its path, its meshes, its tracks {property: (type, values (m, ...))}, and when it is shown.
+    """A node of the scene: its path, its meshes, its tracks {property: (type, values (m, ...))},
+    and when it is shown.
 
     shown: (times, flags) or None for always.
     """
@@ -25,7 +26,8 @@ class Part(NamedTuple):
 def placed(points: np.ndarray, angle: np.ndarray | None = None) -> dict:
     """Tracks that move a part along points (m, 2) and turn it to angle (m,)."""
     tracks = {"position": ("vector3", np.pad(points, [(0, 0), (0, 1)]))}
-    # The angle itself and not a quaternion: made continuous it interpolates rightly, in a quarter of the numbers.
+    # The angle itself and not a quaternion: made continuous it interpolates rightly, in a quarter
+    # of the numbers.
     return tracks if angle is None else tracks | {"rotation[z]": ("number", angle)}
 
 
@@ -47,9 +49,9 @@ def node(path: str, meshes: list) -> dict:
             "metadata": {"version": 4.5, "type": "Object"},
             "geometries": [{"uuid": f"g{i}", **mesh["geometry"]} for i, mesh in enumerate(meshes)],
             "materials": [{"uuid": f"m{i}", **mesh["material"]} for i, mesh in enumerate(meshes)],
-            "object": children[0]
-            if len(children) == 1
-            else {"type": "Group", "children": children},
+            "object": (
+                children[0] if len(children) == 1 else {"type": "Group", "children": children}
+            ),
         },
     }
 

@@ -1,1 +1,3 @@
-"""The inside of the worker process: run as a program by its folder, with the standard library only."""
+"""The inside of the worker process: run as a program by its folder, with the standard library
+only.
+"""

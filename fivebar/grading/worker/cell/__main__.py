@@ -1,7 +1,9 @@
-"""The worker process: confines itself, runs the student's file, answers calls over two pipes in JSON lines.
+"""The worker process: confines itself, runs the student's file, answers calls over two pipes in
+JSON lines.
 
-`python -I -S -B -u CELL SETTINGS`, where SETTINGS is a JSON object. It never holds an expected answer: whatever the
-student's program does to this process, a line that leaves it is only a claim about one row of one ask.
+`python -I -S -B -u CELL SETTINGS`, where SETTINGS is a JSON object. It never holds an expected
+answer: whatever the student's program does to this process, a line that leaves it is only a claim
+    about one row of one ask.
 """
 
 from __future__ import annotations
@@ -32,7 +34,8 @@ class Gate:
         top = name.partition(".")[0]
         if top not in self.known and not top.startswith("_sysconfigdata"):
             raise ModuleNotFoundError(
-                f"{top} is not available here: a submission may import the standard library, numpy and scipy",
+                f"{top} is not available here: a submission may import the standard library, numpy"
+                " and scipy",
                 name=name,
             )
 

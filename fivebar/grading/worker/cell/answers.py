@@ -1,4 +1,6 @@
-"""Calls a student's function and puts what comes back into plain JSON data; standard library only."""
+"""Calls a student's function and puts what comes back into plain JSON data; standard library
+only.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,9 @@ DEEPEST = 8  # lists in each other
 
 
 def plain(value: object) -> object:
-    """JSON data of a returned value; none of the value's own methods are trusted or called, NumPy's excepted."""
+    """JSON data of a returned value; none of the value's own methods are trusted or called, NumPy's
+    excepted.
+    """
     return _plain(value, [MOST_NUMBERS], 0)
 
 
@@ -78,7 +82,9 @@ def _other(kind, text):
 
 
 def call(function: Callable, row: list, file: str) -> dict:
-    """What `function(*row)` did: kind "k", value "v" or text "t" with the line "l" in `file`, and seconds "s"."""
+    """What `function(*row)` did: kind "k", value "v" or text "t" with the line "l" in `file`, and
+    seconds "s".
+    """
     start = time.perf_counter()
     try:
         value = function(*row)

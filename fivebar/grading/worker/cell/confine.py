@@ -1,4 +1,6 @@
-"""Takes from this process what a student's functions never need, for good; standard library only."""
+"""Takes from this process what a student's functions never need, for good; standard library
+only.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +17,13 @@ _DEATH_SIGNAL = 1  # prctl
 
 
 def confine(settings: dict) -> dict:
-    """Limits, an unprivileged user, no new processes, no files written, few read: {"filter", "landlock", "uid"}.
+    """Limits, an unprivileged user, no new processes, no files written, few read: {"filter",
+    "landlock", "uid"}.
 
-    settings: memory (bytes), cpu (s), paths (folders to import from), uid (to become, None to stay), readable and
-    listable (files and folders), parent (pid to die with); the last three None if that is bubblewrap's work. Says
-    which of the kernel's means were there. Raises OSError where the user cannot be left.
+    settings: memory (bytes), cpu (s), paths (folders to import from), uid (to become, None to
+    stay), readable and listable (files and folders), parent (pid to die with); the last three None
+    if that is bubblewrap's work. Says which of the kernel's means were there. Raises OSError where
+    the user cannot be left.
     """
     linux = sys.platform == "linux"
     sys.path[:] = [
@@ -58,7 +62,9 @@ def _limit(which, soft, hard):
 
 
 def _become(uid, moved):
-    """Another user, for ever. moved: folders that he may not reach stay open and are imported from by descriptor."""
+    """Another user, for ever. moved: folders that he may not reach stay open and are imported from
+    by descriptor.
+    """
     if moved:
         by_descriptor = {path: _descriptor(path) for path in sys.path if os.path.isdir(path)}
         sys.path[:] = [by_descriptor.get(path, path) for path in sys.path]

@@ -1,6 +1,8 @@
-"""A seccomp filter without any library: no new processes, signals to others, sockets, or changes to files.
+"""A seccomp filter without any library: no new processes, signals to others, sockets, or changes to
+files.
 
-The system calls refused fail with EPERM; those that this table does not know (newer than it) with ENOSYS.
+The system calls refused fail with EPERM; those that this table does not know (newer than it) with
+ENOSYS.
 """
 
 from __future__ import annotations
@@ -97,8 +99,8 @@ _REFUSED = {
     "lremovexattr": (198, 15),
     "fremovexattr": (199, 16),
 }
-# From this number on the machines agree: close_range, faccessat2, epoll_pwait2, futex_waitv, cachestat,
-# map_shadow_stack, futex_wake, futex_wait, futex_requeue and mseal are let through.
+# From this number on the machines agree: close_range, faccessat2, epoll_pwait2, futex_waitv,
+# cachestat, map_shadow_stack, futex_wake, futex_wait, futex_requeue and mseal are let through.
 _NEW, _NEW_KEPT = 424, (436, 439, 441, 449, 451, 453, 454, 455, 456, 462)
 _MACHINES = {"x86_64": (0, 0xC000003E), "aarch64": (1, 0xC00000B7)}
 _OPEN, _OPENAT, _FCNTL, _IOCTL, _PRLIMIT = (2, None), (257, 56), (72, 25), (16, 29), (302, 261)
@@ -131,7 +133,9 @@ _NO_NEW_PRIVILEGES, _SECCOMP, _FILTER = 38, 22, 2  # prctl
 
 
 def program(machine: str) -> list[tuple[int, int, int, int]]:
-    """The filter's instructions (code, jump if true, jump if false, operand) for "x86_64" or "aarch64"."""
+    """The filter's instructions (code, jump if true, jump if false, operand) for "x86_64" or
+    "aarch64".
+    """
     column, architecture = _MACHINES[machine]
 
     def ends(compare, operand, outcome):

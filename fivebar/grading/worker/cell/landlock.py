@@ -1,4 +1,6 @@
-"""Landlock without any library: from now on this process reads the named files and folders, and no others."""
+"""Landlock without any library: from now on this process reads the named files and folders, and no
+others.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,9 @@ _NO_NEW_PRIVILEGES = 38  # prctl
 
 
 def restrict(readable: list[str], listable: list[str]) -> bool:
-    """Reads only what is in or beneath `readable`, lists also `listable`; whether the kernel can."""
+    """Reads only what is in or beneath `readable`, lists also `listable`; whether the kernel
+    can.
+    """
     library = ctypes.CDLL(None, use_errno=True)
     handled = struct.pack("=Q", _READ_FILE | _READ_FOLDER)
     rules = library.syscall(_CREATE, handled, ctypes.c_size_t(len(handled)), 0)

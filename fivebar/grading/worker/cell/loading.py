@@ -1,6 +1,7 @@
 """Brings a student's file to life statement by statement, as far as it goes; standard library only.
 
-Where a check sets the robot's numbers, the file is run again with them, so that what it computes from them follows.
+Where a check sets the robot's numbers, the file is run again with them, so that what it computes
+from them follows.
 """
 
 import __future__
@@ -41,8 +42,9 @@ def load(
 ) -> tuple[types.ModuleType, dict | None, dict[str, float]]:
     """(module, first trouble or None, numbers) after running the statements that are not in `skip`.
 
-    announce(index, line) is called before each, so that one that kills the process is known. numbers: those that the
-    file's own statements give a name; constants: other values for some of them, from the statement on that does.
+    announce(index, line) is called before each, so that one that kills the process is known.
+    numbers: those that the file's own statements give a name; constants: other values for some of
+        them, from the statement on that does.
     rewrite: changes a statement's syntax tree before it is compiled.
     """
     module = types.ModuleType("student")
@@ -181,7 +183,9 @@ def _pieces(source, file):
 
 
 def _used(body):
-    """A notebook's assignments of names that its functions read, or that such an assignment reads."""
+    """A notebook's assignments of names that its functions read, or that such an assignment
+    reads.
+    """
     assignments = [
         node for node in body if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign)
     ]

@@ -1,4 +1,6 @@
-"""A function that asks the grader, in the place of one of the student's own; standard library only."""
+"""A function that asks the grader, in the place of one of the student's own; standard library
+only.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +14,8 @@ MOST_TRIES = 3  # at the student's own function, to see in which form it answers
 class StandIn:
     """Called like `own`; gives the right numbers in the form in which own gives its wrong ones.
 
-    ask(row) -> the numbers of each returned name, lists in lists, or None where there is no answer: own then says so
-    in its own way, an exception or nan.
+    ask(row) -> the numbers of each returned name, lists in lists, or None where there is no answer:
+    own then says so in its own way, an exception or nan.
     """
 
     def __init__(self, own: Callable, ask: Callable[[list], list | None]):

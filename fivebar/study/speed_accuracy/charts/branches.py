@@ -1,4 +1,6 @@
-"""Positions of a five-bar whose cranks turn, pose after pose, by pylinkage and by ours: which branch each takes."""
+"""Positions of a five-bar whose cranks turn, pose after pose, by pylinkage and by ours: which
+branch each takes.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ START, ASSEMBLY, POSES = (0.0, np.pi / 2), -1, 720
 
 @cache
 def poses(degrees: float) -> tuple:
-    """Angles (n, 2) of cranks that turn by so much from pose to pose, their exact positions, and the other branch's."""
+    """Angles (n, 2) of cranks that turn by so much from pose to pose, their exact positions, and
+    the other branch's.
+    """
     q = np.add(START, np.radians(degrees) * np.arange(1, POSES + 1)[:, None])
     exact, other = (
         [exact_motion(TURNING, angles, assembly=a)[0] for angles in q]
@@ -32,7 +36,9 @@ def poses(degrees: float) -> tuple:
 
 
 def judged(degrees: float) -> Callable[..., dict[str, float]]:
-    """xi (n, 2) -> largest error, m, and the share of the poses that are nearer to the other branch."""
+    """xi (n, 2) -> largest error, m, and the share of the poses that are nearer to the other
+    branch.
+    """
     _, exact, other = poses(degrees)
 
     def judge(xi):
@@ -62,7 +68,9 @@ def in_casadi(jit: bool) -> Callable[..., Attempt]:
 
 
 def pylinkage(fast: bool) -> Callable[..., Attempt]:
-    """prepare of Ground, Crank and RRRDyad: step, as in its documentation, or step_fast, which numba compiles."""
+    """prepare of Ground, Crank and RRRDyad: step, as in its documentation, or step_fast, which
+    numba compiles.
+    """
 
     def prepare(_, degrees):
         from pylinkage import Crank, Ground, Linkage, RRRDyad

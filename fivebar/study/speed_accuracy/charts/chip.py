@@ -1,4 +1,6 @@
-"""Exported C in single and in double precision: error against instructions, and against nearness to Type 2."""
+"""Exported C in single and in double precision: error against instructions, and against nearness to
+Type 2.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +56,9 @@ def function_of(index: int) -> ca.Function:
 
 @cache
 def printed_function(index: int) -> ca.Function:
-    """The same as handouts have it: h = sqrt(l^2 - a^2), passive joints as angles, A inverted as it stands."""
+    """The same as handouts have it: h = sqrt(l^2 - a^2), passive joints as angles, A inverted as it
+    stands.
+    """
     q, q_dot, assembly = ca.SX.sym("q", 2), ca.SX.sym("q_dot", 2), ca.SX.sym("assembly")
     xi = ca.vertcat(*printed(q[0], q[1]))
     if index == DIRECT:
@@ -87,7 +91,9 @@ def printed_function(index: int) -> ca.Function:
 
 @cache
 def inputs_of(problem: str, knob: float) -> dict[str, np.ndarray]:
-    """{name of an input: (n, its elements)}, numbers of single precision, of poses of assembly mode -1."""
+    """{name of an input: (n, its elements)}, numbers of single precision, of poses of assembly mode
+    -1.
+    """
     q = poses("singular", knob)[0] if problem == NEAR else poses("batch")[0]
     rng = np.random.default_rng(21)
     q_dot, q_ddot, away = rng.normal(size=(3, *q.shape))
@@ -145,7 +151,9 @@ def exact(problem: str, index: int, knob: float) -> list[np.ndarray]:
 def judged(
     problem: str, index: int, knob: float, function: ca.Function, precision: type
 ) -> Callable:
-    """Results (n, all elements) -> largest error of an output, in parts of its largest value; what it took."""
+    """Results (n, all elements) -> largest error of an output, in parts of its largest value; what
+    it took.
+    """
     if precision == np.float64 and np.finfo(np.longdouble).eps > 1e-18:
         raise Failed("no wider numbers here to compare with")
     true = exact(problem, index, knob)
@@ -188,7 +196,9 @@ def in_c(make: Callable[[int], ca.Function], precision: type) -> Callable[..., A
 
 
 def on_arm(precision: type, chip: str) -> Callable[..., Attempt]:
-    """prepare of an exported function on one of `arm.CHIPS`, with the instructions that it executes."""
+    """prepare of an exported function on one of `arm.CHIPS`, with the instructions that it
+    executes.
+    """
 
     def prepare(problem, knob):
         text, samples, results, judge = _made(function_of, precision, problem, knob)
@@ -203,7 +213,9 @@ def on_arm(precision: type, chip: str) -> Callable[..., Attempt]:
 
 
 def _made(make, precision, problem, knob):
-    """C text of a problem's function, its inputs and where results go, (n, all elements), and their judge."""
+    """C text of a problem's function, its inputs and where results go, (n, all elements), and their
+    judge.
+    """
     index, knob = (DYNAMIC, knob) if problem == NEAR else (int(knob), 0.0)
     function, known = make(index), inputs_of(problem, knob)
     given = [known[function.name_in(k)] for k in range(function.n_in())]
@@ -287,14 +299,18 @@ def chart() -> Chart:
     return Chart(
         name="chip",
         title="What single precision costs on a chip: error of exported C against its instructions",
-        reading="Each point on the left is one function of `fivebar export --format c`, from left to right "
-        f"{', '.join(NAMES[place] for place in places)}: its error over a hundred poses with |det A| above 0.3, "
-        "against how many instructions it has, each one operation, sine, root or copy. Middle: the same as ARM "
-        "executes it, counted by an emulator, with the sines of the GNU library (whose single ones are computed in "
-        "double): a chip whose hardware has single precision alone, as a Cortex-M4F, and one that has double too. "
-        "Right: M and c close to Type 2, where 1 / det A magnifies what the angles' rounding leaves, in any formula. "
-        "References are the same instructions in extended precision. As printed: h = sqrt(l² - a²), passive joints "
-        "by atan2, A inverted as it stands.",
+        reading=(
+            "Each point on the left is one function of `fivebar export --format c`, from left to"
+            f" right {', '.join(NAMES[place] for place in places)}: its error over a hundred poses"
+            " with |det A| above 0.3, against how many instructions it has, each one operation,"
+            " sine, root or copy. Middle: the same as ARM executes it, counted by an emulator,"
+            " with the sines of the GNU library (whose single ones are computed in double): a chip"
+            " whose hardware has single precision alone, as a Cortex-M4F, and one that has double"
+            " too. Right: M and c close to Type 2, where 1 / det A magnifies what the angles'"
+            " rounding leaves, in any formula. References are the same instructions in extended"
+            " precision. As printed: h = sqrt(l² - a²), passive joints by atan2, A inverted as it"
+            " stands."
+        ),
         problems={
             REGULAR: "regular poses",
             ARM: "regular poses on ARM",

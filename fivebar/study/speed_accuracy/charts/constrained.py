@@ -8,7 +8,9 @@ from .motions import ROBOT
 
 
 def multipliers(state: ca.SX, torque: tuple) -> ca.SX:
-    """Slope of (x, y, q1, q2, rates): the KKT system of `redundant_slope`, its accelerations eliminated."""
+    """Slope of (x, y, q1, q2, rates): the KKT system of `redundant_slope`, its accelerations
+    eliminated.
+    """
     rows, gamma, driven = [], [], []
     for k, (drive, z) in enumerate(zip(ROBOT.drives, ROBOT.inertias)):
         cos, sin = ca.cos(state[2 + k]), ca.sin(state[2 + k])

@@ -43,7 +43,8 @@ def _field(mode, gradient=False):
 def off_locus(lines: list[np.ndarray], mode: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
     """How far points of polylines are from det A = 0, to first order, m: |det A| over its gradient.
 
-    Their corners away from Type 1, where the field is smooth, and all corners and middles of their segments.
+    Their corners away from Type 1, where the field is smooth, and all corners and middles of their
+    segments.
     """
     corners = np.concatenate(lines)
     points = np.concatenate([corners, *((line[1:] + line[:-1]) / 2 for line in lines)])
@@ -55,7 +56,9 @@ def off_locus(lines: list[np.ndarray], mode: tuple[int, int]) -> tuple[np.ndarra
 
 @lru_cache(maxsize=1)
 def _exact():
-    """{mode: points (n, 2) m of its Type-2 loci}, closed form, in the middle between those that are drawn."""
+    """{mode: points (n, 2) m of its Type-2 loci}, closed form, in the middle between those that are
+    drawn.
+    """
     middles = [
         (piece.at((piece.parameters[1:] + piece.parameters[:-1]) / 2), piece.working)
         for piece in type_2()
@@ -93,7 +96,9 @@ def missing(lines: list[np.ndarray], points: np.ndarray) -> np.ndarray:
 
 
 def judge(drawn: dict) -> dict[str, float]:
-    """{mode: polylines} -> how far what is drawn is off, and how far what should be drawn is from it."""
+    """{mode: polylines} -> how far what is drawn is off, and how far what should be drawn is from
+    it.
+    """
     smooth, every = zip(*(off_locus(lines, mode) for mode, lines in drawn.items() if lines))
     lost = max(missing(drawn[mode], points).max() for mode, points in _exact().items())
     smooth = np.concatenate(smooth)
@@ -163,9 +168,12 @@ def chart() -> Chart:
     return Chart(
         name="singularity-map",
         title="Type-2 singularity loci: contours of a grid against the closed form",
-        reading="Each point of a grid's curve is a resolution, from 25 x 25 to 1131 x 1131 nodes over the workspace. "
-        "Left: distance of the points found from the true locus, away from Type 1; middle: of the drawn lines, "
-        "everywhere, at worst. Right: how far the true locus is from anything drawn, at worst: what a plot leaves out.",
+        reading=(
+            "Each point of a grid's curve is a resolution, from 25 x 25 to 1131 x 1131 nodes over"
+            " the workspace. Left: distance of the points found from the true locus, away from Type"
+            " 1; middle: of the drawn lines, everywhere, at worst. Right: how far the true locus is"
+            " from anything drawn, at worst: what a plot leaves out."
+        ),
         problems={"task": "task space, four working modes"},
         methods=methods,
         step=lambda nodes: 1 / nodes,

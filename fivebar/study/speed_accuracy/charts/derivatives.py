@@ -1,4 +1,6 @@
-"""Velocity and acceleration of the end-effector along a known motion of the cranks: models, differences, AD."""
+"""Velocity and acceleration of the end-effector along a known motion of the cranks: models,
+differences, AD.
+"""
 
 from __future__ import annotations
 
@@ -83,7 +85,9 @@ def by(rule: Callable) -> Callable[..., Attempt]:
 
 
 def _in_casadi(function, jit):
-    """The function of (q, q', q'') called for all times at once, the motion of the cranks included."""
+    """The function of (q, q', q'') called for all times at once, the motion of the cranks
+    included.
+    """
     call = Buffered(compiled(function.map(len(TIMES)), jit))
     return Attempt(lambda: call(*swing(TIMES)), judge, len(TIMES))
 
@@ -143,9 +147,12 @@ def chart() -> Chart:
     return Chart(
         name="derivatives",
         title="Velocity and acceleration from positions: how much of them survives differencing",
-        reading="Above: error against the step of the differences. Going left it first falls with the method's order, "
-        "then rises as rounding is divided by Δt; models and AD have no step and are drawn as lines. Below: the same "
-        "errors against time, one point for each step. Errors are the largest of 100 times, against 50 digits.",
+        reading=(
+            "Above: error against the step of the differences. Going left it first falls with the"
+            " method's order, then rises as rounding is divided by Δt; models and AD have no step"
+            " and are drawn as lines. Below: the same errors against time, one point for each step."
+            " Errors are the largest of 100 times, against 50 digits."
+        ),
         problems={"swing": "both cranks swing smoothly for 2 s"},
         methods=methods,
         step=lambda step: step,

@@ -1,4 +1,6 @@
-"""Routes of the direct geometric model: (q11, q21), floats or arrays, -> (x, y) in assembly mode -1."""
+"""Routes of the direct geometric model: (q11, q21), floats or arrays, -> (x, y) in assembly mode
+-1.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +59,9 @@ def tangent_half_angle(q1: float | np.ndarray, q2: float | np.ndarray) -> tuple:
 
 
 def arctg(q1: float | np.ndarray, q2: float | np.ndarray) -> tuple:
-    """The vector method's eq. 9: the bar's angle as the arctg of its components, which does not know its quadrant."""
+    """The vector method's eq. 9: the bar's angle as the arctg of its components, which does not
+    know its quadrant.
+    """
     x1, y1, dx, dy = elbows(q1, q2)
     square = dx * dx + dy * dy
     along = 0.5 + (ROBOT.l12**2 - ROBOT.l22**2) / (2 * square)
@@ -69,7 +73,8 @@ def arctg(q1: float | np.ndarray, q2: float | np.ndarray) -> tuple:
 
 
 def equivalent_four_bar(q1: float | np.ndarray, q2: float | np.ndarray) -> tuple:
-    """MechAnalyzer eq. 17-21: base and right crank become one imaginary ground link, the rest is its four-bar.
+    """MechAnalyzer eq. 17-21: base and right crank become one imaginary ground link, the rest is
+    its four-bar.
 
     Its coupler point by its eq. 1-11: y from a quadratic, x from the difference of the circles.
     """

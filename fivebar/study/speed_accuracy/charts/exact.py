@@ -1,4 +1,6 @@
-"""Positions, velocities and accelerations of the end-effector to 50 digits, by the standard library's decimals."""
+"""Positions, velocities and accelerations of the end-effector to 50 digits, by the standard
+library's decimals.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,8 @@ def exact_motion(
     q_ddot: Sequence[float] = (0.0, 0.0),
     assembly: int = -1,
 ) -> tuple:
-    """xi, xi', xi'' (3 x 2 decimals) of joint angles (2,) rad, their rates and accelerations; the floats are exact.
+    """xi, xi', xi'' (3 x 2 decimals) of joint angles (2,) rad, their rates and accelerations; the
+    floats are exact.
 
     From the elbows E_i: the circles' intersection, then r_i . xi' = r_i . E_i' and
     r_i . xi'' = r_i . E_i'' - |xi' - E_i'|^2 with r_i = xi - E_i.
@@ -77,6 +80,8 @@ def cos_sin(x: Decimal) -> tuple[Decimal, Decimal]:
 
 
 def distance(found: Sequence[float], exact: Sequence[Decimal]) -> float:
-    """|found - exact| of two numbers and two decimals, as a float: without the rounding of the exact ones."""
+    """|found - exact| of two numbers and two decimals, as a float: without the rounding of the
+    exact ones.
+    """
     with localcontext(prec=DIGITS + 15):
         return float(sum((Decimal(float(a)) - b) ** 2 for a, b in zip(found, exact)).sqrt())

@@ -1,4 +1,6 @@
-"""The picture of the stability chart: colours over the plane of the gains, the exact limits on it."""
+"""The picture of the stability chart: colours over the plane of the gains, the exact limits on
+it.
+"""
 
 from __future__ import annotations
 
@@ -134,8 +136,9 @@ def _holds(problem, row):
 
 
 def _compared(result):
-    """Per map: its words, pairs of gains, on which simulated and exact disagree about stability, how far these are from
-    the limit, and by which share the others' values differ, (n,)."""
+    """Per map: its words, pairs of gains, on which simulated and exact disagree about stability,
+    how far these are from the limit, and by which share the others' values differ, (n,).
+    """
     for problem, (words, *_) in PROBLEMS.items():
         rows, lost = result.of(problem), result.of(problem, status="failed")
         if rows:
@@ -155,9 +158,15 @@ def caption(result: Result) -> str:
     """How far the simulated robot is from the exact values, in a sentence."""
     _, pairs, apart, limit, off = zip(*_compared(result))
     medians = [100 * np.median(each) for each in off]
-    text = f"On {sum(apart)} of {sum(pairs)} pairs of gains simulated and exact disagree about stability"
+    text = (
+        f"On {sum(apart)} of {sum(pairs)} pairs of gains simulated and exact disagree about"
+        " stability"
+    )
     text += f", none farther than {max(limit):.2g} from a factor of 1" if any(limit) else ""
-    return f"{text}; the values differ by {min(medians):.2g} to {max(medians):.2g} % in the median of a map."
+    return (
+        f"{text}; the values differ by {min(medians):.2g} to {max(medians):.2g} % in the median of"
+        " a map."
+    )
 
 
 def table(result: Result) -> list[tuple[str, list[str], list[list[str]]]]:

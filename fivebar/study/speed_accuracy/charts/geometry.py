@@ -1,4 +1,6 @@
-"""The direct geometric model by every route that the sources take, one pose at a time, in batches, and near Type 2."""
+"""The direct geometric model by every route that the sources take, one pose at a time, in batches,
+and near Type 2.
+"""
 
 from __future__ import annotations
 
@@ -42,12 +44,16 @@ WARM, COLD = (
     (0.05, -0.04),
     (math.pi / 3, 2 * math.pi / 3),
 )  # rad: off the solution; wherever the solution is
-WRONG = 0.25  # of the way to the other assembly mode's pose: a result as far off is of another branch, or of none
+# Of the way to the other assembly mode's pose: a result as far off is of another branch, or of
+# none.
+WRONG = 0.25
 
 
 @lru_cache(maxsize=32)
 def poses(problem: str, gap: float | None = None) -> tuple:
-    """(q (n, 2), exact xi, the other assembly mode's xi, the distal bars' angles (n, 2), 1 / sigma_min of A)."""
+    """(q (n, 2), exact xi, the other assembly mode's xi, the distal bars' angles (n, 2), 1 /
+    sigma_min of A).
+    """
     rng = np.random.default_rng(20)
     if problem == "singular":
         # Span between the elbows a little shorter than both bars: the right elbow on two circles.
@@ -85,7 +91,9 @@ def poses(problem: str, gap: float | None = None) -> tuple:
 
 
 def judged(problem: str, gap: float | None = None) -> Callable[..., dict[str, float]]:
-    """xi (n, 2) -> largest error, m, near singularities beside the median of 1 / sigma; Failed where branches fail."""
+    """xi (n, 2) -> largest error, m, near singularities beside the median of 1 / sigma; Failed
+    where branches fail.
+    """
     _, exact, other, _, inverse = poses(problem, gap)
 
     def judge(xi):
@@ -154,7 +162,9 @@ def c_loop(problem: str, _: float) -> Attempt:
 
 
 def newton(warm: bool) -> Callable[..., Attempt]:
-    """prepare of Newton's method; its knob is the residual at which it stops, near Type 2 the smallest that it has."""
+    """prepare of Newton's method; its knob is the residual at which it stops, near Type 2 the
+    smallest that it has.
+    """
 
     def prepare(problem, knob):
         gap, tolerance = (knob, 1e-14) if problem == "singular" else (None, knob)
@@ -227,12 +237,16 @@ def chart() -> Chart:
     size = "largest error of the position (m)"
     return Chart(
         name="geometry",
-        title="Where is the end-effector? Direct geometric model of the five-bar: error against time",
-        reading="Left and middle: each point is a method; errors are the largest of "
-        f"{POSES} poses of the whole joint space, against 50 digits. Iterations have one point for each tolerance; the "
-        "loop in C is called once for all poses. Right: the same error where the distal bars approach one line "
-        "(Type 2), against 1/σ, the amplification of joint errors there; the dotted line is what rounding of the "
-        "given angles alone must cost.",
+        title=(
+            "Where is the end-effector? Direct geometric model of the five-bar: error against time"
+        ),
+        reading=(
+            f"Left and middle: each point is a method; errors are the largest of {POSES} poses of"
+            " the whole joint space, against 50 digits. Iterations have one point for each"
+            " tolerance; the loop in C is called once for all poses. Right: the same error where"
+            " the distal bars approach one line (Type 2), against 1/σ, the amplification of joint"
+            " errors there; the dotted line is what rounding of the given angles alone must cost."
+        ),
         problems={
             "one": "one pose at a time",
             "batch": "10⁶ poses at once",

@@ -1,4 +1,6 @@
-"""Integrators on three motions without torque: regular, grazing a Type-2 singularity, and through two of them."""
+"""Integrators on three motions without torque: regular, grazing a Type-2 singularity, and through
+two of them.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,9 @@ def counts(first: float, last: float) -> tuple[int, ...]:
 
 
 def judged(problem: str) -> Callable[..., dict[str, float]]:
-    """(xi (2,), q (2,), energy) at the end -> how far off it is, in m, in parts of the energy, in bar length."""
+    """(xi (2,), q (2,), energy) at the end -> how far off it is, in m, in parts of the energy, in
+    bar length.
+    """
     motion = MOTIONS[problem]
     before = float(energy(motion.begin()))
 
@@ -55,7 +59,9 @@ def judged(problem: str) -> Callable[..., dict[str, float]]:
 
 
 def _from_joints(problem):
-    """Slope and initial state of the lab's model in joint coordinates, and what a final state says."""
+    """Slope and initial state of the lab's model in joint coordinates, and what a final state
+    says.
+    """
     start = MOTIONS[problem].begin()
     assembly, judge = int(start.pose.assembly), judged(problem)
 
@@ -67,7 +73,9 @@ def _from_joints(problem):
 
 
 def stepped(method: Callable) -> Callable[..., Attempt]:
-    """prepare of a fixed-step method in Python on the lab's joint-space model; its knob is the number of steps."""
+    """prepare of a fixed-step method in Python on the lab's joint-space model; its knob is the
+    number of steps.
+    """
 
     def prepare(problem, count):
         slope, state, read = _from_joints(problem)
@@ -77,7 +85,9 @@ def stepped(method: Callable) -> Callable[..., Attempt]:
 
 
 def by_scipy(solver: str) -> Callable[..., Attempt]:
-    """prepare of solve_ivp on the lab's joint-space model; its knob is rtol, atol a thousandth of it."""
+    """prepare of solve_ivp on the lab's joint-space model; its knob is rtol, atol a thousandth of
+    it.
+    """
 
     def prepare(problem, rtol):
         slope, state, read = _from_joints(problem)
@@ -99,7 +109,9 @@ def by_scipy(solver: str) -> Callable[..., Attempt]:
 
 
 def by_casadi(plugin: str) -> Callable[..., Attempt]:
-    """prepare of casadi.integrator on our model in joint coordinates; its knob: reltol, or the finite elements."""
+    """prepare of casadi.integrator on our model in joint coordinates; its knob: reltol, or the
+    finite elements.
+    """
 
     def prepare(problem, knob):
         start, judge = MOTIONS[problem].begin(), judged(problem)
@@ -152,7 +164,9 @@ def fixed_steps(
     count: int,
     jit: bool,
 ) -> tuple[Callable, list[int]]:
-    """call () -> final state of our fixed steps in one chart, nothing checked and nothing kept but the end; modes."""
+    """call () -> final state of our fixed steps in one chart, nothing checked and nothing kept but
+    the end; modes.
+    """
     c, c_dot, modes = chart.coordinates(motion.begin())
     modes = [int(mode) for mode in modes]
     function = propagate(ROBOT, chart, modes, method, DURATION / count, count, motion.torque)
@@ -173,7 +187,9 @@ def ours(name: str, method: str, jit: bool) -> Callable[..., Attempt]:
 
 
 def ours_in_full(chosen: Callable[[float], dict]) -> Callable[..., Attempt]:
-    """prepare of fivebar.simulate with the options that a knob chooses: every row of the Run, and its crossings."""
+    """prepare of fivebar.simulate with the options that a knob chooses: every row of the Run, and
+    its crossings.
+    """
 
     def prepare(problem, knob):
         start, judge, options = MOTIONS[problem].begin(), judged(problem), chosen(knob)
@@ -314,11 +330,15 @@ def chart() -> Chart:
     return Chart(
         name="integrators",
         title="Two seconds of free motion of the five-bar: error against computing time",
-        reading="Each curve is a method, each point a number of steps or a tolerance. Three motions, farther and "
-        "farther into a Type-2 singularity, where joint coordinates end: error at the end, against 40 digits; ways to "
-        "fail stand in the strips above. Last: how far the bars are from their lengths, which can be wrong where more "
-        "coordinates are kept than the robot has freedoms. Of these the four bars are closed again after each step, "
-        "the redundant DAE is not. Lengths in the other motions, and the energy's change, are in the CSV file.",
+        reading=(
+            "Each curve is a method, each point a number of steps or a tolerance. Three motions,"
+            " farther and farther into a Type-2 singularity, where joint coordinates end: error at"
+            " the end, against 40 digits; ways to fail stand in the strips above. Last: how far the"
+            " bars are from their lengths, which can be wrong where more coordinates are kept than"
+            " the robot has freedoms. Of these the four bars are closed again after each step, the"
+            " redundant DAE is not. Lengths in the other motions, and the energy's change, are in"
+            " the CSV file."
+        ),
         problems={name: motion.words for name, motion in MOTIONS.items()},
         methods=methods,
         step=lambda count: DURATION / count,

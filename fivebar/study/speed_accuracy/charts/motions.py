@@ -64,7 +64,9 @@ MOTIONS = {
 
 @dataclass(frozen=True)
 class DrivenMotion(_Motion):
-    """torque: t -> (2,) N m, of floats and of CasADi's symbols; the end is that of the active joints, rad."""
+    """torque: t -> (2,) N m, of floats and of CasADi's symbols; the end is that of the active
+    joints, rad.
+    """
 
     torque: Callable[[float], tuple]
 

@@ -1,4 +1,6 @@
-"""The forced motion, one through Type 2, and turning cranks in other simulators and here: errors against time."""
+"""The forced motion, one through Type 2, and turning cranks in other simulators and here: errors
+against time.
+"""
 
 from __future__ import annotations
 
@@ -99,7 +101,9 @@ def ours_in_full(chosen: Callable[[float], dict]) -> Callable[..., Attempt]:
 
 
 def redundant_compiled(jit: bool) -> Callable[..., Attempt]:
-    """prepare of order 8 on the constrained equations in (x, y, q1, q2), through the same compiler as ours."""
+    """prepare of order 8 on the constrained equations in (x, y, q1, q2), through the same compiler
+    as ours.
+    """
 
     def prepare(problem, count):
         motion, judge, step = DRIVEN[problem], judged(problem), DURATION / count
@@ -146,7 +150,8 @@ def lsoda(problem: str, rtol: float) -> Attempt:
 
 
 def simulator(make: Callable, alone: bool = False, read: Callable = read) -> Callable[..., Attempt]:
-    """prepare of a run of `peers`: make (motion, knob) -> (run, step only); alone: timed is only the latter.
+    """prepare of a run of `peers`: make (motion, knob) -> (run, step only); alone: timed is only
+    the latter.
 
     read: what run returns -> active joints, gap.
     """
@@ -348,19 +353,26 @@ def chart() -> Chart:
     levels = {"error": (1e-3, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-12)}
     return Chart(
         name="simulators",
-        title="The five-bar in heyoka, MuJoCo, Pinocchio, Drake, Exudyn, SciPy and fivebar, positions in pylinkage",
-        reading="Each point is a number of steps, a tolerance or a stiffness. Of the peers, one way as their Python "
-        "users run them, one tuned: an integrator of high order, torques at every stage, MuJoCo as `fivebar "
-        "export` ties its loop, in Drake and Exudyn what ties it searched for each point. "
-        "Names say where the loop runs: of MuJoCo and Pinocchio also in C and C++, compiled "
-        "against their wheels, so that no Python is in those times; Drake's wheel has no headers: what its calls from "
-        "Python take without the loop around them. heyoka integrates the very equations of our four bars. "
-        "Drake's continuous plants know no constraints: a stiff bushing, or multipliers by hand on its matrices. "
-        "Exudyn's explicit integrators neither: stiff springs as distal bars. Traps, set on purpose: the torque held "
-        "over a step, and a tiny body in the loop, both for MuJoCo as exported otherwise; Baumgarte "
-        "gains of 1/step are on the chart integrators; pylinkage takes the branch nearest to the last pose, at any "
-        "turn between them. The constrained equations through fivebar's compiler tell what compiling gains from what "
-        "the choice of coordinates gains.",
+        title=(
+            "The five-bar in heyoka, MuJoCo, Pinocchio, Drake, Exudyn, SciPy and fivebar, positions"
+            " in pylinkage"
+        ),
+        reading=(
+            "Each point is a number of steps, a tolerance or a stiffness. Of the peers, one way as"
+            " their Python users run them, one tuned: an integrator of high order, torques at every"
+            " stage, MuJoCo as `fivebar export` ties its loop, in Drake and Exudyn what ties it"
+            " searched for each point. Names say where the loop runs: of MuJoCo and Pinocchio also"
+            " in C and C++, compiled against their wheels, so that no Python is in those times;"
+            " Drake's wheel has no headers: what its calls from Python take without the loop around"
+            " them. heyoka integrates the very equations of our four bars. Drake's continuous"
+            " plants know no constraints: a stiff bushing, or multipliers by hand on its matrices."
+            " Exudyn's explicit integrators neither: stiff springs as distal bars. Traps, set on"
+            " purpose: the torque held over a step, and a tiny body in the loop, both for MuJoCo as"
+            " exported otherwise; Baumgarte gains of 1/step are on the chart integrators; pylinkage"
+            " takes the branch nearest to the last pose, at any turn between them. The constrained"
+            " equations through fivebar's compiler tell what compiling gains from what the choice"
+            " of coordinates gains."
+        ),
         problems={name: motion.words for name, motion in DRIVEN.items()} | {POSITIONS: TURNING},
         methods=on(DRIVEN, simulated()) + on((POSITIONS,), branches.methods()),
         step=lambda count: DURATION / count,

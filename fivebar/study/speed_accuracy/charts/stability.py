@@ -1,4 +1,6 @@
-"""Sampled computed torque over the plane of its gains: growth of a disturbance, gain of noise; simulated and exact."""
+"""Sampled computed torque over the plane of its gains: growth of a disturbance, gain of noise;
+simulated and exact.
+"""
 
 from __future__ import annotations
 
@@ -66,11 +68,17 @@ def chart() -> Chart:
     knobs = {problem: tuple(range(side_of(problem) ** 2)) for problem in PROBLEMS}
     return Chart(
         name="stability",
-        title="Which gains of sampled computed torque hold the robot: simulated (colour) over exact (lines)",
-        reading="Each point of the plane is a pair of gains, h the period, 10 ms. Above: how a disturbance of 1e-7 rad "
-        "on the simulated robot grows or shrinks from sample to sample; black line: where the exact factor is 1, "
-        "dashed inside of it: 0.5 and 0.8. Below: how much of the measurement's noise comes out in the angles; lines: "
-        "exact gains; crosses: it does not hold.",
+        title=(
+            "Which gains of sampled computed torque hold the robot: simulated (colour) over exact"
+            " (lines)"
+        ),
+        reading=(
+            "Each point of the plane is a pair of gains, h the period, 10 ms. Above: how a"
+            " disturbance of 1e-7 rad on the simulated robot grows or shrinks from sample to"
+            " sample; black line: where the exact factor is 1, dashed inside of it: 0.5 and 0.8."
+            " Below: how much of the measurement's noise comes out in the angles; lines: exact"
+            " gains; crosses: it does not hold."
+        ),
         problems={problem: words[0] for problem, words in PROBLEMS.items()},
         methods=(Method("simulated robot", OURS, simulated, knobs),),
         panels=tuple(

@@ -125,10 +125,13 @@ def chart() -> Chart:
     return Chart(
         name="trackers",
         title="Tracking the lab's task 1 at 100 Hz: error against the time of a control step",
-        reading="Each point is one run: of the model-predictive tracker with 5, 10, 20, 40 stages of horizon, of the "
-        "other controllers with bandwidths from 5 to 80 1/s. Time is the median of a run's control steps, bars "
-        "reach from their lower to their upper quartile; a step has 10 ms. A tracker whose QP fails in more than 1 % "
-        "of the steps counts as failed.",
+        reading=(
+            "Each point is one run: of the model-predictive tracker with 5, 10, 20, 40 stages of"
+            " horizon, of the other controllers with bandwidths from 5 to 80 1/s. Time is the"
+            " median of a run's control steps, bars reach from their lower to their upper quartile;"
+            " a step has 10 ms. A tracker whose QP fails in more than 1 % of the steps counts as"
+            " failed."
+        ),
         problems=problems,
         methods=methods,
         panels=(

@@ -1,4 +1,6 @@
-"""Exported C on two ARM chips under qemu: its results, and how many instructions a call executes."""
+"""Exported C on two ARM chips under qemu: its results, and how many instructions a call
+executes.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 EMULATOR = "qemu-arm"
-# Compiler and flags: a chip whose hardware knows single precision alone (a Cortex-M4F), and one that knows double too.
+# Compiler and flags: a chip whose hardware knows single precision alone (a Cortex-M4F), and one
+# that knows double too.
 CHIPS = {
     "single": (
         "arm-linux-gnueabi-gcc",
@@ -22,7 +25,10 @@ CHIPS = {
     ),
     "double": ("arm-linux-gnueabihf-gcc", "-march=armv7-a", "-mfpu=vfpv3-d16"),
 }
-PACKAGES = "gcc-arm-linux-gnueabi libc6-dev-armel-cross gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user"
+PACKAGES = (
+    "gcc-arm-linux-gnueabi libc6-dev-armel-cross gcc-arm-linux-gnueabihf libc6-dev-armhf-cross"
+    " qemu-user"
+)
 FLAGS = "-O2", "-std=c99", "-ffp-contract=off", "-static"
 MAIN = """
 #include <stdio.h>
@@ -48,13 +54,17 @@ def lacks_arm() -> str | None:
 
 @cache
 def _one_by_one():
-    """The emulator's option to log each instruction as it comes, which has another name since its version 8."""
+    """The emulator's option to log each instruction as it comes, which has another name since its
+    version 8.
+    """
     notes = subprocess.run([EMULATOR, "--help"], capture_output=True, text=True).stdout
     return "-one-insn-per-tb" if "one-insn-per-tb" in notes else "-singlestep"
 
 
 class OnArm:
-    """A program of C with a function run(count, in, out), for one of CHIPS; flags: more of the compiler's."""
+    """A program of C with a function run(count, in, out), for one of CHIPS; flags: more of the
+    compiler's.
+    """
 
     def __init__(self, text: str, chip: str, inputs: int, outputs: int, flags: tuple = ()) -> None:
         self.folder, self.outputs = Path(tempfile.mkdtemp(prefix="fivebar-arm-")), outputs
@@ -71,7 +81,9 @@ class OnArm:
         return np.frombuffer(self._run(samples), dtype=samples.dtype).reshape(-1, self.outputs)
 
     def executed(self, samples: np.ndarray) -> float:
-        """Instructions that a call executes, those of the mathematical library among them: the mean over samples."""
+        """Instructions that a call executes, those of the mathematical library among them: the mean
+        over samples.
+        """
         few, lines = samples[:COUNTED], []
         log = self.folder / "log"
         for times in (1, 2):

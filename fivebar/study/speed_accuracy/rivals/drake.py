@@ -1,7 +1,9 @@
-"""The five-bar in Drake: its own discrete solver, a stiff bushing, constrained by hand; in `fivebar[peers]`.
+"""The five-bar in Drake: its own discrete solver, a stiff bushing, constrained by hand; in
+`fivebar[peers]`.
 
-Drake's continuous plants have no constraints (nor does its CENIC integrator), so that the ways to order above 1 are a
-bushing between the tips, whose stiffness is the accuracy, and Lagrange multipliers of the user's own.
+Drake's continuous plants have no constraints (nor does its CENIC integrator), so that the ways to
+order above 1 are a bushing between the tips, whose stiffness is the accuracy, and Lagrange
+multipliers of the user's own.
 """
 
 from __future__ import annotations
@@ -18,8 +20,9 @@ if TYPE_CHECKING:
 
     from ..charts.motions import DrivenMotion
 
-# Stiffness of the bushing, N/m -> (integrator, steps, damping ratio): the fewest evaluations that come within a quarter
-# of the errors that the stiffness leaves on both motions, by `python -m tests.benchmarks.peers`.
+# Stiffness of the bushing, N/m -> (integrator, steps, damping ratio): the fewest evaluations that
+# come within a quarter of the errors that the stiffness leaves on both motions, by `python -m
+# tests.benchmarks.peers`.
 DRAKE_BUSHINGS = {
     1e3: ("runge_kutta3", 71, 0.2), 3e3: ("runge_kutta3", 123, 0.2),
     1e4: ("runge_kutta3", 225, 0.4), 3e4: ("runge_kutta3", 390, 0.4),
@@ -31,7 +34,9 @@ HALF = ROBOT.m / 2  # kg at each tip
 
 
 def plant_of(step: float, bushing: tuple[float, float] | None = None, ball: bool = False) -> tuple:
-    """Finalized MultibodyPlant, continuous if step is 0, and frames of its tips; bushing: (N/m, damping ratio)."""
+    """Finalized MultibodyPlant, continuous if step is 0, and frames of its tips; bushing: (N/m,
+    damping ratio).
+    """
     from pydrake.math import RigidTransform
     from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
     from pydrake.multibody.tree import (
@@ -83,7 +88,9 @@ def plant_of(step: float, bushing: tuple[float, float] | None = None, ball: bool
 
 
 def _simulated(motion, plant, prepare):
-    """call () -> final joints of a plant under the motion's torques, which Drake's own source evaluates."""
+    """call () -> final joints of a plant under the motion's torques, which Drake's own source
+    evaluates.
+    """
     from pydrake.systems.analysis import Simulator
     from pydrake.systems.framework import DiagramBuilder
     from pydrake.systems.primitives import Sine
@@ -112,16 +119,21 @@ def _simulated(motion, plant, prepare):
 
 
 def drake_as_it_comes(motion: DrivenMotion, count: int) -> tuple[Callable, None]:
-    """A discrete plant with a ball constraint, as its documentation has it for closed loops: order 1, torque held."""
-    return _simulated(
-        motion, plant_of(DURATION / count, ball=True)[0], lambda simulator: None
-    ), None
+    """A discrete plant with a ball constraint, as its documentation has it for closed loops: order
+    1, torque held.
+    """
+    return (
+        _simulated(motion, plant_of(DURATION / count, ball=True)[0], lambda simulator: None),
+        None,
+    )
 
 
 def drake_bushing(
     motion: DrivenMotion, stiffness: float, settings: tuple[str, int, float] | None = None
 ) -> tuple[Callable, None]:
-    """A continuous plant with a stiff bushing; settings: (integrator, steps, damping ratio), else the shipped ones."""
+    """A continuous plant with a stiff bushing; settings: (integrator, steps, damping ratio), else
+    the shipped ones.
+    """
     from pydrake.systems.analysis import ResetIntegratorFromFlags
 
     scheme, count, ratio = settings or DRAKE_BUSHINGS[stiffness]
@@ -133,7 +145,9 @@ def drake_bushing(
 
 
 def drake_by_hand(motion: DrivenMotion, count: int) -> tuple[Callable, Callable]:
-    """A continuous plant's mass matrix, bias and Jacobian of tip against tip, order 8 and multipliers in Python."""
+    """A continuous plant's mass matrix, bias and Jacobian of tip against tip, order 8 and
+    multipliers in Python.
+    """
     from pydrake.multibody.tree import JacobianWrtVariable
 
     plant, (first, second) = plant_of(0.0)

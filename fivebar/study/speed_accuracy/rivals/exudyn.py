@@ -1,4 +1,6 @@
-"""The five-bar in Exudyn: rigid bodies and revolute joints, and stiff springs as distal bars; in `fivebar[peers]`."""
+"""The five-bar in Exudyn: rigid bodies and revolute joints, and stiff springs as distal bars; in
+`fivebar[peers]`.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,9 @@ def _settings(count):
 
 
 def exudyn_as_it_comes(motion: DrivenMotion, count: int) -> tuple[Callable, None]:
-    """Four rigid bodies, five revolute joints, torques by Python functions; its default, the generalized alpha."""
+    """Four rigid bodies, five revolute joints, torques by Python functions; its default, the
+    generalized alpha.
+    """
     import exudyn
     from exudyn import itemInterface as item
 
@@ -115,7 +119,8 @@ def exudyn_as_it_comes(motion: DrivenMotion, count: int) -> tuple[Callable, None
 def exudyn_springs(
     motion: DrivenMotion, stiffness: float, settings: tuple[str, int, float] | None = None
 ) -> tuple[Callable, None]:
-    """Two turning inertias and a mass, springs for distal bars; an explicit integrator and the torque in its C++.
+    """Two turning inertias and a mass, springs for distal bars; an explicit integrator and the
+    torque in its C++.
 
     settings: (integrator, steps, damping ratio), else the shipped ones.
     """

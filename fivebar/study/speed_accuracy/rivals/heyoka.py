@@ -1,4 +1,6 @@
-"""The five-bar in heyoka: Taylor series of adaptive order on our own equations, by LLVM; in `fivebar[peers]`."""
+"""The five-bar in heyoka: Taylor series of adaptive order on our own equations, by LLVM; in
+`fivebar[peers]`.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,8 @@ if TYPE_CHECKING:
 def accelerations(hy, a: tuple, w: tuple, torque: tuple) -> list:
     """Of the bars a = (q1, phi1, q2, phi2) turning at w, by the forces in the distal bars, over m.
 
-    Of the angles only differences come in: three sines and three cosines, as few as our own stages have.
+    Of the angles only differences come in: three sines and three cosines, as few as our own stages
+        have.
     """
     apart, mass, legs = a[3] - a[1], ROBOT.m, []
     sine, cosine = hy.sin(apart), hy.cos(apart)
@@ -44,7 +47,9 @@ def accelerations(hy, a: tuple, w: tuple, torque: tuple) -> list:
 
 
 def heyoka_run(motion: DrivenMotion, tolerance: float) -> tuple[Callable, None]:
-    """call () -> final bars (q1, phi1, q2, phi2); the loop over the steps is heyoka's own, in C++."""
+    """call () -> final bars (q1, phi1, q2, phi2); the loop over the steps is heyoka's own, in
+    C++.
+    """
     import heyoka as hy
 
     names = "q1", "phi1", "q2", "phi2"

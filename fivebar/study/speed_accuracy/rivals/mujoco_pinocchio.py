@@ -1,7 +1,9 @@
-"""The five-bar in other simulators: each from a start, under torques, in so many steps; installed by `fivebar[peers]`.
+"""The five-bar in other simulators: each from a start, under torques, in so many steps; installed
+by `fivebar[peers]`.
 
-A motion has begin() (Rates), torque (t -> two N m) and runs for DURATION. MuJoCo has the exported robot; elsewhere both
-distal bars carry half of the end-effector's mass at their ends, which the loop holds together: the same dynamics.
+A motion has begin() (Rates), torque (t -> two N m) and runs for DURATION. MuJoCo has the exported
+robot; elsewhere both distal bars carry half of the end-effector's mass at their ends, which the
+loop holds together: the same dynamics.
 """
 
 from __future__ import annotations
@@ -28,7 +30,10 @@ LIGHT_BODY = """
 <body name="light" pos="{x!r} {y!r} 0"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
   <inertial pos="0 0 0" mass="1e-6" diaginertia="1e-13 1e-13 1e-13"/>
 </body>"""
-LIGHT_TIE = '<connect body1="{}" body2="light" anchor="{!r} 0 0" solref="{!r} 1" solimp="0.9999 0.9999 0.001"/>'
+LIGHT_TIE = (
+    '<connect body1="{}" body2="light" anchor="{!r} 0 0" solref="{!r} 1" solimp="0.9999 0.9999'
+    ' 0.001"/>'
+)
 ITS_OWN = (0.02, 1.0), (0.9, 0.95, 0.001, 0.5, 2.0)  # MuJoCo's solref and solimp
 
 
@@ -63,10 +68,11 @@ def mujoco_run(
     light: bool = False,
     in_c: bool = False,
 ) -> tuple[Callable, None]:
-    """call () -> final joints, of the exported robot. tuned: as exported, RK4, torques at every stage; else MuJoCo's
-    own settings and Euler's method with the torque set before each step.
+    """call () -> final joints, of the exported robot. tuned: as exported, RK4, torques at every
+    stage; else MuJoCo's own settings and Euler's method with the torque set before each step.
 
-    held: RK4 with the torque set before each step; light: both tips tied to a body of 1 mg; in_c: loop and torque in C.
+    held: RK4 with the torque set before each step; light: both tips tied to a body of 1 mg; in_c:
+        loop and torque in C.
     """
     import mujoco
 
@@ -172,7 +178,9 @@ def _at(pin, x):
 def runge_kutta(
     method: str, acceleration: Callable, count: int, h: float, q: np.ndarray, v: np.ndarray
 ) -> np.ndarray:
-    """Places after so many steps h of acceleration (t, q, v) from t = 0, by a method of `steps.tableau`, in Python."""
+    """Places after so many steps h of acceleration (t, q, v) from t = 0, by a method of
+    `steps.tableau`, in Python.
+    """
     a, b, c = tableau(method)
     for k in range(count):
         rates, forces = [], []

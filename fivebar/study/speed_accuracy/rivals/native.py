@@ -1,6 +1,8 @@
-"""Loops around MuJoCo and Pinocchio in their own languages, against their wheels: no Python is timed.
+"""Loops around MuJoCo and Pinocchio in their own languages, against their wheels: no Python is
+timed.
 
-The torque is that of the motions, an amplitude times cos 2 pi t. Libraries are built once and kept, as our models'.
+The torque is that of the motions, an amplitude times cos 2 pi t. Libraries are built once and kept,
+as our models'.
 """
 
 from __future__ import annotations
@@ -119,7 +121,8 @@ extern "C" void run(void *robot, double *q, double *v, const double *amplitude, 
     }
 }
 """
-# As Pinocchio's own build files have them: most of its code is in its library, and not compiled anew.
+# As Pinocchio's own build files have them: most of its code is in its library, and not compiled
+# anew.
 DEFINED = (
     "-DNDEBUG",
     "-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION",
@@ -135,7 +138,9 @@ POINTER = ctypes.POINTER(ctypes.c_double)
 
 
 def cxx_compiler() -> str | None:
-    """The system's C++ compiler, None if there is none, or where wheels' libraries are not linked to as on Linux."""
+    """The system's C++ compiler, None if there is none, or where wheels' libraries are not linked
+    to as on Linux.
+    """
     if sys.platform != "linux":
         return None
     return (
@@ -147,7 +152,9 @@ def cxx_compiler() -> str | None:
 
 
 def lacks_headers() -> str | None:
-    """What is missing of the headers that a loop around Pinocchio is compiled against; None if nothing."""
+    """What is missing of the headers that a loop around Pinocchio is compiled against; None if
+    nothing.
+    """
     prefix = _prefix()
     wanted = "pinocchio/algorithm/constrained-dynamics.hpp", "eigen3/Eigen/Core"
     missing = [name for name in wanted if not (prefix and (prefix / "include" / name).exists())]
@@ -206,7 +213,9 @@ def _arrays(*values):
 def mujoco_loop(
     model: object, data: object, motion: DrivenMotion, starts: tuple, count: int, by_step: bool
 ) -> Callable:
-    """call () -> final joints (4,) of MuJoCo's own objects from starts (places, rates), by a loop in C."""
+    """call () -> final joints (4,) of MuJoCo's own objects from starts (places, rates), by a loop
+    in C.
+    """
     kept, (_, v, a) = _arrays(*starts, motion.torque(0.0))
     addresses, run = [ctypes.c_void_p(each._address) for each in (model, data)], _mujoco()
     rest = ctypes.c_long(count), ctypes.c_int(by_step)
@@ -223,7 +232,8 @@ def mujoco_loop(
 def pinocchio_loop(
     motion: DrivenMotion, count: int, method: str, start: tuple, legs: tuple
 ) -> Callable:
-    """call () -> final joints (4,) of Pinocchio's constraintDynamics from start (q, v), by a loop in C++.
+    """call () -> final joints (4,) of Pinocchio's constraintDynamics from start (q, v), by a loop
+    in C++.
 
     method: of `steps.tableau`; legs: as `legs_of` gives them.
     """
