@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import connected_components
 import fivebar
 
 FLOORS = [
-    {"base"},
+    {"base", "guide"},
     {"models"},
     {"singularities", "linkages"},
     {"constraints"},

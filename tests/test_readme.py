@@ -1,4 +1,4 @@
-"""README as a newcomer reads it: its Python blocks in one session, top to bottom, and its commands, work as printed."""
+"""README and the guide as a newcomer reads them: their Python blocks and commands work as printed."""
 
 import re
 import shlex
@@ -11,79 +11,108 @@ import fivebar as fb
 from fivebar.cli import _parser, main
 from tests.helpers import DATA, LABS, ROOT
 
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```python\n(.*?)^```", README, re.DOTALL | re.MULTILINE)
-SHELL = re.sub(r"^```.*?^```", "", README, flags=re.DOTALL | re.MULTILINE)
-INDENTED = re.findall(
-    r"^    (?:.*&& )?(?:\.venv/bin/)?(fivebar .+?)(?: +#.*)?$", SHELL, re.MULTILINE
-)
-INLINE = [" ".join(text.split()) for text in re.findall(r"`(fivebar [^`]+)`", SHELL)]
-COMMANDS = [text for text in dict.fromkeys(INDENTED + INLINE) if " " in text and "..." not in text]
-SLOW = "fivebar chart all"  # minutes: what they do is tested, each chart by itself, in tests/study
-
-
-def test_the_blocks_run_in_one_session(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    matplotlib.use("Agg")
-    session = {"__name__": "__main__"}
-    assert len(BLOCKS) >= 7
-    for block in BLOCKS:
-        exec(compile(block, "README.md", "exec"), session)
-    assert {
+README = ROOT / "README.md"
+PAGES = {
+    path.stem: path.read_text(encoding="utf-8")
+    for path in (ROOT / "fivebar" / "guide").glob("*.md")
+}
+PAGES["README"] = README.read_text(encoding="utf-8")
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
+INDENTED = re.compile(r"^    (?:.*&& )?(?:\.venv/bin/)?(fivebar .+?)(?: +#.*)?$", re.MULTILINE)
+INLINE = re.compile(r"`(?:\.venv/bin/)?(fivebar [^`]+)`")
+SLOW = "fivebar chart all"  # takes minutes; tests/study tests each chart by itself
+WRITTEN = {
+    "README": {"tracking.png", "animation.html", "setpoints.csv"},
+    "simulation": {
         "tracking.png",
         "animation.html",
         "animation.gif",
         "run.csv",
         "page.html",
         "poses.png",
-    } <= {path.name for path in tmp_path.iterdir()}
-    assert "mpc" in capsys.readouterr().out and session["run"].events is not None
+    },
+    "drawing": {"timed.png", "setpoints.csv", "proof.json"},
+    "measured_data": {"calibration.png", "replay.png"},
+    "design": {"front.png", "atlas.png", "swept"},
+    "compiled": {"robot.xml", "play.html", "four-bar.html"},
+}
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_the_commands_do_what_they_say(command, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    reference = fb.line((0.09, 0.068), (0.05, 0.0), 4.0)
-    rows = [
-        f"{t / 10!r},{x!r},{y!r}" for t in range(41) for x, y in [reference(t / 10)[0].tolist()]
+def commands():
+    """Return the fivebar commands with options that README and the guide print."""
+    texts = []
+    for page in PAGES.values():
+        shell = BLOCK.sub("", page)
+        texts += INDENTED.findall(shell) + [
+            " ".join(text.split()) for text in INLINE.findall(shell)
+        ]
+    return [
+        text
+        for text in dict.fromkeys(texts)
+        if " " in text and "..." not in text and "FILE" not in text
     ]
-    (tmp_path / "path.csv").write_text("\n".join(["t,x,y", *rows]))
-    circle = fb.circle((0.05, 0.09), 0.02, 1.0)
-    log = fb.simulate(
-        fb.FiveBar(),
-        fb.ComputedTorque(fb.FiveBar(), 100.0, 20.0),
-        circle,
-        control_period=0.002,
-        step=0.002,
-    )
-    log.to_csv(tmp_path / "log.csv")
-    for script in (LABS / "amoro").glob("*.py"):
-        shutil.copy(script, tmp_path)
-    shutil.copy(DATA / "solutions" / "lab1.py", tmp_path / "my.py")
-    shutil.copy(LABS / "lab8_calibration" / "measured.csv", tmp_path)
-    (tmp_path / "submissions").mkdir()
-    shutil.copy(LABS / "lab1_geometry" / "student.py", tmp_path / "submissions" / "anna.py")
+
+
+def test_readme_is_short():
+    assert PAGES["README"].count("\n") <= 120
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("name", [name for name, text in PAGES.items() if BLOCK.search(text)])
+def test_python_blocks_of_a_page_run_in_one_session(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    matplotlib.use("Agg")
+    session = {"__name__": "__main__"}
+    for block in BLOCK.findall(PAGES[name]):
+        exec(compile(block, name, "exec"), session)
+    assert WRITTEN.get(name, set()) <= {path.name for path in tmp_path.iterdir()}
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("command", commands())
+def test_commands_do_what_they_say(command, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_inputs(tmp_path)
     words = shlex.split(command)[1:]
-    before = set(tmp_path.iterdir())
-    try:
-        arguments = _parser(words[0]).parse_args(words)
-    except SystemExit as stop:  # --help
-        assert stop.code == 0 and "usage" in capsys.readouterr().out
-        return
+    before = {path.name for path in tmp_path.iterdir()}
     if command.startswith(SLOW):
-        assert arguments.run
+        assert _parser(words[0]).parse_args(words).run
         return
     try:
         code = main(words)
-    except SystemExit as stop:  # `run` ends as its script did
+    except SystemExit as stop:  # `run` ends as its script did, --help with 0
         code = stop.code
     assert not code, capsys.readouterr().err
     files = re.findall(
         r"(?<![\w/])[\w-]+\.(?:png|html|csv)\b|results/|(?<=--out )compared", command
     )
-    made = {path.name for path in set(tmp_path.iterdir()) - before}
-    assert {name.rstrip("/") for name in files} - {path.name for path in before} <= made
+    made = {path.name for path in tmp_path.iterdir()} - before
+    assert {name.rstrip("/") for name in files} - before <= made
 
 
-def test_there_are_commands():
-    assert len(COMMANDS) >= 10 and any(command.startswith(SLOW) for command in COMMANDS)
+def write_inputs(folder):
+    """Write the files that the commands read: a path, a log, lab scripts, a solution, a hand-in."""
+    reference = fb.line((0.09, 0.068), (0.05, 0.0), 4.0)
+    rows = ["t,x,y"]
+    for k in range(41):
+        x, y = reference(k / 10)[0].tolist()
+        rows.append(f"{k / 10!r},{x!r},{y!r}")
+    (folder / "path.csv").write_text("\n".join(rows))
+    controller = fb.ComputedTorque(fb.FiveBar(), 100.0, 20.0)
+    circle = fb.circle((0.05, 0.09), 0.02, 1.0)
+    log = fb.simulate(fb.FiveBar(), controller, circle, control_period=0.002, step=0.002)
+    log.to_csv(folder / "log.csv")
+    for script in (LABS / "amoro").glob("*.py"):
+        shutil.copy(script, folder)
+    shutil.copy(DATA / "solutions" / "lab1.py", folder / "my.py")
+    shutil.copy(LABS / "lab8_calibration" / "measured.csv", folder)
+    (folder / "submissions").mkdir()
+    shutil.copy(LABS / "lab1_geometry" / "student.py", folder / "submissions" / "anna.py")
+
+
+def test_pages_have_commands_and_links_that_exist():
+    assert len(commands()) >= 15
+    for name, text in PAGES.items():
+        folder = README.parent if name == "README" else README.parent / "fivebar" / "guide"
+        for link in re.findall(r"\]\(([^)#:]+)\)|src=\"([^\"]+)\"", text):
+            assert (folder / next(filter(None, link))).exists(), (name, link)

@@ -12,6 +12,7 @@ import fivebar as fb
 PARTS = (
     "amoro",
     "grading",
+    "guide",
     "linkages",
     "optimal_design",
     "study",

@@ -1,0 +1,15 @@
+"""Guide to fivebar: one page for each subject, with examples that run.
+
+.. include:: models.md
+.. include:: singularities.md
+.. include:: simulation.md
+.. include:: planning.md
+.. include:: drawing.md
+.. include:: measured_data.md
+.. include:: design.md
+.. include:: linkages.md
+.. include:: compiled.md
+.. include:: amoro.md
+.. include:: charts.md
+.. include:: security.md
+"""
