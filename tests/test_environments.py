@@ -68,11 +68,13 @@ def usual(tmp_path_factory):
     return seen(tmp_path_factory.mktemp("usual"), {"PYTHONHASHSEED": "1"})
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", ENVIRONMENTS)
 def test_an_environment_changes_no_number(name, usual, tmp_path):
     assert seen(tmp_path, ENVIRONMENTS[name]) == usual
 
 
+@pytest.mark.deep
 def test_decimal_commas_of_the_locale_change_no_number(commas, usual, tmp_path):
     assert seen(tmp_path, commas) == usual
 
@@ -148,6 +150,7 @@ def test_a_clock_that_jumps_changes_nothing(monkeypatch):
 PLACE = "mes dossiers/été 日本 #1 %20 'a' \"b\""
 
 
+@pytest.mark.deep
 def test_a_path_with_all_letters(tmp_path, monkeypatch, capsys):
     folder = tmp_path / PLACE
     folder.mkdir(parents=True)

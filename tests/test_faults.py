@@ -54,6 +54,7 @@ def little_room(size):
         signal.signal(signal.SIGXFSZ, handler)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", WRITERS)
 def test_no_room_leaves_what_was_there(name, tmp_path):
     write, file = WRITERS[name]
@@ -204,6 +205,7 @@ while True:
     run.to_csv(sys.argv[1])"""
 
 
+@pytest.mark.deep
 def test_a_killed_writer_leaves_a_whole_file(tmp_path):
     draw, path = random.Random(1), tmp_path / "run.csv"
     with (
@@ -242,6 +244,7 @@ def test_two_threads_with_one_output(tmp_path):
     assert len(list(tmp_path.iterdir())) == 1
 
 
+@pytest.mark.deep
 def test_an_interrupt_at_any_time_says_so_and_leaves_nothing_half(tmp_path):
     draw = random.Random(2)
     with_files(tmp_path)

@@ -87,6 +87,7 @@ def noted(record_property, counts):
         print(counts, file=sys.__stderr__, flush=True)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", CASES)
 def test_any_call_is_answered_or_refused(name, tmp_path, monkeypatch, record_property):
     monkeypatch.chdir(tmp_path)
@@ -138,6 +139,7 @@ MAY_HOLD_NAN = {
 }  # fmt: skip
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", READERS)
 def test_any_file_is_read_or_refused_with_its_name(name, record_property):
     reader, count = READERS[name], {"read": 0, "refused": 0}

@@ -16,12 +16,13 @@ TESTS = (
 )
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "distributed", [(), ("-n", "2", "--dist", "loadfile")], ids=["plain", "xdist"]
 )
 @pytest.mark.parametrize("ci, status, kind", [("", 0, "skipped"), ("true", 1, "error")])
 def test_what_is_missing_is_said_once(ci, status, kind, distributed, tmp_path):
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *distributed, *TESTS]
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-m", "", *distributed, *TESTS]
     inherited = {
         name: value
         for name, value in os.environ.items()

@@ -35,6 +35,7 @@ BOKEH = (Path(bokeh.__file__).parent / "server/static/js/bokeh.min.js").read_tex
     "utf-8"
 )  # MathJax for TeX
 
+QUICK = "00_quick_start"  # the only one that the short run of the tests executes
 each_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
 
@@ -94,7 +95,11 @@ def test_told_as_a_story(path):
         assert f"fivebar check lab{int(path.stem[:2])} " in "\n".join(text)
 
 
-@each_notebook
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=[] if path.stem == QUICK else pytest.mark.deep) for path in NOTEBOOKS],
+    ids=lambda path: path.stem,
+)
 def test_runs_to_its_end_and_gives_what_is_stored(path, tmp_path):
     if "import mujoco" in path.read_text(encoding="utf-8"):
         need("other simulators")  # else its cell says what to install, which is not what is stored

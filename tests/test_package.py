@@ -69,6 +69,7 @@ def run(source, step, out):
     assert made.returncode == 0, made.stderr
 
 
+@pytest.mark.deep
 def test_a_wheel_holds_what_is_tracked_and_the_sdists_is_the_same(built):
     wheel, again, listed, source = built
     assert wheel == again
@@ -134,6 +135,7 @@ def test_the_changelog_is_of_this_version():
     assert f"## {PROJECT['version']}" in text and "(fivebar/CHANGELOG.md)" in README
 
 
+@pytest.mark.deep
 def test_reference_pages_are_built_from_the_docstrings(tmp_path):
     """Without a warning, and with every public name."""
     command = [sys.executable, "-W", "error", *README_REFERENCE[:-1], tmp_path]

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from functools import cached_property
 
+import pytest
+
 import fivebar as fb
 
 from .helpers import ROOT
@@ -62,6 +64,7 @@ def test_a_type_checker_sees_every_public_name_where_it_is():
     assert told == fb._LATER and set(parts.values()) <= {None, "visualization"}
 
 
+@pytest.mark.deep
 def test_mypy_finds_no_fault():
     """Configured in pyproject.toml; files without it there are named."""
     run = subprocess.run([sys.executable, "-m", "mypy"], cwd=ROOT, capture_output=True, text=True)
