@@ -18,8 +18,8 @@ from types import SimpleNamespace
 import pytest
 
 import fivebar as fb
-from fivebar.base.folders import alone
-from fivebar.base.processes import end_with_parent
+from fivebar.base.folders import locked_folder
+from fivebar.base.workers import end_with_parent
 from fivebar.base.tables import is_part
 from fivebar.cli import main
 from fivebar.study.speed_accuracy.store import Partial
@@ -118,7 +118,7 @@ INTO = {
 def test_a_folder_of_results_has_one_writer_at_a_time(what, tmp_path, capsys, monkeypatch):
     killed, theirs = tmp_path / f".{'x' * 40}.123-4.part", tmp_path / "film.part"
     killed.touch(), theirs.touch()
-    with alone(tmp_path, what):
+    with locked_folder(tmp_path, what):
         assert main([*INTO[what], "--out", str(tmp_path)]) == 2
         assert (
             f"another {what} writes to {tmp_path}: wait for its end, or give another\n"
@@ -128,7 +128,7 @@ def test_a_folder_of_results_has_one_writer_at_a_time(what, tmp_path, capsys, mo
     monkeypatch.setattr(
         "fivebar.base.folders.fcntl.flock", lambda *_: os.listdir(tmp_path / "none")
     )  # no locks here
-    with alone(tmp_path, what), alone(tmp_path, what):
+    with locked_folder(tmp_path, what), locked_folder(tmp_path, what):
         (tmp_path / "file").touch()
     assert main([*INTO[what], "--out", str(tmp_path / "file")]) == 2
     assert f"{tmp_path / 'file'} is a file, not a folder" in capsys.readouterr().err

@@ -22,7 +22,7 @@ class FolderError(ValueError, UsageError):
 
 
 @contextmanager
-def alone(folder: Path, what: str, parts: tuple[str, ...] = ()) -> Iterator[None]:
+def locked_folder(folder: Path, what: str, parts: tuple[str, ...] = ()) -> Iterator[None]:
     """Make a folder, keep out of it all others who do the same, and clear away what a killed one
     began to write.
 

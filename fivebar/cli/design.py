@@ -64,7 +64,7 @@ def _design(arguments):
         return
     if not arguments.goals:
         raise UsageError("which goal? fivebar design --list names the figures")
-    from ..optimal_design.executors import dask_executor
+    from ..base.workers import dask_executor
     from ..optimal_design.figures import FIGURES
     from ..optimal_design.optimum import design
 

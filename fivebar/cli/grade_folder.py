@@ -25,7 +25,7 @@ def isolation(isolate):
 
 def grade_folder(arguments, lab, secret, seed, limit, hints_from):
     """Grade a folder of submissions into --out; the Reports of all that could be graded."""
-    from ..base.folders import alone
+    from ..base.folders import locked_folder
     from ..grading.course.cohort import begin, run_cohort
     from ..grading.course.cohort_page import write_summary
     from ..grading.course.gradebook import fill_gradebook
@@ -59,7 +59,7 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
         )
     isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
     print(isolation(isolate), file=sys.stderr)
-    with alone(out, "grading", ("students",)), _cluster(arguments.dask) as executor:
+    with locked_folder(out, "grading", ("students",)), _cluster(arguments.dask) as executor:
         cohort = begin(lab, out, seed, secret, isolate, limit, hints_from)
         reports = run_cohort(cohort, entries, max(arguments.jobs, _processors(executor)), executor)
         write_summary(out, lab.name, entries, reports, left)
@@ -86,7 +86,7 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
 def _cluster(address):
     if address is None:
         return nullcontext()
-    from ..optimal_design.executors import dask_executor
+    from ..base.workers import dask_executor
 
     return dask_executor(address)
 
@@ -94,9 +94,9 @@ def _cluster(address):
 def _processors(executor):
     if executor is None:
         return 1
-    from ..optimal_design.executors import processors
+    from ..base.workers import worker_count
 
-    return processors(executor)
+    return worker_count(executor)
 
 
 def _fill(arguments, lab, entries, reports):

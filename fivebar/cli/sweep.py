@@ -76,7 +76,7 @@ def _sweep(arguments):
         return
     if not arguments.figures:
         raise UsageError("which figure? fivebar sweep --list names them")
-    from ..optimal_design.executors import dask_executor
+    from ..base.workers import dask_executor
     from ..optimal_design.sweeping import sweep
 
     robot, choices = chosen_robot(arguments), chosen_task(arguments)

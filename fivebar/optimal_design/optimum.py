@@ -13,11 +13,11 @@ import numpy as np
 
 from ..base.checks import instance, number, optional, positive, takes, whole
 from ..base.progress import progress
+from ..base.workers import WorkersDied, check_executor, compute_chunks
 from ..models.robots import Biglide, FiveBar
 from .batch import at_once, check_variables, robot_of_design
 from .designs import limits_of
 from .evolution import evolve, refine, thinned
-from .executors import ExecutorDied, computed, must_execute
 from .figures import evaluate, figures_of
 from .goals import SENSE_OF, SENSES, goals_of, limits_by_figure
 from .results import AT_LIMIT, Design, Front
@@ -75,7 +75,7 @@ def design(
     known. ValueError where nothing keeps the limits.
     """
     robot = FiveBar() if robot is None else robot
-    must_execute(executor)
+    check_executor(executor)
     problem = Problem(goals, bounds, limits, robot, step, task_of(choices), executor)
     rng = np.random.default_rng(seed)
     with progress(unit=" generations") as bar:
@@ -147,8 +147,8 @@ class Problem:
         compute = partial(compute_chunk, self.figures, self.names, self.robot, self.task)
         parts = enumerate(np.array_split(rows, max(1, len(rows) // TOGETHER)))
         try:
-            done = dict(computed(compute, parts, self.executor))
-        except ExecutorDied as error:
+            done = dict(compute_chunks(compute, parts, self.executor))
+        except WorkersDied as error:
             raise RuntimeError(f"{error}; a search keeps nothing: begin it anew") from None
         return np.concatenate([done[k].values for k in range(len(done))])
 

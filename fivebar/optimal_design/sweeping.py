@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 from ..base.checks import instance, optional, takes, whole
-from ..base.folders import alone
+from ..base.folders import locked_folder
 from ..base.progress import progress
+from ..base.workers import WorkersDied, check_executor, compute_chunks
 from ..models.robots import Biglide, FiveBar
 from .batch import check_variables
 from .designs import designs_of, digest
-from .executors import ExecutorDied, computed, must_execute
 from .figures import Figure, evaluate, figures_of
 from .shards import WHAT, Chunk, begin, is_done, write_chunk, write_manifest
 from .sweeps import Sweep, in_folder
@@ -70,7 +70,7 @@ def sweep(
     ValueError for another sweep's folder, and where figures and choices do not fit; RuntimeError
     where the executor dies: what was done stays.
     """
-    must_execute(executor)
+    check_executor(executor)
     robot = FiveBar() if robot is None else robot
     task = task_of(choices)
     figures = figures_of(figure, task, robot)
@@ -132,7 +132,7 @@ def _in_memory(manifest, compute, chunks, executor, workers, total):
         _Counted(chunks),
     )
     with progress(total=total, unit=" chunks") as bar:
-        for number, done in computed(compute, counted.all(), executor, workers):
+        for number, done in compute_chunks(compute, counted.all(), executor, workers):
             found[number] = done
             if len(found) * manifest["chunk"] * size > MOST_KEPT:
                 raise ValueError(
@@ -146,15 +146,15 @@ def _in_memory(manifest, compute, chunks, executor, workers, total):
 
 
 def _on_disk(folder, manifest, compute, chunks, executor, workers, total):
-    with alone(folder, "sweep"):
+    with locked_folder(folder, "sweep"):
         known = begin(folder, manifest)
         numbers = _Counted(chunks)
         with progress(total=total, unit=" chunks") as bar:
             try:
-                for number, done in computed(compute, numbers.left(folder, bar), executor, workers):
+                for number, done in compute_chunks(compute, numbers.left(folder, bar), executor, workers):
                     write_chunk(folder, number, done)
                     bar.update()
-            except ExecutorDied as error:
+            except WorkersDied as error:
                 raise RuntimeError(
                     f"{error}. What was done is in {folder}: {_count(folder)} chunks; the same call"
                     " goes on from there"

@@ -96,7 +96,7 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    "words, said",
+    "words, notes",
     [
         (["sweep"], "which figure. fivebar sweep --list names them"),
         (["sweep", "bars"], "designs come from one of --grid, --sample, --triangle, --designs"),

@@ -278,7 +278,7 @@ COVERS = {
 OWN = {
     "writers": """base.tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
         study.speed_accuracy.making:draw study.speed_accuracy.making:_make study.speed_accuracy.making:redraw
-        base.folders:alone cli.__init__:main cli.__init__:_flush""",
+        base.folders:locked_folder cli.__init__:main cli.__init__:_flush""",
     "files of the package and its dependencies": """visualization.document:document visualization.pages.document:made
         visualization.pages.document:script
         visualization.play.live:_own visualization.view.page:_licences visualization.view.page:_packed_viewer visualization.view.page:page

@@ -43,7 +43,7 @@ def writers():
 
 # Who writes without `tables.written`, `saved` and `replaced`, and why that may be.
 DIRECT = {
-    "base.tables:saved": "that is it", "base.tables:written": "that is it", "base.representation:_repr_html_": "into memory",
+    "base.tables:saved": "that is it", "base.tables:written": "that is it", "base.presentation:_repr_html_": "into memory",
     "visualization.plot.poses:strip_png": "into memory",
     "visualization.pages.fronts:save_page": "into memory", "visualization.plot.poses:save_strip": "Scene.save replaces",
     "models.machine_code:_build": "in a folder of its own, which is moved as a whole",

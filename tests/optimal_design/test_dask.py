@@ -14,6 +14,7 @@ import fivebar as fb
 from tests.helpers import ROOT
 
 pytest.importorskip("distributed")
+pytestmark = pytest.mark.deep  # 9 s to start a cluster
 
 PROGRAM = """
 import json, os, signal, sys, threading, time

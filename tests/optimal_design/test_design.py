@@ -228,7 +228,7 @@ def test_goals_of_ones_own_and_fixed_parameters():
 
 
 @pytest.mark.parametrize(
-    "asked, error, said",
+    "asked, error, notes",
     [
         (lambda: fb.design("area", LENGTHS), ValueError, "goals: no figure 'area'; the known ones are"),
         (lambda: fb.design({"bars": "most"}, LENGTHS), ValueError, 'bars is to be "min" or "max", not \'most\''),

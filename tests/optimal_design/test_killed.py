@@ -10,19 +10,20 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from concurrent.futures.process import BrokenProcessPool
 
 import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.optimal_design.executors import AHEAD, computed
+from fivebar.base.workers import WorkerPool, compute_chunks
 from fivebar.optimal_design.shards import read_chunk
 from tests.helpers import ROOT
 
-KILLS = 50 if os.environ.get("FIVEBAR_NIGHTLY") else 2
+KILLS = range(50) if os.environ.get("FIVEBAR_NIGHTLY") else [0, pytest.param(1, marks=pytest.mark.deep)]
 DESIGNS, CHUNK, WORKERS = 60, 2, 2
 PATIENCE = 120  # s: no measure of speed, but an end
-IN_HAND = AHEAD * max(WORKERS, os.cpu_count()) + 1  # chunks, and the one that is being written
+IN_HAND = 2 * max(WORKERS, os.cpu_count()) + 1  # chunks, and the one that is being written
 PROGRAM = f"""
 import os, sys, time
 import fivebar as fb
@@ -94,7 +95,7 @@ def on_the_way(kill, program, out, log):
     return run
 
 
-@pytest.mark.parametrize("kill", range(KILLS))
+@pytest.mark.parametrize("kill", KILLS)
 def test_a_killed_driver(kill, program, whole, tmp_path):
     out, log = tmp_path / "out", tmp_path / "log"
     run = on_the_way(kill, program, out, log)
@@ -116,7 +117,7 @@ def test_a_killed_driver(kill, program, whole, tmp_path):
     assert bytes_of(out) == whole
 
 
-@pytest.mark.parametrize("kill", range(KILLS))
+@pytest.mark.parametrize("kill", KILLS)
 def test_a_killed_worker(kill, program, whole, tmp_path):
     out, log = tmp_path / "out", tmp_path / "log"
     run = on_the_way(kill, program, out, log)
@@ -151,9 +152,21 @@ def fatal(robot):
 
 def test_an_interrupt_waits_for_no_chunk_in_hand():
     done, before = (
-        computed(time.sleep, enumerate([0.0, 600.0, 600.0, 600.0]), None, workers=2),
+        compute_chunks(time.sleep, enumerate([0.0, 600.0, 600.0, 600.0]), None, workers=2),
         time.monotonic(),
     )
     assert next(done) == (0, None)
     done.close()
     assert time.monotonic() - before < 300
+
+
+@pytest.mark.parametrize("start_method", ["fork", "spawn"])
+def test_a_job_that_hangs_can_be_killed(start_method):
+    pool = WorkerPool(1, start_method)
+    assert pool.submit(abs, -1).result() == 1
+    hanging = pool.submit(time.sleep, 600.0)
+    with pytest.raises(TimeoutError):
+        hanging.result(timeout=0.05)
+    pool.kill()
+    with pytest.raises(BrokenProcessPool):
+        hanging.result(timeout=PATIENCE)

@@ -45,7 +45,7 @@ def test_folders_that_cannot_be_used(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "asked, error, said",
+    "asked, error, notes",
     [
         (
             lambda: fb.sweep("speed", {"l1": [0.1]}),

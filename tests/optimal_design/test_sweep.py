@@ -139,7 +139,7 @@ def test_designs_come_in_many_ways(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "change, said",
+    "change, notes",
     [
         (
             dict(figure=["det_A"]),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PIL import Image
 
-from ...base.folders import alone
+from ...base.folders import locked_folder
 from ...base.progress import progress
 from ...base.tables import saved, written
 from ..chart_names import PEERS
@@ -42,7 +42,7 @@ def make(names: Sequence[str], folder: Path, quick: bool = False) -> dict[str, R
     ValueError where another process makes charts in this folder.
     """
     modules = {name: module_of(name) for name in names}
-    with alone(folder, "chart"):
+    with locked_folder(folder, "chart"):
         return _make(modules, folder, quick)
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.errors import SingularityError, UnreachableError
-from ...base.processes import end_with_parent, without_interrupts
+from ...base.workers import end_with_parent, without_interrupts
 from .chart import Attempt, Failed, load, module_of
 from .machine import describe, missing
 from .store import Partial, Result
