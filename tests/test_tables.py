@@ -19,10 +19,6 @@ from fivebar.planning.collocation import Pieces, scheme
 from fivebar.planning.plans import Mesh
 from fivebar.simulation.run import Control, Event
 from fivebar.singularities.maps import FIELDS, Map, singularity_map
-from fivebar.study.speed_accuracy.store import Result
-from fivebar.study.speed_accuracy.store import from_csv as result_from_csv
-
-from .helpers import toy_chart
 
 ANY = st.floats(width=64)
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
@@ -230,30 +226,6 @@ def test_a_map_comes_back(tmp_path, robot, field, space, data):
     )
 
 
-@CALMLY
-@given(
-    st.lists(
-        st.dictionaries(st.sampled_from(["error", "drift, m", 'a "b"']), ANY, min_size=1),
-        max_size=4,
-    )
-)
-def test_a_chart_comes_back(measures):
-    base = {
-        "problem": "p",
-        "method": "cruder",
-        "knob": 1.0,
-        "status": "ok",
-        "word": 'hangs, "it says"\nfor long',
-    }
-    made = Result(
-        toy_chart.chart(), {"cpu": 'a, "b"', "threads": 1}, [base | own for own in measures]
-    )
-    back = again(made, result_from_csv, made.chart)
-    assert back.about == made.about
-    for ours, theirs in zip(made.rows, back.rows, strict=True):
-        same(dict(sorted(ours.items())), dict(sorted(theirs.items())))
-
-
 # What cannot be read
 
 LINE = fb.line((0.09, 0.068), (0.0, 0.1), 1.0)
@@ -272,20 +244,15 @@ def text_of(thing):
 @pytest.fixture(scope="module")
 def readers(plan):
     path = "t,x,y\n" + "".join(f"{k / 9!r},{k * 0.01!r},0.1\n" for k in range(10))
-    chart = toy_chart.chart()
-    result = Result(
-        chart, {}, [{"problem": "p", "method": "cruder", "knob": 1.0, "status": "ok", "error": 0.5}]
-    )
     return {
         "trajectory": (fb.from_csv, path), "run": (fb.Run.from_csv, text_of(RUN)),
         "plan": (fb.Plan.from_csv, text_of(plan)), "study": (Study.from_csv, text_of(STUDY)),
-        "chart": (lambda file: result_from_csv(file, chart), text_of(result)),
     }  # fmt: skip
 
 
 @settings(CALMLY, max_examples=200)
 @given(
-    st.sampled_from(["trajectory", "run", "plan", "study", "chart"]),
+    st.sampled_from(["trajectory", "run", "plan", "study"]),
     st.lists(
         st.tuples(
             st.floats(0, 1),
@@ -411,7 +378,6 @@ def test_numbers_are_no_files(number, plan):
     """`open` takes them for the caller's own streams, and closes these."""
     a_map, comparison = singularity_map(fb.FiveBar(), shape=(4, 4)), fb.compare({"a": RUN})
     calls = [fb.from_csv, fb.Run.from_csv, fb.Plan.from_csv, Study.from_csv, Map.from_npz]
-    calls += [lambda file: result_from_csv(file, toy_chart.chart())]
     calls += [thing.to_csv for thing in (RUN, plan, STUDY, a_map)] + [a_map.to_npz]
     if number is not None:  # of a picture or page: not to be written
         calls += [thing.page for thing in (RUN, STUDY, a_map)] + [

@@ -11,10 +11,11 @@ from fivebar.models.charts import CHARTS
 from fivebar.models.compiled import Buffered, compiled
 from fivebar.models.machine_code import library
 from fivebar.simulation.steps import propagate
-from fivebar.study.speed_accuracy.charts import simulators
-from fivebar.study.speed_accuracy.machine import missing
-from fivebar.study.speed_accuracy.rivals.heyoka import heyoka_run
-from fivebar.study.speed_accuracy.rivals.mujoco_pinocchio import pinocchio_native
+from fivebar.study.speed_accuracy.machine import lacks_module
+from tests.benchmarks.simulators import chart as simulators
+from tests.benchmarks.simulators.heyoka import heyoka_run
+from tests.benchmarks.simulators.mujoco_pinocchio import pinocchio_native
+from tests.benchmarks.simulators.native import lacks_cxx_compiler, lacks_headers
 from tests.benchmarks.speed import seconds
 
 RIGHT_SIDE = """
@@ -111,12 +112,11 @@ def through_type_2(repeats, levels=(1e-5, 1e-6, 1e-7, 1e-8, 1e-9)):
         "four bars, VM": (simulators.ours(False), finer),
         "constrained equations, compiled": (simulators.redundant_compiled(True), counts),
     }
-    if not missing(("heyoka",)):
+    if not lacks_module("heyoka")():
         prepare = simulators.simulator(heyoka_run, read=simulators.read_bars)
         ways["heyoka"] = prepare, 10.0 ** -np.arange(3, 13, 0.5)
-    if repeats > 1 and not missing(
-        ("pinocchio", "Pinocchio's headers", "C++ compiler")
-    ):  # compiled half a minute
+    needs = lacks_module("pinocchio"), lacks_headers, lacks_cxx_compiler
+    if repeats > 1 and not any(need() for need in needs):  # compiled half a minute
         ways["Pinocchio, C++ loop"] = (
             simulators.simulator(simulators.pinocchio_by("dop8", pinocchio_native)),
             finer,

@@ -1,16 +1,16 @@
 """Settings with which other simulators come closest to the motions: `python -m tests.benchmarks.peers`.
 
-What it prints is shipped as DRAKE_BUSHINGS and EXUDYN_SPRINGS of fivebar.study.speed_accuracy.
+What it prints is shipped as DRAKE_BUSHINGS and EXUDYN_SPRINGS of tests.benchmarks.simulators.
 """
 
 import numpy as np
 
 from fivebar.base.backend import wrap
-from fivebar.study.speed_accuracy.charts.motions import DRIVEN
-from fivebar.study.speed_accuracy.charts.simulators import FAR
-from fivebar.study.speed_accuracy.rivals.drake import drake_bushing
-from fivebar.study.speed_accuracy.rivals.exudyn import exudyn_springs
-from fivebar.study.speed_accuracy.rivals.mujoco_pinocchio import read
+from tests.benchmarks.simulators.chart import FAR
+from tests.benchmarks.simulators.drake import drake_bushing
+from tests.benchmarks.simulators.exudyn import exudyn_springs
+from tests.benchmarks.simulators.motions import DRIVEN
+from tests.benchmarks.simulators.mujoco_pinocchio import read
 
 RATIOS = 0.01, 0.02, 0.05, 0.1, 0.2, 0.4  # of damping
 STEPS = (

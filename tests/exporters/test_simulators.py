@@ -7,7 +7,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.models.physics import Physics
-from fivebar.study.speed_accuracy.charts.motions import DRIVEN, DURATION
+from tests.benchmarks.simulators.motions import DRIVEN, DURATION
 
 from ..helpers.needs import need
 from ..helpers.physics_cases import CASES, numbers, robot_of_case

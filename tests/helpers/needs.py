@@ -8,9 +8,9 @@ import pytest
 
 from fivebar.grading.worker.places import bwrap_trouble
 from fivebar.models.machine_code import c_compiler
-from fivebar.study.speed_accuracy.machine import PEERS, missing
-from fivebar.study.speed_accuracy.rivals.arm import PACKAGES, lacks_arm
+from tests.benchmarks.arm import PACKAGES, lacks_arm
 
+PEERS = "heyoka", "mujoco", "pinocchio", "pydrake", "exudyn", "pylinkage", "numba"
 BROWSERS = "chromium", "chromium-browser", "google-chrome"
 
 
@@ -44,7 +44,7 @@ NEEDED = {
         "apt-get install locales",
     ),
     "other simulators": (
-        lambda: not missing(PEERS),
+        lambda: all(map(find_spec, PEERS)),
         "pip install 'fivebar[peers]', where there are wheels of all",
     ),
 }

@@ -36,9 +36,8 @@ from fivebar.optimal_design.shards import MANIFEST, read_chunk, read_manifest
 from fivebar.optimal_design.sweeps import Sweep
 from fivebar.paths.certificates.checker import check, digest
 from fivebar.singularities.maps import Map, singularity_map
-from fivebar.study.speed_accuracy.store import Partial, Result
-from fivebar.study.speed_accuracy.store import from_csv as result_from_csv
-from tests.helpers import DATA, functions_with, toy_chart
+from fivebar.study.speed_accuracy.store import Partial
+from tests.helpers import DATA, functions_with
 
 ROBOT = fb.FiveBar()
 POINTS = "t,x,y\n" + "".join(f"{k / 9!r},{0.09 - k * 0.001!r},0.068\n" for k in range(10))
@@ -122,10 +121,6 @@ def readers():
     line = fb.line((0.09, 0.068), (0.08, 0.075), 0.2)
     run = fb.simulate(ROBOT, fb.ComputedTorque(ROBOT, 100, 20), line, duration=0.02)
     plan = fb.plan(ROBOT, (0.09, 0.068), (0.08, 0.075), 0.5)
-    chart = toy_chart.chart()
-    result = Result(
-        chart, {}, [{"problem": "p", "method": "cruder", "knob": 1.0, "status": "ok", "error": 0.5}]
-    )
     found = study(FourBar(0.2, 0.06, 0.16, 0.14), samples=5)
     points = POINTS.encode()
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("x = 1\n%pip list")])
@@ -177,7 +172,6 @@ def readers():
         "Plan": Reader(fb.Plan.from_csv, "it.csv", (_text(plan.to_csv),)),
         "Study": Reader(Study.from_csv, "it.csv", (_text(found.to_csv),)),
         "Map": Reader(Map.from_npz, "it.npz", (_map(),)),
-        "chart": Reader(lambda path: result_from_csv(path, chart), "it.csv", (_text(result.to_csv),)),
         "partial": Reader(_partial, "it.jsonl", (b'{"robot": 1}\n{"problem": "p", "method": "m", "knob": 1.0}\n',)),
         "robot.toml": Reader(lambda path: robot_from(str(path)), "it.toml", (TOML.encode(), toml_links.encode()),
                              (UsageError,)),
@@ -266,7 +260,7 @@ COVERS = {
     "linkages.study:from_csv": "Study", "paths.certificates.checker:check": "certificate", 
     "planning.plans:from_csv": "Plan", "simulation.run:from_csv": "Run", "singularities.maps:from_npz": "Map",
     "study.speed_accuracy.store:__init__": "partial", "study.speed_accuracy.store:_parsed": "partial",
-    "study.speed_accuracy.store:from_csv": "chart", "base.tables:about": "Run", "base.tables:opened": "from_csv",
+    "base.tables:about": "Run", "base.tables:opened": "from_csv",
     "cli.grade_folder:hand_out": "ids", "optimal_design.designs:_from_file": "designs.npz",
     "optimal_design.designs:rows": "designs.csv",
     "optimal_design.results:_load": "Design", "optimal_design.shards:read_chunk": "chunk",
@@ -277,7 +271,7 @@ COVERS = {
 # No reader of what others wrote.
 OWN = {
     "writers": """base.tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
-        study.speed_accuracy.making:draw study.speed_accuracy.making:_make study.speed_accuracy.making:redraw
+        study.speed_accuracy.making:make
         base.folders:locked_folder cli.__init__:main cli.__init__:_flush""",
     "files of the package and its dependencies": """visualization.document:document visualization.pages.document:made
         visualization.pages.document:script
@@ -287,10 +281,10 @@ OWN = {
         amoro.ros_free.child:main grading.course.graders:answer grading.course.worker_loop:main
         grading.worker.cell.__main__:main
         grading.worker.cell.__main__:receive grading.worker.live:_reply grading.worker.wire:message
-        grading.worker.launch:launch study.speed_accuracy.runner:_serve study.speed_accuracy.runner:run""",
+        grading.worker.launch:launch study.speed_accuracy.runner:_prepare""",
     "the system": """grading.worker.cell.confine:_descriptor grading.worker.cell.landlock:restrict
         grading.worker.launch:_spare_user grading.worker.sandbox:_kill_orphan
-        study.speed_accuracy.machine:_processor study.speed_accuracy.rivals.arm:executed""",
+        study.speed_accuracy.machine:_processor""",
     "bytes that are not taken apart": """grading.grade:file_hash cli.grade:_secret grading.plugin:_from_options
         grading.grade:grade""",
     "the cache of compiled code, checked by its sum; tests/models/test_compiled.py": """models.machine_code:_build

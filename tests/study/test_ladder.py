@@ -9,7 +9,7 @@ import pytest
 import fivebar as fb
 from fivebar.cli import main
 from fivebar.study.ladder import CASES, climb, figure
-from fivebar.study.ladder.rungs import RUNGS, _torques
+from fivebar.study.ladder.rungs import RUNGS, task_torques
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def test_what_is_missed_is_what_the_models_differ_by(found):
             if k[0] in "ldm" and k[:2] != "mx" or k in ("zz1", "zz2")
         }
     )
-    missed = _torques(case.robot, case) - _torques(light, case)
+    missed = task_torques(case.robot, case) - task_torques(light, case)
     assert found["vertical"][0].missed == pytest.approx(
         float(np.sqrt((missed**2).sum(axis=1).mean())), rel=1e-12
     )

@@ -2,15 +2,16 @@
 
 import platform
 import sys
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
 
-from fivebar.study.speed_accuracy import chart as declared
-from fivebar.study.speed_accuracy import machine, making
-from fivebar.study.speed_accuracy.charts import motions, simulators
+from fivebar.study.speed_accuracy.chart import Failed
 from fivebar.study.speed_accuracy.runner import measure
-from tests.helpers.needs import need
+from tests.benchmarks.simulators import chart as simulators
+from tests.benchmarks.simulators import motions, native
+from tests.helpers.needs import PEERS, need
 
 from .test_charts import measured_order
 
@@ -69,15 +70,12 @@ def test_the_traps_cost_digits(peers):
 def test_a_diverging_peer_fails():
     judge = simulators.judged("forced")
     for q, word in ((np.full(2, np.nan), "nan"), (np.full(2, 1e20), "diverges")):
-        with pytest.raises(declared.Failed, match=word):
+        with pytest.raises(Failed, match=word):
             judge((q, 0.0))
 
 
 def test_all_peers_are_installed_where_they_have_wheels():
     linux = (sys.platform, platform.machine()) == ("linux", "x86_64")
-    wanted = (*machine.PEERS, "C++ compiler", "Pinocchio's headers") if linux else ()
-    assert [machine.missing((name,)) for name in wanted] == [None] * len(wanted)
-
-
-def test_simulators_only_when_asked_for():
-    assert set(making.chart_names(peers=True)) - set(making.chart_names()) == {"simulators"}
+    if linux:
+        assert all(map(find_spec, PEERS))
+        assert native.lacks_cxx_compiler() is None and native.lacks_headers() is None

@@ -6,6 +6,7 @@ import pytest
 
 from fivebar.study.speed_accuracy.charts import motions
 from fivebar.study.speed_accuracy.charts.exact import DIGITS, cos_sin, distance, exact_motion
+from tests.benchmarks.simulators.motions import DRIVEN, DrivenMotion
 
 
 def position(robot, q, assembly):
@@ -107,7 +108,7 @@ def extrapolated(slope, y, step, levels):
     [("regular", 25, 10), ("grazing", 32, 11), ("through", 60, 11), ("forced", 25, 11)],
 )
 def test_ends_of_the_motions(name, steps, levels):
-    known = [table[name] for table in (motions.MOTIONS, motions.DRIVEN) if name in table]
+    known = [table[name] for table in (motions.MOTIONS, DRIVEN) if name in table]
     robot = motions.ROBOT
 
     def torque(t):
@@ -120,7 +121,7 @@ def test_ends_of_the_motions(name, steps, levels):
         for _ in range(steps):
             state = extrapolated(slope, state, mpmath.mpf(motions.DURATION) / steps, levels)
         for motion in known:
-            free = isinstance(motion, motions.FreeMotion)
+            free = not isinstance(motion, DrivenMotion)
             off = [float(a - b) for a, b in zip(state[:2] if free else state[2:4], motion.end)]
             assert max(abs(x) for x in off) < (1e-16 if free else 4e-16), off
 

@@ -1,6 +1,4 @@
-"""The ladder as a chart: per robot the tracking error and the torque missed, over what each rung
-costs.
-"""
+"""The ladder as a figure: for each robot the tracking error and the cost over the rungs."""
 
 from __future__ import annotations
 
@@ -11,61 +9,42 @@ from matplotlib.figure import Figure
 from ...visualization.style import COLOURS, INK
 from .rungs import CASES, RUNGS, Rung
 
-PALE = "#777777"
-TITLE = "Which physics is worth its cost"
 READING = (
     "The plant has all of it; the controller (computed torque at 1 kHz) knows the rungs up to the"
     " one on the axis. Hollow: the robot has nothing of that kind, and the rung costs nothing. A"
     " line that leaves its frame goes to 0."
 )
+# Attribute of a Rung -> (row of the figure, factor, label).
+CURVES = {
+    "rms": (0, 1e3, "tracking error, rms, mm"),
+    "missed": (0, 1e3, "torque missed, rms, mN m"),
+    "instructions": (1, 1, "instructions of the inverse model"),
+    "step": (1, 1e6, "time of a step of the plant, µs"),
+}
 
 
-def figure(found: dict[str, list[Rung]]) -> Figure:
-    """Matplotlib figure of the rungs {case: [Rung, ...]}: errors above, cost below."""
-    made = Figure(figsize=(4.2 * len(found) + 0.4, 7.2), layout="constrained")
-    made.suptitle(f"{TITLE}\n", fontsize=14, fontweight="bold", color=INK)
-    axes = made.subplots(2, len(found), sharex="col", squeeze=False)
-    places = range(len(RUNGS))
-    for k, (name, rungs) in enumerate(found.items()):
-        above, below = axes[:, k]
-        above.set_title(textwrap.fill(f"{name}: {CASES[name].source}", 52), fontsize=8.5, color=INK)
-        for values, label, colour in (
-            ([1e3 * r.rms for r in rungs], "tracking error, rms, mm", COLOURS[0]),
-            ([1e3 * r.missed for r in rungs], "torque missed, rms, mN m", COLOURS[1]),
-        ):
-            above.plot(places, values, color=colour, lw=1.2, label=label)
-            _marks(above, rungs, values, colour)
-        above.set_yscale("log")
-        for values, label, colour in (
-            ([r.instructions for r in rungs], "instructions of the inverse model", COLOURS[2]),
-            ([1e6 * r.step for r in rungs], "time of a step of the plant, µs", COLOURS[3]),
-        ):
-            below.plot(places, values, color=colour, lw=1.2, label=label)
-            _marks(below, rungs, values, colour)
-        below.set_ylim(bottom=0)
-        below.set_xticks(
-            list(places),
-            [("" if r.name == "masses" else "+ ") + r.name for r in rungs],
-            rotation=25,
-            ha="right",
-        )
-        for part in (above, below):
-            part.grid(True, color="#e5e5e5", lw=0.6)
-            part.tick_params(labelsize=8.5)
-    for part in axes[:, 0]:
-        part.legend(fontsize=8.5, frameon=False)
-    made.text(
-        0.5,
-        -0.02,
-        textwrap.fill(READING, 40 * len(found)),
-        ha="center",
-        va="top",
-        fontsize=8.5,
-        color=PALE,
-    )
+def figure(cases: dict[str, list[Rung]]) -> Figure:
+    """Return a Matplotlib figure of the rungs {case: [Rung, ...]}: errors above, cost below."""
+    made = Figure(figsize=(4.2 * len(cases) + 0.4, 7.6), layout="constrained")
+    made.suptitle("Which physics is worth its cost", fontsize=14, fontweight="bold", color=INK)
+    made.supxlabel(textwrap.fill(READING, 40 * len(cases)), fontsize=8.5)
+    axes = made.subplots(2, len(cases), sharex="col", squeeze=False)
+    for (name, rungs), column in zip(cases.items(), axes.T):
+        title = textwrap.fill(f"{name}: {CASES[name].source}", 52)
+        column[0].set_title(title, fontsize=8.5, color=INK)
+        for (attribute, (row, factor, label)), colour in zip(CURVES.items(), COLOURS):
+            values = [factor * getattr(rung, attribute) for rung in rungs]
+            column[row].plot(values, color=colour, lw=1.2, label=label)
+            for place, rung in enumerate(rungs):
+                fill = colour if rung.named else "white"
+                column[row].plot(place, values[place], "o", color=colour, mfc=fill, ms=6)
+        column[0].set_yscale("log")
+        column[1].set_ylim(bottom=0)
+        labels = ["masses", *(f"+ {rung}" for rung in list(RUNGS)[1:])]
+        column[1].set_xticks(range(len(RUNGS)), labels, rotation=25, ha="right")
+        for panel in column:
+            panel.grid(True, color="#e5e5e5", lw=0.6)
+            panel.tick_params(labelsize=8.5)
+    for panel in axes[:, 0]:
+        panel.legend(fontsize=8.5, frameon=False)
     return made
-
-
-def _marks(axes, rungs, values, colour):
-    for place, (rung, value) in enumerate(zip(rungs, values)):
-        axes.plot(place, value, "o", color=colour, mfc=colour if rung.named else "white", ms=6)

@@ -1,15 +1,14 @@
-"""Rungs of a robot's physics: what each costs in a model and in a step, and what a controller
-without it misses.
+"""Rungs of a robot's physics: what each costs, and what a controller without it misses.
 
 The plant has all of it. The controller is computed torque, and knows the rungs up to one; what it
-misses are the torques of the others, and these it has to make up for by an error.
+misses are the torques of the others, for which it has to make up by an error.
 """
 
 from __future__ import annotations
 
-import time
+import timeit
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -35,12 +34,12 @@ RUNGS = {
 }
 KP, KD, PERIOD = 400.0, 40.0, 1e-3  # 1/s^2, 1/s, s
 SETTLED = 0.4  # of the task, after which errors count
-CALLS = 300  # of which the fastest half gives a step's time
+CALLS = 300  # of which the fastest half gives the time of a step
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A robot with all that is known of it, what of that is assumed, and its task."""
+    """A robot with all that is known of it, its task, the source of its numbers, working modes."""
 
     robot: FiveBar
     reference: Trajectory
@@ -50,9 +49,10 @@ class Case:
 
 @dataclass(frozen=True)
 class Rung:
-    """What a rung costs: instructions of the inverse model, time of a step of any length (s); and
-    what it brings: rms of the torque that is missed (N m), rms and largest tracking error (m).
-        named: whether the robot has it at all.
+    """Costs and benefits of a rung.
+
+    named: whether the robot has it at all; instructions of the inverse model; step: time of a step
+    of the plant, s; missed: rms of the missing torque, N m; rms and largest tracking error, m.
     """
 
     name: str
@@ -65,23 +65,23 @@ class Rung:
 
 
 def _upright_lab():
-    bar = Link(1.0, 0.045, 0.0, 0.002025)
+    bar, links = Link(1.0, 0.045, 0.0, 0.002025), {}
+    links["11"] = links["21"] = bar
     return FiveBar.from_links(
-        0.09, 0.09, 0.09, 0.09, 0.118, {"11": bar, "21": bar}, payload=0.5, gravity=(0.0, -9.81)
+        0.09, 0.09, 0.09, 0.09, 0.118, links, payload=0.5, gravity=(0.0, -9.81)
     )
 
 
 def _haptic():
-    lengths = 0.07, 0.09, 0.07, 0.09, 0.0
-    links = {
-        name: 2700 * 0.015 * 0.004 * length
-        for name, length in zip(("11", "12", "21", "22"), lengths)
-    }
+    lengths = 0.07, 0.09, 0.07, 0.09
+    masses = [2700 * 0.015 * 0.004 * length for length in lengths]
+    links, motors = dict(zip(("11", "12", "21", "22"), masses)), (1e-6, 1e-6)
     return FiveBar.from_links(
-        *lengths, links, payload=0.02, rotor=(1e-6, 1e-6), coulomb=(1e-3, 1e-3)
+        *lengths, 0.0, links, payload=0.02, rotor=motors, coulomb=(1e-3, 1e-3)
     )
 
 
+VERTICAL = ROBOTS["iri-vertical"]
 CASES = {
     "lab": Case(
         _upright_lab(),
@@ -89,9 +89,7 @@ CASES = {
         "the AMORO lab's files (1 kg at 45 mm of each proximal bar, 0.5 kg at the end), stood"
         " upright",
     ),
-    "vertical": Case(
-        ROBOTS["iri-vertical"].robot, circle((0.0, 0.24), 0.04, 1.0), ROBOTS["iri-vertical"].source
-    ),
+    "vertical": Case(VERTICAL.robot, circle((0.0, 0.24), 0.04, 1.0), VERTICAL.source),
     "haptic": Case(
         _haptic(),
         circle((0.0, 0.12), 0.02, 1.0),
@@ -102,89 +100,63 @@ CASES = {
 }
 
 
-def climb(case: Case, tick: Callable[[], object] = lambda: None) -> list[Rung]:
-    """A case's rungs, each with those below it. tick: called after each."""
-    robot, known, rungs = case.robot, [], []
-    away = {
-        name: (0.0, 0.0) if name == "gravity" else 0.0 for names in RUNGS.values() for name in names
-    }
-    wanted = _torques(robot, case)
+def climb(case: Case, progress: Callable[[], object] = lambda: None) -> list[Rung]:
+    """Return the rungs of a case, each with those below it; call progress after each."""
+    robot, rungs = case.robot, []
+    unknown = [name for names in RUNGS.values() for name in names]
+    pose = igm(robot, case.reference(0.0)[0], case.working)
+    expected = task_torques(robot, case)
     for name, fields in RUNGS.items():
-        known += fields
-        model = replace(
-            robot, **{field: zero for field, zero in away.items() if field not in known}
-        )
-        law = ComputedTorque(model, KP, KD, case.working, -int(np.sign(_start(case).det_A)))
+        unknown = [field for field in unknown if field not in fields]
+        zeros = {field: (0.0, 0.0) if field == "gravity" else 0.0 for field in unknown}
+        model = replace(robot, **zeros)
+        law = ComputedTorque(model, KP, KD, case.working, int(pose.assembly))
         run = simulate(robot, law, case.reference, control_period=PERIOD)
         error = np.hypot(*run.error[run.t >= SETTLED * run.t[-1]].T)
-        missed = wanted - _torques(model, case)
+        missed = expected - task_torques(model, case)
         inverse = compile(model, ["xi", "xi_dot", "xi_ddot"], ["tau"], working=case.working)
-        named = not fields or (
-            "gravity" in robot.parameters
-            if name == "gravity"
-            else any(field in robot.parameters for field in fields)
+        marks = ("gravity",) if name == "gravity" else fields  # moments without it are no rung
+        rungs.append(
+            Rung(
+                name,
+                not fields or any(mark in robot.parameters for mark in marks),
+                inverse.n_instructions(),
+                step_time(model),
+                float(np.sqrt(np.mean(np.sum(missed**2, axis=1)))),
+                float(np.sqrt(np.mean(error**2))),
+                float(error.max()),
+            )
         )
-        rms = float(np.sqrt(np.mean(error**2))), float(error.max())
-        missed = float(np.sqrt(np.mean(np.sum(missed**2, axis=1))))
-        rungs.append(Rung(name, named, inverse.n_instructions(), step_time(model), missed, *rms))
-        tick()
+        progress()
     return rungs
 
 
-def _start(case):
-    return igm(case.robot, case.reference(0.0)[0], case.working)
-
-
-def _torques(robot, case):
+def task_torques(robot: FiveBar, case: Case) -> np.ndarray:
+    """Return the torques (n, 2) N m that a robot needs for the task of a case."""
     xi, xi_dot, xi_ddot = case.reference(np.linspace(0, case.reference.duration, 1001))
     return inverse_dynamics(ikm2(ikm(igm(robot, xi, case.working), xi_dot), xi_ddot))
 
 
 def step_time(robot: FiveBar) -> float:
-    """Time of one step of any length of this robot's plant, s: the median of the faster half of
-    many.
-    """
+    """Return the time of a step of the plant, s: the median of the faster half of many."""
     names = names_of([robot])
-    call, parameters = (
-        Buffered(free_step(type(robot), names)),
-        np.array(parameters_of(robot, names)),
-    )
+    call = Buffered(free_step(type(robot), names))
     state = np.array([0.3, 1.2, 1.5, 2.2, 1.0, -0.5, 0.7, 0.2])
-    inputs = [state, np.zeros(2), 1e-3, 1e-12, parameters] + [np.ones(2)] * bool(
-        {"fs1", "fs2"} & set(names)
-    )
-    spent = []
-    for _ in range(CALLS):
-        before = time.perf_counter()
-        call(*inputs)
-        spent.append(time.perf_counter() - before)
-    return float(np.median(np.sort(spent)[: CALLS // 2]))
+    inputs = [state, np.zeros(2), 1e-3, 1e-12, np.array(parameters_of(robot, names))]
+    if {"fs1", "fs2"} & set(names):
+        inputs.append(np.ones(2))
+    times = timeit.repeat(lambda: call(*inputs), number=1, repeat=CALLS)
+    return float(np.median(np.sort(times)[: CALLS // 2]))
 
 
-def table(found: dict[str, list[Rung]]) -> tuple[tuple[str, ...], list[list]]:
-    """Header and rows of all cases' rungs, for a CSV or a print."""
-    header = (
-        "robot",
-        "rung",
-        "named",
-        "instructions",
-        "step_us",
-        "missed_Nm",
-        "rms_um",
-        "largest_um",
-    )
-    rows = [
-        [
-            case,
-            r.name,
-            int(r.named),
-            r.instructions,
-            1e6 * r.step,
-            r.missed,
-            1e6 * r.rms,
-            1e6 * r.largest,
-        ]
-        for case, rungs in found.items()
-        for r in rungs
-    ]
-    return header, rows
+def table(cases: dict[str, list[Rung]]) -> tuple[tuple[str, ...], list[list]]:
+    """Return heading and rows of the rungs of all cases, for a CSV or a print."""
+    header = "robot rung named instructions step_us missed_Nm rms_um largest_um".split()
+    rows = []
+    for case, rungs in cases.items():
+        for rung in rungs:
+            values = asdict(rung) | {"named": int(rung.named)}
+            for name in ("step", "rms", "largest"):
+                values[name] *= 1e6
+            rows.append([case, *values.values()])
+    return tuple(header), rows

@@ -3,7 +3,6 @@ it.
 
 newton_dgm        direct geometric model by Newton on the loop closure
 half_angle        the tangent half-angle formula
-stretched         sqrt(l^2 - a^2) where the bars are stretched
 differentiation   rates by differences of positions
 joint_space       forward dynamics in joint coordinates, across Type 2
 energy_drift      integrators on a conservative motion

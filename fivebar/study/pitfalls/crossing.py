@@ -1,6 +1,4 @@
-"""The lab's control task 2 meets a Type-2 singularity: exact inverse dynamics there, and a motion
-made to cross it.
-"""
+"""The lab's control task 2 meets a Type-2 singularity, and a motion that is made to cross it."""
 
 from __future__ import annotations
 
@@ -26,13 +24,12 @@ START, GOAL, DURATION = (0.09, 0.06796322), (0.05, 0.0), 4.0
 
 
 def straight() -> Trajectory:
-    """The lab's quintic from START to GOAL."""
+    """Return the lab's quintic from START to GOAL."""
     return line(START, GOAL, DURATION)
 
 
 def compliant(robot: Robot, speed: float = 0.05) -> Trajectory:
-    """A polynomial of degree 8 between the same points, on the singularity at half time with zero
-    acceleration.
+    """Return a polynomial of degree 8 that is on the singularity at half time without acceleration.
 
     There it passes with `speed`, m/s, along the line. Its inertial force then has no component
     along the direction that the bars leave free, which is the criterion of Briot and Arakelian
@@ -49,16 +46,14 @@ def compliant(robot: Robot, speed: float = 0.05) -> Trajectory:
 
 
 def torque(robot: Robot, reference: Reference, t: ArrayLike) -> np.ndarray:
-    """Exact inverse dynamics along a reference, (n, 2) N m at t (n,) s, working modes (-1, -1)."""
+    """Return the exact torque along a reference, (n, 2) N m at t (n,) s, modes (-1, -1)."""
     xi, xi_dot, xi_ddot = reference(t)
     return inverse_dynamics(ikm2(ikm(igm(robot, xi), xi_dot), xi_ddot))
 
 
 @dataclass(frozen=True)
 class OpenLoop:
-    """A controller that applies the reference's own torque, taken in the middle of each control
-    period (s).
-    """
+    """A controller that applies the torque of the reference in the middle of each period (s)."""
 
     robot: Robot
     period: float
@@ -71,9 +66,7 @@ class OpenLoop:
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """Torque of a reference beside its crossing: t - t_crossing (n,) s, without 0, and torque (n,
-    2) N m.
-    """
+    """Torque (n, 2) N m of a reference at t - t_crossing (n,) s, without 0."""
 
     crossing: float
     offset: np.ndarray
@@ -81,19 +74,16 @@ class Crossing:
 
     @property
     def peak(self) -> float:
+        """The largest torque, N m."""
         return float(np.abs(self.torque).max())
 
 
 def beside_crossing(
     robot: Robot, reference: Trajectory, closest: float = 1e-6, count: int = 400
 ) -> Crossing:
-    """Exact torque from start to end of a reference, up to `closest` (s) to the crossing on both
-    sides.
-    """
-    when = check_path(robot, reference).time
-    sides = [
-        -np.geomspace(when, closest, count),
-        np.geomspace(closest, reference.duration - when, count),
-    ]
-    offset = np.concatenate(sides)
-    return Crossing(when, offset, torque(robot, reference, when + offset))
+    """Return the exact torque up to `closest` (s) to the crossing on both sides."""
+    crossing = check_path(robot, reference).time
+    before = -np.geomspace(crossing, closest, count)
+    after = np.geomspace(closest, reference.duration - crossing, count)
+    offset = np.concatenate([before, after])
+    return Crossing(crossing, offset, torque(robot, reference, crossing + offset))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,13 +16,11 @@ if TYPE_CHECKING:
 
     from ...models.robots import Robot
 
-OURS = 2e-15  # bound of the analytic rates' relative error, which the tests check against 50 digits
+OURS = 2e-15  # bound of the relative error of our rates, which the tests check against 50 digits
 
 
 def swing(t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A smooth motion of both cranks within the robot's regular region: q, q', q'' (n, 2) at t (n,)
-    s.
-    """
+    """Return q, q', q'' (n, 2) at t (n,) s of a smooth motion within the robot's regular region."""
     t = np.asarray(t, dtype=float)[..., None]
     size, rate, phase = np.array([0.3, 0.25]), np.array([3.0, 4.0]), np.array([0.4, 1.1])
     angle = rate * t + phase
@@ -31,21 +28,20 @@ def swing(t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def analytic(robot: Robot, t: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """xi', xi'' (n, 2) of the end-effector at t, by the first- and second-order models."""
+    """Return xi', xi'' (n, 2) at t by the first- and second-order models."""
     q, q_dot, q_ddot = swing(t)
     rates = dkm(dgm(robot, q), q_dot)
     return rates.xi_dot, dkm2(rates, q_ddot).xi_ddot
 
 
 def differences(robot: Robot, t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """The same at t as MechAnalyzer's eq. 23 and 25: V2 = (P2 - P1) / dt, A2 = (V2 - V1) / dt."""
+    """Return them as MechAnalyzer's eq. 23 and 25: V2 = (P2 - P1) / dt, A2 = (V2 - V1) / dt."""
     p0, p1, p2 = (dgm(robot, swing(t - k * step)[0]).xi for k in (2, 1, 0))
     v1, v2 = (p1 - p0) / step, (p2 - p1) / step
     return v2, (v2 - v1) / step
 
 
-@dataclass(frozen=True, eq=False)
-class Differentiation:
+class Differentiation(NamedTuple):
     """Relative errors (n,) of the differences for each step (n,) s: the largest over 50 times in 2
     s.
     """
@@ -56,16 +52,11 @@ class Differentiation:
 
 
 def error_curve(robot: Robot, steps: Sequence[float]) -> Differentiation:
-    """How far differences with these steps are from the analytic rates, in parts of the largest
-    rate.
-    """
-    t = np.linspace(0, 2, 50)
-    exact = analytic(robot, t)
-    errors = [
-        [
-            np.abs(found - true).max() / np.abs(true).max()
-            for found, true in zip(differences(robot, t, step), exact)
-        ]
-        for step in steps
-    ]
+    """Return how far differences are from the analytic rates, in parts of the largest rate."""
+    t, errors = np.linspace(0, 2, 50), []
+    exact = np.array(analytic(robot, t))
+    largest = np.abs(exact).max(axis=(1, 2))
+    for step in steps:
+        error = np.abs(np.array(differences(robot, t, step)) - exact)
+        errors.append(error.max(axis=(1, 2)) / largest)
     return Differentiation(np.asarray(steps, dtype=float), *np.array(errors).T)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,35 +14,27 @@ if TYPE_CHECKING:
     from ...models.robots import FiveBar
 
 
-def half_angle(
-    a: np.ndarray, b: np.ndarray, c: np.ndarray, branch: int | tuple[int, int]
-) -> np.ndarray:
-    """A root of a sin(theta) + b cos(theta) + c = 0: theta = 2 arctan((a + branch sqrt(a^2 + b^2 -
-    c^2)) / (b - c)).
+def half_angle(a: np.ndarray, b: np.ndarray, c: np.ndarray, branch: int) -> np.ndarray:
+    """Return a root of a sin(theta) + b cos(theta) + c = 0.
 
-    Wang, Chen, Deng 2019, eq. 5-9. nan or lost digits where b - c vanishes: one of the two roots is
-    then theta = pi, and the other one, at which nothing happens, is computed as 0 / 0.
+    theta = 2 arctan((a + branch sqrt(a^2 + b^2 - c^2)) / (b - c)): Wang, Chen, Deng 2019, eq. 5-9.
+    nan or lost digits where b - c vanishes: one of the two roots is then theta = pi, and the other
+    one, at which nothing happens, is computed as 0 / 0.
     """
     return 2 * np.arctan((a + branch * np.sqrt(a * a + b * b - c * c)) / (b - c))
 
 
 def half_angle_igm(robot: FiveBar, xi: ArrayLike, working: int = -1) -> np.ndarray:
-    """q11 (n,) rad of the left leg that reaches xi (n, 2) m, by the half-angle formula."""
+    """Return q11 (n,) rad of the left leg that reaches xi (n, 2) m, by the half-angle formula."""
     (x, y), l1, l2 = np.moveaxis(np.asarray(xi, dtype=float), -1, 0), robot.l11, robot.l12
     x = x + robot.d / 2
     with np.errstate(invalid="ignore", divide="ignore"):
         return half_angle(-2 * l1 * y, -2 * l1 * x, x * x + y * y + l1 * l1 - l2 * l2, -working)
 
 
-def dyad_igm(robot: FiveBar, xi: ArrayLike, working: int = -1) -> np.ndarray:
-    """The same by the RRR dyad."""
-    return igm(robot, xi, (working, -1), unreachable="nan").q[:, 0]
-
-
-@dataclass(frozen=True, eq=False)
-class HalfAngle:
-    """Poses that approach b = c: distance from it (n,) m, xi (n, 2) m, q11 (n,) rad by either
-    method.
+class HalfAngle(NamedTuple):
+    """Poses that approach b = c: distance from it (n,) m, xi (n, 2) m, q11 (n,) rad by the formula
+    and by the RRR dyad.
     """
 
     distance: np.ndarray
@@ -53,17 +44,16 @@ class HalfAngle:
 
 
 def approach(robot: FiveBar, distances: ArrayLike, angle: float, working: int = -1) -> HalfAngle:
-    """Move the end-effector along +x towards a place that the left leg also reaches with its crank
-    at 180 degrees.
+    """Move the end-effector along +x towards a place that the left leg also reaches with q11 = pi.
 
-    distances: (n,) m; angle: rad, of the distal bar in that other posture. working: the posture
-        that is wanted.
+    Parameters
+    ----------
+    distances : (n,) m from that place
+    angle : rad, of the distal bar in that other posture
+    working : +1 or -1, the posture of the leg that is wanted
     """
-    place = np.array([-robot.d / 2 - robot.l11, 0.0]) + robot.l12 * np.array(
-        [np.cos(angle), np.sin(angle)]
-    )
     distances = np.asarray(distances, dtype=float)
-    xi = place + np.stack([distances, np.zeros_like(distances)], axis=-1)
-    return HalfAngle(
-        distances, xi, half_angle_igm(robot, xi, working), dyad_igm(robot, xi, working)
-    )
+    x = -robot.d / 2 - robot.l11 + robot.l12 * np.cos(angle)
+    xi = np.stack([x + distances, np.full_like(distances, robot.l12 * np.sin(angle))], axis=-1)
+    dyad = igm(robot, xi, (working, -1), unreachable="nan").q[:, 0]
+    return HalfAngle(distances, xi, half_angle_igm(robot, xi, working), dyad)

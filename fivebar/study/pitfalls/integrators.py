@@ -1,5 +1,6 @@
-"""Integrators that the cases share: a slope is (t, state (k, ...)) -> (k, ...), positions first,
-then rates.
+"""Integrators that the cases share.
+
+A slope is (t, state (k, ...)) -> (k, ...), positions first, then rates.
 """
 
 from __future__ import annotations
@@ -17,12 +18,14 @@ if TYPE_CHECKING:
 
 
 def explicit_euler(slope: Slope, t: float, state: np.ndarray, step: float) -> np.ndarray:
+    """Return the state after a step of the explicit Euler method."""
     return state + step * slope(t, state)
 
 
 def semi_implicit_euler(slope: Slope, t: float, state: np.ndarray, step: float) -> np.ndarray:
-    """Rates first, then positions with the new rates: symplectic only where the inertia is
-    constant.
+    """Return the state after a step: rates first, then positions with the new rates.
+
+    It is symplectic only where the inertia is constant.
     """
     half = len(state) // 2
     rates = state[half:] + step * slope(t, state)[half:]
@@ -30,6 +33,7 @@ def semi_implicit_euler(slope: Slope, t: float, state: np.ndarray, step: float) 
 
 
 def rk4(slope: Slope, t: float, state: np.ndarray, step: float) -> np.ndarray:
+    """Return the state after a step of the classical Runge-Kutta method."""
     k1 = slope(t, state)
     k2 = slope(t + step / 2, state + step / 2 * k1)
     k3 = slope(t + step / 2, state + step / 2 * k2)
@@ -40,7 +44,7 @@ def rk4(slope: Slope, t: float, state: np.ndarray, step: float) -> np.ndarray:
 def march(
     method: Callable, slope: Slope, state: np.ndarray, duration: float, step: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times (n,) and states (n, k) of a fixed-step method over `duration`, both ends included."""
+    """Return times (n,) and states (n, k) of a fixed-step method, both ends included."""
     t = np.arange(round(duration / step) + 1) * step
     states = np.empty((len(t), len(state)))
     states[0] = state
@@ -51,14 +55,13 @@ def march(
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What a SciPy solver gave: t (n,) s, states (n, k), its own word for it, evaluations of the
-    slope.
+    """The result of a SciPy solver: t (n,) s, states (n, k), whether it claims success,
+    evaluations of the slope.
     """
 
     t: np.ndarray
     states: np.ndarray
     success: bool
-    message: str
     evaluations: int
 
 
@@ -75,9 +78,9 @@ def adaptive(
     atol: float = 1e-6,
     limit: int = 100_000,
 ) -> Solution:
-    """SciPy's solve_ivp over t_eval (n,) s, its own tolerances by default.
+    """Return the result of SciPy's solve_ivp at t_eval (n,) s.
 
-    limit: evaluations after which it is stopped, for a solver that meets nan may go on for ever.
+    A solver that meets nan may go on for ever: it is stopped after `limit` evaluations.
     """
     count = 0
 
@@ -88,15 +91,10 @@ def adaptive(
             raise _TooMany
         return slope(t, y)
 
-    span = (t_eval[0], t_eval[-1])
+    span, tolerances = (t_eval[0], t_eval[-1]), {"rtol": rtol, "atol": atol}
     try:
         with np.errstate(all="ignore"):
-            found = solve_ivp(
-                counted, span, state, method=method, t_eval=t_eval, rtol=rtol, atol=atol
-            )
-    except (_TooMany, ValueError, np.linalg.LinAlgError) as error:
-        message = (
-            f"stopped after {limit} evaluations" if isinstance(error, _TooMany) else str(error)
-        )
-        return Solution(np.empty(0), np.empty((0, len(state))), False, message, count)
-    return Solution(found.t, found.y.T, found.success, found.message, count)
+            result = solve_ivp(counted, span, state, method=method, t_eval=t_eval, **tolerances)
+    except (_TooMany, ValueError, np.linalg.LinAlgError):
+        return Solution(np.empty(0), np.empty((0, len(state))), False, count)
+    return Solution(result.t, result.y.T, result.success, count)

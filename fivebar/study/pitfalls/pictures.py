@@ -1,6 +1,4 @@
-"""Figures of the cases, where a method fails beside the one that does not: Matplotlib's, saved by
-their `savefig`.
-"""
+"""Matplotlib figures of the cases, where a method fails beside the one that does not."""
 
 from __future__ import annotations
 
@@ -26,204 +24,129 @@ if TYPE_CHECKING:
 
 # What survives is ink; the others are told apart by dashes too.
 OTHERS = (
-    dict(color=ORANGE, ls="--"),
-    dict(color=BLUE, ls="-."),
-    dict(color=PINK, ls=":"),
-    dict(color=AMBER, ls=(0, (6, 2, 1, 2, 1, 2))),
-    dict(color=SKY, ls=(0, (1, 1))),
+    {"color": ORANGE, "ls": "--"},
+    {"color": BLUE, "ls": "-."},
+    {"color": PINK, "ls": ":"},
+    {"color": AMBER, "ls": (0, (6, 2, 1, 2, 1, 2))},
+    {"color": SKY, "ls": (0, (1, 1))},
 )
-OURS = dict(color=INK, ls="-")
+OURS = {"color": INK, "ls": "-"}
 FLOOR = 1e-17  # an error of zero is drawn here
 
 
-def _figure(panels=1, height=4.6, width=6.4):
-    figure = Figure(figsize=(width * panels, height), layout="constrained")
-    axes = figure.subplots(1, panels, squeeze=False)[0]
-    for each in axes:
-        each.grid(alpha=0.25)
-    return figure, axes if panels > 1 else axes[0]
+def _panels(number=1):
+    """Return a figure and its axes, side by side."""
+    figure = Figure(figsize=(6.4 * number, 4.6), layout="constrained")
+    return figure, figure.subplots(1, number, squeeze=False)[0]
 
 
-def _legend(axes, columns=2):
-    axes.legend(
-        loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=columns, fontsize=8, frameon=False
-    )
-
-
-def _labelled(name):
-    return {"label": name, "lw": 2.2 if name == "fivebar" else 1.5}
+def _finish(axes, xlabel, ylabel, title, **options):
+    """Label axes, with a legend below them."""
+    axes.set(xlabel=xlabel, ylabel=ylabel, title=title, **options)
+    axes.grid(alpha=0.25)
+    place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14)}
+    axes.legend(ncols=2, fontsize=8, frameon=False, **place)
 
 
 def differentiation(curve: Differentiation) -> Figure:
-    """Error of velocities and accelerations by differences against the step: truncation, then
-    rounding.
-    """
-    figure, axes = _figure()
-    for name, error, style, side in (
-        ("velocity", curve.velocity, OTHERS[1], "top"),
-        ("acceleration", curve.acceleration, OTHERS[0], "bottom"),
-    ):
-        best = int(np.argmin(error))
-        axes.loglog(curve.step, error, **style, **_labelled(f"{name}, by differences"))
+    """Draw the error of rates by differences against the step: truncation, then rounding."""
+    figure, (axes,) = _panels()
+    pairs = ("velocity", curve.velocity), ("acceleration", curve.acceleration)
+    for (name, error), style in zip(pairs, OTHERS):
+        best = np.argmin(error)
+        label = f"{name}: best {error[best]:.1g} at {curve.step[best]:.0e} s"
+        axes.loglog(curve.step, error, **style, lw=1.5, label=label)
         axes.plot(curve.step[best], error[best], "o", color=style["color"], ms=7)
-        axes.annotate(
-            f"best {error[best]:.1g}\nat {curve.step[best]:.0e} s",
-            (curve.step[best], error[best]),
-            fontsize=8,
-            xytext=(0, -10 if side == "top" else 18),
-            textcoords="offset points",
-            ha="center",
-            va=side,
-        )
-    axes.axhline(
-        OURS_BOUND, color=INK, lw=2.2, label="fivebar's rates, which need no step: at most"
-    )
-    axes.set(
-        xlabel="step between the positions (s)",
-        ylabel="relative error",
-        ylim=(1e-16, 1e2),
-        title="Rates by differences of positions",
-    )
-    _legend(axes)
+    axes.axhline(OURS_BOUND, **OURS, lw=2.2, label="fivebar's rates, which need no step: at most")
+    title = "Rates by differences of positions"
+    _finish(axes, "step between the positions (s)", "relative error", title, ylim=(1e-16, 1e2))
     return figure
 
 
 def free_motion(
     attempts: Sequence[FreeRun], ours: FreeRun, naive_steps: StepSizes, our_steps: StepSizes
 ) -> Figure:
-    """The free motion by SciPy's solvers and RK4 in joint coordinates, and the energy error over
-    fixed step sizes.
-    """
-    figure, (left, right) = _figure(2)
-    for size, attempt, style in zip(
-        (13, 11, 9, 7, 5), attempts, OTHERS
-    ):  # marks that coincide are both seen
-        fine = np.isfinite(attempt.xi[:, 1])
-        t, y = attempt.t[fine], 1e3 * attempt.xi[fine, 1]
+    """Draw the free motion by other solvers in joint coordinates, and errors over fixed steps."""
+    figure, (left, right) = _panels(2)
+    for attempt, style in zip(attempts, OTHERS):
+        finite = np.isfinite(attempt.xi[:, 1])
+        t, y = attempt.t[finite], 1e3 * attempt.xi[finite, 1]
         claim = '"success"' if attempt.success else "gave up"
-        left.plot(
-            t, y, **style, **_labelled(f"{attempt.name}: {claim}{'' if fine.all() else ', nan'}")
-        )
-        left.plot(t[-1:], y[-1:], "x", color=style["color"], ms=size, mew=2)
-    left.plot(ours.t, 1e3 * ours.xi[:, 1], **OURS, **_labelled("fivebar"))
+        label = f"{attempt.name}: {claim}{'' if finite.all() else ', nan'}"
+        left.plot(t, y, **style, lw=1.5, label=label)
+        left.plot(t[-1:], y[-1:], "x", color=style["color"], ms=9, mew=2)
+    left.plot(ours.t, 1e3 * ours.xi[:, 1], **OURS, lw=2.2, label="fivebar")
     left.plot(2.0, 1e3 * FREE_END[1], "o", color=INK, mfc="white", ms=7, label="true end")
-    left.set(
-        xlabel="time (s)",
-        ylabel="y of the end-effector (mm)",
-        title="Joint coordinates meet Type 2 at 0.1164 s",
-    )
-    _legend(left)
-    finite = np.isfinite(naive_steps.energy_error)
-    right.set_yscale("log")
-    milliseconds = 1e3 * naive_steps.step
-    right.plot(
-        milliseconds[finite],
-        np.abs(naive_steps.energy_error[finite]),
-        "^",
-        color=ORANGE,
-        ms=6,
-        label=f"joint coordinates, RK4: {finite.sum()} finished, without a word",
-    )
-    right.plot(
-        milliseconds[~finite],
-        np.full((~finite).sum(), 1e2),
-        "|",
-        color=ORANGE,
-        ms=9,
-        label=f"joint coordinates, RK4: {(~finite).sum()} of {len(finite)} ended in nan",
-    )
+    title = "Joint coordinates meet Type 2 at 0.1164 s"
+    _finish(left, "time (s)", "y of the end-effector (mm)", title)
+    error, step = np.abs(naive_steps.energy_error), 1e3 * naive_steps.step
+    finite = np.isfinite(error)
+    name = "joint coordinates, RK4"
+    label = f"{name}: {finite.sum()} finished, without a word"
+    right.semilogy(step[finite], error[finite], "^", color=ORANGE, ms=6, label=label)
+    label = f"{name}: {(~finite).sum()} of {len(finite)} ended in nan"
+    lost = step[~finite]
+    right.plot(lost, np.full_like(lost, 1e2), "|", color=ORANGE, ms=9, label=label)
     right.plot(1e3 * our_steps.step, our_steps.energy_error, ".", color=INK, ms=5, label="fivebar")
-    right.set(
-        xlabel="step (ms)", ylabel="relative error of the energy", title="RK4 with fixed steps, 2 s"
-    )
-    _legend(right, 1)
+    _finish(right, "step (ms)", "relative error of the energy", "RK4 with fixed steps, 2 s")
     return figure
 
 
 def energy(drifts: Iterable[Drift]) -> Figure:
-    """Relative error of the energy against time, one curve for each integrator."""
-    figure, axes = _figure()
+    """Draw the relative error of the energy against time, one curve for each integrator."""
+    figure, (axes,) = _panels()
     others = iter(OTHERS)
     for drift in drifts:
         style = OURS if drift.name == "fivebar" else next(others)
         error = np.maximum(np.maximum.accumulate(np.abs(drift.error)), FLOOR)
         label = f"{drift.name} ({drift.evaluations} evaluations)"
-        axes.semilogy(drift.t, error, **style, **(_labelled(drift.name) | {"label": label}))
-    axes.set(
-        xlabel="time (s)",
-        ylabel="largest relative error so far",
-        title="Energy of a motion without torque",
-    )
-    _legend(axes)
+        axes.semilogy(drift.t, error, **style, lw=1.5, label=label)
+    title = "Energy of a motion without torque"
+    _finish(axes, "time (s)", "largest relative error so far", title)
     return figure
 
 
 def closure(motions: dict[str, Redundant], ours: tuple[np.ndarray, np.ndarray]) -> Figure:
-    """How far the bars are from their lengths against time. motions: {name: Redundant}; ours: (t,
-    closure).
-    """
-    figure, axes = _figure()
+    """Draw how far the bars are from their lengths against time; ours: (t, closure)."""
+    figure, (axes,) = _panels()
     for (name, motion), style in zip(motions.items(), OTHERS):
-        axes.semilogy(motion.t, np.maximum(motion.closure, FLOOR), **style, **_labelled(name))
-    axes.semilogy(ours[0], np.maximum(ours[1], FLOOR), **OURS, label="fivebar", lw=0.7)
-    axes.set(
-        xlabel="time (s)",
-        ylabel="error of a bar's length (m)",
-        title="Closure of the loop, free motion",
-    )
-    _legend(axes)
+        axes.semilogy(motion.t, np.maximum(motion.closure, FLOOR), **style, lw=1.5, label=name)
+    axes.semilogy(ours[0], np.maximum(ours[1], FLOOR), **OURS, lw=0.7, label="fivebar")
+    title = "Closure of the loop, free motion"
+    _finish(axes, "time (s)", "error of a bar's length (m)", title)
     return figure
 
 
 def crossing(naive: Crossing, compliant: Crossing) -> Figure:
-    """Torques of the lab's task 2 and of a motion made to cross, against the time to the
-    singularity.
-    """
-    figure, (before, after) = _figure(2)
-    for axes, side, title in (
-        (before, -1, "before the crossing"),
-        (after, 1, "after the crossing"),
-    ):
-        for case, name, style in (
-            (naive, "quintic line of task 2", OTHERS[0]),
-            (compliant, "compliant polynomial", OURS),
-        ):
+    """Draw the torques of the lab's task 2 and of a motion made to cross, around the crossing."""
+    figure, panels = _panels(2)
+    cases = (
+        (naive, "quintic line of task 2", OTHERS[0]),
+        (compliant, "compliant polynomial", OURS),
+    )
+    for axes, side, when in zip(panels, (-1, 1), ("before", "after")):
+        for case, name, style in cases:
             here = np.sign(case.offset) == side
             largest = np.abs(case.torque[here]).max(axis=1)
             axes.loglog(np.abs(case.offset[here]), largest, **style, lw=2, label=name)
-        axes.set(
-            xlabel=f"time {title} (s)", ylabel="larger torque (N m)", ylim=(1e-4, 1e2), title=title
-        )
-        _legend(axes)
-    before.invert_xaxis()
+        words = f"{when} the crossing"
+        _finish(axes, f"time {words} (s)", "larger torque (N m)", words, ylim=(1e-4, 1e2))
+    panels[0].invert_xaxis()
     figure.suptitle("Exact torque through a Type-2 singularity")
     return figure
 
 
 def stability(limits: Sequence[MeasuredLimit]) -> Figure:
-    """The limits of stability in the plane of the gains, exact and as measured on the simulated
-    robot.
-    """
-    figure, panels = _figure(len(limits))
-    for axes, limit in zip(np.atleast_1d(panels), limits):
+    """Draw the limits of stability in the plane of the gains, exact and as measured."""
+    figure, panels = _panels(len(limits))
+    for axes, limit in zip(panels, limits):
         axes.fill(*boundary(limit.delay).T, color=SKY, alpha=0.3, label="stable, exact")
-        axes.plot(
-            *limit.measured.T,
-            "o",
-            color=INK,
-            mfc="white",
-            ms=6,
-            label="limit on the simulated robot",
-        )
+        label = "limit on the simulated robot"
+        axes.plot(*limit.measured.T, "o", color=INK, mfc="white", ms=6, label=label)
         s = np.linspace(0, 0.6 if limit.delay else 1.0, 50)
         axes.plot(s**2, 2 * s, color=ORANGE, ls="--", lw=1.5, label="critically damped")
         delay = "one sample of delay" if limit.delay else "no delay"
-        axes.set(
-            xlabel="Kp h² (no unit)",
-            ylabel="Kd h (no unit)",
-            xlim=(0, None),
-            ylim=(0, None),
-            title=f"{delay}: agrees within {100 * limit.worst:.2g} %",
-        )
-        _legend(axes, 3)
+        title = f"{delay}: agrees within {100 * limit.worst:.2g} %"
+        limits_of_axes = {"xlim": (0, None), "ylim": (0, None)}
+        _finish(axes, "Kp h² (no unit)", "Kd h (no unit)", title, **limits_of_axes)
     return figure

@@ -1,6 +1,4 @@
-"""The robot in redundant coordinates (x, y, q1, q2) under two distance constraints, reduced to
-index 1.
-"""
+"""The robot in redundant coordinates (x, y, q1, q2) under two distance constraints, index 1."""
 
 from __future__ import annotations
 
@@ -16,35 +14,32 @@ if TYPE_CHECKING:
     from ...models.robots import FiveBar
     from .integrators import Slope
 
-# Constraints g_i = (|xi - P_i(q_i)|^2 - l_i2^2) / 2 of the legs, G = dg/dz, g'' = G z'' + gamma.
-
 
 def constraints(robot: FiveBar, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """g (2,) m^2, G (2, 4), gamma (2,) of a state (x, y, q1, q2 and their rates)."""
-    x, y, *angles = state[:4]
-    xd, yd, *turns = state[4:]
-    g, gamma, jacobian = np.empty(2), np.empty(2), np.zeros((2, 4))
-    for i, (drive, bar) in enumerate(zip(robot.drives, robot.distal)):
-        cos, sin = np.cos(angles[i]), np.sin(angles[i])
-        rx, ry = x - drive.x - drive.length * cos, y - drive.y - drive.length * sin
-        along = drive.length * (ry * cos - rx * sin)  # r . P'
-        vx, vy = xd + drive.length * sin * turns[i], yd - drive.length * cos * turns[i]
-        g[i] = (rx * rx + ry * ry - bar * bar) / 2
-        jacobian[i, :2], jacobian[i, 2 + i] = (rx, ry), -along
-        gamma[i] = vx * vx + vy * vy + drive.length * (rx * cos + ry * sin) * turns[i] ** 2
+    """Return g (2,) m^2, G (2, 4), gamma (2,) of a state (x, y, q1, q2 and their rates).
+
+    g_i = (|xi - P_i(q_i)|^2 - l_i2^2) / 2 of the legs, G = dg/dz, g'' = G z'' + gamma.
+    """
+    x, y, q, rates, turns = state[0], state[1], state[2:4], state[4:6], state[6:]
+    base, crank = np.array([(drive.x, drive.length) for drive in robot.drives]).T
+    cos, sin = np.cos(q), np.sin(q)
+    rx, ry = x - base - crank * cos, y - crank * sin
+    vx, vy = rates[0] + crank * sin * turns, rates[1] - crank * cos * turns
+    g = (rx * rx + ry * ry - np.square(robot.distal)) / 2
+    along = crank * (ry * cos - rx * sin)  # r . P'
+    jacobian = np.column_stack([rx, ry, np.diag(-along)])
+    gamma = vx * vx + vy * vy + crank * (rx * cos + ry * sin) * turns**2
     return g, jacobian, gamma
 
 
 def redundant_slope(robot: FiveBar, baumgarte: float = 0.0) -> Slope:
-    """(t, state) -> slope, without torque, from the 6 x 6 KKT system [W G^T; G 0] (z'', -lambda) =
-    (0, -gamma - ...).
+    """Return (t, state) -> slope, without torque, from [W G^T; G 0] (z'', -lambda) = (0, -gamma).
 
-    baumgarte: alpha in 1/s; it adds 2 alpha g' + alpha^2 g to g'' = 0, so that errors of closure
-        decay.
+    baumgarte : alpha in 1/s; it adds 2 alpha g' + alpha^2 g to g'' = 0, so that errors of closure
+        decay
     """
-    matrix = np.zeros((6, 6))
+    matrix, right = np.zeros((6, 6)), np.zeros(6)
     matrix[:4, :4] = np.diag([robot.m, robot.m, robot.zz1, robot.zz2])
-    right = np.zeros(6)
 
     def slope(t, state):
         g, jacobian, gamma = constraints(robot, state)
@@ -56,13 +51,12 @@ def redundant_slope(robot: FiveBar, baumgarte: float = 0.0) -> Slope:
 
 
 def redundant_state(rates: Rates) -> np.ndarray:
+    """Return the state (8,) of a robot's Rates."""
     return np.concatenate([rates.pose.xi, rates.pose.q, rates.xi_dot, rates.q_dot])
 
 
 def closure(robot: FiveBar, q: np.ndarray, xi: np.ndarray) -> np.ndarray:
-    """How far the bars are from their lengths, (n,) m: the larger of both legs' ||xi - P_i| -
-    l_i2|.
-    """
+    """Return how far the distal bars are from their lengths, (n,) m: the larger of both legs."""
     gaps = []
     for i, (drive, bar) in enumerate(zip(robot.drives, robot.distal)):
         px, py = drive.pivot(drive.direction(q[:, i]))
@@ -72,41 +66,45 @@ def closure(robot: FiveBar, q: np.ndarray, xi: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Redundant:
-    """A motion in redundant coordinates: t (n,) s, xi, q (n, 2), closure (n,) m, relative error of
-    the energy (n,).
-    """
+    """A motion in redundant coordinates: t (n,) s, states (n, 8) of a robot."""
 
+    robot: FiveBar
     t: np.ndarray
-    xi: np.ndarray
-    q: np.ndarray
-    closure: np.ndarray
-    energy_error: np.ndarray
+    states: np.ndarray
+
+    @property
+    def xi(self) -> np.ndarray:
+        """Positions (n, 2) m."""
+        return self.states[:, :2]
+
+    @property
+    def closure(self) -> np.ndarray:
+        """Errors of the distal bars' lengths (n,) m."""
+        return closure(self.robot, self.states[:, 2:4], self.xi)
+
+    @property
+    def energy_error(self) -> np.ndarray:
+        """Relative errors of the energy (n,)."""
+        robot = self.robot
+        energy = self.states[:, 4:] ** 2 @ [robot.m, robot.m, robot.zz1, robot.zz2]
+        return energy / energy[0] - 1
 
 
 def redundant_motion(
     robot: FiveBar, start: Rates, duration: float, step: float, baumgarte: float = 0.0
 ) -> Redundant:
-    """Free motion from `start` (Rates) by RK4 with fixed step, s."""
-    return _result(
-        robot,
-        *march(rk4, redundant_slope(robot, baumgarte), redundant_state(start), duration, step),
-    )
+    """Return the free motion from `start` by RK4 with fixed step, s."""
+    slope = redundant_slope(robot, baumgarte)
+    return Redundant(robot, *march(rk4, slope, redundant_state(start), duration, step))
 
 
 def redundant_reference(
     robot: FiveBar, start: Rates, duration: float, tolerance: float = 1e-13
 ) -> Redundant:
-    """The same by DOP853 at a tolerance where its drift does not matter: a check that shares no
-    formula with ours.
+    """Return the same by DOP853 at a tolerance where its drift does not matter.
+
+    It shares no formula with ours, so it checks them.
     """
-    t = np.linspace(0, duration, 101)
-    found = adaptive(
-        redundant_slope(robot), redundant_state(start), t, "DOP853", tolerance, 1e-3 * tolerance
-    )
-    return _result(robot, found.t, found.states)
-
-
-def _result(robot, t, states):
-    energy = states[:, 4:] ** 2 @ [robot.m, robot.m, robot.zz1, robot.zz2]
-    xi, q = states[:, :2], states[:, 2:4]
-    return Redundant(t, xi, q, closure(robot, q, xi), energy / energy[0] - 1)
+    t, limits = np.linspace(0, duration, 101), (tolerance, 1e-3 * tolerance)
+    result = adaptive(redundant_slope(robot), redundant_state(start), t, "DOP853", *limits)
+    return Redundant(robot, result.t, result.states)

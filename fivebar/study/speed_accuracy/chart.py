@@ -1,6 +1,4 @@
-"""What a chart is: problems, methods with their knob, and panels. Declared here, run and drawn
-elsewhere.
-"""
+"""What a chart is: problems, methods with their knob, and panels."""
 
 from __future__ import annotations
 
@@ -8,28 +6,32 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from ...base.errors import UsageError
-from ..chart_names import CHARTS
-
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import numpy as np
+    from matplotlib.figure import Figure
 
-MODULES = {name: f"{__package__}.charts.{module}" for name, (module, _) in CHARTS.items()}
+    from .store import Result
+
+OURS = "fivebar"  # the family that the captions compare with all others
+LIMIT = "the limit"  # the family of what nobody would write by hand for every model
 
 
 class Failed(Exception):
-    """A method gave a result that does not count; the message is the word for it on the chart."""
+    """The result of a method does not count; the message stands on the chart."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A method made ready: call () -> result is what is timed; judge (result) -> {measure: value},
-    or raises Failed.
+    """A method ready to run on a problem.
 
-    per: units of work in a call, by which its time is divided; times: () -> (n,) s where the call
-        has measured its own.
+    Parameters
+    ----------
+    call : () -> result; this is timed
+    judge : result -> {measure: value}; raises Failed
+    per : units of work in a call, by which its time is divided
+    times : () -> (n,) s, where the call measures its own times
     """
 
     call: Callable[[], object]
@@ -40,36 +42,39 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Method:
-    """A way to solve the chart's problems: prepare (problem, knob) -> Attempt, run for each knob of
-    each problem.
+    """A way to solve the problems of a chart.
 
-    knobs: (number, ...), or {problem: (number, ...)} for those that it is tried on. family: methods
-        of one colour;
-    needs: keys of `machine.NEEDED` without which it is left out; order: of convergence in the knob,
-        where it has one.
+    Parameters
+    ----------
+    name : on the chart
+    family : methods of one colour
+    prepare : (problem, knob) -> Attempt
+    knobs : numbers, or {problem: numbers} for the problems that it is tried on
+    needs : functions () -> None or what this machine lacks; then the method is left out
+    order : of convergence in the knob, where it has one
     """
 
     name: str
     family: str
     prepare: Callable[[str, float], Attempt]
     knobs: tuple | dict[str, tuple] = (0,)
-    needs: tuple[str, ...] = ()
+    needs: tuple[Callable[[], str | None], ...] = ()
     order: int | None = None
 
     def knobs_of(self, problem: str, quick: bool) -> tuple[float, ...]:
-        """The knobs, in a quick run every other one, the first among them."""
+        """Return the knobs; in a quick run every other one, the first among them."""
         knobs = self.knobs.get(problem, ()) if isinstance(self.knobs, dict) else self.knobs
-        return tuple(
-            k if isinstance(k, int) else float(k) for k in (knobs[::2] if quick else knobs)
-        )
+        chosen = knobs[::2] if quick else knobs
+        return tuple(knob if isinstance(knob, int) else float(knob) for knob in chosen)
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes: a problem's measures x and y by all methods.
+    """One pair of axes: the measures x and y of a problem by all methods.
 
-    levels: values of y at which the caption compares the times; rounding: below 100 of it an error
-        has no order.
+    `levels` are values of y to which the caption compares the times. Below 100 times `rounding`
+    an error has no order. An error of 0 is drawn at `floor`; one above `ceiling` is a failure.
+    `guide` is (factor, words): the line y = factor x.
     """
 
     problem: str
@@ -80,19 +85,18 @@ class Panel:
     xlabel: str = "time of one run (s)"
     levels: tuple[float, ...] = ()
     rounding: float = 1e-15
-    floor: float = 1e-17  # an error of 0 is drawn here
-    ceiling: float = float("inf")  # a larger error counts as a failure
-    guide: tuple | None = None  # (factor, words): the line y = factor x
-
-
-OURS = "fivebar"  # the family that the captions compare with all others
-LIMIT = "the limit"  # the family of what nobody would write by hand for every model
+    floor: float = 1e-17
+    ceiling: float = float("inf")
+    guide: tuple[float, str] | None = None
 
 
 @dataclass(frozen=True)
 class Chart:
-    """A chart: its name; title, a sentence; how to read it; problems {name: words}; methods; rows
-    of panels.
+    """A chart: its name and title, how to read it, problems {name: words}, methods, rows of panels.
+
+    `step` maps a knob to the step in which the methods that have an order converge. The caption
+    does not compare the families in `excluded`. `figure` and `summary` replace the usual ones of
+    `picture` and `findings`. `limit` is for one attempt with all its repeats, s.
     """
 
     name: str
@@ -100,36 +104,32 @@ class Chart:
     reading: str
     problems: dict[str, str]
     methods: tuple[Method, ...]
-    panels: tuple  # of rows, tuples of Panel
-    step: Callable[[float], float] | None = (
-        None  # knob -> step, in which the methods that have an order converge
-    )
-    apart: tuple = (LIMIT,)  # families that the caption compares apart from the others
-    picture: str | None = (
-        None  # module with figure(result) and caption(result) where the usual ones do not fit
-    )
-    limit: float = 60.0  # s, for one attempt with all its repeats
+    panels: tuple[tuple[Panel, ...], ...]
+    step: Callable[[float], float] = float
+    excluded: tuple[str, ...] = (LIMIT,)
+    figure: Callable[[Result], Figure] | None = None
+    summary: Callable[[Result], tuple] | None = None
+    limit: float = 60.0
 
     def jobs(self, quick: bool) -> list[tuple[str, Method, float]]:
-        """(problem, method, knob) of all attempts, in the order in which they are made."""
+        """Return (problem, method, knob) of all attempts, in the order in which they are made."""
         return [
-            (p, m, knob)
-            for p in self.problems
-            for m in self.methods
-            for knob in m.knobs_of(p, quick)
+            (problem, method, knob)
+            for problem in self.problems
+            for method in self.methods
+            for knob in method.knobs_of(problem, quick)
         ]
 
     def method(self, name: str) -> Method:
-        return next(m for m in self.methods if m.name == name)
+        """Return the method of this name."""
+        return next(method for method in self.methods if method.name == name)
 
-
-def module_of(name: str) -> str:
-    """The module of a chart; UsageError, with the known ones, for a name that is none."""
-    if name not in MODULES:
-        raise UsageError(f"no chart {name!r}; the known ones are {', '.join(MODULES)}, and all")
-    return MODULES[name]
+    @property
+    def all_panels(self) -> list[Panel]:
+        """The panels, row by row."""
+        return [panel for row in self.panels for panel in row]
 
 
 def load(module: str) -> Chart:
-    """The Chart that a module declares."""
+    """Return the Chart that a module declares."""
     return import_module(module).chart()

@@ -1,11 +1,10 @@
-"""What the measurements say: orders of convergence, who is fastest to an error, who fails. Nothing
-is known before.
-"""
+"""What the measurements say: orders of convergence, who is fastest to an error, who fails."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections import Counter, defaultdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,246 +17,117 @@ if TYPE_CHECKING:
     from .chart import Panel
     from .store import Result
 
+Table = tuple[str, list[str], list[list[str]]]  # title, head, rows
 ABOVE_ROUNDING = 10.0
-LEVEL = 1.1  # a ratio of times below it is no difference
 
 
 def observed_order(steps: Sequence[float], errors: Sequence[float], rounding: float) -> float:
-    """The slope of log error over log step between the two smallest steps whose errors are clear of
-    rounding; or nan.
+    """Return the slope of log error over log step between the two smallest steps clear of rounding.
 
-    Rounding is the given one, or the smallest error where smaller steps have larger ones.
+    Rounding is the given one, or the smallest error where smaller steps have larger ones. nan where
+    there are not two such steps.
     """
     order = np.argsort(steps)[::-1]
-    steps, errors = np.asarray(steps, dtype=float)[order], np.asarray(errors, dtype=float)[order]
-    if len(steps) < 2:
-        return math.nan
+    steps, errors = np.array(steps, dtype=float)[order], np.array(errors, dtype=float)[order]
     least = int(np.argmin(errors))
-    floor = max(rounding, errors[least] if least < len(errors) - 1 else 0.0)
+    floor = max(rounding, errors[least]) if least < len(errors) - 1 else rounding
     clear = np.flatnonzero(errors[: least + 1] > ABOVE_ROUNDING * floor)
     if len(clear) < 2:
         return math.nan
     a, b = clear[-2:]
-    return float(math.log(errors[a] / errors[b]) / math.log(steps[a] / steps[b]))
+    return float(np.log(errors[a] / errors[b]) / np.log(steps[a] / steps[b]))
 
 
 def orders(result: Result, panel: Panel) -> dict[str, float]:
-    """{method: observed order} of those that have one, by this panel's errors."""
-    found = {}
+    """Return {method: observed order} of those that have one, by the errors of a panel."""
+    measured = {}
     for method in result.chart.methods:
         points = counted(result, panel, method.name)
         if method.order and points:
             steps = [result.chart.step(row["knob"]) for row in points]
-            found[method.name] = observed_order(
-                steps, [row[panel.y] for row in points], panel.rounding
-            )
-    return {name: order for name, order in found.items() if not math.isnan(order)}
+            errors = [row[panel.y] for row in points]
+            measured[method.name] = observed_order(steps, errors, panel.rounding)
+    return {name: order for name, order in measured.items() if not math.isnan(order)}
 
 
 def counted(result: Result, panel: Panel, method: str | None = None) -> list[dict]:
-    """The rows that are points of a panel."""
-    return [
-        row
-        for row in result.of(panel.problem, method)
-        if row.get(panel.y, math.inf) <= panel.ceiling
-    ]
+    """Return the rows that are points of a panel."""
+    rows = result.of(panel.problem, method)
+    return [row for row in rows if row.get(panel.y, math.inf) <= panel.ceiling]
 
 
-def failures(result: Result, panel: Panel) -> dict[str, list]:
-    """{method: [(row, word), ...]}: failed and left-out attempts, and those with an error above the
-    panel's ceiling.
-    """
-    found = {}
+def failures(result: Result, panel: Panel) -> dict[str, list[tuple[dict, str]]]:
+    """Return {method: [(row, word), ...]} of what failed, was left out or is above the ceiling."""
+    failed = defaultdict(list)
     for row in result.rows:
-        if row["problem"] != panel.problem:
-            continue
+        word = row["word"]
         if row["status"] == "left out":
-            found.setdefault(row["method"], []).append((row, f"left out: {row['word']}"))
-        elif row["status"] != "ok":
-            found.setdefault(row["method"], []).append((row, row["word"]))
-        elif panel.y in row and row[panel.y] > panel.ceiling:
-            found.setdefault(row["method"], []).append((row, f"error above {panel.ceiling:g}"))
-    return found
+            word = f"left out: {word}"
+        if row["status"] == "ok" and row.get(panel.y, 0.0) > panel.ceiling:
+            word = f"error above {panel.ceiling:g}"
+        if row["problem"] == panel.problem and word:
+            failed[row["method"]].append((row, word))
+    return dict(failed)
 
 
-def words_of(failed: list) -> str:
-    """The words of one method's failures, with how often each came; those that differ in a share
-    only, together.
-    """
-    found = {}
-    for _, word in failed:
-        found.setdefault(re.sub(r"\d+%", "#%", word), []).append(word)
-    parts = []
-    for pattern, words in found.items():
-        shares = sorted({int(share) for word in words for share in re.findall(r"(\d+)%", word)})
-        ends = (
-            f"{shares[0]}-{shares[-1]}%" if len(shares) > 1 else f"{shares[0]}%" if shares else ""
-        )
-        parts.append(
-            pattern.replace("#%", ends) + (f" ({len(words)} times)" if len(words) > 1 else "")
-        )
-    return ", ".join(parts)
+def words_of(failed: list[tuple[dict, str]]) -> str:
+    """Return the words of the failures of one method, with how often each came; shares left out."""
+    counts = Counter(re.sub(r" in \d+%", "", word) for _, word in failed)
+    return ", ".join(f"{word} ({n} times)" if n > 1 else word for word, n in counts.items())
+
+
+def fastest(result: Result, panel: Panel, level: float) -> dict[str, float]:
+    """Return {method: shortest time in s to an error of at most `level`}."""
+    times = {}
+    for row in counted(result, panel):
+        if row[panel.y] <= level:
+            name = row["method"]
+            times[name] = min(row["seconds"], times.get(name, math.inf))
+    return times
 
 
 def caption(result: Result) -> str:
-    """What the chart shows in a sentence, wins and losses of ours alike; `table` has the
-    numbers.
-    """
-    won, even, lost, short, named, alone = [], {}, {}, {}, {}, 0
-    panels = [panel for row in result.chart.panels for panel in row]
-    for panel, level in [(each, level) for each in panels for level in each.levels]:
-        mine, others, apart = _fastest(result, panel, level)
-        if mine and apart:
-            named.setdefault(apart[0]["method"], []).append(
-                mine[0]["seconds"] / apart[0]["seconds"]
-            )
-        if mine and others:
-            ratio, name = others[0]["seconds"] / mine[0]["seconds"], others[0]["method"]
-            if max(ratio, 1 / ratio) < LEVEL:
-                even.setdefault(name, []).append(ratio)
-            elif ratio > 1:
-                won.append(ratio)
-            else:
-                lost.setdefault(name, []).append(1 / ratio)
-        elif others:
-            short.setdefault(others[0]["method"], []).append(level)
-        alone += bool(mine and not others)
-    total = (
-        len(won)
-        + alone
-        + sum(len(found) for part in (even, lost, short) for found in part.values())
-    )
-    notes = []
-    if total:
-        first = {0: "none", total: "all"}.get(len(won) + alone, len(won) + alone)
-        first = f"of {total} errors asked for, fivebar gets to {first} first"
-        first += f", {_range(won)} times as fast as the next" if won else ""
-        notes.append(
-            first + (f", to {'all' if alone == total else alone} of them alone" if alone else "")
-        )
-    notes += [f"it is level with {name} {_times(found)}" for name, found in even.items()]
-    notes += [
-        f"it loses to {name} {_times(found)}, which is {_range(found)} times as fast"
-        for name, found in lost.items()
-    ]
-    notes += [
-        f"it does not get to {_levels(found)}, which {name} does" for name, found in short.items()
-    ]
-    notes += [
-        f"apart from these, {name} is {_range(found)} times as fast as fivebar"
-        for name, found in named.items()
-    ]
-    ratios = {}
-    for panel in panels:
-        for name, ratio in _ratios(result, panel).items():
-            ratios.setdefault(name, []).append(ratio)
-    if ratios:
-        listed = ", ".join(f"{name} {_range(found)}" for name, found in ratios.items())
-        notes.append(f"errors over fivebar's, in the median: {listed}")
-    text = "; ".join(notes)
-    return f"{text[:1].upper()}{text[1:]}." if text else "Nothing is to be compared."
-
-
-def table(result: Result) -> list[tuple[str, list[str], list[list[str]]]]:
-    """Per panel that compares: title, head, and per method the seconds it takes to each error, and
-    how it failed.
-    """
-    tables = []
-    for panel in (panel for row in result.chart.panels for panel in row):
-        ratios, failed = _ratios(result, panel), failures(result, panel)
-        if not (panel.levels or ratios):
-            continue
-        fastest = [
-            {row["method"]: row for part in _fastest(result, panel, x) for row in part}
-            for x in panel.levels
-        ]
-        rows = []
-        for name in (method.name for method in result.chart.methods):
-            cells = [
-                _short(f"{found[name]['seconds']:.1e}") if name in found else "-"
-                for found in fastest
-            ]
-            cells += [_short(f"{ratios[name]:.2g}") if name in ratios else "-"] if ratios else []
-            if name in failed or set(cells) != {"-"}:
-                rows.append([name, *cells, _failed(result, panel, failed.get(name))])
-        head = [f"s, to {_levels([level])}" for level in panel.levels] + [
-            "error over fivebar's, median"
-        ] * bool(ratios)
-        tables.append((panel.title, ["method", *head, "failed"], rows))
-    return tables
-
-
-def _failed(result, panel, failed):
-    """How often and how a method failed on a panel's problem."""
-    if not failed:
-        return ""
-    if failed[0][0]["status"] == "left out":
-        return words_of(failed)
-    total = sum(
-        (row["problem"], row["method"]) == (panel.problem, failed[0][0]["method"])
-        for row in result.rows
-    )
-    return f"{len(failed)} of {total}: {words_of(failed)}"
-
-
-def _fastest(result, panel, level):
-    """Of each method the fastest row with an error of at most `level`, by time: ours, the others,
-    those apart.
-    """
-    best = {}
-    for row in counted(result, panel):
-        known = best.get(row["method"])
-        if row[panel.y] <= level and (known is None or row["seconds"] < known["seconds"]):
-            best[row["method"]] = row
+    """Return in a sentence who is fastest to the errors that the panels ask for."""
     families = {method.name: method.family for method in result.chart.methods}
-    ours, others, apart = [], [], []
-    for row in sorted(best.values(), key=lambda row: row["seconds"]):
-        family = families[row["method"]]
-        (ours if family == OURS else apart if family in result.chart.apart else others).append(row)
-    return ours, others, apart
+    ratios, total = defaultdict(list), 0
+    for panel in result.chart.all_panels:
+        for level in panel.levels:
+            times = fastest(result, panel, level)
+            ours = min((times[n] for n in times if families[n] == OURS), default=math.inf)
+            compared = [n for n in times if families[n] not in result.chart.excluded]
+            if compared:
+                best = min(compared, key=times.get)
+                name = OURS if families[best] == OURS else best
+                ratios[name].append(ours / times[best])
+                total += 1
+    if not total:
+        return "No errors to compare."
+    notes = [f"Fastest to {total} errors: {OURS} to {len(ratios.pop(OURS, []))}"]
+    for name, found in ratios.items():
+        spread = " to ".join(dict.fromkeys(f"{ratio:.2g}" for ratio in (min(found), max(found))))
+        words = f"{spread} times as fast as {OURS}".replace("inf times as fast", "not reached by")
+        notes.append(f"{name} to {len(found)} ({words})")
+    return f"{'; '.join(notes)}."
 
 
-def _range(ratios):
-    """From the least to the largest, with two digits."""
-    shown = list(
-        dict.fromkeys(_short(f"{float(f'{ratio:.2g}'):g}") for ratio in (min(ratios), max(ratios)))
-    )
-    return " to ".join(shown)
+def tables(result: Result) -> list[Table]:
+    """Return a table for each panel that compares: times to each error, and how methods failed."""
+    made = []
+    for panel in result.chart.all_panels:
+        columns = {f"s, to {level:g}": fastest(result, panel, level) for level in panel.levels}
+        failed, rows = failures(result, panel), []
+        for method in result.chart.methods:
+            values = [column.get(method.name) for column in columns.values()]
+            word = words_of(failed.get(method.name, []))
+            if word or any(values):
+                cells = ["-" if value is None else f"{value:.2g}" for value in values]
+                rows.append([method.name, *cells, word])
+        if columns:
+            made.append((panel.title, ["method", *columns, "failed"], rows))
+    return made
 
 
-def _times(found):
-    return f"{len(found)} times" if len(found) > 1 else "once"
-
-
-def _levels(levels):
-    return ", ".join(_short(f"{level:.0e}") for level in levels)
-
-
-def _short(number):
-    return re.sub(r"e([+-])0", r"e\1", number)
-
-
-def _ratios(result, panel):
-    """{method: its errors over ours at the same abscissa, median}, where the abscissa is neither
-    time nor knob.
-    """
-    if panel.x in ("seconds", "knob"):
-        return {}
-    mine = {}
-    families = {method.name: method.family for method in result.chart.methods}
-    for row in counted(result, panel):
-        if families[row["method"]] == OURS:
-            mine[row["knob"]] = row[panel.y]
-    return {
-        name: float(
-            np.median(
-                [
-                    r[panel.y] / mine[r["knob"]]
-                    for r in counted(result, panel, name)
-                    if r["knob"] in mine
-                ]
-            )
-        )
-        for name, family in families.items()
-        if family != OURS and any(r["knob"] in mine for r in counted(result, panel, name))
-    }
+def summary(result: Result) -> tuple[str, list[Table]]:
+    """Return caption and tables of a chart."""
+    own = result.chart.summary
+    return own(result) if own else (caption(result), tables(result))

@@ -1,6 +1,4 @@
-"""A chart's picture from its measurements: panels of error against time, and above each a strip of
-what failed.
-"""
+"""The figure of a chart: panels of error against time, and above each a strip of what failed."""
 
 from __future__ import annotations
 
@@ -10,244 +8,132 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import NullFormatter
-from PIL import Image
 
 from ...visualization.style import COLOURS as OKABE_ITO
 from ...visualization.style import INK
 from .chart import OURS
-from .findings import caption, counted, failures, orders, words_of
+from .findings import counted, failures, orders, summary, words_of
 
 if TYPE_CHECKING:
     from .store import Result
 
 PALE = "#777777"
-COLOURS = (
-    *OKABE_ITO[:-1],
-    "#8C6239",
-    "#332288",
-)  # brown and indigo for black, which is near our ink
+COLOURS = *OKABE_ITO[:-1], "#8C6239", "#332288"  # brown, indigo: black is near the colour of ours
 MARKERS = "osD^vP*X<>"  # first hollow, then filled; ours filled
-# Inches.
-WIDTH, HEIGHT, LEFT, RIGHT, BELOW, ABOVE, LANE, EDGE = 4.3, 3.3, 0.8, 0.25, 0.62, 0.34, 0.27, 0.15
-HEAD = 0.45  # for the title
-LONGEST = 86  # letters in a strip
-LINE, LETTER = 0.158, 0.0655  # of small text: height of a line, mean width of a letter
+WIDTH, HEIGHT, LANE = 5.3, 3.8, 0.27  # inches of a panel, and of a line in a strip
+LETTERS = 15  # of small text in an inch
 
 
-def figure(result: Result) -> Figure:
-    """Matplotlib figure of a Result."""
-    chart, styles = result.chart, _styles(result.chart)
-    lanes = [[_lanes(result, chart, panel) for panel in row] for row in chart.panels]
-    strips = [LANE * max(map(len, row)) for row in lanes]
-    width = max(map(len, chart.panels)) * (LEFT + WIDTH + RIGHT)
-    labels = _labels(result)
-    verdict = wrapped(caption(result), width)
-    columns = max(1, int((width - 2 * EDGE) / (LETTER * max(map(len, labels.values())) + 0.75)))
-    key = LINE * 1.25 * -(-len(labels) // columns) + 0.1
-    head, foot = HEAD, key + LINE * len(verdict) + 3 * EDGE
-    height = head + foot + sum(strip + ABOVE + HEIGHT + BELOW for strip in strips)
-    made = Figure(figsize=(width, height))
-    title(made, chart.title)
-    top = height - head
-    for panels, failed, strip in zip(chart.panels, lanes, strips):
-        top -= ABOVE + strip + HEIGHT
-        for k, (panel, lane) in enumerate(zip(panels, failed)):
-            box = (
-                (k * (LEFT + WIDTH + RIGHT) + LEFT) / width,
-                top / height,
-                WIDTH / width,
-                HEIGHT / height,
-            )
-            axes = made.add_axes(box)
-            _draw(axes, result, panel, styles)
-            axes.set_title(panel.title, fontsize=10.5, color=INK, pad=5 + 72 * LANE * len(lane))
-            if lane:
-                above = made.add_axes(
-                    (box[0], box[1] + box[3], box[2], LANE * len(lane) / height), sharex=axes
-                )
-                _strip(above, panel, lane, styles)
-            _decades(axes)
-        top -= BELOW
-    handles = [Line2D([], [], label=label, **styles[name]) for name, label in labels.items()]
-    made.legend(
+def draw(result: Result) -> Figure:
+    """Return the Matplotlib figure of a Result."""
+    figure = (result.chart.figure or panels)(result)
+    figure.suptitle(result.chart.title, fontsize=13, fontweight="bold", color=INK)
+    handles, width = [], figure.get_figwidth()
+    if not result.chart.figure:
+        styles, labels = method_styles(result.chart), _labels(result)
+        handles = [Line2D([], [], label=labels[name], **style) for name, style in styles.items()]
+    figure.legend(
         handles=handles,
-        loc="lower left",
-        bbox_to_anchor=(EDGE / width, (foot - key - EDGE) / height),
-        ncols=columns,
+        title=textwrap.fill(summary(result)[0], int(LETTERS * width)),
+        loc="outside lower left",
+        ncols=max(1, int(width / 4.5)),
+        alignment="left",
         fontsize=8.5,
+        title_fontsize=8.5,
         frameon=False,
-        borderaxespad=0,
-        columnspacing=2.0,
-        labelspacing=0.35,
     )
-    y = (foot - key - 1.6 * EDGE) / height
-    made.text(
-        EDGE / width, y, "\n".join(verdict), fontsize=8.5, va="top", linespacing=1.3, color=INK
-    )
-    return made
+    return figure
 
 
-def plain(made: Figure, image: Image.Image) -> Image.Image:
-    """The image without the figure's own words, title and verdict, for a page that has them as
-    text.
-    """
-    above, below = (text.get_window_extent() for text in made.texts)
-    scale = image.height / made.bbox.height
-    return image.crop(
-        (
-            0,
-            round(image.height - scale * above.y0),
-            image.width,
-            round(image.height - scale * below.y1),
-        )
-    )
+def panels(result: Result) -> Figure:
+    """Return a figure of all panels, each below the strip of its failures."""
+    rows, styles = result.chart.panels, method_styles(result.chart)
+    columns = max(map(len, rows))
+    failed = [[failures(result, panel) for panel in row] for row in rows]
+    heights = []
+    for row in failed:
+        heights += [LANE * max(0.1, *map(len, row)), HEIGHT]
+    words = 0.3 * len(styles) / max(1, int(columns * WIDTH / 4.5)) + 1.2
+    size = columns * WIDTH, sum(heights) + words
+    figure = Figure(figsize=size, layout="constrained")
+    figure.get_layout_engine().set(h_pad=0.02, hspace=0)
+    grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
+    for i, row in enumerate(rows):
+        for k, panel in enumerate(row):
+            axes = figure.add_subplot(grid[2 * i + 1, k])
+            _draw_panel(axes, result, panel, styles)
+            strip = figure.add_subplot(grid[2 * i, k], sharex=axes)
+            strip.set_title(panel.title, fontsize=10.5, color=INK)
+            _draw_strip(strip, panel, failed[i][k], styles, max(map(len, failed[i])))
+    return figure
 
 
-def title(made: Figure, text: str) -> None:
-    """Above all else, as large as fits."""
-    width, height = made.get_size_inches()
-    size = min(15, (width - 2 * EDGE) * 108 / len(text))
-    made.text(
-        EDGE / width, 1 - 0.12 / height, text, fontsize=size, fontweight="bold", va="top", color=INK
-    )
-
-
-def wrapped(text: str, width: float) -> list[str]:
-    """Lines of small text that fit into a figure `width` inches wide."""
-    return textwrap.wrap(text, int((width - 2 * EDGE) / LETTER))
-
-
-def _styles(chart):
-    """{method: how its line is drawn}: a colour for a family, a marker for a method."""
-    others = list(dict.fromkeys(m.family for m in chart.methods if m.family != OURS))
-    colours = {OURS: INK} | dict(zip(others, COLOURS))
-    return {
-        m.name: dict(
-            color=colours[m.family],
-            marker=MARKERS[k % len(MARKERS)],
-            ms=6 if m.family == OURS else 5,
-            lw=1.7 if m.family == OURS else 1.1,
-            mew=1.1,
-            mfc=colours[m.family] if m.family == OURS or k >= len(MARKERS) else "white",
-        )
-        for k, m in enumerate(chart.methods)
-    }
+def method_styles(chart):
+    """Return {method: how its line is drawn}: a colour for a family, a marker for a method."""
+    others = dict.fromkeys(method.family for method in chart.methods if method.family != OURS)
+    colours, styles = {OURS: INK} | dict(zip(others, COLOURS)), {}
+    for k, method in enumerate(chart.methods):
+        ours, colour = method.family == OURS, colours[method.family]
+        styles[method.name] = {
+            "color": colour,
+            "marker": MARKERS[k % len(MARKERS)],
+            "ms": 6 if ours else 5,
+            "lw": 1.7 if ours else 1.1,
+            "mew": 1.1,
+            "mfc": colour if ours or k >= len(MARKERS) else "white",
+        }
+    return styles
 
 
 def _labels(result):
-    """{method: its legend entry}, with the order of convergence measured on the first panel that
-    shows one.
-    """
+    """Return {method: legend entry}, with the order of convergence that the first panel shows."""
     labels = {method.name: method.name for method in result.chart.methods}
-    measured = {}
-    for panel in (panel for row in result.chart.panels for panel in row):
+    for panel in reversed(result.chart.all_panels):
         for name, order in orders(result, panel).items():
-            measured.setdefault(name, order)
-    return {
-        n: f"{label}, measured order {measured[n]:.2f}" if n in measured else label
-        for n, label in labels.items()
-    }
+            labels[name] = f"{name}, measured order {order:.2f}"
+    return labels
 
 
-def _lanes(result, chart, panel):
-    """What the strip above a panel shows: {method: [(row, word), ...]}; a problem's failures once,
-    above the first.
-    """
-    found = failures(result, panel)
-    first = next(p for row in chart.panels for p in row if p.problem == panel.problem)
-    if panel is first:
-        return found
-    kept = {
-        name: [(row, word) for row, word in failed if row["status"] == "ok"]
-        for name, failed in found.items()
-    }
-    return {name: failed for name, failed in kept.items() if failed}
-
-
-def _draw(axes, result, panel, styles):
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.grid(alpha=0.25, which="major")
-    heights = {max(row[panel.y], panel.floor) for row in counted(result, panel)}
-    if len(heights) == 1:  # no range to scale to
-        axes.set_ylim(min(heights) / 10, max(heights) * 10)
-    for method in result.chart.methods:
-        points = counted(result, panel, method.name)
-        if not points:
-            continue
-        y = np.maximum([row[panel.y] for row in points], panel.floor)
-        if panel.x == "knob" and len(points) == 1:
-            style = {k: v for k, v in styles[method.name].items() if k in ("color", "lw")}
-            axes.axhline(y[0], **style, ls="--")
-            continue
-        x = np.array([row[panel.x] for row in points])
-        axes.plot(x, y, **styles[method.name])
-        if panel.x == "seconds":
-            spread = np.array(
-                [
-                    [r["seconds"] - r["seconds_low"], r["seconds_high"] - r["seconds"]]
-                    for r in points
-                ]
-            )
-            axes.errorbar(
-                x, y, xerr=spread.T, fmt="none", ecolor=styles[method.name]["color"], elinewidth=1
-            )
-    if panel.guide:
-        factor, words = panel.guide
-        x = np.array(axes.get_xlim())
-        axes.plot(x, factor * x, ":", color=PALE, lw=1.3, zorder=0)
-        axes.text(x[0] * 3, factor * x[0], words, fontsize=7.5, color=PALE, va="top")
-        axes.set_xlim(x)
-    if panel.x == "seconds":
-        arrow = dict(arrowstyle="-|>", color=PALE, lw=1.3)
-        axes.annotate(
-            "",
-            (-0.15, -0.125),
-            (-0.1, -0.06),
-            "axes fraction",
-            arrowprops=arrow,
-            annotation_clip=False,
-        )
-        axes.text(
-            -0.12, -0.15, "better", transform=axes.transAxes, fontsize=8, color=PALE, va="center"
-        )
+def _draw_panel(axes, result, panel, styles):
+    axes.set(xscale="log", yscale="log")
     axes.set_xlabel(panel.xlabel, fontsize=9)
     axes.set_ylabel(panel.ylabel, fontsize=9)
-    axes.tick_params(labelsize=8)
+    axes.tick_params(labelsize=8, which="both")
     axes.margins(x=0.07, y=0.09)
+    axes.grid(alpha=0.25, which="major")
+    for name, style in styles.items():
+        points = counted(result, panel, name)
+        x = np.array([row[panel.x] for row in points])
+        y = np.maximum([row[panel.y] for row in points], panel.floor)
+        if panel.x == "knob" and len(points) == 1:
+            axes.axhline(y[0], color=style["color"], lw=style["lw"], ls="--")
+        elif points:
+            axes.plot(x, y, **style)
+        if panel.x == "seconds" and points:
+            spread = [
+                [row["seconds_low"] for row in points],
+                [row["seconds_high"] for row in points],
+            ]
+            axes.hlines(y, *spread, color=style["color"], lw=1)
+    if panel.guide:
+        factor, words = panel.guide
+        limits = np.array(axes.get_xlim())
+        axes.plot(limits, factor * limits, ":", color=PALE, lw=1.3, zorder=0)
+        axes.text(3 * limits[0], factor * limits[0], words, fontsize=7.5, color=PALE, va="top")
+        axes.set_xlim(limits)
+    if panel.x == "seconds":
+        axes.text(0.01, 0.01, "↙ better", transform=axes.transAxes, fontsize=8, color=PALE)
 
 
-def _strip(axes, panel, lanes, styles):
-    """Failed attempts at their times, a lane for each method, and above them in words how they
-    failed.
-    """
+def _draw_strip(axes, panel, failed, styles, lanes):
+    """Draw failed attempts at their times, a lane for each method, and how they failed."""
     axes.tick_params(left=False, labelleft=False, bottom=False, labelbottom=False, which="both")
-    axes.set_facecolor("#f1f1f1")
-    axes.set_ylim(len(lanes), 0)
-    for k, (name, failed) in enumerate(lanes.items()):
-        times = [row[panel.x] for row, _ in failed if panel.x in row]
+    axes.set_facecolor("#f1f1f1" if failed else "none")
+    axes.spines[:].set_visible(bool(failed))
+    axes.set_ylim(max(lanes, 0.1), 0)
+    for k, (name, items) in enumerate(failed.items()):
+        times = [row[panel.x] for row, _ in items if panel.x in row]
         axes.plot(times, [k + 0.72] * len(times), "x", color=styles[name]["color"], ms=4.5, mew=1.3)
-        text = textwrap.shorten(f"{name}: {words_of(failed)}", LONGEST, placeholder=" …")
-        axes.text(
-            0.008,
-            k + 0.3,
-            text,
-            transform=axes.get_yaxis_transform(),
-            fontsize=6.6,
-            va="center",
-            color=INK,
-        )
-
-
-def _decades(axes):
-    """Ticks at powers of ten, at least two on each axis."""
-    for low_high, set_limits, axis in (
-        (axes.get_xlim(), axes.set_xlim, axes.xaxis),
-        (axes.get_ylim(), axes.set_ylim, axes.yaxis),
-    ):
-        low, high = np.log10(low_high)
-        if np.floor(high) - np.ceil(low) < 1:
-            low, high = min(low, np.floor(low + 0.15)), max(high, np.ceil(high - 0.15))
-            set_limits(10**low, 10**high)
-        axis.set_minor_formatter(NullFormatter())
+        text = textwrap.shorten(f"{name}: {words_of(items)}", 86, placeholder=" …")
+        place = axes.get_yaxis_transform()
+        axes.text(0.008, k + 0.3, text, transform=place, fontsize=6.6, va="center", color=INK)

@@ -1,14 +1,14 @@
-"""The one runner: makes a chart's attempts, each in a process that may hang or crash, and times and
-judges them.
-"""
+"""Time and judge the attempts of a chart, in a process that may hang or crash."""
 
 from __future__ import annotations
 
-import gc
 import math
-import multiprocessing
 import os
+import signal
+import tempfile
 import time
+import timeit
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.errors import SingularityError, UnreachableError
-from ...base.workers import end_with_parent, without_interrupts
-from .chart import Attempt, Failed, load, module_of
-from .machine import describe, missing
+from ...base.workers import WorkerPool
+from .chart import Attempt, Failed, load
+from .machine import describe
 from .store import Partial, Result
 
 if TYPE_CHECKING:
@@ -28,82 +28,70 @@ if TYPE_CHECKING:
     from .chart import Chart, Method
 
 BUDGET = {True: 0.1, False: 0.3}  # s of timing for one attempt, in a quick and in a full run
-REFUSALS = (
-    ArithmeticError,
-    ValueError,
-    RuntimeError,
-    MemoryError,
-)  # other errors are ours, and end the run
-WORDS = (
-    (SingularityError, "refused: singular"),
-    (UnreachableError, "refused: unreachable"),
-    (ArithmeticError, "refused: not finite, or too fast"),
-    (ValueError, "breaks down"),
-    (RuntimeError, "gives up"),
-)
-THREADS = (
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "OMP_NUM_THREADS",
-)  # each process has one of them
-QUARTILES = (25, 50, 75)
+# How an error is named on a chart; all other errors are our own, and end the run.
+WORDS = {
+    SingularityError: "refused: singular",
+    UnreachableError: "refused: unreachable",
+    ArithmeticError: "refused: not finite, or too fast",
+    ValueError: "breaks down",
+    RuntimeError: "gives up",
+    MemoryError: "out of memory",
+}
+THREADS = "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"
 SHORTEST_SAMPLE = 1e-4  # s; shorter calls are timed together
 MOST_SAMPLES = 101
-LONGEST_REPEATED = 5.0  # budgets; a call as long is not timed again
+LONGEST_REPEATED = 5.0  # budgets; a longer call is timed once
 
 
 def run(
-    name: str, folder: Path, quick: bool = False, progress: Callable[[], object] | None = None
+    module: str, folder: Path, quick: bool, progress: Callable[[], object]
 ) -> tuple[Result, Partial]:
-    """Measure a chart, going on where an interrupted run ended; Result. progress: called after each
-    attempt.
-    """
-    module = module_of(name)
+    """Measure a chart, going on where an interrupted run ended; progress: called each time."""
     chart = load(module)
     about = {**describe(), "threads": 1, "quick": quick}
-    partial = Partial(folder / f"{name}.partial.jsonl", about)
+    partial = Partial(folder / f"{chart.name}.partial.jsonl", about)
+    rows = []
     with Worker(module, chart.limit, BUDGET[quick]) as worker:
         for problem, method, knob in chart.jobs(quick):
-            if not partial.has(problem, method.name, knob):
+            key = problem, method.name, knob
+            if not partial.has(*key):
                 partial.add(row_of(problem, method, knob, worker.measure))
-            if progress:
-                progress()
-    keys = [(problem, method.name, knob) for problem, method, knob in chart.jobs(quick)]
-    return Result(chart, about, [partial.row(*key) for key in keys]), partial
+            rows.append(partial.row(*key))
+            progress()
+    return Result(chart, about, rows), partial
 
 
 def row_of(problem: str, method: Method, knob: float, measure: Callable[..., dict]) -> dict:
-    """The row of an attempt, made by measure(problem, method's name, knob) if the method can run
-    here.
-    """
+    """Return the row of an attempt: measure(problem, name, knob), or what it lacks."""
     row = {"problem": problem, "method": method.name, "knob": knob, "status": "ok", "word": ""}
-    if lacking := missing(method.needs):
-        return row | {"status": "left out", "word": lacking}
+    for need in method.needs:
+        if lacking := need():
+            return row | {"status": "left out", "word": lacking}
     return row | measure(problem, method.name, knob)
 
 
 def measure(chart: Chart, problem: str, name: str, knob: float, budget: float) -> dict:
-    """Columns of an attempt: its times and measures, or how it failed, and after what time."""
+    """Return times and measures of an attempt, or how it failed and after what time."""
+    attempt, times = Attempt(None, None), ()
     before = time.perf_counter()
-    attempt = Attempt(None, None)  # until there is another
-    once = None
     try:
         with np.errstate(all="ignore"):
             attempt = chart.method(name).prepare(problem, knob)
             before = time.perf_counter()
             result = attempt.call()
-            once = time.perf_counter() - before
+            times = (time.perf_counter() - before,)
             measures = attempt.judge(result)
         if not all(np.isfinite(value) for value in measures.values()):
             raise Failed("nan")
-    except (Failed, *REFUSALS) as error:
-        spent = once or time.perf_counter() - before
-        if attempt.times and len(own := attempt.times()):
-            spent = float(np.median(own))
-        return {"status": "failed", "word": word_for(error), "seconds": spent / attempt.per}
+    except (Failed, *WORDS) as error:
+        times = times or (time.perf_counter() - before,)
+        if attempt.times and len(attempt.times()):
+            times = attempt.times()
+        seconds = float(np.median(times)) / attempt.per
+        return {"status": "failed", "word": word_for(error), "seconds": seconds}
     with np.errstate(all="ignore"):
-        samples = attempt.times() if attempt.times else times_of(attempt.call, once, budget)
-    low, middle, high = (float(s) for s in np.percentile(samples / attempt.per, QUARTILES))
+        samples = attempt.times() if attempt.times else times_of(attempt.call, times[0], budget)
+    low, middle, high = np.percentile(samples / attempt.per, (25, 50, 75)).tolist()
     return {
         "seconds": middle,
         "seconds_low": low,
@@ -114,46 +102,31 @@ def measure(chart: Chart, problem: str, name: str, knob: float, budget: float) -
 
 
 def times_of(call: Callable[[], object], first: float, budget: float) -> np.ndarray:
-    """Seconds of a call, (n,) samples in about `budget` s, without the garbage collector.
+    """Return (n,) s of a call that took `first` s before, in about `budget` s.
 
-    first: s that it took before, which warmed it up; all there is where that is LONGEST_REPEATED
-        budgets or more.
+    `timeit` switches the garbage collector off.
     """
     if first > LONGEST_REPEATED * budget:
         return np.array([first])
-    before = time.perf_counter()
-    call()
-    once = time.perf_counter() - before
-    together = max(1, math.ceil(SHORTEST_SAMPLE / max(once, 1e-9)))
-    count = int(np.clip(budget / (together * once), 3, MOST_SAMPLES))
-    samples, collecting = np.empty(count), gc.isenabled()
-    gc.disable()
-    try:
-        for k in range(count):
-            before = time.perf_counter()
-            for _ in range(together):
-                call()
-            samples[k] = (time.perf_counter() - before) / together
-    finally:
-        if collecting:
-            gc.enable()
-    return samples
+    timer = timeit.Timer(call)
+    once = timer.timeit(1)
+    number = max(1, math.ceil(SHORTEST_SAMPLE / max(once, 1e-9)))
+    count = int(np.clip(budget / (number * once), 3, MOST_SAMPLES))
+    return np.array(timer.repeat(count, number)) / number
 
 
 def word_for(error: Exception) -> str:
-    """How an error is named on a chart."""
+    """Return how an error is named on a chart."""
     if isinstance(error, Failed):
         return str(error)
-    return next((word for kind, word in WORDS if isinstance(error, kind)), type(error).__name__)
+    return next(word for kind, word in WORDS.items() if isinstance(error, kind))
 
 
 class Worker:
-    """A process that makes attempts, one at a time; killed and replaced where it hangs, replaced
-    where it crashed.
-    """
+    """A process that makes attempts, one at a time; replaced where it hangs or crashes."""
 
     def __init__(self, module: str, limit: float, budget: float) -> None:
-        self.arguments, self.limit, self.process = (module, budget), limit, None
+        self.module, self.limit, self.budget, self.pool = module, limit, budget, None
 
     def __enter__(self) -> Worker:
         return self
@@ -162,75 +135,61 @@ class Worker:
         self._end()
 
     def measure(self, problem: str, method: str, knob: float) -> dict:
-        if self.process is None or not self.process.is_alive():
+        """Return the columns of an attempt; raise what is no failure of the method."""
+        arguments = _measure_one, problem, method, knob, self.budget
+        try:
+            self._begin()
+            future = self.pool.submit(*arguments)
+        except BrokenProcessPool:  # killed since the last attempt
             self._end()
             self._begin()
+            future = self.pool.submit(*arguments)
         before = time.perf_counter()
         try:
-            self.pipe.send((problem, method, knob))
-            if not self.pipe.poll(self.limit):
-                self._end()
-                return {
-                    "status": "failed",
-                    "word": f"timeout, {self.limit:g} s",
-                    "seconds": self.limit,
-                }
-            row = self.pipe.recv()
-        except (EOFError, ConnectionError):
-            self._end()
-            return {"status": "failed", "word": "crashed", "seconds": time.perf_counter() - before}
-        if isinstance(row, BaseException):
-            raise row
-        return row
+            return future.result(self.limit)
+        except TimeoutError:
+            word = f"timeout, {self.limit:g} s"
+        except BrokenProcessPool:
+            word = "crashed"
+        self._end()
+        return {"status": "failed", "word": word, "seconds": time.perf_counter() - before}
 
     def _begin(self):
-        spawn = multiprocessing.get_context("spawn")
-        self.pipe, theirs = spawn.Pipe()
-        self.room = TemporaryDirectory(
-            prefix="fivebar-chart-"
-        )  # what a process that is killed leaves behind
-        process = spawn.Process(
-            target=_serve, args=(theirs, self.room.name, *self.arguments), daemon=True
-        )
-        own = dict.fromkeys(THREADS, "1") | {"TMPDIR": self.room.name}
-        before = {name: os.environ.get(name) for name in own}
-        os.environ.update(own)  # read when NumPy is loaded, there
+        if self.pool is not None:
+            return
+        self.folder = TemporaryDirectory(prefix="fivebar-chart-")
+        arguments = self.module, self.folder.name
+        self.pool = WorkerPool(1, "spawn", _prepare, arguments)
+        inherited = dict(os.environ)
+        os.environ.update(dict.fromkeys(THREADS, "1"))  # read when NumPy is loaded, there
         try:
-            with without_interrupts():
-                process.start()
-            self.process = process
+            self.pid = self.pool.submit(os.getpid).result()
         finally:
-            for name, value in before.items():
-                os.environ.pop(name) if value is None else os.environ.update({name: value})
-            theirs.close()
-        with suppress(EOFError, ConnectionError):
-            if self.pipe.poll(60) and self.pipe.recv() == "ready":
-                return
-        raise RuntimeError("the process that measures does not start")
+            os.environ.clear()
+            os.environ.update(inherited)
 
     def _end(self):
-        if self.process is not None:
-            self.process.kill()
-            self.process.join()
-            self.pipe.close()
-            self.room.cleanup()
-            self.process = None
+        if self.pool is not None:
+            with suppress(ProcessLookupError):
+                os.kill(self.pid, signal.SIGTERM)  # also what hangs outside Python
+            self.pool.kill()
+            self.folder.cleanup()
+            self.pool = None
 
 
-def _serve(pipe, room, module, budget):
-    end_with_parent(room)
+def _prepare(module, folder):
+    """Prepare the worker process: its folder for temporary files, its chart, no output."""
+    global _chart
+    tempfile.tempdir = os.environ["TMPDIR"] = folder
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):  # what solvers print would tear the progress bar
         os.dup2(nowhere, stream)
-    chart = load(module)
-    pipe.send("ready")
-    while True:
-        try:
-            job = pipe.recv()
-        except EOFError:
-            return
-        try:
-            pipe.send(measure(chart, *job, budget))
-        except Exception as error:  # sent on, and raised there
-            error.add_note(f"in the attempt {job}")
-            pipe.send(error)
+    _chart = load(module)
+
+
+def _measure_one(problem, method, knob, budget):
+    try:
+        return measure(_chart, problem, method, knob, budget)
+    except Exception as error:
+        error.add_note(f"in the attempt {problem}, {method}, {knob}")
+        raise

@@ -1,6 +1,4 @@
-"""What was measured: kept line by line while it is measured, then a CSV file that can be read
-again.
-"""
+"""Measurements: line by line while they are made, then a CSV file."""
 
 from __future__ import annotations
 
@@ -9,31 +7,22 @@ import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ...base.tables import TextFile, opened, write, written
+from ...base.tables import TextFile, write, written
 from .chart import Chart
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-BASE = (
-    "problem",
-    "method",
-    "knob",
-    "status",
-    "word",
-    "seconds",
-    "seconds_low",
-    "seconds_high",
-    "repeats",
-)
-TEXT = ("problem", "method", "status", "word")
-# status: "ok"; "failed", word says how; "left out", word says what is missing.
+# Columns of every chart. status: "ok"; "failed", word says how; "left out", word says what is
+# missing.
+COLUMNS = tuple("problem method knob status word seconds seconds_low seconds_high repeats".split())
+KEY = {"problem": str, "method": str, "knob": (int, float)}
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """A chart's measurements: the chart, about (machine, versions, options), rows (dicts with BASE
-    and measures).
+    """Measurements of a chart: about (machine, versions, options), rows (dicts with COLUMNS and
+    measures).
     """
 
     chart: Chart
@@ -41,81 +30,49 @@ class Result:
     rows: list
 
     def of(self, problem: str, method: str | None = None, status: str = "ok") -> list[dict]:
-        """Rows of a problem, of all methods or one."""
+        """Return the rows of a problem, of all methods or one."""
         return [
-            r
-            for r in self.rows
-            if r["problem"] == problem and r["status"] == status and method in (None, r["method"])
+            row
+            for row in self.rows
+            if row["problem"] == problem
+            and row["status"] == status
+            and method in (None, row["method"])
         ]
 
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of all columns, the measures last."""
+        measures = dict.fromkeys(name for row in self.rows for name in row)
+        return tuple(dict.fromkeys((*COLUMNS, *measures)))
+
     def to_csv(self, path: TextFile) -> None:
-        """One line per attempt under a header line with what it was measured on; written whole or
-        not at all.
-        """
-        names = (
-            *BASE,
-            *dict.fromkeys(name for row in self.rows for name in row if name not in BASE),
-        )
-        rows = (
-            [float(v) if isinstance(v, float) else v for v in map(row.get, names)]
-            for row in self.rows
-        )
-        write(path, f"chart {self.chart.name}", self.about, names, rows, end="\n")
-
-
-def from_csv(path: TextFile, chart: Chart) -> Result:
-    """The Result that `to_csv` wrote; ValueError names the line of what is not one."""
-    rows, known = (
-        [],
-        {(problem, method.name) for problem in chart.problems for method in chart.methods},
-    )
-    with opened(path) as table:
-        about = table.about(f"chart {chart.name}", f"a CSV file of the chart {chart.name}")
-        table.places(("problem", "method"))
-        for cells in table.rows():
-            row = dict(zip(table.header, cells))
-            try:
-                rows.append(
-                    {
-                        k: v if k in TEXT else float(v)
-                        for k, v in row.items()
-                        if v != "" or k in TEXT
-                    }
-                )
-            except ValueError:
-                raise table.error(f"not numbers: {row}") from None
-            problem, method = row.get("problem"), row.get("method")
-            if (problem, method) not in known:
-                raise table.error(
-                    f"the chart {chart.name} has no method {method!r} on a problem {problem!r}: the"
-                    " file is of another version"
-                )
-    return Result(chart, about, rows)
+        """Write a line for each attempt, below what it was measured on and a heading."""
+        rows = []
+        for row in self.rows:
+            cells = [row.get(name) for name in self.columns]
+            rows.append([float(cell) if isinstance(cell, float) else cell for cell in cells])
+        write(path, f"chart {self.chart.name}", self.about, self.columns, rows, end="\n")
 
 
 class Partial:
-    """The measurements of a run that is not at its end, a line of JSON each, so that an interrupted
-    run goes on.
+    """Measurements of an unfinished run, a line of JSON each, so that an interrupted run goes on.
 
-    about: what must be equal for it to go on; a file of another machine, version or kind of run is
-        begun anew.
+    A file whose first line is not `about`, of another machine, version or kind of run, is begun
+    anew. The last line may be cut off.
     """
 
     def __init__(self, path: Path, about: dict):
-        self.path, self.rows = path, []
-        lines = (
-            path.read_text(encoding="utf-8", errors="replace").splitlines() if path.exists() else []
-        )
-        found = [_parsed(line) for line in lines]
-        if found and found[0] == about:
-            self.rows = [
-                row for row in found[1:] if _is_row(row)
-            ]  # the last may be cut off in the middle
+        self.path = path
+        text = path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+        first, *rest = [_parsed(line) for line in text.splitlines()] or [None]
+        self.rows = [row for row in rest if _is_row(row)] if first == about else []
         self._known = {_key(row): row for row in self.rows}
         with written(path) as file:
-            file.writelines(json.dumps(each) + "\n" for each in (about, *self.rows))
+            for record in (about, *self.rows):
+                file.write(json.dumps(record) + "\n")
 
     def add(self, row: dict) -> None:
+        """Append a row, on the disk too."""
         self.rows.append(row)
         self._known[_key(row)] = row
         try:
@@ -123,30 +80,30 @@ class Partial:
                 file.write(json.dumps(row) + "\n")
                 file.flush()
                 os.fsync(file.fileno())
-        except OSError as error:  # a full disk's has no name
+        except OSError as error:  # that of a full disk has no name
             error.filename = str(self.path)
             raise
 
     def has(self, problem: str, method: str, knob: float) -> bool:
+        """Return whether this attempt was made."""
         return (problem, method, knob) in self._known
 
     def row(self, problem: str, method: str, knob: float) -> dict:
+        """Return the row of an attempt."""
         return self._known[problem, method, knob]
 
     def done(self) -> None:
+        """Delete the file."""
         self.path.unlink()
 
 
 def _key(row):
-    return row["problem"], row["method"], row["knob"]
-
-
-_KEY = str, str, (int, float)
+    return tuple(row[name] for name in KEY)
 
 
 def _is_row(row):
     return isinstance(row, dict) and all(
-        isinstance(row.get(k), t) for k, t in zip(("problem", "method", "knob"), _KEY)
+        isinstance(row.get(name), kind) for name, kind in KEY.items()
     )
 
 

@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from fivebar.study.pitfalls.stretched import dyad_height, printed_height, stretch
+from tests.study.pitfalls.stretched import dyad_height, printed_height, stretch
 
 EPS = np.finfo(float).eps
 

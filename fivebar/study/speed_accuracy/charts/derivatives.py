@@ -1,10 +1,8 @@
-"""Velocity and acceleration of the end-effector along a known motion of the cranks: models,
-differences, AD.
-"""
+"""Velocity and acceleration of the end-effector: models, differences, automatic differentiation."""
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -15,6 +13,7 @@ from ....models.geometry import dgm, joint_pose
 from ....models.robots import FiveBar
 from ...pitfalls.differentiation import analytic, differences, swing
 from ..chart import OURS, Attempt, Chart, Method, Panel
+from ..machine import lacks_c_compiler
 from .dgm_routes import printed
 from .exact import distance, exact_motion
 
@@ -29,121 +28,107 @@ LONE_STEPS = (*STEPS, 1e-10, 1e-11, 1e-12, 1e-13)
 
 @lru_cache(maxsize=1)
 def _exact():
-    """xi', xi'' at TIMES to 50 digits, and the largest of each."""
+    """Return xi', xi'' at TIMES to 50 digits."""
     motions = [exact_motion(ROBOT, *state) for state in zip(*swing(TIMES))]
-    rates = [motion[1:] for motion in motions]
-    return rates, [max(np.hypot(*map(float, at[order])) for at in rates) for order in (0, 1)]
+    return [[motion[order] for motion in motions] for order in (1, 2)]
 
 
-def judge(found: tuple) -> dict[str, float]:
-    """(xi', xi''), (n, 2) at TIMES -> largest errors, in parts of the largest rate."""
-    exact, largest = _exact()
-    errors = [
-        [distance(row, at[order]) for row, at in zip(found[order], exact)] for order in (0, 1)
-    ]
-    return {"velocity": max(errors[0]) / largest[0], "acceleration": max(errors[1]) / largest[1]}
+def judge(rates: tuple) -> dict[str, float]:
+    """Return the largest errors of (xi', xi''), (n, 2) at TIMES, in parts of the largest rate."""
+    errors = []
+    for values, exact in zip(rates, _exact()):
+        largest = np.linalg.norm(np.array(exact, dtype=float), axis=1).max()
+        errors.append(max(map(distance, values, exact)) / largest)
+    return {"velocity": errors[0], "acceleration": errors[1]}
 
 
-def position(t: np.ndarray) -> np.ndarray:
-    return dgm(ROBOT, swing(t)[0]).xi
+def stencil(places: tuple, first: tuple, second: tuple) -> Callable:
+    """Return the rule (t, step) -> (xi', xi'') of weighted positions at t + places * step."""
+
+    def rule(t, step):
+        xi = [dgm(ROBOT, swing(t + k * step)[0]).xi for k in places]
+        return np.tensordot(first, xi, 1) / step, np.tensordot(second, xi, 1) / step**2
+
+    return rule
 
 
-def central(t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Of second order."""
-    before, now, after = (position(t + k * step) for k in (-1, 0, 1))
-    return (after - before) / (2 * step), (after - 2 * now + before) / step**2
-
-
-def five_points(t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Of fourth order."""
-    a, b, now, d, e = (position(t + k * step) for k in (-2, -1, 0, 1, 2))
-    return (a - 8 * b + 8 * d - e) / (12 * step), (-a + 16 * b - 30 * now + 16 * d - e) / (
-        12 * step**2
-    )
-
-
-def backward(t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """MechAnalyzer's: of first order."""
-    return differences(ROBOT, t, step)
+central = stencil((-1, 0, 1), (-1 / 2, 0, 1 / 2), (1, -2, 1))
+five_points = stencil(
+    (-2, -1, 0, 1, 2),
+    (1 / 12, -8 / 12, 0, 8 / 12, -1 / 12),
+    (-1 / 12, 16 / 12, -30 / 12, 16 / 12, -1 / 12),
+)
+backward = partial(differences, ROBOT)
 
 
 def complex_step(t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """x' = Im x(t + ih) / h without a difference; x'' = 2 (x - Re x(t + ih)) / h^2 with one."""
     q, q_dot, q_ddot = swing(t)
     moved = q + 1j * step * q_dot - step**2 / 2 * q_ddot
-    shifted, now = (np.stack(printed(angles[:, 0], angles[:, 1]), axis=-1) for angles in (moved, q))
+    shifted, now = (np.stack(printed(*angles.T), axis=-1) for angles in (moved, q))
     return shifted.imag / step, 2 * (now - shifted.real) / step**2
 
 
-def model(t: np.ndarray, _: float) -> tuple[np.ndarray, np.ndarray]:
-    return analytic(ROBOT, t)
-
-
 def by(rule: Callable) -> Callable[..., Attempt]:
-    """prepare of a rule (t, step) -> (xi', xi'')."""
-    return lambda problem, step: Attempt(lambda: rule(TIMES, step), judge, len(TIMES))
+    """Return prepare of a rule (t, step) -> (xi', xi'')."""
+    return lambda _, step: Attempt(lambda: rule(TIMES, step), judge, len(TIMES))
 
 
-def _in_casadi(function, jit):
-    """The function of (q, q', q'') called for all times at once, the motion of the cranks
-    included.
-    """
-    call = Buffered(compiled(function.map(len(TIMES)), jit))
-    return Attempt(lambda: call(*swing(TIMES)), judge, len(TIMES))
+def in_casadi(make: Callable[[], ca.Function], jit: bool) -> Callable[..., Attempt]:
+    """Return prepare of a function of (q, q', q''), called for all times at once."""
 
-
-def models_in_casadi(jit: bool) -> Callable[..., Attempt]:
     def prepare(*_):
-        return _in_casadi(compile(ROBOT, ["q", "q_dot", "q_ddot"], ["xi_dot", "xi_ddot"]), jit)
+        call = Buffered(compiled(make().map(len(TIMES)), jit))
+        return Attempt(lambda: call(*swing(TIMES)), judge, len(TIMES))
 
     return prepare
 
 
-def automatic(jit: bool) -> Callable[..., Attempt]:
-    """prepare of CasADi's own differentiation of the position along the motion, twice."""
+def models() -> ca.Function:
+    """Return our models as one function."""
+    return compile(ROBOT, ["q", "q_dot", "q_ddot"], ["xi_dot", "xi_ddot"])
 
-    def prepare(*_):
-        q, q_dot, q_ddot, s = (*(ca.SX.sym(name, 2) for name in ("q", "v", "a")), ca.SX.sym("s"))
-        at = q + q_dot * s + q_ddot * s * s / 2
-        xi = ca.vertcat(*joint_pose(ROBOT, (at[0], at[1]), -1).point)
-        first = ca.jacobian(xi, s)
-        rates = ca.substitute([first, ca.jacobian(first, s)], [s], [ca.SX(0)])
-        return _in_casadi(ca.Function("automatic", [q, q_dot, q_ddot], ca.cse(rates)), jit)
 
-    return prepare
+def automatic() -> ca.Function:
+    """Return CasADi's own differentiation of the position along the motion, twice."""
+    q, q_dot, q_ddot, s = *(ca.SX.sym(name, 2) for name in "qva"), ca.SX.sym("s")
+    moved = q + q_dot * s + q_ddot * s * s / 2
+    xi = ca.vertcat(*joint_pose(ROBOT, (moved[0], moved[1]), -1).point)
+    first = ca.jacobian(xi, s)
+    rates = ca.substitute([first, ca.jacobian(first, s)], [s], [ca.SX(0)])
+    return ca.Function("automatic", [q, q_dot, q_ddot], ca.cse(rates))
 
 
 def chart() -> Chart:
+    """Return the chart of derivatives."""
+    compiler, ad, by_step = (lacks_c_compiler,), "differentiated by CasADi", "differences"
+    mechanalyzer = "backward differences (MechAnalyzer eq. 23, 25)"
     methods = (
-        Method("fivebar: first- and second-order models, NumPy", OURS, by(model)),
-        Method("fivebar: the same, CasADi VM", OURS, models_in_casadi(False)),
         Method(
-            "fivebar: the same, compiled C", OURS, models_in_casadi(True), needs=("C compiler",)
+            "fivebar: first- and second-order models, NumPy",
+            OURS,
+            by(lambda t, _: analytic(ROBOT, t)),
         ),
-        Method("CasADi AD of the position, VM", "differentiated by CasADi", automatic(False)),
+        Method("fivebar: the same, CasADi VM", OURS, in_casadi(models, False)),
+        Method("fivebar: the same, compiled C", OURS, in_casadi(models, True), (0,), compiler),
+        Method("CasADi AD of the position, VM", ad, in_casadi(automatic, False)),
         Method(
-            "CasADi AD of the position, compiled C",
-            "differentiated by CasADi",
-            automatic(True),
-            needs=("C compiler",),
+            "CasADi AD of the position, compiled C", ad, in_casadi(automatic, True), (0,), compiler
         ),
-        Method(
-            "backward differences (MechAnalyzer eq. 23, 25)",
-            "differences",
-            by(backward),
-            STEPS,
-            order=1,
-        ),
-        Method("central differences, 3 points", "differences", by(central), STEPS, order=2),
-        Method("central differences, 5 points", "differences", by(five_points), STEPS, order=4),
+        Method(mechanalyzer, by_step, by(backward), STEPS, order=1),
+        Method("central differences, 3 points", by_step, by(central), STEPS, order=2),
+        Method("central differences, 5 points", by_step, by(five_points), STEPS, order=4),
         Method("complex step", "complex step", by(complex_step), LONE_STEPS, order=2),
     )
-    velocity, acceleration = (
-        "largest error of the velocity (relative)",
-        "largest error of the acceleration (relative)",
-    )
-    steps = "step Δt between the positions (s)"
-    quantity = dict(problem="swing", rounding=1e-16, ceiling=10.0)
+    step = "knob", "step Δt between the positions (s)", ()
+    time = "seconds", "time for velocity and acceleration of one pose (s)", (1e-3, 1e-9, 1e-14)
+    rows = []
+    for suffix, axis in (("", step), (", against time", time)):
+        row = []
+        for y in ("velocity", "acceleration"):
+            label = f"largest error of the {y} (relative)"
+            row.append(Panel("swing", y + suffix, y, label, *axis, rounding=1e-16, ceiling=10.0))
+        rows.append(tuple(row))
     return Chart(
         name="derivatives",
         title="Velocity and acceleration from positions: how much of them survives differencing",
@@ -155,43 +140,5 @@ def chart() -> Chart:
         ),
         problems={"swing": "both cranks swing smoothly for 2 s"},
         methods=methods,
-        step=lambda step: step,
-        panels=(
-            (
-                Panel(
-                    y="velocity",
-                    title="velocity",
-                    ylabel=velocity,
-                    x="knob",
-                    xlabel=steps,
-                    **quantity,
-                ),
-                Panel(
-                    y="acceleration",
-                    title="acceleration",
-                    ylabel=acceleration,
-                    x="knob",
-                    xlabel=steps,
-                    **quantity,
-                ),
-            ),
-            (
-                Panel(
-                    y="velocity",
-                    title="velocity, against time",
-                    ylabel=velocity,
-                    xlabel="time for velocity and acceleration of one pose (s)",
-                    levels=(1e-3, 1e-9, 1e-14),
-                    **quantity,
-                ),
-                Panel(
-                    y="acceleration",
-                    title="acceleration, against time",
-                    ylabel=acceleration,
-                    xlabel="time for velocity and acceleration of one pose (s)",
-                    levels=(1e-3, 1e-9, 1e-14),
-                    **quantity,
-                ),
-            ),
-        ),
+        panels=tuple(rows),
     )

@@ -18,14 +18,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....models.machine_code import library
-from ....simulation.steps import tableau
-from ..charts.motions import DURATION, ROBOT
+from fivebar.models.machine_code import library
+from fivebar.simulation.steps import tableau
+
+from .motions import DURATION, ROBOT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..charts.motions import DrivenMotion
+    from .motions import DrivenMotion
 
 MUJOCO = """
 #include <math.h>
@@ -149,6 +150,11 @@ def cxx_compiler() -> str | None:
         or shutil.which("g++")
         or shutil.which("clang++")
     )
+
+
+def lacks_cxx_compiler() -> str | None:
+    """What is missing to compile C++; None if nothing."""
+    return None if cxx_compiler() else "no C++ compiler (c++, g++, clang++) on Linux"
 
 
 def lacks_headers() -> str | None:

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....models.four_joints import bars_of
-from ..charts.motions import DURATION, ROBOT
+from fivebar.models.four_joints import bars_of
+
+from .motions import DURATION, ROBOT
 from .mujoco_pinocchio import legs_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..charts.motions import DrivenMotion
+    from .motions import DrivenMotion
 
 
 def accelerations(hy, a: tuple, w: tuple, torque: tuple) -> list:

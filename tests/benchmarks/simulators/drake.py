@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..charts.motions import DURATION, ROBOT
+from .motions import DURATION, ROBOT
 from .mujoco_pinocchio import joints, legs_of, runge_kutta
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..charts.motions import DrivenMotion
+    from .motions import DrivenMotion
 
 # Stiffness of the bushing, N/m -> (integrator, steps, damping ratio): the fewest evaluations that
 # come within a quarter of the errors that the stiffness leaves on both motions, by `python -m

@@ -12,23 +12,26 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
-from ....base.backend import wrap
-from ....models.charts import BarAngles, Joint
-from ....models.compiled import Buffered, compiled
-from ....models.geometry import dgm
-from ....simulation.simulate import simulate
-from ....simulation.steps import model_functions, runge_kutta
-from ...pitfalls.integrators import adaptive
-from ...pitfalls.redundant import closure, redundant_state
-from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
-from ..rivals.drake import DRAKE_BUSHINGS, drake_as_it_comes, drake_bushing, drake_by_hand
-from ..rivals.exudyn import EXUDYN_SPRINGS, exudyn_as_it_comes, exudyn_springs
-from ..rivals.heyoka import heyoka_run
-from ..rivals.mujoco_pinocchio import mujoco_run, pinocchio_native, pinocchio_run, read
+from fivebar.base.backend import wrap
+from fivebar.models.charts import BarAngles, Joint
+from fivebar.models.compiled import Buffered, compiled
+from fivebar.models.geometry import dgm
+from fivebar.simulation.simulate import simulate
+from fivebar.simulation.steps import model_functions, runge_kutta
+from fivebar.study.pitfalls.integrators import adaptive
+from fivebar.study.pitfalls.redundant import closure, redundant_state
+from fivebar.study.speed_accuracy.chart import OURS, Attempt, Chart, Failed, Method, Panel
+from fivebar.study.speed_accuracy.charts.integrators import counts, fixed_steps, to_tolerance
+from fivebar.study.speed_accuracy.machine import lacks_c_compiler, lacks_module
+
 from . import branches
 from .constrained import multipliers
-from .integrators import counts, fixed_steps, to_tolerance
+from .drake import DRAKE_BUSHINGS, drake_as_it_comes, drake_bushing, drake_by_hand
+from .exudyn import EXUDYN_SPRINGS, exudyn_as_it_comes, exudyn_springs
+from .heyoka import heyoka_run
 from .motions import DRIVEN, DURATION, ROBOT
+from .mujoco_pinocchio import mujoco_run, pinocchio_native, pinocchio_run, read
+from .native import lacks_cxx_compiler, lacks_headers
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -202,13 +205,13 @@ def simulated() -> tuple[Method, ...]:
     )
     dense = tuple(sorted({*few, *counts(7, 108)}))  # where curves lie close to each other
     compiler, pin, mj, drake, exu = (
-        ("C compiler",),
-        ("pinocchio",),
-        ("mujoco",),
-        ("pydrake",),
-        ("exudyn",),
+        (lacks_c_compiler,),
+        (lacks_module("pinocchio", "pin"),),
+        (lacks_module("mujoco"),),
+        (lacks_module("pydrake", "drake"),),
+        (lacks_module("exudyn"),),
     )
-    in_c, in_cxx = ("mujoco", "C compiler"), ("pinocchio", "Pinocchio's headers", "C++ compiler")
+    in_c, in_cxx = (*mj, *compiler), (*pin, lacks_headers, lacks_cxx_compiler)
     trap, through = {"forced": tuned}, {"through": tolerances[:-1]}
     return (
         Method("fivebar: four bars, order 8, compiled", OURS, ours(True), dense, compiler, 8),
@@ -225,7 +228,7 @@ def simulated() -> tuple[Method, ...]:
             "heyoka",
             simulator(heyoka_run, read=read_bars),
             tuple(10.0**-k for k in range(2, 17)),
-            ("heyoka",),
+            (lacks_module("heyoka"),),
         ),
         Method("SciPy LSODA on the closed form", "SciPy", lsoda, tolerances),
         Method(
@@ -376,7 +379,7 @@ def chart() -> Chart:
         problems={name: motion.words for name, motion in DRIVEN.items()} | {POSITIONS: TURNING},
         methods=on(DRIVEN, simulated()) + on((POSITIONS,), branches.methods()),
         step=lambda count: DURATION / count,
-        apart=(SAME,),
+        excluded=(SAME,),
         panels=(
             *(
                 tuple(

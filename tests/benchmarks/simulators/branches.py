@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....models.compiled import Buffered, compile
-from ....models.geometry import dgm
-from ....models.robots import FiveBar
-from ..chart import OURS, Attempt, Method
-from .exact import distance, exact_motion
+from fivebar.models.compiled import Buffered, compile
+from fivebar.models.geometry import dgm
+from fivebar.models.robots import FiveBar
+from fivebar.study.speed_accuracy.chart import OURS, Attempt, Method
+from fivebar.study.speed_accuracy.charts.exact import distance, exact_motion
+from fivebar.study.speed_accuracy.machine import lacks_c_compiler, lacks_module
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -97,10 +98,17 @@ def pylinkage(fast: bool) -> Callable[..., Attempt]:
 def methods() -> tuple[Method, ...]:
     """Methods of the turning cranks."""
     degrees, other = (1.0, 5.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0), "pylinkage"
+    installed = lacks_module("pylinkage")
     return (
         Method("fivebar.dgm, arrays", OURS, arrays, degrees),
         Method("fivebar.compile, VM", OURS, in_casadi(False), degrees),
-        Method("fivebar.compile, compiled", OURS, in_casadi(True), degrees, ("C compiler",)),
-        Method("pylinkage step", other, pylinkage(False), degrees, (other,)),
-        Method("pylinkage step_fast, numba", other, pylinkage(True), degrees, (other, "numba")),
+        Method("fivebar.compile, compiled", OURS, in_casadi(True), degrees, (lacks_c_compiler,)),
+        Method("pylinkage step", other, pylinkage(False), degrees, (installed,)),
+        Method(
+            "pylinkage step_fast, numba",
+            other,
+            pylinkage(True),
+            degrees,
+            (installed, lacks_module("numba")),
+        ),
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...models.dyads import RRR
+from fivebar.models.dyads import RRR
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -13,17 +13,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....exporters.export import export
-from ....simulation.steps import tableau
-from ..charts.motions import DURATION, ROBOT
+from fivebar.exporters.export import export
+from fivebar.simulation.steps import tableau
+
+from .motions import DURATION, ROBOT
 from .native import mujoco_loop, pinocchio_loop
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ....models.kinematics import Rates
-    from ....models.robots import FiveBar
-    from ..charts.motions import DrivenMotion
+    from fivebar.models.kinematics import Rates
+    from fivebar.models.robots import FiveBar
+
+    from .motions import DrivenMotion
 
 # For the trap: both tips tied to a body of 1 mg in place of each other.
 LIGHT_BODY = """

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..charts.motions import DURATION, ROBOT
+from .motions import DURATION, ROBOT
 from .mujoco_pinocchio import joints, legs_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..charts.motions import DrivenMotion
+    from .motions import DrivenMotion
 
 # Stiffness of a distal bar, N/m -> (explicit integrator, steps, damping ratio), as DRAKE_BUSHINGS.
 EXUDYN_SPRINGS = {

@@ -1,1 +1,0 @@
-"""The same motions in other simulators: packages that fivebar itself does not need."""

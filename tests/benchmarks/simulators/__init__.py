@@ -1,0 +1,1 @@
+"""The five-bar in other simulators, for the charts of speed against accuracy."""
