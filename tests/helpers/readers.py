@@ -271,7 +271,7 @@ COVERS = {
 # No reader of what others wrote.
 OWN = {
     "writers": """base.tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
-        study.speed_accuracy.making:make
+        study.speed_accuracy.making:make study.speed_accuracy.page:write_page
         base.folders:locked_folder cli.__init__:main cli.__init__:_flush""",
     "files of the package and its dependencies": """visualization.document:document visualization.pages.document:made
         visualization.pages.document:script
@@ -281,7 +281,7 @@ OWN = {
         amoro.ros_free.child:main grading.course.graders:answer grading.course.worker_loop:main
         grading.worker.cell.__main__:main
         grading.worker.cell.__main__:receive grading.worker.live:_reply grading.worker.wire:message
-        grading.worker.launch:launch study.speed_accuracy.runner:_prepare""",
+        grading.worker.launch:launch study.speed_accuracy.runner:_prepare study.speed_accuracy.runner:run""",
     "the system": """grading.worker.cell.confine:_descriptor grading.worker.cell.landlock:restrict
         grading.worker.launch:_spare_user grading.worker.sandbox:_kill_orphan
         study.speed_accuracy.machine:_processor""",

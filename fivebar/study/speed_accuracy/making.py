@@ -49,7 +49,10 @@ def make(
     modules = {name: charts[name][0] for name in names}
     results, partials = {}, []
     total = sum(len(load(module).jobs(quick)) for module in modules.values())
-    with locked_folder(folder, "chart"), progress(total=total, unit=" attempts", smoothing=0.02) as bar:
+    with (
+        locked_folder(folder, "chart"),
+        progress(total=total, unit=" attempts", smoothing=0.02) as bar,
+    ):
         for name, module in modules.items():
             bar.set_description(name)
             result, partial = runner.run(module, folder, quick, bar.update)
