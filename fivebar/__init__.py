@@ -30,10 +30,11 @@ from .singularities.margins import Singularity, singularity, singularity_margins
 _LATER = {
     "LinkCollisions": "constraints.link_collisions",
     "Calibration": "estimation.calibration.result",
+    "Collocation": "planning.plan",
     "ComputedTorque": "control.laws",
     "FeedForward": "control.laws",
     "Identification": "estimation.identification.result",
-    "Keep": "constraints.constraints",
+    "Constraints": "constraints.constraints",
     "PD": "control.laws",
     "Path": "paths.curve",
     "Placement": "paths.placement",
@@ -101,7 +102,7 @@ _presentation.load_presenters = lambda: _import_module(".visualization.presenter
 
 if _typing.TYPE_CHECKING:  # the same, to a type checker
     from . import amoro, grading, linkages, optimal_design, study
-    from .constraints.constraints import Keep
+    from .constraints.constraints import Constraints
     from .constraints.disc import largest_disc
     from .constraints.link_collisions import LinkCollisions
     from .constraints.path_check import check_path
@@ -128,7 +129,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .paths.timing.time_path import TimingError, time_path
     from .paths.timing.timed_path import TimedPath
     from .planning.crossing import crossing_polynomial
-    from .planning.plan import plan
+    from .planning.plan import Collocation, plan
     from .planning.plans import Plan
     from .planning.problem import PlanError
     from .planning.samples import from_csv

@@ -22,7 +22,17 @@ TESTS = (
 )
 @pytest.mark.parametrize("ci, status, kind", [("", 0, "skipped"), ("true", 1, "error")])
 def test_what_is_missing_is_said_once(ci, status, kind, distributed, tmp_path):
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-m", "", *distributed, *TESTS]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-p",
+        "no:cacheprovider",
+        "-m",
+        "",
+        *distributed,
+        *TESTS,
+    ]
     inherited = {
         name: value
         for name, value in os.environ.items()

@@ -97,7 +97,10 @@ def test_told_as_a_story(path):
 
 @pytest.mark.parametrize(
     "path",
-    [pytest.param(path, marks=[] if path.stem == QUICK else pytest.mark.deep) for path in NOTEBOOKS],
+    [
+        pytest.param(path, marks=[] if path.stem == QUICK else pytest.mark.deep)
+        for path in NOTEBOOKS
+    ],
     ids=lambda path: path.stem,
 )
 def test_runs_to_its_end_and_gives_what_is_stored(path, tmp_path):

@@ -98,10 +98,17 @@ def test_a_run_comes_back(run):
 
 @pytest.fixture(scope="module", params=["hermite-simpson", "legendre-gauss"])
 def plan(request):
+    square = ((-0.2, -0.1), (0.2, -0.1), (0.2, 0.2), (-0.2, 0.2))
     return fb.plan(
-        fb.FiveBar(), (0.09, 0.068), (0.0, 0.1), 1.0, method=request.param, torque_limit=(0.05, 0.06),
-        workspace=((-0.2, 0.2), (-0.1, 0.2)),
-    )  # fmt: skip
+        fb.FiveBar(),
+        (0.09, 0.068),
+        (0.0, 0.1),
+        1.0,
+        constraints=fb.Constraints(
+            torque=(0.05, 0.06), region=square, collisions=fb.LinkCollisions(layers=(1, 2, 3, 4))
+        ),
+        collocation=fb.Collocation(method=request.param),
+    )
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +124,7 @@ def alike(a, b):
     """Two plans, equal to the bit."""
     for name in ("objective", "status", "meshes", "solve_time", "tried", "robot", "working"):
         same(getattr(a, name), getattr(b, name))
-    for name in ("weights", "limits"):
+    for name in ("weights", "constraints"):
         same(getattr(a.problem, name), getattr(b.problem, name))
     for (one, when), (other, then) in zip(a.problem.stops, b.problem.stops, strict=True):
         same(

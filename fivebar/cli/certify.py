@@ -77,6 +77,7 @@ def _certify(arguments):
     if arguments.check:
         _check(arguments.check)
         return
+    from ..constraints.constraints import Constraints
     from ..paths.certificates.certify import certify
     from ..paths.placement import Placement
     from ..paths.reading.read import path as read
@@ -92,9 +93,9 @@ def _certify(arguments):
             units=arguments.units,
             placement=placement,
         )
-        found = certify(
-            robot, path, _tolerances(arguments.tolerance), arguments.margin, arguments.working
-        )
+        constraints = Constraints(det_A=arguments.margin, sin=arguments.margin)
+        tolerances = _tolerances(arguments.tolerance)
+        found = certify(robot, path, tolerances, constraints, arguments.working)
     except (TypeError, ValueError, OSError) as error:
         raise UsageError(error) from None
     for sentence in path.notes:

@@ -15,7 +15,7 @@ from ..base.errors import UsageError
 from .robot_options import add_robot_options, chosen_robot
 
 MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
-USUAL = {"acceleration_limit": 0.5, "speed_limit": 0.1}  # m/s^2, m/s: where no limit is given
+USUAL = {"acceleration": 0.5, "speed": 0.1}  # m/s^2, m/s: where no limit is given
 LOST = 0.01  # of its size, by which a drawing is no longer what was asked for
 STEP = 1e-3  # s, of the picture's rows
 
@@ -43,7 +43,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
         help="within which corners are rounded (default: %(default)g)",
     )
     place = draw.add_argument_group(
-        "place", "default: the middle of the roomiest aspect's rectangle, in true size"
+        "place", "default: the middle of the largest rectangle of an aspect, in true size"
     )
     place.add_argument(
         "--at", nargs=2, type=float, metavar=("X", "Y"), help="where the drawing's middle goes, m"
@@ -51,7 +51,9 @@ def add_parsers(commands: _SubParsersAction) -> None:
     place.add_argument("--turn-deg", type=float, default=0.0, metavar="DEG", help="to the left")
     place.add_argument("--scale", type=float, metavar="K", help="of the drawing (default: 1)")
     place.add_argument(
-        "--roomiest", action="store_true", help="turned and shifted to the most room: takes seconds"
+        "--largest-clearance",
+        action="store_true",
+        help="turned and shifted to the largest clearance: takes seconds",
     )
     place.add_argument("--fit", action="store_true", help="as large as it fits")
     place.add_argument(
@@ -226,6 +228,7 @@ def _placed(arguments, robot, path):
     """The path where it is to be drawn, the working modes, and the largest scale that is known to
     fit, or None.
     """
+    from ..constraints.constraints import Constraints
     from ..paths.placement import Placement
     from ..paths.placing.fitting_in import bounds, fitted_in
     from ..paths.placing.place import place
@@ -239,7 +242,7 @@ def _placed(arguments, robot, path):
                 "a biglide's aspects have no ends to fit into: say where with --at X Y"
             )
         scale = None if arguments.fit else scale
-        if arguments.points_of_largest_clearance:
+        if arguments.largest_clearance:
             turn = turn if arguments.turn_deg else None
             placed = place(
                 robot,
@@ -247,7 +250,7 @@ def _placed(arguments, robot, path):
                 working=arguments.working,
                 turn=turn,
                 scale=scale,
-                margin=arguments.margin,
+                constraints=Constraints(clearance=arguments.margin),
             )
             return placed.path, placed.working, placed.largest
         fit = fitted_in(robot, path, turn, scale, arguments.working, arguments.margin)
@@ -304,18 +307,20 @@ def _met(path, check):
 
 def _timed(arguments, robot, path, working):
     """The motion along the path in the least time."""
+    from ..constraints.constraints import Constraints
     from ..paths.timing.time_path import time_path
 
-    limits = {
-        name: getattr(arguments, name)
-        for name in ("torque_limit", "speed_limit", "acceleration_limit", "joint_speed_limit")
-        if getattr(arguments, name) is not None
-    }
+    limits = {}
+    for name in ("torque", "speed", "acceleration", "joint_speed"):
+        limit = getattr(arguments, f"{name}_limit")
+        if limit is not None:
+            limits[name] = limit
     if not 0 <= arguments.reserve < 1:
         raise UsageError(f"--reserve must be from 0 to below 1, not {arguments.reserve:g}")
-    if "torque_limit" in limits:
-        limits["torque_limit"] *= 1 - arguments.reserve
-    return time_path(robot, path, arguments.duration, working=working, **(limits or USUAL))
+    if "torque" in limits:
+        limits["torque"] *= 1 - arguments.reserve
+    constraints = Constraints(**(limits or USUAL))
+    return time_path(robot, path, arguments.duration, constraints=constraints, working=working)
 
 
 def _checked(arguments, robot, path, working):

@@ -12,15 +12,13 @@ from ..base.errors import UsageError
 from .robot_options import add_robot_options, chosen_robot
 
 SAMPLES = 4001
-OPTIONS = (  # of `plan`, that go on as they are
-    "duration",
-    "torque_limit",
-    "joint_speed_limit",
-    "acceleration_limit",
-    "serial_margin",
-    "parallel_margin",
-    "max_time",
-)
+LIMITS = {  # option: constraint
+    "torque_limit": "torque",
+    "joint_speed_limit": "joint_speed",
+    "acceleration_limit": "acceleration",
+    "serial_margin": "sin",
+    "parallel_margin": "det_A",
+}
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
@@ -106,17 +104,27 @@ def add_parsers(commands: _SubParsersAction) -> None:
 def _plan(arguments):
     robot = chosen_robot(arguments)
     start, goal = (_end(arguments, robot, name) for name in ("start", "goal"))
-    from ..planning.plan import plan
+    from ..constraints.constraints import Constraints
+    from ..planning.plan import LEAST_SIN, Collocation, plan
 
-    options = {name: getattr(arguments, name) for name in OPTIONS}
+    limits = {name: getattr(arguments, option) for option, name in LIMITS.items()}
+    limits = {name: limit for name, limit in limits.items() if limit is not None}
+    if arguments.working:
+        limits.setdefault("sin", LEAST_SIN)
     if arguments.workspace:
         x0, x1, y0, y1 = arguments.workspace
-        options["workspace"] = (x0, x1), (y0, y1)
-    objective = arguments.objective or ("effort" if arguments.duration else "time")
-    via = [(None, point) for point in arguments.via or ()]
-    working = tuple(arguments.working) if arguments.working else None
+        limits["region"] = (x0, y0), (x1, y0), (x1, y1), (x0, y1)
     try:
-        found = plan(robot, start, goal, via=via, objective=objective, working=working, **options)
+        found = plan(
+            robot,
+            start,
+            goal,
+            arguments.duration,
+            via=[(None, point) for point in arguments.via or ()],
+            objective=arguments.objective or ("effort" if arguments.duration else "time"),
+            constraints=Constraints(**limits),
+            collocation=Collocation(max_time=arguments.max_time),
+        )
     except ValueError as error:
         raise UsageError(error) from None
     figures = _figures(robot, found)
@@ -131,12 +139,13 @@ def _plan(arguments):
 def _end(arguments, robot, name):
     """A point, or the Pose in the modes asked for."""
     point, modes = getattr(arguments, name), getattr(arguments, f"{name}_working")
-    if modes is None:
-        return tuple(point)
-    if arguments.working:
+    if modes and arguments.working:
         raise UsageError(
             "--working keeps the modes: it goes without --from-working and --to-working"
         )
+    modes = modes or arguments.working
+    if modes is None:
+        return tuple(point)
     from ..models.geometry import igm
 
     try:

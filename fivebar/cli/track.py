@@ -198,14 +198,14 @@ def _controller(arguments, robot, reference, working):
     if arguments.controller == "mpc":
         if given != (None, None):
             raise UsageError("--kp and --kd are gains of ctc and pd: mpc has none")
+        from ..constraints.constraints import Constraints
         from ..control.matched import asks_for_it, matched
         from ..control.tracker import Tracker
 
         if peak := asks_for_it(robot, reference, arguments.period, arguments.torque_limit, working):
             return matched(robot, peak, arguments.period, arguments.torque_limit, assembly)
-        return Tracker(
-            robot, period=arguments.period, torque_limit=arguments.torque_limit, assembly=assembly
-        )
+        constraints = Constraints(torque=arguments.torque_limit)
+        return Tracker(robot, period=arguments.period, constraints=constraints, assembly=assembly)
     kind = {"ctc": ComputedTorque, "pd": PD}[arguments.controller]
     default = BIGLIDE_PD if kind is PD and not robot.turns else GAINS[arguments.controller]
     gains = (usual if gain is None else gain for gain, usual in zip(given, default))

@@ -15,7 +15,7 @@ from ..singularities.level_curves import LevelCurves
 from ..singularities.locus import Locus, divided, pairs, pieces_of
 from ..singularities.margins import Singularity
 from ..singularities.regions import Arc
-from .constraints import Keep
+from .constraints import Constraints
 
 GRID = 301  # nodes a side, on which curves are found along which bars touch
 STEPS = (
@@ -25,17 +25,21 @@ TRACED = "bars touch"
 OFF = 1e-8  # of the size of what is kept, off a wall: there it is asked what is kept
 
 
-def walls(robot: FiveBar, working: tuple[int, int], keep: Keep) -> list[Arc]:
+def boundaries(robot: FiveBar, working: tuple[int, int], constraints: Constraints) -> list[Arc]:
     """Curves of the plane across which something is no longer kept: arcs of lines, circles and
     coupler curves, exactly; where bars touch, curves traced from node to node of a grid, each point
     of them where they do to rounding.
     """
-    found = [*_of_lines(robot, keep), *_of_joints(robot, working, keep)]
-    if keep.det_A or keep.sin:
-        circles = LegCircles(robot, keep.sin)
-        found += circles.pieces if keep.sin else ()
-        found += LevelCurves(robot, keep.det_A, circles).pieces(working) if keep.det_A else ()
-    found += _of_bars(robot, working, keep) if keep.bars else []
+    found = [*_of_lines(robot, constraints), *_of_joints(robot, working, constraints)]
+    if constraints.det_A or constraints.sin:
+        circles = LegCircles(robot, constraints.sin)
+        found += circles.pieces if constraints.sin else ()
+        found += (
+            LevelCurves(robot, constraints.det_A, circles).pieces(working)
+            if constraints.det_A
+            else ()
+        )
+    found += _of_bars(robot, working, constraints) if constraints.collisions else []
     return [Arc(piece, *piece.interval) for piece in found if len(piece.points) > 1]
 
 
@@ -70,19 +74,21 @@ def facing(found: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
     return parts
 
 
-def kept_at(robot: FiveBar, working: tuple[int, int], keep: Keep) -> Callable:
+def satisfied_at(robot: FiveBar, working: tuple[int, int], constraints: Constraints) -> Callable:
     """Complex points (n,) -> whether all is kept there, bool (n,)."""
-    return lambda z: np.atleast_1d(keep.kept(task_pose(robot, (z.real, z.imag), working)))
+    return lambda z: np.atleast_1d(
+        constraints.satisfied(task_pose(robot, (z.real, z.imag), working))
+    )
 
 
-def _of_lines(robot, keep) -> Iterator[Locus]:
+def _of_lines(robot, constraints) -> Iterator[Locus]:
     reach = 2 * size_of(robot)
-    for a, b, c in keep.half_planes:
+    for a, b, c in constraints.half_planes:
         foot = c * complex(a, b)
         if abs(foot) < reach:
             yield _line(foot - reach * complex(-b, a), foot + reach * complex(-b, a))
-    if keep.region:
-        corners = np.array(keep.region) @ (1, 1j)
+    if constraints.region:
+        corners = np.array(constraints.region) @ (1, 1j)
         yield from map(_line, corners, np.roll(corners, -1))
 
 
@@ -94,11 +100,11 @@ def _line(a, b):
     return Locus(Singularity.NONE, "line", (), (), pairs(curve(ends)[0]), ends, False, curve)
 
 
-def _of_joints(robot, working, keep) -> Iterator[Locus]:
+def _of_joints(robot, working, constraints) -> Iterator[Locus]:
     """With a crank at a limit the distal bar turns about a fixed elbow, half a turn of it in one
     working mode.
     """
-    for leg, limits in enumerate(keep.joints or ()):
+    for leg, limits in enumerate(constraints.joints or ()):
         drive, bar = robot.drives[leg], robot.distal[leg]
         for q in limits or ():
             elbow = drive.x + 1j * drive.y + drive.length * np.exp(1j * q)
@@ -112,7 +118,7 @@ def _of_joints(robot, working, keep) -> Iterator[Locus]:
             yield from pieces_of(curve, np.sort(span), [label], size_of(robot))
 
 
-def _of_bars(robot, working, keep) -> list[Locus]:
+def _of_bars(robot, working, constraints) -> list[Locus]:
     from contourpy import LineType, contour_generator  # comes with matplotlib
 
     low, high = (
@@ -126,21 +132,21 @@ def _of_bars(robot, working, keep) -> list[Locus]:
     top = min(robot.l11 + robot.l12, robot.l21 + robot.l22)
     x, y = np.linspace(low, high, GRID), np.linspace(-top, top, GRID)
 
-    def rooms(z):
-        return keep.bars.rooms(task_pose(robot, (z.real, z.imag), working))
+    def clearances(z):
+        return constraints.collisions.clearances(task_pose(robot, (z.real, z.imag), working))
 
     found = []
-    for name, values in rooms(x + 1j * y[:, None]).items():
+    for name, values in clearances(x + 1j * y[:, None]).items():
         lines = contour_generator(
             x, y, np.ma.masked_invalid(values), line_type=LineType.Separate
         ).lines(0.0)
 
-        def room(z, name=name):
-            return rooms(z)[name]
+        def clearance(z, name=name):
+            return clearances(z)[name]
 
         for line in lines:
             z = line @ (1, 1j)
-            points, sound = _put(room, z, 1j * np.gradient(z))
+            points, sound = _put(clearance, z, 1j * np.gradient(z))
             # At the limit of reach a contour ends somewhere in its cell.
             parts = np.split(np.arange(len(z)), np.flatnonzero(~sound))
             found += [_polyline(points[own]) for part in parts if len(own := part[sound[part]]) > 2]
@@ -158,14 +164,14 @@ def _polyline(points):
     return Locus(Singularity.NONE, TRACED, (), (), pairs(points), s, False, curve)
 
 
-def _put(room, z, across):
+def _put(clearance, z, across):
     """Points moved along `across`, by less than a chord, to where the room is 0, and which of them
     are: bool (n,).
     """
     low, high = -np.ones(len(z)), np.ones(len(z))
-    at_low, at_high = room(z - across), room(z + across)
+    at_low, at_high = clearance(z - across), clearance(z + across)
     for _ in range(STEPS):
         middle = (low + high) / 2
-        same = room(z + middle * across) * at_low > 0
+        same = clearance(z + middle * across) * at_low > 0
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     return z + (low + high) / 2 * across, at_low * at_high < 0

@@ -1,192 +1,290 @@
-"""What a motion must keep, named once: joint limits, a region, least margins, and bars that must
-not meet.
-"""
+"""Constraints on a motion: limits on torques and rates, joint ranges, regions, margins, collisions."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..base.backend import finite_numbers
-from ..base.checks import share, shown
+from ..base.checks import not_negative, number, share, shown
 from ..base.representation import one_line
 from ..models.geometry import Pose
 from .link_collisions import LinkCollisions, apart, off
 
+LEAST, MOST = 1e-9, 1e9  # SI; limits on torques and rates outside of these are typing errors
+PER_JOINT = "torque", "joint_speed", "joint_acceleration"
+OF_END_EFFECTOR = "speed", "acceleration", "jerk"
+MARGINS = "det_A", "sin"
+ON_POSES = "joints", "half_planes", "region", *MARGINS, "collisions"
 
-@dataclass(frozen=True)
-class Keep:
-    """What a motion must keep; what is not named is free. `check_path`, `plan`, `largest_disc` and
-    `place` take it.
 
-    joints: ((q11 low, high), (q21 low, high)) rad, None for a free one; an angle and its full turns
-    are one, so that a range is at most a full turn (of a biglide: m).
-    half_planes: (a, b, c) each, for a x + b y >= c, m: y > 0 is (0, 1, 0). region: corners (n, 2) m
-    of a polygon whose sides do not cross, inside of which the end-effector stays.
-    det_A, sin: least |det A| and |sin q_i2| (of a biglide |sin phi_i|). bars: a `Bars`, whose bars
-        must not meet.
+@dataclass(frozen=True, kw_only=True)
+class Constraints:
+    """All that a motion must keep. What is not named is free.
+
+    `plan`, `time_path`, `place`, `check_path`, `largest_disc`, `largest_rectangle`, `certify` and `Tracker` take it.
+    Each of them says which constraints it keeps, and refuses the others.
+
+    Parameters
+    ----------
+    torque, joint_speed, joint_acceleration : float or (2,), optional
+        Largest torque, N m, speed, rad/s, and acceleration, rad/s^2, of both joints or of each. Of a biglide N, m/s
+        and m/s^2.
+    speed, acceleration, jerk : float, optional
+        Largest values of the end-effector, m/s, m/s^2 and m/s^3.
+    joints : ((low, high) or None, (low, high) or None), optional
+        Ranges of q11 and q21, rad (of a biglide m). An angle and its full turns are the same, so a range is at most a
+        full turn.
+    half_planes : sequence of (a, b, c)
+        The end-effector stays where a x + b y >= c, m. y > 0 is (0, 1, 0).
+    region : (n, 2), optional
+        Corners, m, of a polygon whose sides do not cross. The end-effector stays inside.
+    det_A, sin : float
+        Least |det A| and least |sin q_i2| (of a biglide |sin phi_i|), from 0 to 1.
+    clearance : float
+        Least distance, m, from singularities and from the borders of the other constraints.
+    collisions : LinkCollisions, optional
+        Links that must not meet.
+
+    Raises
+    ------
+    ValueError, TypeError
+        A value is no such limit; the message names it.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.Constraints(torque=0.05, det_A=0.2, half_planes=[(0, 1, 0.01)])
+    <Constraints: torque 0.05, 0.05, 0 x + 1 y >= 0.01 m, |det A| >= 0.2>
     """
 
+    torque: ArrayLike | None = None
+    joint_speed: ArrayLike | None = None
+    joint_acceleration: ArrayLike | None = None
+    speed: float | None = None
+    acceleration: float | None = None
+    jerk: float | None = None
     joints: Sequence[Sequence[float] | None] | None = None
     half_planes: Sequence[Sequence[float]] = ()
     region: Sequence[Sequence[float]] | None = None
     det_A: float = 0.0
     sin: float = 0.0
-    bars: LinkCollisions | None = None
+    clearance: float = 0.0
+    collisions: LinkCollisions | None = None
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "joints", _joints(self.joints))
-        put(self, "half_planes", _half_planes(self.half_planes))
-        put(self, "region", None if self.region is None else _polygon(self.region))
-        for name in ("det_A", "sin"):
-            put(self, name, share(getattr(self, name), f"Keep: {name}"))
-        if not (self.bars is None or isinstance(self.bars, LinkCollisions)):
-            raise TypeError(f"Keep: bars must be Bars, not {shown(self.bars)}")
+        checks = dict.fromkeys(PER_JOINT, _per_joint) | dict.fromkeys(OF_END_EFFECTOR, _limit)
+        checks |= {"joints": _joints, "half_planes": _half_planes, "region": _polygon}
+        checks |= dict.fromkeys(MARGINS, share) | {"clearance": not_negative}
+        for name, check in checks.items():
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, check(value, f"Constraints: {name}"))
+        if not (self.collisions is None or isinstance(self.collisions, LinkCollisions)):
+            raise TypeError(
+                f"Constraints: collisions must be LinkCollisions, not {shown(self.collisions)}"
+            )
 
     def __repr__(self) -> str:
         words = []
+        for name in PER_JOINT:
+            limits = getattr(self, name)
+            words += [f"{name} {limits[0]:g}, {limits[1]:g}"] if limits else []
+        for name in OF_END_EFFECTOR:
+            limit = getattr(self, name)
+            words += [f"{name} {limit:g}"] if limit else []
         for name, limits in zip(("q11", "q21"), self.joints or ()):
             words += [f"{name} from {limits[0]:g} to {limits[1]:g}"] if limits else []
         words += [f"{a:g} x + {b:g} y >= {c:g} m" for a, b, c in self.half_planes]
         words += [f"in a polygon of {len(self.region)} corners"] if self.region else []
         words += [f"|det A| >= {self.det_A:g}"] if self.det_A else []
         words += [f"|sin q_i2| >= {self.sin:g}"] if self.sin else []
-        return one_line(
-            "Keep", *words, *([repr(self.bars)] if self.bars else []) or ["bars may meet"]
+        words += [f"clearance {self.clearance:g} m"] if self.clearance else []
+        words += [repr(self.collisions)] if self.collisions else []
+        return one_line("Constraints", *words)
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Names of the constraints that are not free."""
+        return tuple(
+            field.name for field in fields(self) if getattr(self, field.name) != field.default
         )
 
-    def rooms(self, pose: Pose) -> dict[str, np.ndarray]:
-        """What is left of all that is kept, (*batch,) by words: < 0 where it is broken, nan where
-        the pose is.
+    def clearances(self, pose: Pose) -> dict[str, np.ndarray]:
+        """Return how far each constraint on poses is from being violated.
+
+        Parameters
+        ----------
+        pose : Pose
+            One pose or a batch.
+
+        Returns
+        -------
+        dict
+            (*batch,) arrays by constraint, in m, in rad, or a difference of sines: negative where the constraint is
+            violated, nan where the pose is.
         """
-        found, (x, y) = {}, pose.point
+        x, y = (np.asarray(component) for component in pose.point)
+        result = {}
         for leg, limits in enumerate(self.joints or ()):
             if limits:
-                low, high = limits
                 q = pose.legs[leg].q
-                if pose.robot.turns:
-                    middle, half = (low + high) / 2, (high - low) / 2
-                    found[f"joint limits of q{leg + 1}1"] = half - np.abs(
-                        np.mod(q - middle + np.pi, 2 * np.pi) - np.pi
-                    )
-                else:
-                    found[f"joint limits of q{leg + 1}1"] = np.minimum(q - low, high - q)
+                result[f"joint limits of q{leg + 1}1"] = _range_clearance(
+                    limits, q, pose.robot.turns
+                )
         for a, b, c in self.half_planes:
-            found[f"{a:g} x + {b:g} y >= {c:g} m"] = a * np.asarray(x) + b * np.asarray(y) - c
+            result[f"{a:g} x + {b:g} y >= {c:g} m"] = a * x + b * y - c
         if self.region:
-            found["region"] = off_sides(
-                np.array(self.region) @ (1, 1j), np.asarray(x) + 1j * np.asarray(y)
-            )
-        for name, least, sines in (
-            ("det A", self.det_A, [pose.det_A]),
-            ("sin q_i2", self.sin, pose.sines),
-        ):
-            if least:
-                found[f"|{name}| >= {least:g}"] = np.abs(sines).min(axis=0) - least
-        if self.bars:
-            found |= self.bars.rooms(pose)
-        return found
+            result["region"] = off_sides(np.array(self.region) @ (1, 1j), x + 1j * y)
+        if self.det_A:
+            result[f"|det A| >= {self.det_A:g}"] = np.abs(pose.det_A) - self.det_A
+        if self.sin:
+            result[f"|sin q_i2| >= {self.sin:g}"] = np.abs(pose.sines).min(axis=0) - self.sin
+        if self.collisions:
+            result |= self.collisions.clearances(pose)
+        return result
 
     def smooth(self, pose: Pose, length: float) -> list:
-        """Rooms with slopes, >= 0 where it is kept, of symbols: of joints, half-planes, a convex
-        region and bars.
+        """Return differentiable clearances of CasADi symbols, >= 0 where the constraint holds.
 
-        length: m, what distances are divided by.
+        They are those of joints, half-planes, a convex region and collisions; distances are divided by `length`, m.
         """
-        found, (x, y) = [], pose.point
+        x, y = pose.point
+        result = []
         for leg, limits in enumerate(self.joints or ()):
-            if limits and pose.robot.turns:
-                middle, half = sum(limits) / 2, (limits[1] - limits[0]) / 2
+            if not limits:
+                continue
+            low, high = limits
+            if pose.robot.turns:
+                middle, half = (low + high) / 2, (high - low) / 2
                 ux, uy = pose.legs[leg].direction
-                found.append(ux * math.cos(middle) + uy * math.sin(middle) - math.cos(half))
-            elif limits:
+                result.append(ux * math.cos(middle) + uy * math.sin(middle) - math.cos(half))
+            else:
                 q = pose.legs[leg].q
-                found += [(q - limits[0]) / length, (limits[1] - q) / length]
-        planes = list(self.half_planes)
-        if self.region:
-            z = np.array(self.region) @ (1, 1j)
-            side = np.roll(z, -1) - z
-            turns = (side.conj() * np.roll(side, -1)).imag
-            if (turns >= 0).all() or (turns <= 0).all():
-                inward = 1j * side / np.abs(side) * (1 if turns.sum() > 0 else -1)
-                planes += [
-                    (n.real, n.imag, (n.conjugate() * a).real)
-                    for n, a in zip(inward.tolist(), z.tolist())
-                ]
-        bars = [room / length for room in self.bars.smooth(pose)] if self.bars else []
-        return [*found, *((a * x + b * y - c) / length for a, b, c in planes), *bars]
+                result += [(q - low) / length, (high - q) / length]
+        planes = [*self.half_planes, *self._sides_of_convex_region()]
+        result += [(a * x + b * y - c) / length for a, b, c in planes]
+        if self.collisions:
+            result += [clearance / length for clearance in self.collisions.smooth(pose)]
+        return result
 
-    def kept(self, pose: Pose) -> np.ndarray:
-        """Whether all is kept: bool (*batch,), False where the pose is nan."""
-        rooms = list(self.rooms(pose).values())
+    def _sides_of_convex_region(self) -> list[tuple[float, float, float]]:
+        """Return the half-planes (a, b, c) whose intersection is the region; [] if it is not convex."""
+        if not self.region:
+            return []
+        corners = np.array(self.region) @ (1, 1j)
+        sides = np.roll(corners, -1) - corners
+        turns = (sides.conj() * np.roll(sides, -1)).imag
+        if (turns < 0).any() and (turns > 0).any():
+            return []
+        normals = 1j * sides / np.abs(sides) * (1 if turns.sum() > 0 else -1)
+        pairs = zip(normals.tolist(), corners.tolist())
+        return [(n.real, n.imag, (n.conjugate() * corner).real) for n, corner in pairs]
+
+    def satisfied(self, pose: Pose) -> np.ndarray:
+        """Return whether a pose keeps all constraints on poses: bool (*batch,), False where it is nan."""
+        clearances = list(self.clearances(pose).values())
         closes = np.isfinite(pose.det_A)
-        return closes & (np.min(rooms, axis=0) >= 0) if rooms else closes
+        return closes & (np.min(clearances, axis=0) >= 0) if clearances else closes
+
+
+def refuse_others(constraints: Constraints | None, function: str, kept: Sequence[str]) -> None:
+    """Raise ValueError if a constraint is named that the function does not keep."""
+    names = () if constraints is None else constraints.named
+    others = [name for name in names if name not in kept]
+    if others:
+        raise ValueError(
+            f"{function}: the constraint {others[0]} is not kept here, only {', '.join(kept)}: leave"
+            " it out"
+        )
 
 
 def off_sides(corners: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Distance of points (*batch,) from the sides of a polygon, corners (n,) complex; less than 0
-    outside.
+    """Return the distance of points (*batch,) from the sides of a polygon, corners (n,) complex.
+
+    It is negative outside.
     """
-    a, b, p = corners, np.roll(corners, -1), np.asarray(z)[..., None]
-    distance = off(p, a, b).min(axis=-1)
-    spans = (a.imag > p.imag) != (b.imag > p.imag)
+    start, end, point = corners, np.roll(corners, -1), np.asarray(z)[..., None]
+    distance = off(point, start, end).min(axis=-1)
+    spans = (start.imag > point.imag) != (end.imag > point.imag)
     with np.errstate(divide="ignore", invalid="ignore"):
-        x = a.real + (p.imag - a.imag) / (b.imag - a.imag) * (b.real - a.real)
-    return np.where((spans & (x > p.real)).sum(axis=-1) % 2 == 1, distance, -distance)
-
-
-def _joints(joints):
-    if joints is None:
-        return None
-    if not isinstance(joints, tuple | list) or len(joints) != 2:
-        raise ValueError(
-            f"Keep: joints must be two ranges (low, high) or None, not {shown(joints)}"
+        x = start.real + (point.imag - start.imag) / (end.imag - start.imag) * (
+            end.real - start.real
         )
-    found = []
-    for name, limits in zip(("q11", "q21"), joints):
-        if limits is not None:
-            values = finite_numbers(limits, f"Keep: joints of {name}")
-            if values.shape != (2,) or not 0 < values[1] - values[0] <= 2 * math.pi:
-                raise ValueError(
-                    f"Keep: joints of {name} must be (low, high), low < high and at most a full"
-                    f" turn apart, not {shown(limits)}"
-                )
-            limits = tuple(values.tolist())
-        found.append(limits)
-    return tuple(found)
+    inside = (spans & (x > point.real)).sum(axis=-1) % 2 == 1
+    return np.where(inside, distance, -distance)
 
 
-def _half_planes(planes):
+def _range_clearance(limits, q, turns):
+    low, high = limits
+    if not turns:
+        return np.minimum(q - low, high - q)
+    middle, half = (low + high) / 2, (high - low) / 2
+    return half - np.abs(np.mod(q - middle + np.pi, 2 * np.pi) - np.pi)
+
+
+def _limit(value, name):
+    return number(value, name, LEAST, MOST)
+
+
+def _per_joint(value, name):
+    try:
+        numbers = finite_numbers(value, name)
+    except TypeError:
+        numbers = np.empty(0)
+    if numbers.shape not in ((), (1,), (2,)):
+        raise ValueError(f"{name} must be one number or one per joint, not {shown(value)}")
+    limits = tuple(_limit(each, name) for each in numbers.ravel().tolist())
+    return limits * 2 if len(limits) == 1 else limits
+
+
+def _joints(joints, name):
+    if not isinstance(joints, tuple | list) or len(joints) != 2:
+        raise ValueError(f"{name} must be two ranges (low, high) or None, not {shown(joints)}")
+    return tuple(_range(limits, f"{name} of {q}") for q, limits in zip(("q11", "q21"), joints))
+
+
+def _range(limits, name):
+    if limits is None:
+        return None
+    values = finite_numbers(limits, name)
+    if values.shape != (2,) or not 0 < values[1] - values[0] <= 2 * math.pi:
+        raise ValueError(
+            f"{name} must be (low, high), low < high and at most a full turn apart, not"
+            f" {shown(limits)}"
+        )
+    return tuple(values.tolist())
+
+
+def _half_planes(planes, name):
     if not isinstance(planes, tuple | list | np.ndarray):
-        raise ValueError(f"Keep: half_planes must be a list of (a, b, c), not {shown(planes)}")
-    values = finite_numbers(planes, "Keep: half_planes")
+        raise ValueError(f"{name} must be a list of (a, b, c), not {shown(planes)}")
+    values = finite_numbers(planes, name)
     values = values if values.size else np.empty((0, 3))
     if values.ndim != 2 or values.shape[1] != 3 or not np.hypot(values[:, 0], values[:, 1]).all():
         raise ValueError(
-            "Keep: half_planes must be (a, b, c) each, a x + b y >= c, a or b not 0, not"
-            f" {shown(planes)}"
+            f"{name} must be (a, b, c) each, a x + b y >= c, a or b not 0, not {shown(planes)}"
         )
-    values = (
-        values / np.hypot(values[:, 0], values[:, 1])[:, None]
-    )  # so that what is left of one is a distance
+    # Of unit normals a x + b y - c is a distance.
+    values = values / np.hypot(values[:, 0], values[:, 1])[:, None]
     return tuple(map(tuple, values.tolist()))
 
 
-def _polygon(region):
-    corners = finite_numbers(region, "Keep: region")
+def _polygon(region, name):
+    corners = finite_numbers(region, name)
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
         raise ValueError(
-            f"Keep: region must be the corners (n, 2) of a polygon, n >= 3, not {shown(region)}"
+            f"{name} must be the corners (n, 2) of a polygon, n >= 3, not {shown(region)}"
         )
     z = corners @ (1, 1j)
     if np.abs(np.roll(z, -1) - z).min() == 0:
-        raise ValueError("Keep: region has the same corner twice in a row")
+        raise ValueError(f"{name} has the same corner twice in a row")
     for k in range(len(z)):
         for m in range(k + 2, len(z) - (k == 0)):
             if apart(z[k], z[k + 1], z[m], z[(m + 1) % len(z)]) <= 0:
-                raise ValueError(f"Keep: sides {k + 1} and {m + 1} of the region meet")
+                raise ValueError(f"Constraints: sides {k + 1} and {m + 1} of the region meet")
     return tuple(map(tuple, corners.tolist()))

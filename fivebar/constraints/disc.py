@@ -13,11 +13,11 @@ from itertools import combinations
 
 import numpy as np
 
-from ..base.checks import instance, not_negative, optional, takes
+from ..base.checks import instance, optional, takes
 from ..singularities.aspects import Aspect, as_kind
 from ..singularities.regions import Arc, points_of_largest_clearance
-from .boundaries import kept_at, walls
-from .constraints import Keep
+from .boundaries import boundaries, satisfied_at
+from .constraints import ON_POSES, Constraints, refuse_others
 
 CANDIDATES = 4  # of the search, that are solved for exactly
 
@@ -31,7 +31,7 @@ class Disc:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Walled(Aspect):
+class BoundedAspect(Aspect):
     """An aspect within which something must be kept: walls, arcs across which it is not; allowed:
     where it is.
     """
@@ -40,51 +40,79 @@ class Walled(Aspect):
     allowed: Callable | None = None
 
 
-def walled(aspect: Aspect, keep: Keep | None) -> Aspect:
-    """The aspect with the walls of what must be kept in it."""
-    if keep is None:
+def bounded_by(aspect: Aspect, constraints: Constraints | None) -> Aspect:
+    """Return the aspect with the boundaries of the constraints on poses in it."""
+    if constraints is None or not set(constraints.named) & set(ON_POSES):
         return aspect
-    own = aspect.robot, aspect.working, keep
-    return as_kind(Walled, aspect, tuple(walls(*own)), kept_at(*own))
+    place = aspect.robot, aspect.working, constraints
+    return as_kind(BoundedAspect, aspect, tuple(boundaries(*place)), satisfied_at(*place))
 
 
-@takes(aspect=instance(Aspect), margin=not_negative, keep=optional(instance(Keep)))
-def largest_disc(aspect: Aspect, margin: float = 0.0, keep: Keep | None = None) -> Disc:
-    """The largest disc in an aspect that keeps `margin`, m, from all its singularities: Disc.
+@takes(aspect=instance(Aspect), constraints=optional(instance(Constraints)))
+def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc:
+    """Return the largest disc in an aspect.
 
-    keep: what else is kept all over the disc, by the same margin. Its center is the point farthest
-    from the boundary: there the disc touches three arcs, or two on opposite sides; exactly, but for
-    where bars touch, 1e-6 of the robot. ValueError where no disc keeps the margin.
+    Its center is the point farthest from the boundary. There the disc touches three arcs, or two on
+    opposite sides.
+
+    Parameters
+    ----------
+    aspect : Aspect
+        From `aspects`, `aspect` or `dexterous`.
+    constraints : Constraints, optional
+        Constraints on poses that hold all over the disc, and the clearance, m, of the disc from
+        singularities and from the borders of the constraints.
+
+    Returns
+    -------
+    Disc
+        center (2,) m and radius, m. It is accurate to rounding error, with collisions to 1e-6 of
+        the robot's size.
+
+    Raises
+    ------
+    ValueError
+        No disc keeps the clearance.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> disc = fb.largest_disc(fb.aspect(fb.FiveBar(), 9))
+    >>> round(disc.radius, 6)
+    0.075248
     """
-    aspect = walled(aspect, keep)
-    best, room = None, 0.0
-    own = dict(walls=aspect.walls, allowed=aspect.allowed) if isinstance(aspect, Walled) else {}
+    refuse_others(constraints, "largest_disc", (*ON_POSES, "clearance"))
+    margin = constraints.clearance if constraints else 0.0
+    aspect = bounded_by(aspect, constraints)
+    best, clearance = None, 0.0
+    bounded = isinstance(aspect, BoundedAspect)
+    own = dict(walls=aspect.walls, allowed=aspect.allowed) if bounded else {}
     for z, coarse in points_of_largest_clearance(
         aspect.boundary, punctures(aspect), aspect.area, CANDIDATES, **own
     ):
-        if coarse <= room:
+        if coarse <= clearance:
             break  # samples are never nearer than the boundary itself
         polished = _polished(aspect, z)
-        if room_at(aspect, polished) > room:
-            best, room = polished, room_at(aspect, polished)
-    if room and isinstance(aspect, Walled) and keep.bars:
-        room = _kept_room(aspect, best, room)
-    if room <= margin:
-        raise ValueError(too_narrow(aspect, "disc", margin, room))
-    return Disc(np.array([best.real, best.imag]), room - margin)
+        if clearance_at(aspect, polished) > clearance:
+            best, clearance = polished, clearance_at(aspect, polished)
+    if clearance and bounded and constraints.collisions:
+        clearance = _largest_kept_radius(aspect, best, clearance)
+    if clearance <= margin:
+        raise ValueError(too_narrow(aspect, "disc", margin, clearance))
+    return Disc(np.array([best.real, best.imag]), clearance - margin)
 
 
-def _kept_room(aspect, z, room):
+def _largest_kept_radius(aspect, z, clearance):
     """The radius up to which all is kept on rings around a point: traced walls end short of the
     limit of reach.
     """
     ring = np.exp(1j * np.linspace(0, 2 * np.pi, 721)[:-1])
-    radii = room * np.append(1 - 1e-9, np.linspace(0.99, 0, 100))
+    radii = clearance * np.append(1 - 1e-9, np.linspace(0.99, 0, 100))
     broken = [
         k for k, radius in enumerate(radii[:-1]) if not aspect.allowed(z + radius * ring).all()
     ]
     if not broken:
-        return room
+        return clearance
     high, low = radii[broken[-1]], radii[broken[-1] + 1]
     for _ in range(40):
         middle = (low + high) / 2
@@ -92,10 +120,10 @@ def _kept_room(aspect, z, room):
     return float(low)
 
 
-def too_narrow(aspect: Aspect, what: str, margin: float, room: float) -> str:
-    return f"no {what} in aspect {aspect.number} keeps a margin of {margin:g} m: " + (
-        f"its roomiest point is {room:.6g} m from the next singularity"
-        if room
+def too_narrow(aspect: Aspect, what: str, margin: float, clearance: float) -> str:
+    return f"no {what} in aspect {aspect.number} keeps a clearance of {margin:g} m: " + (
+        f"its point of largest clearance is {clearance:.6g} m from the next singularity"
+        if clearance
         else "nothing of it is kept"
     )
 
@@ -109,39 +137,39 @@ def arcs_of(aspect: Aspect) -> list[Arc]:
     return [*(arc for loop in aspect.boundary for arc in loop), *getattr(aspect, "walls", ())]
 
 
-def room_at(aspect: Aspect, z: complex) -> float:
+def clearance_at(aspect: Aspect, z: complex) -> float:
     """Exact distance of a point to the boundary and the punctures."""
     # Samples tell which arcs can be nearest: nothing of an arc is nearer than its samples by more
     # than half a step.
     samples = [(np.abs(arc.z - z).min(), arc) for arc in arcs_of(aspect)]
-    room = min([least for least, _ in samples] + np.abs(punctures(aspect) - z).tolist())
+    clearance = min([least for least, _ in samples] + np.abs(punctures(aspect) - z).tolist())
     near = [
         arc.nearest(np.array([z]))[1][0]
         for least, arc in samples
-        if least - 0.51 * arc.step <= room
+        if least - 0.51 * arc.step <= clearance
     ]
-    return float(min([room, *near]))
+    return float(min([clearance, *near]))
 
 
 def _polished(aspect, z):
     """The point near z that is farthest from all, by equal distances to two or three feet on the
     exact curves.
     """
-    samples, room = (
+    samples, clearance = (
         np.concatenate([punctures(aspect), *(arc.z for arc in arcs_of(aspect))]),
-        room_at(aspect, z),
+        clearance_at(aspect, z),
     )
     for _ in range(4):
-        before, feet = room, _feet(aspect, z, 1.2 * room)
+        before, feet = clearance, _feet(aspect, z, 1.2 * clearance)
         chosen = [foot for count in (2, 3) for foot in combinations(feet, count)]
-        proposals = [_equidistant(z, room, [foot[1:] for foot in each]) for each in chosen]
-        most = [(np.abs(samples - p).min(), p) for p in proposals if abs(p - z) < room]
+        proposals = [_equidistant(z, clearance, [foot[1:] for foot in each]) for each in chosen]
+        most = [(np.abs(samples - p).min(), p) for p in proposals if abs(p - z) < clearance]
         for bound, p in sorted(most, key=lambda each: -each[0]):
-            if bound <= room:
+            if bound <= clearance:
                 break
-            if (own := room_at(aspect, p)) > room:
-                z, room = p, own
-        if room <= before * (1 + 1e-14):
+            if (own := clearance_at(aspect, p)) > clearance:
+                z, clearance = p, own
+        if clearance <= before * (1 + 1e-14):
             break
     return z
 
@@ -167,7 +195,7 @@ def _feet(aspect, z, within, most=6):
     return feet[:most]
 
 
-def _equidistant(z, room, feet):
+def _equidistant(z, clearance, feet):
     """Newton for the center, its distance to all feet, and their parameters; two feet are to be on
     opposite sides.
     """
@@ -191,11 +219,11 @@ def _equidistant(z, room, feet):
             residuals.append(abs(way) - v[2])
             ways.append(way)
         if len(feet) == 2:
-            residuals.append((ways[0] * ways[1].conjugate()).imag / room)
+            residuals.append((ways[0] * ways[1].conjugate()).imag / clearance)
         return np.array(residuals)
 
-    v = np.array([z.real, z.imag, room, *(feet[k][1] for k in curves)])
-    steps = 1e-6 * np.array([room, room, room, *(1.0 for _ in curves)])
+    v = np.array([z.real, z.imag, clearance, *(feet[k][1] for k in curves)])
+    steps = 1e-6 * np.array([clearance, clearance, clearance, *(1.0 for _ in curves)])
     for _ in range(12):
         jacobian = np.stack(
             [
@@ -206,7 +234,7 @@ def _equidistant(z, room, feet):
         )
         change = np.linalg.lstsq(jacobian, -residual(v), rcond=1e-9)[0]
         v = v + change
-        if not abs(complex(v[0], v[1]) - z) < room:
+        if not abs(complex(v[0], v[1]) - z) < clearance:
             return z
         if np.abs(change / steps).max() < 1e-8:
             break

@@ -70,7 +70,7 @@ class LinkCollisions:
         object.__setattr__(self, "posts", not_negative(self.posts, "LinkCollisions: posts"))
         object.__setattr__(self, "post_layers", tuple(map(int, posts)))
 
-    def rooms(self, pose: Pose) -> dict[str, np.ndarray]:
+    def clearances(self, pose: Pose) -> dict[str, np.ndarray]:
         """How far apart what must not meet is, m, (*batch,) by words; below 0 it meets, nan where
         the pose is.
         """
@@ -86,8 +86,8 @@ class LinkCollisions:
                 apart(*bars[one], *bars[other]) - half[one] - half[other],
             )
         for k, name in self.posted(d):
-            room = off(bases[k], *bars[name]) - self.posts - half[name]
-            yield f"bar {name} and the {('left', 'right')[k]} post", room
+            clearance = off(bases[k], *bars[name]) - self.posts - half[name]
+            yield f"bar {name} and the {('left', 'right')[k]} post", clearance
 
     def pairs(self, d: float) -> list[tuple[str, str]]:
         """The bars that must not meet, of a robot whose bases are d apart."""

@@ -20,7 +20,7 @@ from ..singularities.locus import divided, pairs
 from ..singularities.regions import Arc, inside
 from ..singularities.roots import rising_zeros
 from .boundaries import facing
-from .disc import punctures, room_at
+from .disc import clearance_at, punctures
 
 SAMPLES = 4000  # of the outline
 SEEDS = 600  # points of the aspect, about, around each of which the largest rectangle is searched
@@ -164,7 +164,7 @@ class Outline:
             )
             if not self.allowed(rim).all():
                 return False
-        return least == 0 or min(room_at(self.aspect, corner) for corner in corners) >= least
+        return least == 0 or min(clearance_at(self.aspect, corner) for corner in corners) >= least
 
     def shrunk(self, v: np.ndarray, least: float) -> np.ndarray | None:
         """The rectangle, its borders moved in by `least`, m, or as much more as it takes to keep

@@ -23,7 +23,7 @@ from ..models.robots import Biglide, FiveBar
 from ..singularities.criterion import force_at, largest_force
 from ..singularities.locus import divided
 from ..singularities.margins import Singularity
-from .constraints import Keep
+from .constraints import ON_POSES, Constraints, refuse_others
 from .violations import Broken, broken
 
 SAMPLES = 2049
@@ -82,13 +82,17 @@ class PathCheck:
         )
 
 
-@takes(robot=must_be_robot, tolerance=optional(not_negative), keep=optional(instance(Keep)))
+@takes(
+    robot=must_be_robot,
+    tolerance=optional(not_negative),
+    constraints=optional(instance(Constraints)),
+)
 def check_path(
     robot: FiveBar | Biglide,
     path: Callable,
     working: ArrayLike = (-1, -1),
     tolerance: float | None = None,
-    keep: Keep | None = None,
+    constraints: Constraints | None = None,
 ) -> PathCheck:
     """Check a trajectory in one working mode: PathCheck.
 
@@ -98,13 +102,14 @@ def check_path(
     the criterion counts as 0; by default the path's own `error`, at least 1e-6. A plan has one: its
     bars carry the inertial force but for a defect of this share, and at the crossing, where they
     can give nothing along t_s, t_s . m xi'' is all defect.
-    keep: what the motion must keep, as far as it is reachable.
+    constraints: what each pose must keep, as far as the path is reachable.
     A margin is a smooth function of time of which 2049 samples are taken with its rate, more where
     it may reach 0 between them; then its zeros are found to rounding, double ones as zeros of the
     rate.
     Crossing criterion: Briot and Arakelian 2008. ValueError for a path that is not one, or is not
     finite at a time, which it names.
     """
+    refuse_others(constraints, "check_path", ON_POSES)
     tolerance = max(EXACT, float(getattr(path, "error", 0.0))) if tolerance is None else tolerance
     path = _finite(path)
     start, stop, largest = _times(path)
@@ -130,8 +135,8 @@ def check_path(
     first = min((zeros[0] for zeros in found if zeros), key=lambda zero: zero.time, default=None)
     margin, margin_time = _smallest(robot, path, modes, start, end) if end > start else (0.0, start)
     out = (
-        broken(robot, path, modes, keep, np.linspace(start, end, SAMPLES))
-        if keep and end > start
+        broken(robot, path, modes, constraints, np.linspace(start, end, SAMPLES))
+        if constraints and end > start
         else ()
     )
     if first is None:

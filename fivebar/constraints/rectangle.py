@@ -12,11 +12,11 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import minimize
 
-from ..base.checks import instance, not_negative, optional, takes
+from ..base.checks import instance, optional, takes
 from ..base.progress import progress
 from ..singularities.aspects import Aspect
-from .constraints import Keep
-from .disc import CANDIDATES, room_at, too_narrow, walled
+from .constraints import ON_POSES, Constraints, refuse_others
+from .disc import CANDIDATES, BoundedAspect, bounded_by, clearance_at, too_narrow
 from .outline import INWARDS, Outline
 
 LEVELS = 64  # of the lower and of the upper border in the search
@@ -36,22 +36,49 @@ class Rectangle:
         return (self.x_max - self.x_min) * (self.y_max - self.y_min)
 
 
-@takes(aspect=instance(Aspect), margin=not_negative, keep=optional(instance(Keep)))
-def largest_rectangle(aspect: Aspect, margin: float = 0.0, keep: Keep | None = None) -> Rectangle:
-    """The largest rectangle along x and y in an aspect that keeps `margin`, m, from all its
-    singularities: Rectangle.
+@takes(aspect=instance(Aspect), constraints=optional(instance(Constraints)))
+def largest_rectangle(aspect: Aspect, constraints: Constraints | None = None) -> Rectangle:
+    """Return the largest rectangle along x and y in an aspect.
 
-    keep: what else is kept all over it, by the same margin. Solved to 1e-6 of its size from the
-    best ones around points all over the aspect, each the largest of those that pass between 4000
-    samples of its boundary. ValueError where none keeps the margin.
+    Parameters
+    ----------
+    aspect : Aspect
+        From `aspects`, `aspect` or `dexterous`.
+    constraints : Constraints, optional
+        Constraints on poses that hold all over the rectangle, and its clearance, m, from
+        singularities and from the borders of the constraints.
+
+    Returns
+    -------
+    Rectangle
+        Borders x_min, x_max, y_min, y_max, m, accurate to 1e-6 of its size. It is the best of local
+        solutions around points all over the aspect.
+
+    Raises
+    ------
+    ValueError
+        No rectangle keeps the clearance.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> rectangle = fb.largest_rectangle(fb.aspect(fb.FiveBar(), 9))
+    >>> round(1e4 * rectangle.area, 2)  # cm^2
+    117.51
     """
-    aspect = walled(aspect, keep)
+    refuse_others(constraints, "largest_rectangle", (*ON_POSES, "clearance"))
+    margin = constraints.clearance if constraints else 0.0
+    aspect = bounded_by(aspect, constraints)
     outline = Outline(aspect, margin)
     starts = progress(_starts(outline), desc="rectangle", delay=2, leave=False)
     found = [each for start in starts if (each := _fitted(outline, start)) is not None]
     if not found:
-        room = room_at(aspect, complex(*aspect.point)) if keep is None else _roomiest(outline)[1]
-        raise ValueError(too_narrow(aspect, "rectangle", margin, room))
+        clearance = (
+            _point_of_largest_clearance(outline)[1]
+            if isinstance(aspect, BoundedAspect)
+            else clearance_at(aspect, complex(*aspect.point))
+        )
+        raise ValueError(too_narrow(aspect, "rectangle", margin, clearance))
     return Rectangle(*map(float, max(found, key=_area)))
 
 
@@ -79,14 +106,14 @@ def _starts(outline):
             starts.append(_around(outline, outline.seeds[k], rounds=4))
     starts = [each for each in starts if _area(each) > 0.98 * max(map(_area, starts))]
     # There is room for a square wherever there is for a disc.
-    z, room = _roomiest(outline)
-    if room <= outline.margin:
+    z, clearance = _point_of_largest_clearance(outline)
+    if clearance <= outline.margin:
         return starts
-    half = np.sqrt(0.5) * (room - outline.margin)
+    half = np.sqrt(0.5) * (clearance - outline.margin)
     return [*starts, np.array([z.real, z.real, z.imag, z.imag]) - half * INWARDS]
 
 
-def _roomiest(outline):
+def _point_of_largest_clearance(outline):
     """About the point that is farthest from all that is kept off, and its exact distance; 0 where
     nothing is kept.
     """
@@ -99,7 +126,7 @@ def _roomiest(outline):
                 0
             ].argmax()
         ]
-    return z, room_at(outline.aspect, z)
+    return z, clearance_at(outline.aspect, z)
 
 
 def _around(outline, seed, rounds=1):
@@ -176,7 +203,7 @@ def _grown(outline, v, scale, reach, kept):
     height = scale.min()
 
     @lru_cache(maxsize=4)
-    def rooms(u):
+    def clearances(u):
         found, gradients = zip(*(rule(v + scale * u) for rule in rules))
         return (np.array(found) - outline.margin) / height, np.array(gradients) * scale / height
 
@@ -187,7 +214,9 @@ def _grown(outline, v, scale, reach, kept):
         width, height = sides(u)
         return np.array([height, -height, width, -width])
 
-    kept_off = dict(type="ineq", fun=lambda u: rooms(tuple(u))[0], jac=lambda u: rooms(tuple(u))[1])
+    kept_off = dict(
+        type="ineq", fun=lambda u: clearances(tuple(u))[0], jac=lambda u: clearances(tuple(u))[1]
+    )
     solution = minimize(
         lambda u: -np.prod(sides(u)),
         np.zeros(4),

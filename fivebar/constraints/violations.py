@@ -10,7 +10,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from ..base.backend import EPS
 from ..models.geometry import task_pose
-from .constraints import Keep
+from .constraints import Constraints
 
 # A sample's room over what the room changes to the next ones: so little is looked at between
 # samples.
@@ -28,25 +28,27 @@ class Broken(NamedTuple):
     worst: float
 
 
-def broken(robot, path: Callable, working: tuple, keep: Keep, t: np.ndarray) -> tuple[Broken, ...]:
+def broken(
+    robot, path: Callable, working: tuple, constraints: Constraints, t: np.ndarray
+) -> tuple[Broken, ...]:
     """What a path does not keep at times from t[0] to t[-1], by the time at which it breaks first.
 
     t (n,): samples; between them rooms are followed to their zeros, and to their smallest values
     where those may be below 0. Where the pose is nan nothing is said.
     """
 
-    def rooms(t):
+    def clearances(t):
         x, y = path(np.atleast_1d(t))[0].T
         return {
-            name: np.broadcast_to(room, x.shape)
-            for name, room in keep.rooms(task_pose(robot, (x, y), working)).items()
+            name: np.broadcast_to(clearance, x.shape)
+            for name, clearance in constraints.clearances(task_pose(robot, (x, y), working)).items()
         }
 
     found = []
-    for name, values in rooms(t).items():
+    for name, values in clearances(t).items():
 
-        def room(s, name=name):
-            value = float(rooms(s)[name][0])
+        def clearance(s, name=name):
+            value = float(clearances(s)[name][0])
             return value if np.isfinite(value) else np.inf
 
         known = np.where(np.isfinite(values), values, np.inf)
@@ -63,7 +65,7 @@ def broken(robot, path: Callable, working: tuple, keep: Keep, t: np.ndarray) -> 
         for k in {*np.flatnonzero(least).tolist(), int(np.argmin(known))}:
             ends = t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)]
             best = minimize_scalar(
-                room, bounds=ends, method="bounded", options=dict(xatol=1e-12 * (t[-1] - t[0]))
+                clearance, bounds=ends, method="bounded", options=dict(xatol=1e-12 * (t[-1] - t[0]))
             )
             if best.fun < min(known[k], 0.0):
                 times, lowest = np.append(times, best.x), np.append(lowest, best.fun)
@@ -77,7 +79,7 @@ def broken(robot, path: Callable, working: tuple, keep: Keep, t: np.ndarray) -> 
             lowest[first - 1]
         ):  # a sample at the limit itself is where it begins
             ends = times[first - 1], start
-            start = brentq(room, *ends, xtol=1e-15) if lowest[first - 1] > 0 else ends[0]
+            start = brentq(clearance, *ends, xtol=1e-15) if lowest[first - 1] > 0 else ends[0]
         worst = int(np.argmin(lowest))
         found.append(Broken(name, float(start), float(-lowest[worst]), float(times[worst])))
     return tuple(sorted(found, key=lambda each: each.time))

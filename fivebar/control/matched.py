@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base.errors import SingularityError, UnreachableError
+from ..constraints.constraints import Constraints
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
 from ..models.kinematics import ikm, ikm2
@@ -114,7 +115,7 @@ def matched(
         HORIZON,
         period,
         seconds=HORIZON * period,
-        torque_limit=torque_limit,
+        constraints=Constraints(torque=torque_limit),
         assembly=assembly,
         position=POSITION * _smaller(robot),
         acceleration=ACCELERATION * share,

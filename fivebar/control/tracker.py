@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..base.checks import instance, modes, optional, positive, takes, whole
 from ..base.checks import jit as must_be_jit
-from ..base.checks import modes, optional, positive, takes, whole
 from ..base.checks import robot as must_be_robot
 from ..base.checks import seconds as span
+from ..constraints.constraints import Constraints, refuse_others
 from ..models.physics import loads_of, physics_of, smoothed
 from .estimator import EXACT, Estimator
 from .fallback import free_of_modes, reference_torques, safe_torque
@@ -70,8 +71,8 @@ class Tracker:
     horizon: stages ahead, the first a period, growing so that all cover `seconds`.
     period: s.
     seconds: default 1, less where stages of at most 0.14 s cover less; limits need a far view.
-    torque_limit: N m.
-    speed_limit: rad/s of either active joint, kept unless that is impossible.
+    constraints: torque, N m, and joint_speed, rad/s, the same for both joints. The speed is kept
+        unless that is impossible.
     delay: samples between a measurement and its torque, bridged by prediction.
     encoder_resolution: rad, where joint angles are rounded to it: the rates are then estimated from
         the angles.
@@ -93,8 +94,7 @@ class Tracker:
         horizon=whole(2, MOST_STAGES),
         period=span,
         seconds=optional(span),
-        torque_limit=optional(positive),
-        speed_limit=optional(positive),
+        constraints=optional(instance(Constraints)),
         delay=whole(0, MOST_DELAY),
         encoder_resolution=optional(positive),
         position=positive,
@@ -110,8 +110,7 @@ class Tracker:
         period: float = 0.01,
         *,
         seconds: float | None = None,
-        torque_limit: float | None = None,
-        speed_limit: float | None = None,
+        constraints: Constraints | None = None,
         delay: int = 0,
         encoder_resolution: float | None = None,
         position: float = 1e4,
@@ -131,8 +130,11 @@ class Tracker:
                 f"seconds = {seconds:g} is less than horizon = {horizon} periods of {period:g} s"
             )
         self.robot, self.horizon, self.period, self.delay = robot, horizon, period, delay
+        refuse_others(constraints, "Tracker", ("torque", "joint_speed"))
+        constraints = Constraints() if constraints is None else constraints
+        torque_limit = _same(constraints.torque, "torque")
         self.torque_limit = np.inf if torque_limit is None else torque_limit
-        self.speed_limit = speed_limit
+        self.speed_limit = _same(constraints.joint_speed, "joint_speed")
         self.inertia = moved(robot)
         self.scale = ARM * self.inertia  # of the torques among the QP's unknowns
         rounded = encoder_resolution is not None
@@ -335,3 +337,10 @@ def _lift(robot):
     moments = [math.hypot(*pair) for pair in zip(physics.levers, physics.sides)]
     lever = max(drive.length for drive in robot.drives)
     return math.hypot(*physics.gravity) * (max(moments) + robot.m * lever)
+
+
+def _same(limits, name):
+    """Return the limit of both joints; ValueError if they differ."""
+    if limits is not None and limits[0] != limits[1]:
+        raise ValueError(f"Tracker: {name} must be the same for both joints, not {limits}")
+    return limits and limits[0]

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.errors import SingularityError, UnreachableError
+from ..constraints.constraints import Constraints
 from ..constraints.disc import largest_disc
 from ..constraints.rectangle import largest_rectangle
 from ..models.dynamics import inverse_dynamics
@@ -54,10 +55,12 @@ def _of_parts(measure, most):
 
 
 _largest_disc = _of_parts(
-    lambda part, margin: largest_disc(part, margin).radius, lambda area: np.sqrt(area / np.pi)
+    lambda part, margin: largest_disc(part, Constraints(clearance=margin)).radius,
+    lambda area: np.sqrt(area / np.pi),
 )
 _largest_rectangle = _of_parts(
-    lambda part, margin: largest_rectangle(part, margin).area, lambda area: area
+    lambda part, margin: largest_rectangle(part, Constraints(clearance=margin)).area,
+    lambda area: area,
 )
 
 
@@ -159,8 +162,7 @@ def _path_time(robot, task, place):
         return time_path(
             robot,
             moved,
-            torque_limit=task.motor.torque,
-            joint_speed_limit=task.motor.speed,
+            constraints=Constraints(torque=task.motor.torque, joint_speed=task.motor.speed),
             working=task.working,
         ).duration
     except (UnreachableError, SingularityError):

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 METHODS = ("hermite-simpson", "legendre-gauss")
-LIMITS = ("torque", "joint_speed", "acceleration", "workspace", "serial", "parallel")
+LIMITS = ("torque", "joint_speed", "acceleration", "poses", "sin", "det_A")
 
 
 class Scheme:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from ..constraints.constraints import off_sides
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
 from .problem import PlanError, Problem
@@ -89,7 +90,7 @@ def _time_needed(problem, motion, duration):
     1 / time.
     """
     motion = np.concatenate([m / duration**i for i, m in enumerate(motion)], axis=1)
-    acc, limits, weights = problem.accelerations(motion), problem.limits, problem.weights
+    acc, limits, weights = problem.accelerations(motion), problem.constraints, problem.weights
     regular = np.abs(acc.rates.pose.det_A) > 0.1
     tau = (
         inverse_dynamics(problem.accelerations(motion[regular]))
@@ -163,7 +164,10 @@ def _blocked(problem, xi):
     reach.
     """
     pose = igm(problem.robot, xi, problem.working, unreachable="nan")
-    found = problem.violations(xi=xi, sines=problem.signed_sines(pose))
+    found = problem.violations(sines=problem.signed_sines(pose))
+    if problem.constraints.region:
+        corners = np.array(problem.constraints.region) @ (1, 1j)
+        found["region"] = -off_sides(corners, xi @ (1, 1j))
     worst = np.max([value / problem.unit(name) for name, value in found.items()], axis=0)
     return np.where(
         np.isnan(worst), 2 - 10 * np.minimum(pose.reach_margin, 0) / problem.length, worst

@@ -5,32 +5,30 @@ singularities.
 from __future__ import annotations
 
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.checks import instance, modes, number, one_of, optional, positive, takes, whole
+from ..base.checks import instance, number, one_of, optional, positive, takes, whole
 from ..base.checks import robot as must_be_robot
-from ..constraints.constraints import Keep
+from ..constraints.constraints import ON_POSES, Constraints, refuse_others
 from ..models.geometry import Pose, igm
 from .collocation import LIMITS, METHODS, scheme
 from .guess import first_guess, guess_again
 from .plans import Mesh, Plan
 from .problem import (
     LOOKED_AT,
-    Limits,
     PlanError,
     Problem,
-    box,
     checked_stops,
     checked_weights,
-    per_joint,
     point_of,
     refuse_broken,
     refuse_massless,
     refuse_stops,
+    working_modes,
 )
 from .program import solve
 from .search import ways_between
@@ -40,6 +38,9 @@ if TYPE_CHECKING:
 
     from ..models.robots import Robot
 
+# Limits on torques and rates that are limits of the program.
+RATES = "torque", "joint_speed", "acceleration"
+LEAST_SIN = 0.05  # that a motion in one pair of working modes keeps by default
 REFINEMENTS, MOST_INTERVALS, MOST_PARTS = 12, 600, 8
 GUESSING = 60  # iterations of IPOPT from one of several first guesses
 LIFTS = 0.03, 0.1, 0.3, 0.6  # of gravity, under which motions of the four bars are sought first
@@ -49,19 +50,49 @@ WORK = 6000  # points times iterations of IPOPT, about what a processor does in 
 LONGEST = 1.6
 
 
+@dataclass(frozen=True)
+class Collocation:
+    """Settings of the direct collocation of `plan`.
+
+    Parameters
+    ----------
+    method : "legendre-gauss" or "hermite-simpson"
+        The scheme of collocation points.
+    degree : int
+        Points in an interval of "legendre-gauss", 2 to 7.
+    intervals : int
+        Intervals of the first mesh, 2 to 600.
+    tolerance : float
+        Largest relative defect of the force between nodes, and largest relative violation of a limit there; the mesh is
+        refined until both hold. Torque and acceleration are never exceeded.
+    max_time : float
+        Processor time, s, of the search.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.Collocation(intervals=10).tolerance
+    0.001
+    """
+
+    method: str = "legendre-gauss"
+    degree: int = 3
+    intervals: int = 20
+    tolerance: float = 1e-3
+    max_time: float = 30.0
+
+    def __post_init__(self) -> None:
+        one_of(*METHODS)(self.method, "Collocation: method")
+        whole(2, 7)(self.degree, "Collocation: degree")
+        whole(2, MOST_INTERVALS)(self.intervals, "Collocation: intervals")
+        number(self.tolerance, "Collocation: tolerance", 1e-9, 1.0)
+        positive(self.max_time, "Collocation: max_time")
+
+
 @takes(
     robot=must_be_robot,
-    torque_limit=optional(per_joint),
-    joint_speed_limit=optional(per_joint),
-    acceleration_limit=optional(positive),
-    workspace=optional(box),
-    working=optional(modes(2)),
-    method=one_of(*METHODS),
-    degree=whole(2, 7),
-    intervals=whole(2, MOST_INTERVALS),
-    tolerance=lambda value, name: number(value, name, 1e-9, 1.0),
-    max_time=positive,
-    keep=optional(instance(Keep)),
+    constraints=optional(instance(Constraints)),
+    collocation=optional(instance(Collocation)),
 )
 def plan(
     robot: Robot,
@@ -71,110 +102,101 @@ def plan(
     *,
     via: Iterable = (),
     objective: str | dict[str, float] = "effort",
-    torque_limit: ArrayLike | None = None,
-    joint_speed_limit: ArrayLike | None = None,
-    acceleration_limit: float | None = None,
-    workspace: ArrayLike | None = None,
-    serial_margin: float | None = None,
-    parallel_margin: float | None = None,
-    working: tuple[int, int] | None = None,
-    method: str = "legendre-gauss",
-    degree: int = 3,
-    intervals: int = 20,
-    tolerance: float = 1e-3,
-    max_time: float = 30.0,
-    keep: Keep | None = None,
+    constraints: Constraints | None = None,
+    collocation: Collocation | None = None,
 ) -> Plan:
-    """Plan an optimal motion, through singularities where that is better or the only way: Plan.
+    """Return an optimal motion. It crosses singularities where that is better or the only way.
 
-    start, goal: points (2,) m, at rest there, or {order: (x, y)} as in `polynomial`: the motion
-        keeps its working modes and may cross Type 2. Or Poses, at rest: modes are free on the way,
-        Type 1 and Type 2 are crossed as often as needed; a point beside a Pose may be reached in
-        any mode.
-    duration: s, None: free.
-    via: points to pass, [(time or None, (2,) or {order: ...}), ...], in this order; between Poses,
-        Poses.
-    objective: "effort" (integral of tau^2), "time", "jerk" (integral of |xi'''|^2), or {name:
-        weight >= 0} on their SI values.
-    torque_limit, joint_speed_limit: N m and rad/s, one number or one per joint.
-    acceleration_limit: m/s^2, of the end-effector.
-    workspace: ((x low, x high), (y low, y high)) m.
-    serial_margin: least |sin q_i2|; None: 0.05 between points, none between Poses.
-    parallel_margin: least |det A|, None: may cross, which wants some effort in the objective, or
-        else a torque_limit.
-    working: the modes to keep, None: (-1, -1) between points, free between Poses.
-    method: "legendre-gauss" with `degree` points in each interval, or "hermite-simpson".
-    intervals: of the mesh at first.
-    tolerance: to which it is refined: largest defect over the largest force, and what may be missed
-        of a limit between nodes (torque and acceleration never are).
-    max_time: s of the processor, first guesses by a count of work (`WORK`): a busy machine finds
-        the same.
-    keep: what else must be kept. Its least sines, joint limits, half-planes, convex region and the
-        distances of bars are limits of the program; between nodes, and a region that is not convex,
-        the plan is asked: PlanError where it is broken.
-    ValueError for what cannot be asked, UnreachableError for points out of reach, PlanError where
-    no plan was found.
+    Direct collocation with the two bar forces as controls, m xi'' = A^T lambda and tau = Z q'' + B^T lambda: nothing is
+    divided by det A, so the motion may cross Type 2 with finite torque.
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    start, goal : (2,), dict or Pose
+        A point, m, at rest; or {order: (x, y)}, its position and derivatives, as in `polynomial`: the motion is in
+        working modes (-1, -1) and keeps at least |sin q_i2| = 0.05. Or a Pose, at rest: the motion may pass Type 1 and
+        Type 2 as often as needed, through all modes. With `constraints.sin` it keeps the working modes of its Poses.
+    duration : float, optional
+        Duration, s. By default it is free.
+    via : iterable of (time or None, point)
+        Points to pass, in this order; between Poses, Poses.
+    objective : "effort", "time", "jerk" or dict
+        Integral of tau^2, duration, integral of the squared third derivative of xi; or weights {name: weight >= 0} on their SI values.
+    constraints : Constraints, optional
+        What the motion must keep: torque, joint_speed, acceleration, joints, half_planes, region, det_A, sin,
+        collisions. Those on poses are limits of the program at the nodes, and checked between them. A region that is
+        not convex is only checked.
+    collocation : Collocation, optional
+        Mesh and accuracy.
+
+    Returns
+    -------
+    Plan
+        Call it with t (n,) s for (xi, xi_dot, xi_ddot), each (n, 2).
+
+    Raises
+    ------
+    ValueError
+        The problem makes no sense.
+    UnreachableError
+        A point is out of reach.
+    PlanError
+        No plan was found. It holds the best motion found, as `plan`, and its violations.
+
+    References
+    ----------
+    Moreno-Martin, Ros, Celaya: Collocation methods for second order systems, RSS 2022.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> plan = fb.plan(fb.FiveBar(), (0.09, 0.068), (0.08, 0.075), 0.5)
+    >>> plan(0.5)[0].round(6).tolist()
+    [0.08, 0.075]
     """
     began = time.perf_counter(), time.thread_time()
-    free = working is None and (isinstance(start, Pose) or isinstance(goal, Pose))
-    if serial_margin is None and not free:
-        serial_margin = 0.05
-    if keep is not None:
-        serial_margin = max(serial_margin or 0.0, keep.sin) or None
-        parallel_margin = max(parallel_margin or 0.0, keep.det_A) or None
-    limits = Limits(
-        torque_limit,
-        joint_speed_limit,
-        acceleration_limit,
-        workspace,
-        None if serial_margin is None else number(serial_margin, "plan: serial_margin", 1e-3, 1),
-        (
-            None
-            if parallel_margin is None
-            else number(parallel_margin, "plan: parallel_margin", 1e-9, 1)
-        ),
-    )
+    constraints = Constraints() if constraints is None else constraints
+    collocation = Collocation() if collocation is None else collocation
+    refuse_others(constraints, "plan", (*RATES, *ON_POSES))
+    free = isinstance(start, Pose) or isinstance(goal, Pose)
+    working = (-1, -1)
+    if free and constraints.sin:
+        free, working = False, working_modes(start, goal)
+    if not free:
+        constraints = replace(constraints, sin=constraints.sin or LEAST_SIN)
     weights = checked_weights(objective)
     if duration is None and not weights["time"]:
         raise ValueError(
             'plan: a free duration needs a weight on "time": the longer, the less effort and jerk'
         )
-    if duration is None and not (
-        weights["effort"] or weights["jerk"] or limits.torque or limits.acceleration
-    ):
+    bounded = weights["effort"] or weights["jerk"] or constraints.torque or constraints.acceleration
+    if duration is None and not bounded:
         raise ValueError(
-            "plan: minimum time needs a torque_limit or an acceleration_limit: without, it is 0"
+            "plan: minimum time needs a torque or an acceleration among the constraints: without, it is 0"
         )
-    rule = scheme(method, degree)
+    rule = scheme(collocation.method, collocation.degree)
     if free:
-        if limits.serial is not None:
-            raise ValueError("plan: serial_margin keeps the working modes: give them as working=")
         ways = ways_between(robot, start, goal, duration, via)
         problems = [
-            (Problem(robot, stops, None, weights, limits, rule, keep), paths, length)
+            (Problem(robot, stops, None, weights, constraints, rule), paths, length)
             for stops, paths, length in ways
         ]
-        return refuse_broken(_best(problems, intervals, tolerance, max_time, began), tolerance)
-    working = working or (-1, -1)
-    start, goal = (
-        point_of(point, working, name) for point, name in ((start, "start"), (goal, "goal"))
-    )
-    problem = Problem(
-        robot, checked_stops(start, goal, duration, via), working, weights, limits, rule, keep
-    )
+        return refuse_broken(_best(problems, collocation, began), collocation.tolerance)
+    stops = checked_stops(point_of(start), point_of(goal), duration, via)
+    problem = Problem(robot, stops, working, weights, constraints, rule)
     refuse_massless(problem)
     refuse_stops(problem)
     sides = {np.sign(igm(robot, conditions[0], working).det_A) for conditions, _ in problem.stops}
-    if sides >= {-1.0, 1.0} and not weights["effort"] and limits.torque is None:
+    if sides >= {-1.0, 1.0} and not weights["effort"] and constraints.torque is None:
         raise ValueError(
-            "plan: this motion must cross a Type-2 singularity, where without torque_limit or a"
+            "plan: this motion must cross a Type-2 singularity, where without a torque among the constraints or a"
             ' weight on "effort" the torque has no bound'
         )
     guess, durations = first_guess(problem)
-    found = _Search(problem, tolerance, max_time, began).run(
-        _mesh(intervals, durations), durations, guess
-    )
-    return refuse_broken(found, tolerance)
+    search = _Search(problem, collocation, began)
+    found = search.run(_mesh(collocation.intervals, durations), durations, guess)
+    return refuse_broken(found, collocation.tolerance)
 
 
 def _mesh(intervals, durations):
@@ -182,17 +204,18 @@ def _mesh(intervals, durations):
     return [np.linspace(0, 1, n + 1) for n in share]
 
 
-def _best(problems, intervals, tolerance, max_time, began):
+def _best(problems, collocation, began):
     """The plan refined from the best of what first guesses lead to, of (problem, paths, length),
     the shortest first.
     """
     found, tried, last, work = [], 0, None, 0
     for problem, paths, length in problems:
         refuse_massless(problem)
-        if found and (length > LONGEST * found[0][-1] or work > WORK * max_time / 3):
+        if found and (length > LONGEST * found[0][-1] or work > WORK * collocation.max_time / 3):
             break
         guess, durations = first_guess(problem, paths)
-        search, mesh = _Search(problem, tolerance, max_time, began), _mesh(intervals, durations)
+        search = _Search(problem, collocation, began)
+        mesh = _mesh(collocation.intervals, durations)
         tried += 1
         try:
             durations, guess = search.first = search.lifted(mesh, durations, guess)
@@ -230,13 +253,9 @@ def _best(problems, intervals, tolerance, max_time, began):
 class _Search:
     """Solve, refine the mesh where the plan errs, solve again; or find out what is wrong."""
 
-    def __init__(self, problem, tolerance, max_time, began):
-        self.problem, self.tolerance, self.max_time, self.began = (
-            problem,
-            tolerance,
-            max_time,
-            began,
-        )
+    def __init__(self, problem, collocation, began):
+        self.problem, self.collocation, self.began = problem, collocation, began
+        self.tolerance = collocation.tolerance
         self.meshes, self.best, self.refinements = [], None, 0  # best: the last converged plan
 
     def lifted(self, mesh, durations, guess):
@@ -246,9 +265,7 @@ class _Search:
         for share in LIFTS if self.problem.fall else ():
             robot = self.problem.robot
             lighter = replace(robot, gravity=tuple(share * g for g in robot.gravity))
-            search = _Search(
-                replace(self.problem, robot=lighter), self.tolerance, self.max_time, self.began
-            )
+            search = _Search(replace(self.problem, robot=lighter), self.collocation, self.began)
             found, plan = search.solve(mesh, durations, guess, iterations=GUESSING)
             self.meshes += search.meshes
             if found.solved:
@@ -292,7 +309,7 @@ class _Search:
         return (found, plan) if found.solved else self.recover(mesh, found, plan)
 
     def solve(self, mesh, durations, guess, elastic=False, iterations=None):
-        left = self.max_time - self.worked
+        left = self.collocation.max_time - self.worked
         found = solve(self.problem, mesh, durations, guess, left, elastic, iterations)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         self.meshes.append(
@@ -301,10 +318,10 @@ class _Search:
         plan = replace(plan, meshes=tuple(self.meshes), solve_time=self.elapsed)
         if found.solved and not elastic:
             self.best = plan
-        if self.worked > self.max_time:
+        if self.worked > self.collocation.max_time:
             raise self.failure(
                 self.best or plan,
-                f"no solution within max_time = {self.max_time:g} s",
+                f"no solution within max_time = {self.collocation.max_time:g} s",
                 found.status,
             )
         return found, plan
@@ -342,7 +359,7 @@ class _Search:
     def failure(self, plan, reason, status, names=(*LIMITS, "reach")):
         broken = {name: value for name, value in plan.violations.items() if name in names}
         why = f"{reason}{self.problem.listed(broken)}{self.unbounded(plan)}"
-        if self.problem.keep and self.problem.keep.bars:
+        if self.problem.constraints and self.problem.constraints.collisions:
             why += (
                 "; bars that must not meet may leave no way between the ends, or one that points of"
                 " via have to show"
@@ -354,7 +371,7 @@ class _Search:
         """That the motion crosses Type 2 and nothing bounds its torque there, in words; empty where
         it is not so.
         """
-        if self.problem.weights["effort"] or self.problem.limits.torque is not None:
+        if self.problem.weights["effort"] or self.problem.constraints.torque is not None:
             return ""
         t = np.linspace(plan.start, plan.start + plan.duration, LOOKED_AT)
         with np.errstate(all="ignore"):
@@ -363,7 +380,7 @@ class _Search:
         if not count:
             return ""
         return (
-            f"; it crosses Type 2 ({count} times), where without a torque_limit or a weight on"
+            f"; it crosses Type 2 ({count} times), where without a torque limit or a weight on"
             ' "effort" the torque has no bound: give one of them, or a parallel_margin that'
             " keeps off"
         )

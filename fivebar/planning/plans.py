@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike
 from ..base.presentation import Animated
 from ..base.representation import one_line
 from ..base.tables import TextFile, must_increase, opened, write
+from ..constraints.constraints import Constraints
+from ..constraints.link_collisions import LinkCollisions
 from ..models.dynamics import bar_forces, drives_forces
 from ..models.four_joints import loop_gap
 from ..models.kinematics import Accelerations
@@ -20,7 +22,7 @@ from ..models.loads import forces_and_torques, friction_torques
 from ..models.parameters import robot_of
 from ..models.physics import physics_of
 from .collocation import METHODS, Pieces, scheme
-from .problem import Limits, Problem
+from .problem import Problem
 from .trajectory import refuse_nan
 
 if TYPE_CHECKING:
@@ -191,7 +193,7 @@ class Plan(Animated):
         motion, acc = self._fine
         pose = acc.rates.pose
         found = self.problem.violations(
-            pose.xi, acc.rates.q_dot, acc.xi_ddot, motion[..., -2:], self.problem.signed_sines(pose)
+            acc.rates.q_dot, acc.xi_ddot, motion[..., -2:], self.problem.signed_sines(pose)
         )
         return found | {
             "reach": np.hypot(*loop_gap(pose)) if self.working is None else -pose.reach_margin
@@ -208,11 +210,11 @@ class Plan(Animated):
     @property
     def saturated(self) -> float:
         """Part of the time in which at least one torque is within 0.1 % of its limit."""
-        if self.problem.limits.torque is None:
+        if self.problem.constraints.torque is None:
             return 0.0
         tau = self.tau(np.linspace(0, self.duration, 2001))
         return float(
-            np.mean((np.abs(tau) >= 0.999 * np.array(self.problem.limits.torque)).any(axis=1))
+            np.mean((np.abs(tau) >= 0.999 * np.array(self.problem.constraints.torque)).any(axis=1))
         )
 
     def to_csv(self, path: TextFile) -> None:
@@ -225,7 +227,7 @@ class Plan(Animated):
             "stops": [[list(c.items()), t] for c, t in problem.stops],
             "working": problem.working,
             "weights": problem.weights,
-            "limits": asdict(problem.limits),
+            "constraints": asdict(problem.constraints),
             "method": METHODS[not rule.shared],
             "degree": len(rule.c),
             "knots": pieces.knots,
@@ -286,9 +288,9 @@ def _known(about):
     """Problem, knots, coordinates and rates (n, 4 or 8) at all knots but the last, and the rest of
     a Plan's file.
     """
-    limits = {k: tuple(v) if isinstance(v, list) else v for k, v in about["limits"].items()}
-    if limits["workspace"]:
-        limits["workspace"] = tuple(map(tuple, limits["workspace"]))
+    constraints = dict(about["constraints"])
+    if constraints["collisions"] is not None:
+        constraints["collisions"] = LinkCollisions(**constraints["collisions"])
     if about["method"] not in METHODS or about["degree"] not in range(2, 8):
         raise ValueError(f"no method {about['method']} of degree {about['degree']}")
     problem = Problem(
@@ -296,7 +298,7 @@ def _known(about):
         tuple(({k: tuple(v) for k, v in conditions}, t) for conditions, t in about["stops"]),
         about["working"] and tuple(about["working"]),
         about["weights"],
-        Limits(**limits),
+        Constraints(**constraints),
         scheme(about["method"], about["degree"]),
     )
     knots, meshes = (

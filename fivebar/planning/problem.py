@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..base.backend import finite_numbers, real_numbers
 from ..base.checks import not_negative, number, positive, shown, two_numbers
 from ..base.errors import SingularityError, UnreachableError
-from ..constraints.constraints import Keep
+from ..constraints.constraints import Constraints
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, ikm
 from ..models.physics import loads_of, smoothed
@@ -48,21 +47,6 @@ class PlanError(RuntimeError):
         self.violations, self.plan, self.status = violations, plan, status
 
 
-@dataclass(frozen=True)
-class Limits:
-    """What a plan must keep, SI: torque, joint_speed one number per joint, acceleration of the
-    end-effector, workspace ((x low, x high), (y low, y high)), serial and parallel: least |sin
-    q_i2| and |det A|; None: no limit.
-    """
-
-    torque: tuple[float, float] | None = None
-    joint_speed: tuple[float, float] | None = None
-    acceleration: float | None = None
-    workspace: tuple | None = None
-    serial: float | None = 0.05
-    parallel: float | None = None
-
-
 @dataclass(frozen=True, eq=False)
 class Problem:
     """What is asked: stops are (conditions by order of derivative, time or None), as in
@@ -73,9 +57,8 @@ class Problem:
     stops: tuple
     working: tuple[int, int] | None  # None: free, and the four bars are planned
     weights: dict[str, float]
-    limits: Limits
+    constraints: Constraints
     scheme: Scheme
-    keep: Keep | None = None
 
     @property
     def length(self) -> float:
@@ -122,37 +105,33 @@ class Problem:
 
     def violations(
         self,
-        xi: np.ndarray | None = None,
         q_dot: np.ndarray | None = None,
         xi_ddot: np.ndarray | None = None,
         tau: np.ndarray | None = None,
         sines: tuple | None = None,
     ) -> dict[str, np.ndarray]:
-        """By how much the limits on what is given, (..., 2), are exceeded: {name: array}, <= 0
-        where they are kept.
+        """Return by how much the limits on what is given, (..., 2), are exceeded, <= 0 where they
+        hold.
         """
-        limits, found = self.limits, {}
-        if tau is not None and limits.torque is not None:
-            found["torque"] = (np.abs(tau) - limits.torque).max(axis=-1)
-        if q_dot is not None and limits.joint_speed is not None:
-            found["joint_speed"] = (np.abs(q_dot) - limits.joint_speed).max(axis=-1)
-        if xi_ddot is not None and limits.acceleration is not None:
-            found["acceleration"] = np.linalg.norm(xi_ddot, axis=-1) - limits.acceleration
-        if xi is not None and limits.workspace is not None:
-            low, high = np.array(limits.workspace).T
-            found["workspace"] = np.maximum(low - xi, xi - high).max(axis=-1)
+        limits, excess = self.constraints, {}
+        if tau is not None and limits.torque:
+            excess["torque"] = (np.abs(tau) - limits.torque).max(axis=-1)
+        if q_dot is not None and limits.joint_speed:
+            excess["joint_speed"] = (np.abs(q_dot) - limits.joint_speed).max(axis=-1)
+        if xi_ddot is not None and limits.acceleration:
+            excess["acceleration"] = np.linalg.norm(xi_ddot, axis=-1) - limits.acceleration
         if sines is not None:
-            if limits.serial is not None:
-                found["serial"] = limits.serial - np.minimum(sines[0], sines[1])
-            if limits.parallel is not None:
-                found["parallel"] = limits.parallel - sines[2]
-        return found
+            if limits.sin:
+                excess["sin"] = limits.sin - np.minimum(sines[0], sines[1])
+            if limits.det_A:
+                excess["det_A"] = limits.det_A - sines[2]
+        return excess
 
     def unit(self, name: str) -> float:
         """What a violation is compared with: the limit itself, a bar's length, a sine of 1."""
         if name in ("torque", "joint_speed", "acceleration"):
-            return float(np.max(getattr(self.limits, name)))
-        return self.length if name in ("workspace", "reach") else 1.0
+            return float(np.max(getattr(self.constraints, name)))
+        return self.length if name in ("region", "reach") else 1.0
 
     @property
     def coordinates(self) -> TaskCoordinates | BarCoordinates:
@@ -171,18 +150,17 @@ class Problem:
             "torque": own.effort_unit,
             "joint_speed": f"{own.unit}/s",
             "acceleration": "m/s²",
-            "workspace": "m",
+            "reach": "m",
         }
         for name, value in violations.items():
             if value > 1e-6 * self.unit(name):
-                limit = getattr(self.limits, name, None)
-                limit = max(limit) if name in ("torque", "joint_speed") else limit
-                against = "" if name in ("workspace", "reach") else f" (limit {limit:.6g})"
-                called = own.effort if name == "torque" else name
-                words.append(
-                    f"{called} by {value:.4g} {units.get(name, 'm' * (name == 'reach'))}".rstrip()
-                    + against
+                limit = (
+                    ""
+                    if name == "reach"
+                    else f" (limit {np.max(getattr(self.constraints, name)):.6g})"
                 )
+                quantity = own.effort if name == "torque" else name
+                words.append(f"{quantity} by {value:.4g} {units.get(name, '')}".rstrip() + limit)
         return f"; violated: {', '.join(words)}" if words else ""
 
 
@@ -196,16 +174,20 @@ def refuse_massless(problem: Problem) -> None:
         )
 
 
-def point_of(point: object, modes: tuple[int, int], name: str) -> object:
-    """A Pose as its point, where the working modes that are to be kept are its own; anything else
-    as it is.
-    """
-    if not isinstance(point, Pose):
-        return point
-    own = tuple(int(mode) for mode in point.working)
-    if own != modes:
-        raise ValueError(f"plan: {name} is a Pose in working modes {own}, not in working = {modes}")
-    return tuple(point.xi.tolist())
+def working_modes(start: object, goal: object) -> tuple[int, int]:
+    """Return the working modes of the Poses among start and goal; ValueError if they differ."""
+    modes = [tuple(map(int, point.working)) for point in (start, goal) if isinstance(point, Pose)]
+    if modes[0] != modes[-1]:
+        raise ValueError(
+            f"plan: start is a Pose in working modes {modes[0]}, goal in {modes[-1]}: a motion that"
+            " keeps |sin q_i2| > 0 cannot change them; leave out sin"
+        )
+    return modes[0]
+
+
+def point_of(point: object) -> object:
+    """Return a Pose as its point, and anything else as it is."""
+    return tuple(point.xi.tolist()) if isinstance(point, Pose) else point
 
 
 def refuse_stops(problem: Problem) -> None:
@@ -216,18 +198,15 @@ def refuse_stops(problem: Problem) -> None:
         except (UnreachableError, SingularityError) as error:
             error.args = (f"plan: {name}: {error}",)
             raise
-        for what, room in (problem.keep.rooms(pose) if problem.keep else {}).items():
-            if room < -1e-12:
+        for what, clearance in problem.constraints.clearances(pose).items():
+            if clearance < -1e-12:
                 raise PlanError(
-                    f"plan: infeasible: {name} itself does not keep {what}: by {-room:.3g}",
-                    {what: -room},
+                    f"plan: infeasible: {name} itself does not keep {what}: by {-clearance:.3g}",
+                    {what: -clearance},
                 )
-        found = problem.violations(pose.xi, sines=problem.signed_sines(pose))
-        if found["serial"] <= 0:
-            q_dot = ikm(pose, conditions.get(1, (0.0, 0.0))).q_dot
-            found |= problem.violations(
-                q_dot=q_dot, xi_ddot=np.array(conditions.get(2, (0.0, 0.0)))
-            )
+        q_dot = ikm(pose, conditions.get(1, (0.0, 0.0))).q_dot
+        xi_ddot = np.array(conditions.get(2, (0.0, 0.0)))
+        found = problem.violations(q_dot, xi_ddot, sines=problem.signed_sines(pose))
         found = {key: max(float(value), 0.0) for key, value in found.items()}
         if any(value > 1e-9 * problem.unit(key) for key, value in found.items()):
             raise PlanError(
@@ -239,17 +218,17 @@ def refuse_broken(plan: Plan, tolerance: float) -> Plan:
     """The plan; PlanError where it breaks what is to be kept by more than the tolerance of a bar's
     length, or rad.
     """
-    keep = plan.problem.keep
-    if keep is None:
-        return plan
+    constraints = plan.problem.constraints
     t = np.linspace(plan.start, plan.start + plan.duration, LOOKED_AT)
     with np.errstate(all="ignore"):
-        rooms = keep.rooms(plan.problem.accelerations(plan.motion(t)).rates.pose)
+        clearances = constraints.clearances(plan.problem.accelerations(plan.motion(t)).rates.pose)
     found = {}
-    for name, room in rooms.items():
-        k = int(np.argmin(room))
-        if -room[k] > tolerance * (1.0 if name.startswith(("|", "joint")) else plan.problem.length):
-            found[f"{name} (t = {t[k]:.4g} s)"] = float(-room[k])
+    for name, clearance in clearances.items():
+        k = int(np.argmin(clearance))
+        if -clearance[k] > tolerance * (
+            1.0 if name.startswith(("|", "joint")) else plan.problem.length
+        ):
+            found[f"{name} (t = {t[k]:.4g} s)"] = float(-clearance[k])
     if found:
         broken = ", ".join(f"{name}: by {by:.3g}" for name, by in found.items())
         raise PlanError(
@@ -317,21 +296,3 @@ def checked_weights(objective: str | dict[str, float]) -> dict[str, float]:
     if not any(weights.values()):
         raise ValueError("plan: one weight of the objective must be > 0")
     return weights
-
-
-def per_joint(value: object, name: str) -> tuple[float, float]:
-    """Rule: one number > 0 for both joints, or two; ValueError for anything else."""
-    values = [positive(each, name) for each in real_numbers(value, name).ravel().tolist()]
-    if len(values) not in (1, 2):
-        raise ValueError(f"{name} must be one number or one per joint, not {value!r}")
-    return tuple(values * (3 - len(values)))
-
-
-def box(value: object, name: str) -> tuple:
-    """Rule: ((x low, x high), (y low, y high)); ValueError for anything else."""
-    found = finite_numbers(value, name)
-    if found.shape != (2, 2) or (found[:, 0] >= found[:, 1]).any():
-        raise ValueError(
-            f"{name} must be ((x low, x high), (y low, y high)), finite, not {shown(value)}"
-        )
-    return tuple(map(tuple, found.tolist()))

@@ -175,11 +175,11 @@ class Program:
 
     def keep_limits(self):
         """Polynomials by their Bezier points, so between nodes too; the rest at the nodes."""
-        limits, rule = self.problem.limits, self.rule
-        if limits.serial is not None:
-            self.keep(self.sines[:2, :], limits.serial, np.inf, "serial")
-        if limits.parallel is not None:
-            self.keep(self.sines[2, :], limits.parallel, np.inf, "parallel")
+        limits, rule = self.problem.constraints, self.rule
+        if limits.sin:
+            self.keep(self.sines[:2, :], limits.sin, np.inf, "sin")
+        if limits.det_A:
+            self.keep(self.sines[2, :], limits.det_A, np.inf, "det_A")
         if limits.torque is not None:
             part = ca.diag(self.torque / ca.DM(limits.torque)) @ self.rows(rule.to_bezier, self.tau)
             self.keep(part, -1.0, 1.0, "torque")
@@ -198,9 +198,7 @@ class Program:
                 ca.sum1(part * part) - (1 + self.slack[LIMITS.index("acceleration")]) ** 2, -np.inf
             )
         if self.kept.numel():
-            self.keep(self.kept, 0.0, np.inf)
-        if limits.workspace is not None:
-            self.keep(self.xi, *(np.array(limits.workspace).T / self.length), "workspace")
+            self.keep(self.kept, 0.0, np.inf, "poses")
 
     def keep_stops(self):
         """Accelerations and times that are given (positions and velocities are among the bounds);
@@ -289,9 +287,8 @@ class Program:
             elif not self.elastic:
                 parts[-1][:] = 0.0
             else:
-                parts[-1][:, LIMITS.index("serial")] = 0.9 * (
-                    self.problem.limits.serial or 0.0
-                )  # B stays regular
+                # So B stays regular.
+                parts[-1][:, LIMITS.index("sin")] = 0.9 * self.problem.constraints.sin
             sides.append(np.concatenate([*map(np.ravel, parts)]))
         return sides
 
@@ -348,11 +345,11 @@ def _point(program):
         program, [units / time**k * symbol for k, symbol in enumerate(scaled[:3])], scaled[3]
     )
     sines = ca.vertcat(*problem.signed_sines(acc.rates.pose))
-    rooms = problem.keep.smooth(acc.rates.pose, length) if problem.keep else []
+    clearances = problem.constraints.smooth(acc.rates.pose, length)
     motion = (
         time * acc.rates.q_dot,
         acc.rates.pose.xi / length,
         acc.xi_ddot * (time**2 / length),
-        ca.vertcat(*rooms),
+        ca.vertcat(*clearances),
     )
     return ca.Function("point", scaled, ca.cse([residual, tau / program.torque, sines, *motion]))

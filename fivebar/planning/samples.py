@@ -183,9 +183,9 @@ def _polyline(t, points, deviation):
     """
     slopes = np.diff(points, axis=0) / np.diff(t)[:, None]
     change = np.diff(slopes, axis=0)  # at all samples but the first and last
-    room = np.minimum(np.diff(t)[1:], np.diff(t)[:-1]) / 2
+    clearance = np.minimum(np.diff(t)[1:], np.diff(t)[:-1]) / 2
     speed = np.linalg.norm(change, axis=1)
-    half = np.minimum(room, deviation / (CORNER * np.where(speed > 0, speed, 1e-300)))
+    half = np.minimum(clearance, deviation / (CORNER * np.where(speed > 0, speed, 1e-300)))
 
     def motion(times):
         k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..constraints.constraints import Constraints
 from ..control.laws import ComputedTorque
 from ..control.tracker import Tracker
 from ..models.dynamics import inverse_dynamics
@@ -78,11 +79,14 @@ CASES = {
 
 
 def _mpc(case):
-    told = ("control_period", "torque_limit", "delay", "encoder_resolution")
+    names = "control_period", "delay", "encoder_resolution"
     options = {
-        name.removeprefix("control_"): value for name, value in case.options.items() if name in told
+        name.removeprefix("control_"): value
+        for name, value in case.options.items()
+        if name in names
     }
-    return Tracker(case.model, **options)
+    constraints = Constraints(torque=case.options.get("torque_limit"))
+    return Tracker(case.model, constraints=constraints, **options)
 
 
 # Computed torque at the lab's gains and with twice its bandwidth.

@@ -35,15 +35,15 @@ def problems(quick):
     robot, every = fb.FiveBar(), 10 if quick else 1
     limit = limited.options["torque_limit"]
     kinds = {
-        "torque limit 60 %": (limited.reference, {"torque_limit": limit}),
-        "crossing": (crossing, {"torque_limit": 0.05}),
-        "speed limit": (limited.reference, {"torque_limit": 0.1, "speed_limit": 1.0}),
+        "torque limit 60 %": (limited.reference, fb.Constraints(torque=limit)),
+        "crossing": (crossing, fb.Constraints(torque=0.05)),
+        "speed limit": (limited.reference, fb.Constraints(torque=0.1, joint_speed=1.0)),
     }
     return {name: _collect(robot, *what)[::every] for name, what in kinds.items()}
 
 
-def _collect(robot, reference, options):
-    tracker, found, parts = Tracker(robot, **options), [], []
+def _collect(robot, reference, constraints):
+    tracker, found, parts = Tracker(robot, constraints=constraints), [], []
     solve, condense = tracker.qp, tracker.condense
 
     def watch_condenser(*arguments):
@@ -57,7 +57,7 @@ def _collect(robot, reference, options):
     # The condenser's matrices are used under its own name too, by the speed limit.
     watch_condenser.G = condense.G
     tracker.condense, tracker.qp = watch_condenser, watch_solver
-    fb.simulate(robot, tracker, reference, torque_limit=options["torque_limit"])
+    fb.simulate(robot, tracker, reference, torque_limit=constraints.torque[0])
     return found
 
 

@@ -76,7 +76,7 @@ def by_toppra(path, count):
 def by_fivebar(path):
     """The same, and the lower bound."""
     began = time.perf_counter()
-    motion = fb.time_path(ROBOT, path, torque_limit=TORQUE, joint_speed_limit=SPEED)
+    motion = fb.time_path(ROBOT, path, constraints=fb.Constraints(torque=TORQUE, joint_speed=SPEED))
     took = time.perf_counter() - began
     inside = (np.arange(100) + 0.5) / 100
     t = (motion.times[:-1, None] + np.diff(motion.times)[:, None] * inside).ravel()

@@ -51,7 +51,7 @@ def test_crossing_off_the_plan_stays_within_a_tenth_of_a_millimetre():
     reference = fb.polynomial(
         [(0, {0: (0.09, 0.06796322), **rest}), (2, midway), (4, {0: (0.05, 0.0), **rest})]
     )
-    tracker, estimates = Tracker(ROBOT, torque_limit=0.1), []
+    tracker, estimates = Tracker(ROBOT, constraints=fb.Constraints(torque=0.1)), []
 
     def controller(t, q, q_dot, reference):
         tau = tracker(t, q, q_dot, reference)
@@ -66,7 +66,10 @@ def test_crossing_off_the_plan_stays_within_a_tenth_of_a_millimetre():
 
 
 def test_constant_disturbance_leaves_no_offset_at_rest():
-    tracker, offset = Tracker(ROBOT, torque_limit=0.05), np.array([0.003, -0.002])
+    tracker, offset = (
+        Tracker(ROBOT, constraints=fb.Constraints(torque=0.05)),
+        np.array([0.003, -0.002]),
+    )
     run = fb.simulate(fb.FiveBar(m=0.6), lambda *a: tracker(*a) + offset, TASK_1, duration=3.0)
     assert np.linalg.norm(run.error[-1]) < 1e-9
     np.testing.assert_allclose(tracker.log.disturbance[-1], offset, atol=1e-7)
@@ -80,7 +83,7 @@ def test_constant_disturbance_leaves_no_offset_at_rest():
     "reference", [TASK_1, fb.line((0.0, 0.1), (0.09, 0.06796322), 2.0)], ids=["there", "back"]
 )
 def test_limits_of_torque_and_speed_are_kept(reference):
-    tracker = Tracker(ROBOT, torque_limit=0.006, speed_limit=1.0)
+    tracker = Tracker(ROBOT, constraints=fb.Constraints(torque=0.006, joint_speed=1.0))
     run = fb.simulate(ROBOT, tracker, reference, duration=2.5)
     assert np.abs(run.control.commanded).max() <= 0.006
     assert 0.99 < np.abs(run.q_dot).max() < 1.001
@@ -90,7 +93,7 @@ def test_limits_of_torque_and_speed_are_kept(reference):
 def test_speed_limit_across_type_2():
     chosen = case("crossing")
     asked = np.abs(fb.simulate(ROBOT, Tracker(ROBOT), chosen.reference).q_dot).max()
-    tracker = Tracker(ROBOT, torque_limit=0.05, speed_limit=0.8 * asked)
+    tracker = Tracker(ROBOT, constraints=fb.Constraints(torque=0.05, joint_speed=0.8 * asked))
     run = chosen.simulate(tracker)
     assert (
         np.abs(run.q_dot).max() < 0.8 * asked * 1.001
@@ -149,7 +152,11 @@ def failing(tracker, when):
 
 
 def test_fallback_is_clipped_computed_torque_and_reported():
-    tracker, limit, when = Tracker(ROBOT, torque_limit=0.004), 0.004, range(20, 60)
+    tracker, limit, when = (
+        Tracker(ROBOT, constraints=fb.Constraints(torque=0.004)),
+        0.004,
+        range(20, 60),
+    )
     failing(tracker, when)
     run = fb.simulate(ROBOT, tracker, TASK_1, duration=1.0, torque_limit=limit)
     status = tracker.log.status
@@ -169,7 +176,7 @@ def test_fallback_is_clipped_computed_torque_and_reported():
 
 def test_fallback_is_pd_near_type_2_and_knows_the_mode_behind_it():
     chosen = case("crossing")
-    tracker = Tracker(ROBOT, torque_limit=0.05)
+    tracker = Tracker(ROBOT, constraints=fb.Constraints(torque=0.05))
     failing(tracker, [*range(295, 310), *range(380, 390)])
     run = chosen.simulate(tracker)
     assert (tracker.log.status[295:310] == Status.QP_FAILED).all() and not tracker.log.status[
@@ -187,14 +194,14 @@ def test_fallback_is_pd_near_type_2_and_knows_the_mode_behind_it():
 
 def test_reference_out_of_reach_is_approached_with_bounded_torque():
     reference = fb.line((0.02, 0.1), (0.08, 0.12), 1.0)  # the left leg cannot reach its end
-    tracker = Tracker(ROBOT, torque_limit=0.05)
+    tracker = Tracker(ROBOT, constraints=fb.Constraints(torque=0.05))
     run = fb.simulate(ROBOT, tracker, reference, duration=1.2)
     assert np.isfinite(run.tau).all() and np.abs(run.control.commanded).max() <= 0.05
     assert np.linalg.norm(run.error[-1]) < 0.01
 
 
 def test_a_jump_of_the_measurement_is_taken_for_a_new_motion():
-    tracker, home = Tracker(ROBOT, torque_limit=0.05), np.zeros(2)
+    tracker, home = Tracker(ROBOT, constraints=fb.Constraints(torque=0.05)), np.zeros(2)
     tracker(0.0, home, home, TASK_1)
     tracker(0.01, home, home, TASK_1)
     elsewhere = fb.igm(ROBOT, (-0.05, 0.12))
@@ -242,8 +249,8 @@ def test_uncertainty_at_first_is_the_measurement_s_on_the_closed_loop():
         ({"delay": -1}, "delay must be a whole number >= 0"),
         ({"period": 0.0}, "period must be finite and > 0"),
         ({"seconds": 0.1}, "seconds = 0.1 is less than horizon = 20 periods"),
-        ({"torque_limit": -1.0}, "torque_limit must be finite and > 0"),
-        ({"speed_limit": np.inf}, "speed_limit must be finite"),
+        ({"constraints": fb.Constraints(torque=(1.0, 2.0))}, "torque must be the same for both"),
+        ({"constraints": fb.Constraints(sin=0.1)}, "Tracker: the constraint sin is not kept"),
         ({"encoder_resolution": 0}, "encoder_resolution must be finite and > 0"),
         ({"position": 0.0}, "position must be finite and > 0"),
         ({"acceleration": np.nan}, "acceleration must be finite"),

@@ -31,7 +31,9 @@ CONTROLLER = fb.ComputedTorque(ROBOT, 100.0, 20.0)
 STROKE = Path([Line(HOME, (0.08, 0.07))])
 PLAN = fb.plan(ROBOT, HOME, (0.08, 0.075), 0.5)
 RUN = fb.simulate(ROBOT, CONTROLLER, LINE)
-TIMED = fb.time_path(ROBOT, fb.path([HOME, (0.08, 0.075)]), torque_limit=0.1, gap=0.01)
+TIMED = fb.time_path(
+    ROBOT, fb.path([HOME, (0.08, 0.075)]), gap=0.01, constraints=fb.Constraints(torque=0.1)
+)
 MOTION = linkages.move(FOUR_BAR, np.array([0.1, 0.3]), 2.0)
 STUDY = linkages.study(FOUR_BAR)
 MASSIVE = linkages.Body(1.0, 0.1)
@@ -41,7 +43,7 @@ CALIBRATED = fb.calibrate(ROBOT, POINTS)
 LOG = fb.simulate(ROBOT, CONTROLLER, fb.circle((0.06, 0.09), 0.02, 0.5), duration=0.5, step=2e-3)
 LOG = {"t": LOG.t, "q": LOG.q, "tau": LOG.tau}
 ASPECT = fb.aspect(ROBOT, 1)
-KEEP = fb.Keep(half_planes=[(0, 1, 0)])
+KEEP = fb.Constraints(half_planes=[(0, 1, 0)])
 JOINTS = dict(
     zip(
         ("q11", "q12", "q21", "q22"),
@@ -194,26 +196,30 @@ CASES = {
     "locus_distance": Case(fb.locus_distance, dict(robot=ROBOT, xi=HOME, working=None), 10.0),
     "aspects": Case(fb.aspects, dict(robot=ROBOT), 10.0),
     "aspect": Case(fb.aspect, dict(robot=ROBOT, number=1), 10.0),
-    "check_path": Case(fb.check_path, dict(robot=ROBOT, path=LINE, working=(-1, -1), tolerance=None, keep=KEEP), 10.0),
-    "Keep": Case(
-        fb.Keep,
-        dict(joints=((-1.0, 2.0), (-3.0, 3.0)), half_planes=[(0, 1, 0)], region=None, det_A=0.1, sin=0.1, bars=None)
+    "check_path": Case(fb.check_path, dict(robot=ROBOT, path=LINE, working=(-1, -1), tolerance=None, constraints=KEEP), 10.0),
+    "Constraints": Case(
+        fb.Constraints,
+        dict(
+            torque=0.1, joint_speed=None, joint_acceleration=None, speed=0.1, acceleration=None, jerk=None,
+            joints=((-1.0, 2.0), (-3.0, 3.0)), half_planes=[(0, 1, 0)], region=None, det_A=0.1, sin=0.1,
+            clearance=0.0, collisions=None,
+        ),
     ),
     "LinkCollisions": Case(fb.LinkCollisions, dict(widths=0.01, layers=(1, 2, 1, 3), posts=0.01, post_layers=(1,))),
     "place": Case(
         fb.place,
         dict(
-            robot=ROBOT, path=STROKE, working=(-1, -1), turn=0.0, scale=1.0, margin=0.001, keep=None, fastest=None,
-            strokes=False,
+            robot=ROBOT, path=STROKE, working=(-1, -1), turn=0.0, scale=1.0, constraints=fb.Constraints(clearance=0.001),
+            fastest=False, strokes=False,
         ), 20.0, words=("place:",),
     ),
     "certify": Case(
-        fb.certify, dict(robot=ROBOT, path=STROKE, tolerances=1e-4, margin=0.01, working=(-1, -1)), 10.0,
-        options={"tolerances": [{"l11": 1e-3}, {"l13": 1e-3}, {"d": -1.0}], "margin": [2.0]},
+        fb.certify, dict(robot=ROBOT, path=STROKE, tolerances=1e-4, constraints=fb.Constraints(det_A=0.01, sin=0.01), working=(-1, -1)), 10.0,
+        options={"tolerances": [{"l11": 1e-3}, {"l13": 1e-3}, {"d": -1.0}]},
     ),
     "dexterous": Case(fb.dexterous, dict(robot=ROBOT, det_A=0.3, sin=0.1), 10.0),
-    "largest_disc": Case(fb.largest_disc, dict(aspect=ASPECT, margin=0.0, keep=KEEP), 10.0),
-    "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, margin=0.0, keep=None), 20.0),
+    "largest_disc": Case(fb.largest_disc, dict(aspect=ASPECT, constraints=KEEP), 10.0),
+    "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, constraints=None), 20.0),
     "routes": Case(
         fb.routes, dict(robot=ROBOT, start=POSE, goal=fb.igm(ROBOT, HOME, (1, 1)), folds=True, most=8), 10.0
     ),
@@ -262,21 +268,21 @@ CASES = {
             times=(0.0, 1.0, 2.0), acceleration=(0.0, 0.0), working=(-1, -1),
         ),
     ),
+    "Collocation": Case(
+        fb.Collocation, dict(method="legendre-gauss", degree=3, intervals=4, tolerance=1e-2, max_time=2.0)
+    ),
     "plan": Case(
         fb.plan,
         dict(
-            robot=ROBOT, start=HOME, goal=(0.08, 0.075), duration=0.5, via=(), objective="effort", torque_limit=None,
-            joint_speed_limit=None, acceleration_limit=None, workspace=None, serial_margin=None, parallel_margin=None,
-            working=None, method="legendre-gauss", degree=3, intervals=4, tolerance=1e-2, max_time=2.0,
-            keep=None,
+            robot=ROBOT, start=HOME, goal=(0.08, 0.075), duration=0.5, via=(), objective="effort",
+            constraints=None, collocation=fb.Collocation(intervals=4, tolerance=1e-2, max_time=2.0),
         ), 30.0,
     ),
     "time_path": Case(
         fb.time_path,
         dict(
-            robot=ROBOT, path=TIMED.path, duration=None, torque_limit=0.1, joint_speed_limit=None,
-            joint_acceleration_limit=None, speed_limit=None, acceleration_limit=None, jerk_limit=None,
-            working=(-1, -1), keep=None, gap=0.01, max_time=2.0,
+            robot=ROBOT, path=TIMED.path, duration=None, working=(-1, -1),
+            constraints=fb.Constraints(torque=0.1), gap=0.01, max_time=2.0,
         ), 20.0, ("least time", "rests for"),
     ),
     "TimedPath": Case(
@@ -290,7 +296,7 @@ CASES = {
     "Tracker": Case(
         fb.Tracker,
         dict(
-            robot=ROBOT, horizon=5, period=0.01, seconds=None, torque_limit=None, speed_limit=None, delay=0,
+            robot=ROBOT, horizon=5, period=0.01, seconds=None, constraints=None, delay=0,
             encoder_resolution=None, position=1e4, acceleration=10.0, torque_rate=100.0, assembly=-1, jit=False,
         ), 20.0, options=HUGE_NUMBERS,
     ),

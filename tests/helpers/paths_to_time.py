@@ -67,15 +67,15 @@ def almost_along_the_bars(angle, bend=0.004):
 
 
 def random_limits(rng, robot, torque):
-    limits = {"torque_limit": torque * rng.uniform(0.5, 2)}
+    limits = {"torque": torque * rng.uniform(0.5, 2)}
     if rng.random() < 0.3:
-        limits["joint_speed_limit"] = rng.uniform(1, 6) * (1.0 if robot.turns else 0.2)
+        limits["joint_speed"] = rng.uniform(1, 6) * (1.0 if robot.turns else 0.2)
     if rng.random() < 0.3:
-        limits["acceleration_limit"] = rng.uniform(1, 6)
+        limits["acceleration"] = rng.uniform(1, 6)
     if rng.random() < 0.3:
-        limits["joint_acceleration_limit"] = rng.uniform(10, 60)
+        limits["joint_acceleration"] = rng.uniform(10, 60)
     if rng.random() < 0.2:
-        limits["speed_limit"] = rng.uniform(0.1, 0.5)
+        limits["speed"] = rng.uniform(0.1, 0.5)
     return limits
 
 
@@ -90,10 +90,10 @@ def used(motion, limits, finer=100):
     acc = motion.accelerations(t)
     clear = np.abs(acc.rates.pose.det_A) > 1e-6
     values = {
-        "torque_limit": np.abs(fb.inverse_dynamics(motion.accelerations(t[clear]))),
-        "joint_speed_limit": np.abs(acc.rates.q_dot),
-        "joint_acceleration_limit": np.abs(acc.q_ddot),
-        "acceleration_limit": np.linalg.norm(motion(t)[2], axis=-1),
-        "speed_limit": np.linalg.norm(acc.rates.xi_dot, axis=-1),
+        "torque": np.abs(fb.inverse_dynamics(motion.accelerations(t[clear]))),
+        "joint_speed": np.abs(acc.rates.q_dot),
+        "joint_acceleration": np.abs(acc.q_ddot),
+        "acceleration": np.linalg.norm(motion(t)[2], axis=-1),
+        "speed": np.linalg.norm(acc.rates.xi_dot, axis=-1),
     }
     return max(float((values[name] / limit).max()) for name, limit in limits.items())

@@ -30,8 +30,8 @@ fb.singularity_margins(pose)
 fb.singularity_loci(robot)
 fb.locus_distance(robot, (0.0, 0.1))
 regions = fb.aspects(robot)
-fb.largest_disc(regions[0], margin=0.01)
-fb.largest_rectangle(fb.aspect(robot, 1), keep=fb.Keep(half_planes=[(0, 1, 0)]))
+fb.largest_disc(regions[0], constraints=fb.Constraints(clearance=0.01))
+fb.largest_rectangle(fb.aspect(robot, 1), constraints=fb.Constraints(half_planes=[(0, 1, 0)]))
 area: float = fb.dexterous(robot, det_A=0.3, sin=0.1)[0].area
 
 reference: fb.Trajectory = fb.line((0.09, 0.068), (0.0, 0.1), duration=2.0)
@@ -53,16 +53,19 @@ fb.compare({"first": runs[0], "second": run})
 plan = assert_type(fb.plan(robot, (0.09, 0.068), (0.05, 0.0), 4.0), fb.Plan)
 fb.plan(robot, (0.09, 0.068))  # type: ignore[call-arg]
 fb.simulate(robot, fb.FeedForward(robot, 0.5, 0.05), plan)
-fb.simulate(robot, fb.Tracker(robot, torque_limit=0.006), plan, torque_limit=0.006)
+fb.simulate(
+    robot, fb.Tracker(robot, constraints=fb.Constraints(torque=0.006)), plan, torque_limit=0.006
+)
 fb.compile(robot, inputs=["q", "q_dot"], outputs=["xi", "M"], jit="auto")
 address: str = fb.play(robot).fragment
 header: str = fb.export(robot, "c", functions=["igm", "computed_torque"])
 fb.page(run, "page.html")
 
 timed = assert_type(
-    fb.time_path(robot, fb.path([(0.05, 0.1), (0.0, 0.1)]), torque_limit=0.1), fb.TimedPath
+    fb.time_path(robot, fb.path([(0.05, 0.1), (0.0, 0.1)]), constraints=fb.Constraints(torque=0.1)),
+    fb.TimedPath,
 )
-fb.time_path(robot, reference, torque_limit=0.1)  # type: ignore[arg-type]
+fb.time_path(robot, reference, constraints=fb.Constraints(torque=0.1))  # type: ignore[arg-type]
 fb.simulate(robot, fb.FeedForward(robot, 0.2, 0.01), timed)
 
 swept = fb.sweep(["det_A", "bars"], {"l1": [0.1, 0.12]}, table=(0.1, 0.1), workers=2)

@@ -161,7 +161,9 @@ def readers():
         fb.identify(ROBOT, motion),
         _csv({name: column[:120] for name, column in log.items()}),
     )
-    timed = fb.time_path(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]), acceleration_limit=5.0)
+    timed = fb.time_path(
+        ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]), constraints=fb.Constraints(acceleration=5.0)
+    )
     return {
         "from_csv": Reader(fb.from_csv, "it.csv", (points, points.replace(b",", b";").replace(b".", b","))),
         "path.csv": Reader(fb.path, "it.csv", (points, b"x (mm);y (mm);pen\n90;60;1\n80;70;1\n70;70;0\n60;60;1\n")),

@@ -21,7 +21,9 @@ def writers():
     calibrated = fb.calibrate(ROBOT, dict(zip(("q1", "q2", "x", "y"), (*poses.q.T, *poses.xi.T))))
     best = fb.design("workspace_area", {"l1": (0.05, 0.3), "l2": (0.05, 0.3)}, effort=0.02)
     swept = fb.sweep("bars", {"l1": [0.1, 0.2]}, robot=ROBOT)
-    timed = fb.time_path(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]), acceleration_limit=5.0)
+    timed = fb.time_path(
+        ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]), constraints=fb.Constraints(acceleration=5.0)
+    )
     proof = fb.certify(ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]))
     return {
         "Run.to_csv": (run.to_csv, "a.csv"), "Run.plot": (run.plot, "a.png"), "Run.plot svg": (run.plot, "a.svg"),

@@ -189,9 +189,11 @@ def test_regions_are_the_exact_ones():
     parts = [part for part in fb.dexterous(robot, det_A=0.3, sin=0.2) if part.working == (1, -1)]
     roomy = [part for part in parts if part.clearance > 0.004]
     assert done["dexterous_area"][0] == max(part.area for part in parts)
-    assert done["largest_disc"][0] == max(fb.largest_disc(part, 0.004).radius for part in roomy)
+    assert done["largest_disc"][0] == max(
+        fb.largest_disc(part, fb.Constraints(clearance=0.004)).radius for part in roomy
+    )
     assert done["largest_rectangle"][0] == max(
-        fb.largest_rectangle(part, 0.004).area for part in roomy
+        fb.largest_rectangle(part, fb.Constraints(clearance=0.004)).area for part in roomy
     )
 
 
@@ -224,7 +226,9 @@ def test_the_least_time_of_a_path_is_that_of_time_path():
     base = fb.FiveBar(0.12, 0.15, 0.12, 0.15, 0.1, 0.0005, 0.0005, 0.2)
     done = fb.sweep("path_time", {"task_y": [0.14, 0.9]}, robot=base, path=points, motor=(0.3, 8.0))
     line = fb.path([(x, y + 0.14) for x, y in points])
-    timed = fb.time_path(base, line, torque_limit=0.3, joint_speed_limit=8.0, working=(1, -1))
+    timed = fb.time_path(
+        base, line, working=(1, -1), constraints=fb.Constraints(torque=0.3, joint_speed=8.0)
+    )
     assert (
         done["path_time"][0] == pytest.approx(timed.duration, rel=2e-3)
         and done["path_time"][1] == np.inf

@@ -18,42 +18,64 @@ def room_of(placed):
 
 def test_room_is_exact_and_a_shift_aside_has_less():
     placed = fb.place(ROBOT, RECTANGLE, working=(-1, -1))
-    assert placed.room == pytest.approx(room_of(placed), abs=1e-9) and placed.room > 0.05
+    assert placed.clearance == pytest.approx(room_of(placed), abs=1e-9) and placed.clearance > 0.05
     assert placed.scale == 1 and placed.working == (-1, -1)
     rng = np.random.default_rng(4)
     for shift in 1e-3 * rng.normal(size=(12, 2)):
         moved = fb.Placement(tuple(shift))(placed.path)
         xi = moved(np.linspace(0, moved.length, 800))[0]
-        assert fb.locus_distance(ROBOT, xi, placed.working)[0].min() < placed.room + 1e-6
+        assert fb.locus_distance(ROBOT, xi, placed.working)[0].min() < placed.clearance + 1e-6
 
 
 def test_a_point_like_path_lies_where_the_largest_disc_does():
     tiny = fb.path([(0, 0), (1e-6, 0)])
     placed = fb.place(ROBOT, tiny)
-    assert placed.room == pytest.approx(
+    assert placed.clearance == pytest.approx(
         max(fb.largest_disc(part).radius for part in fb.aspects(ROBOT)), abs=2e-4
     )
 
 
 def test_what_is_kept_and_what_does_not_fit():
-    keep = fb.Keep(
-        half_planes=[(0, 1, 0.01)], det_A=0.2, bars=fb.LinkCollisions(0.005, layers=(1, 2, 1, 3))
+    constraints = fb.Constraints(
+        half_planes=[(0, 1, 0.01)],
+        det_A=0.2,
+        collisions=fb.LinkCollisions(0.005, layers=(1, 2, 1, 3)),
     )
-    placed = fb.place(ROBOT, RECTANGLE, turn=0.0, keep=keep)
+    placed = fb.place(ROBOT, RECTANGLE, turn=0.0, constraints=constraints)
     xi = placed.path(np.linspace(0, placed.path.length, 2001))[0]
-    assert keep.kept(fb.igm(ROBOT, xi, placed.working)).all() and placed.placement.turn == 0
+    assert (
+        constraints.satisfied(fb.igm(ROBOT, xi, placed.working)).all()
+        and placed.placement.turn == 0
+    )
     with pytest.raises(
         ValueError, match="does not fit at scale 9 .* largest scale found to fit is ([0-9.]+)"
     ) as refused:
-        fb.place(ROBOT, RECTANGLE, scale=9.0, turn=0.0, working=(1, 1), margin=0.01)
+        fb.place(
+            ROBOT,
+            RECTANGLE,
+            scale=9.0,
+            turn=0.0,
+            working=(1, 1),
+            constraints=fb.Constraints(clearance=0.01),
+        )
     largest = float(str(refused.value).split()[-1])
-    grown = fb.place(ROBOT, RECTANGLE, scale=None, turn=0.0, working=(1, 1), margin=0.01)
+    grown = fb.place(
+        ROBOT,
+        RECTANGLE,
+        scale=None,
+        turn=0.0,
+        working=(1, 1),
+        constraints=fb.Constraints(clearance=0.01),
+    )
     assert grown.largest == grown.scale == pytest.approx(largest, rel=1e-5)
-    assert room_of(grown) == pytest.approx(0.01, abs=2e-4) and grown.room >= 0.01
+    assert room_of(grown) == pytest.approx(0.01, abs=2e-4) and grown.clearance >= 0.01
     # The largest upright rectangle that keeps the margin holds one of this shape that is not larger.
     inner = max(
         min((r.x_max - r.x_min) / 0.06, (r.y_max - r.y_min) / 0.04)
-        for r in (fb.largest_rectangle(part, 0.01) for part in fb.aspects(ROBOT)[:2])
+        for r in (
+            fb.largest_rectangle(part, fb.Constraints(clearance=0.01))
+            for part in fb.aspects(ROBOT)[:2]
+        )
     )
     assert grown.scale >= inner
 
@@ -65,13 +87,13 @@ def test_strokes_with_modes_of_their_own_as_few_as_need_be():
     with pytest.raises(ValueError, match=r"strokes=True gives each stroke modes of its own"):
         fb.place(ROBOT, path, turn=0.0, working=(-1, -1))
     placed = fb.place(ROBOT, path, turn=0.0, working=(-1, -1), strokes=True)
-    rooms = []
+    clearances = []
     for (stroke, part), points in zip(placed.strokes, ends):
         xi = stroke(np.linspace(0, stroke.length, 2001))[0]
         np.testing.assert_allclose(xi[[0, -1]], placed.placement(points), atol=1e-12)
         assert part.contains(xi).all()
-        rooms.append(fb.locus_distance(ROBOT, xi, part.working)[0].min())
-    assert min(rooms) == pytest.approx(placed.room, abs=1e-8) and placed.room > 0.02
+        clearances.append(fb.locus_distance(ROBOT, xi, part.working)[0].min())
+    assert min(clearances) == pytest.approx(placed.clearance, abs=1e-8) and placed.clearance > 0.02
     numbers = [part.number for _, part in placed.strokes]
     assert numbers[0] != numbers[1] == numbers[2] and "aspects" in repr(placed)
     together = fb.place(ROBOT, fb.path(ends[1:]), turn=0.0, working=(-1, -1), strokes=True)
@@ -80,16 +102,16 @@ def test_strokes_with_modes_of_their_own_as_few_as_need_be():
 
 def test_the_fastest_of_the_roomiest():
     path = fb.path([(0, 0), (0.04, 0), (0.04, 0.02)], deviation=1e-3)
-    limits = dict(torque_limit=0.05, joint_speed_limit=6.0)
+    limits = fb.Constraints(torque=0.05, joint_speed=6.0)
     points_of_largest_clearance, fast = (
         fb.place(ROBOT, path, turn=0.0),
-        fb.place(ROBOT, path, turn=0.0, fastest=limits),
+        fb.place(ROBOT, path, turn=0.0, constraints=limits, fastest=True),
     )
     times = [
-        fb.time_path(ROBOT, each.path, working=each.working, **limits).duration
+        fb.time_path(ROBOT, each.path, working=each.working, constraints=limits).duration
         for each in (points_of_largest_clearance, fast)
     ]
-    assert times[1] <= times[0] * (1 + 1e-3) and fast.room > 0
+    assert times[1] <= times[0] * (1 + 1e-3) and fast.clearance > 0
 
 
 def test_bad_input():
@@ -97,10 +119,7 @@ def test_bad_input():
         fb.place(fb.Biglide(), RECTANGLE)
     with pytest.raises(TypeError, match="path must be a Path"):
         fb.place(ROBOT, [(0, 0), (1, 1)])
-    with pytest.raises(
-        ValueError,
-        match="fastest: time_path has no limit 'torque'; it takes duration, torque_limit",
-    ):
-        fb.place(ROBOT, RECTANGLE, fastest={"torque": 0.1})
+    with pytest.raises(ValueError, match="place: the constraint torque is not kept here"):
+        fb.place(ROBOT, RECTANGLE, constraints=fb.Constraints(torque=0.1))
     with pytest.raises(ValueError, match="nothing of the workspace"):
-        fb.place(ROBOT, RECTANGLE, margin=1.0)
+        fb.place(ROBOT, RECTANGLE, constraints=fb.Constraints(clearance=1.0))

@@ -34,12 +34,12 @@ def encloses(motion, least, share=1e-8):
 
 
 def test_a_line_under_an_acceleration_limit_alone():
-    motion = fb.time_path(ROBOT, REGULAR, acceleration_limit=5.0)
+    motion = fb.time_path(ROBOT, REGULAR, constraints=fb.Constraints(acceleration=5.0))
     assert encloses(motion, 2 * math.sqrt(REGULAR.length / 5.0)) and motion.gap < 1e-6
 
 
 def test_a_line_under_a_speed_limit_too():
-    motion = fb.time_path(ROBOT, REGULAR, acceleration_limit=5.0, speed_limit=0.3)
+    motion = fb.time_path(ROBOT, REGULAR, constraints=fb.Constraints(acceleration=5.0, speed=0.3))
     assert encloses(motion, REGULAR.length / 0.3 + 0.3 / 5.0) and motion.gap < 1e-3
 
 
@@ -50,7 +50,7 @@ def test_an_arc_under_an_acceleration_limit_alone():
     start = radius * math.pi / 4
     least = 2 * (radius / 2) * beta(0.25, 0.5) / 2 / math.sqrt(limit * radius)
     least += (path.length - 2 * start) / math.sqrt(limit * radius)
-    motion = fb.time_path(ROBOT, path, acceleration_limit=limit)
+    motion = fb.time_path(ROBOT, path, constraints=fb.Constraints(acceleration=limit))
     assert encloses(motion, least) and motion.gap <= 1e-3
 
 
@@ -61,7 +61,7 @@ def test_a_drive_alone_that_is_accelerated_to_the_middle():
     elbow = pose.elbows[0, 1]
     angles = np.unwrap(np.arctan2(*(pose.xi - elbow).T[::-1]))
     path = Path((Arc(tuple(elbow), 0.09, angles[0], angles[-1]),))
-    motion = fb.time_path(robot, path, torque_limit=0.01)
+    motion = fb.time_path(robot, path, constraints=fb.Constraints(torque=0.01))
     assert encloses(motion, 2 * math.sqrt(robot.zz1 * 0.5 / 0.01)) and motion.gap <= 1e-3
 
 
@@ -72,7 +72,7 @@ def timed_at_random(robot, torque, centre, width, seeds):
         rng = np.random.default_rng(seed)
         path, limits = random_path(rng, centre, width), random_limits(rng, robot, torque)
         try:
-            motion = fb.time_path(robot, path, **limits)
+            motion = fb.time_path(robot, path, constraints=fb.Constraints(**limits))
         except (fb.UnreachableError, fb.SingularityError):
             continue
         except fb.TimingError as error:
@@ -104,7 +104,7 @@ def test_random_paths_across_type_2_keep_their_limits(robot, some):
 
 @pytest.mark.parametrize("path", [REGULAR, ACROSS], ids=["regular", "across Type 2"])
 def test_the_path_is_followed_by_a_continuous_motion(path):
-    motion = fb.time_path(ROBOT, path, torque_limit=0.1)
+    motion = fb.time_path(ROBOT, path, constraints=fb.Constraints(torque=0.1))
     t = np.linspace(0.0, motion.duration, 4001)
     xi, xi_dot, xi_ddot = motion(t)
     direction = (path.pieces[0].end - np.array(HOME)) / path.length
@@ -127,7 +127,7 @@ def test_the_path_is_followed_by_a_continuous_motion(path):
 
 
 def test_type_2_is_crossed_by_the_criterion_with_finite_torque():
-    motion = fb.time_path(ROBOT, ACROSS, torque_limit=0.1)
+    motion = fb.time_path(ROBOT, ACROSS, constraints=fb.Constraints(torque=0.1))
     found = fb.check_path(ROBOT, motion)
     assert found.type == fb.Singularity.PARALLEL and found.criterion_holds and motion.gap < 1e-3
     at = motion.times[motion.crossing][0]
@@ -141,7 +141,9 @@ def test_type_2_is_crossed_by_the_criterion_with_finite_torque():
 
 
 def test_a_path_through_type_2_is_replayed_within_its_torques():
-    motion = fb.time_path(ROBOT, ACROSS, torque_limit=0.0195)  # what is left is the controller's
+    motion = fb.time_path(
+        ROBOT, ACROSS, constraints=fb.Constraints(torque=0.0195)
+    )  # what is left is the controller's
     controller = fb.FeedForward(ROBOT, 0.2, 0.01, ahead=0.0005)
     run = fb.simulate(
         ROBOT, controller, motion, control_period=0.001, duration=motion.duration + 0.05
@@ -154,26 +156,28 @@ def test_paths_along_the_bars_cross_without_a_criterion_or_not_at_all():
     along = np.array(fb.igm(ROBOT, CROSSING).u2[0])
     across = np.array([-along[1], along[0]])
     straight = Path((Line(tuple(CROSSING - 0.02 * along), tuple(CROSSING + 0.015 * along)),))
-    limits = {"torque_limit": 0.05}
-    motion = fb.time_path(ROBOT, straight, **limits)
+    limits = {"torque": 0.05}
+    motion = fb.time_path(ROBOT, straight, constraints=fb.Constraints(**limits))
     assert motion.crossing.sum() == 1 and motion.gap < 1e-3 and used(motion, limits) <= 1
     for angle in (-1e-2, 1e-7):  # that of 1e-4 is timed in test_timing_by_collocation
-        motion = fb.time_path(ROBOT, almost_along_the_bars(angle), **limits)
+        motion = fb.time_path(
+            ROBOT, almost_along_the_bars(angle), constraints=fb.Constraints(**limits)
+        )
         assert motion.crossing.sum() == 1 and motion.gap < 1e-3 and used(motion, limits) <= 1
     with pytest.raises(fb.SingularityError, match=r"along the distal bars .* at s = 0\.02 m"):
-        fb.time_path(ROBOT, almost_along_the_bars(0.0), **limits)
+        fb.time_path(ROBOT, almost_along_the_bars(0.0), constraints=fb.Constraints(**limits))
     graze = Path((Line(tuple(CROSSING - 0.02 * across), tuple(CROSSING + 0.015 * across)),))
     with pytest.raises(fb.SingularityError, match=r"grazes Type 2 .* at s = 0\.0(2|1999)"):
-        fb.time_path(ROBOT, graze, **limits)
+        fb.time_path(ROBOT, graze, constraints=fb.Constraints(**limits))
     rests = Path((Line(HOME, CROSSING), Line(CROSSING, (-0.09, 0.1))))
     with pytest.raises(fb.SingularityError, match="rests on Type 2 at s = "):
-        fb.time_path(ROBOT, rests, **limits)
+        fb.time_path(ROBOT, rests, constraints=fb.Constraints(**limits))
 
 
 def test_a_given_duration_takes_the_least_share_of_the_torques():
     for path in (REGULAR, ACROSS):
-        least = fb.time_path(ROBOT, path, torque_limit=0.1)
-        slow = fb.time_path(ROBOT, path, 2 * least.duration, torque_limit=0.1)
+        least = fb.time_path(ROBOT, path, constraints=fb.Constraints(torque=0.1))
+        slow = fb.time_path(ROBOT, path, 2 * least.duration, constraints=fb.Constraints(torque=0.1))
         free = fb.time_path(ROBOT, path, 2 * least.duration)
         t = np.linspace(0, slow.duration, 5001)
         assert slow.duration == pytest.approx(2 * least.duration, rel=1e-12) == free.duration
@@ -188,25 +192,27 @@ def test_a_given_duration_takes_the_least_share_of_the_torques():
     with pytest.raises(
         fb.TimingError, match=r"is 0\.2\d* s below what is proved to be the least, 0\.48"
     ):
-        fb.time_path(ROBOT, REGULAR, 0.25, torque_limit=0.1)
+        fb.time_path(ROBOT, REGULAR, 0.25, constraints=fb.Constraints(torque=0.1))
 
 
 def test_a_duration_for_a_robot_with_gravity_and_friction():
     robot, _, _, _ = ROBOTS["all"]
     path = Path((Arc((0.0, 0.1), 0.02, 0.3, 3.5),))
     for duration in (0.4, 5.0):
-        motion = fb.time_path(robot, path, duration, torque_limit=1.0)
+        motion = fb.time_path(robot, path, duration, constraints=fb.Constraints(torque=1.0))
         assert motion.duration == pytest.approx(duration, rel=1e-12)
-        assert used(motion, {"torque_limit": 1.0}) <= 1
+        assert used(motion, {"torque": 1.0}) <= 1
 
 
 def test_stops_dwells_and_feeds_of_the_path():
     corner = (0.06, 0.08)
     pieces = Line(HOME, corner), Line(corner, (0.05, 0.1))
     motion = fb.time_path(
-        ROBOT, Path(pieces, dwells={pieces[0].length: 0.25}, feed=(np.inf, 0.02)), torque_limit=0.1
+        ROBOT,
+        Path(pieces, dwells={pieces[0].length: 0.25}, feed=(np.inf, 0.02)),
+        constraints=fb.Constraints(torque=0.1),
     )
-    bare = fb.time_path(ROBOT, Path(pieces), torque_limit=0.1)
+    bare = fb.time_path(ROBOT, Path(pieces), constraints=fb.Constraints(torque=0.1))
     reached = motion.times[np.abs(motion.s - pieces[0].length).argmin()]
     assert (
         np.allclose(motion(reached - 0.1)[0], corner, atol=1e-12)
@@ -218,7 +224,7 @@ def test_stops_dwells_and_feeds_of_the_path():
 
 
 def test_a_timed_path_is_saved_with_its_first_and_last_instant_and_read_again():
-    motion = fb.time_path(ROBOT, ACROSS, torque_limit=0.1)
+    motion = fb.time_path(ROBOT, ACROSS, constraints=fb.Constraints(torque=0.1))
     file = io.StringIO()
     motion.to_csv(file, rate=200.0)
     rows = [line.split(",") for line in file.getvalue().splitlines()[2:]]
@@ -238,7 +244,7 @@ def test_a_timed_path_is_saved_with_its_first_and_last_instant_and_read_again():
 
 
 def test_the_picture_shows_the_motion_under_its_curves():
-    figure = fb.time_path(ROBOT, ACROSS, torque_limit=0.1).plot()
+    figure = fb.time_path(ROBOT, ACROSS, constraints=fb.Constraints(torque=0.1)).plot()
     titles = [axes.get_title() for axes in figure.axes]
     assert any("proved: none below" in title for title in titles) and "torques" in titles
 
@@ -251,22 +257,26 @@ def jerks(motion):
 
 def test_a_jerk_limit_on_a_line_comes_near_the_known_least_time():
     """T = a / J + sqrt((a / J)^2 + 4 L / a) where the acceleration is reached."""
-    motion = fb.time_path(ROBOT, REGULAR, acceleration_limit=5.0, jerk_limit=100.0)
+    motion = fb.time_path(ROBOT, REGULAR, constraints=fb.Constraints(acceleration=5.0, jerk=100.0))
     least = 0.05 + math.sqrt(0.05**2 + 4 * REGULAR.length / 5.0)
     assert motion.lower_bound < least < motion.duration < 1.2 * least
-    assert 90 < jerks(motion).max() <= 100 and used(motion, {"acceleration_limit": 5.0}) <= 1
-    slow = fb.time_path(ROBOT, REGULAR, 0.5, acceleration_limit=5.0, jerk_limit=100.0)
+    assert 90 < jerks(motion).max() <= 100 and used(motion, {"acceleration": 5.0}) <= 1
+    slow = fb.time_path(
+        ROBOT, REGULAR, 0.5, constraints=fb.Constraints(acceleration=5.0, jerk=100.0)
+    )
     assert slow.duration == pytest.approx(0.5, rel=1e-12) and jerks(slow).max() < 60
-    with pytest.raises(fb.TimingError, match="the least that was found with this jerk_limit"):
-        fb.time_path(ROBOT, REGULAR, 0.33, acceleration_limit=5.0, jerk_limit=100.0)
+    with pytest.raises(fb.TimingError, match="the least that was found with this jerk limit"):
+        fb.time_path(ROBOT, REGULAR, 0.33, constraints=fb.Constraints(acceleration=5.0, jerk=100.0))
 
 
 def test_a_jerk_limit_with_a_stop_on_the_way():
     corner = (0.04, 0.1)
     pieces = Line(HOME, corner), Line(corner, (0.04, 0.06))
-    limits = {"torque_limit": 0.1}
+    limits = {"torque": 0.1}
     motion = fb.time_path(
-        ROBOT, Path(pieces, dwells={pieces[0].length: 0.1}), jerk_limit=50.0, **limits
+        ROBOT,
+        Path(pieces, dwells={pieces[0].length: 0.1}),
+        constraints=fb.Constraints(jerk=50.0, **limits),
     )
     assert jerks(motion).max() <= 50 and used(motion, limits, 30) <= 1
     at = motion.times[np.abs(motion.s - pieces[0].length).argmin()]
@@ -281,41 +291,59 @@ def test_a_jerk_limit_with_a_stop_on_the_way():
     assert (fb.TimedPath.from_csv(file)(t)[2] == motion(t)[2]).all()
     # A corner that is blended: where the curvature should be 0, on both sides of a blend, rounding is no jump of it.
     blended = fb.path([(0.05, 0.07), (0.08, 0.07), (0.08, 0.1)], deviation=1e-3, curvature=True)
-    assert jerks(fb.time_path(ROBOT, blended, jerk_limit=50.0, **limits)).max() <= 50
+    assert (
+        jerks(fb.time_path(ROBOT, blended, constraints=fb.Constraints(jerk=50.0, **limits))).max()
+        <= 50
+    )
 
 
+KINKED = Path((Line((0.0, 0.07), (0.02, 0.07)), Arc((0.02, 0.09), 0.02, -math.pi / 2, 0.0)))
+VERTICAL = ROBOTS["vertical"][0]
 REFUSED = [
-    (dict(path=ACROSS, jerk_limit=10.0), fb.SingularityError, "jerk_limit is not known across Type 2"),
-    (dict(path=Path((Line((0.0, 0.07), (0.02, 0.07)), Arc((0.02, 0.09), 0.02, -math.pi / 2, 0.0))), jerk_limit=10.0),
-     ValueError, r"curvature does not jump, as it does at s = 0\.02 m"),
-    (dict(torque_limit=None, duration=1.0, jerk_limit=10.0), ValueError, "jerk_limit needs a torque_limit"),
-    (dict(path=Path((Line(HOME, (0.3, 0.1)),))), fb.UnreachableError,
-     r"leaves the workspace at s = 0\.01681\d* m: .*left leg"),
-    (dict(torque_limit=None), ValueError, "a least time needs a torque_limit"),
-    (dict(torque_limit=-1.0), ValueError, "torque_limit must be finite and from 1e-09"),
-    (dict(torque_limit=(1.0, 2.0, 3.0)), ValueError, "torque_limit must be one number or one per joint"),
-    (dict(duration=-1.0), ValueError, "duration must be"),
-    (dict(path="square.svg"), TypeError, "path must be a Path"),
-    (dict(working=(1, 2)), ValueError, "working"),
-    (dict(robot=ROBOTS["vertical"][0], torque_limit=0.05), fb.TimingError,
-     r"cannot hold the robot at rest at s = 0 .*q\d1 needs 0\.\d+ N m, its torque_limit is 0\.05"),
-    (dict(robot=ROBOTS["vertical"][0], torque_limit=0.29, path=Path((Line((-0.05, 0.06), (0.05, 0.14)),))),
-     fb.TimingError, r"no motion along the path .*keeps these limits near s = .*at rest there the torques are"),
-]  # fmt: skip
+    (dict(path=ACROSS), dict(jerk=10.0), fb.SingularityError, "not known across Type 2"),
+    (dict(path=KINKED), dict(jerk=10.0), ValueError, r"curvature does not jump.* s = 0\.02 m"),
+    (dict(duration=1.0), dict(torque=None, jerk=10.0), ValueError, "jerk needs a torque"),
+    (
+        dict(path=Path((Line(HOME, (0.3, 0.1)),))),
+        {},
+        fb.UnreachableError,
+        r"leaves the workspace at s = 0\.01681\d* m: .*left leg",
+    ),
+    ({}, dict(torque=None), ValueError, "a least time needs a torque"),
+    (dict(duration=-1.0), {}, ValueError, "duration must be"),
+    (dict(path="square.svg"), {}, TypeError, "path must be a Path"),
+    (dict(working=(1, 2)), {}, ValueError, "working"),
+    ({}, dict(clearance=0.01), ValueError, "time_path: the constraint clearance is not kept"),
+    (
+        dict(robot=VERTICAL),
+        dict(torque=0.05),
+        fb.TimingError,
+        r"cannot hold the robot at rest at s = 0 .*q\d1 needs 0\.\d+ N m, its torque limit is 0\.05",
+    ),
+    (
+        dict(robot=VERTICAL, path=Path((Line((-0.05, 0.06), (0.05, 0.14)),))),
+        dict(torque=0.29),
+        fb.TimingError,
+        r"no motion along the path .*keeps these limits near s = .*at rest there the torques are",
+    ),
+]
 
 
-@pytest.mark.parametrize(("given", "error", "words"), REFUSED)
-def test_what_cannot_be_timed_is_said_with_its_place(given, error, words):
-    usual = {"robot": ROBOT, "path": REGULAR, "torque_limit": 0.1}
+@pytest.mark.parametrize(("given", "limits", "error", "words"), REFUSED)
+def test_what_cannot_be_timed_is_said_with_its_place(given, limits, error, words):
+    constraints = fb.Constraints(**{"torque": 0.1} | limits)
+    usual = {"robot": ROBOT, "path": REGULAR, "constraints": constraints}
     with pytest.raises(error, match=words):
         fb.time_path(**usual | given)
 
 
 def test_what_must_be_kept_is_looked_at_first():
     robot, path = fb.FiveBar(), fb.path([(0.05, 0.1), (-0.05, 0.1)])
-    above = fb.Keep(half_planes=((0, 1, 0.05),), joints=((-math.pi, math.pi), None))
-    assert fb.time_path(robot, path, torque_limit=0.05, keep=above).duration > 0
+    above = fb.Constraints(
+        torque=0.05, half_planes=((0, 1, 0.05),), joints=((-math.pi, math.pi), None)
+    )
+    assert fb.time_path(robot, path, constraints=above).duration > 0
     with pytest.raises(
         ValueError, match=r"1 x \+ 0 y >= 0 m is not kept from s = 0\.05\d* m, by at most 0\.05 at"
     ):
-        fb.time_path(robot, path, torque_limit=0.05, keep=fb.Keep(half_planes=((1, 0, 0),)))
+        fb.time_path(robot, path, constraints=fb.Constraints(half_planes=((1, 0, 0),), torque=0.05))

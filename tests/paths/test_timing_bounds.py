@@ -18,9 +18,9 @@ def test_closer_bounds_lie_between_wide_ones(name):
     rng = np.random.default_rng(502)
     path, limits = random_path(rng, centre, width), random_limits(rng, robot, torque)
     if name == "across Type 2":
-        path, limits = ACROSS, {"torque_limit": 0.05}
-    wide = fb.time_path(robot, path, gap=2e-2, **limits)
-    close = fb.time_path(robot, path, gap=2e-4, **limits)
+        path, limits = ACROSS, {"torque": 0.05}
+    wide = fb.time_path(robot, path, gap=2e-2, constraints=fb.Constraints(**limits))
+    close = fb.time_path(robot, path, gap=2e-4, constraints=fb.Constraints(**limits))
     assert wide.lower_bound <= close.lower_bound * (
         1 + 1e-6
     ) and close.duration <= wide.duration * (1 + 1e-6)
@@ -36,14 +36,17 @@ def test_closer_bounds_lie_between_wide_ones(name):
 
 def test_the_work_that_is_done_ends_the_search(monkeypatch):
     monkeypatch.setattr(timing_solve, "LOOKS", 2000)
-    path, given = Path((Line((0.09, 0.06796322), (0.0, 0.1)),)), {"gap": 1e-7, "torque_limit": 0.05}
+    path, given = (
+        Path((Line((0.09, 0.06796322), (0.0, 0.1)),)),
+        {"gap": 1e-7, "constraints": fb.Constraints(torque=0.05)},
+    )
     one, again, less = (
         fb.time_path(fb.FiveBar(), path, **given, max_time=most) for most in (60.0, 1e6, 1e-9)
     )
     assert (
         (one.x == again.x).all()
         and one.lower_bound == again.lower_bound
-        and used(one, {"torque_limit": 0.05}) <= 1
+        and used(one, {"torque": 0.05}) <= 1
     )
     assert 1e-7 < one.gap < less.gap and len(less.x) < len(one.x)
 
@@ -54,17 +57,19 @@ def test_a_path_that_is_proved_impossible_is_told_from_one_that_is_not_found():
     with pytest.raises(
         fb.TimingError, match="no motion along the path keeps these limits .* crosses Type 2"
     ) as caught:
-        fb.time_path(heavy, ACROSS, torque_limit=1.0)
+        fb.time_path(heavy, ACROSS, constraints=fb.Constraints(torque=1.0))
     assert caught.value.proved and 0.06 < caught.value.s < ACROSS.length
 
 
 @pytest.mark.parametrize("seed", [5, 27, 31])
 def test_type_2_is_crossed_under_gravity_at_the_speed_that_it_needs(seed):
     """There the robot cannot be held at rest: it has to pass, and the criterion has a constant part."""
-    robot, limits = fb.FiveBar(gravity=(0.0, -3.0)), {"torque_limit": 1.0}
+    robot, limits = fb.FiveBar(gravity=(0.0, -3.0)), {"torque": 1.0}
     start, goal = (
         np.array([0.05, 0.03]) + np.random.default_rng(0).uniform(-0.06, 0.06, (seed + 1, 2, 2))
     )[-1]
-    motion = fb.time_path(robot, Path((Line(tuple(start), tuple(goal)),)), **limits)
+    motion = fb.time_path(
+        robot, Path((Line(tuple(start), tuple(goal)),)), constraints=fb.Constraints(**limits)
+    )
     assert motion.crossing.sum() == 1 and motion.gap <= 1e-3 and used(motion, limits, 30) <= 1
     assert fb.check_path(robot, motion).criterion_holds

@@ -93,7 +93,7 @@ def by_collocation(robot, path, limit, edges):
 @pytest.mark.parametrize("name", CASES)
 def test_a_collocation_of_the_same_path_takes_the_same_time(name):
     robot, path, crossings = CASES[name]
-    motion = fb.time_path(robot, path, torque_limit=0.05)
+    motion = fb.time_path(robot, path, constraints=fb.Constraints(torque=0.05))
     assert motion.crossing.sum() == crossings
     least, _ = by_collocation(robot, path, 0.05, np.linspace(0.0, path.length, 2001))
     assert abs(motion.duration / least - 1) < 1e-3 and abs(motion.lower_bound / least - 1) < 1e-3
@@ -101,7 +101,7 @@ def test_a_collocation_of_the_same_path_takes_the_same_time(name):
 
 def test_no_motion_that_keeps_its_limits_beside_type_2_is_below_the_lower_bound():
     path, limit = almost_along_the_bars(1e-4), 0.05
-    motion = fb.time_path(ROBOT, path, torque_limit=limit)
+    motion = fb.time_path(ROBOT, path, constraints=fb.Constraints(torque=limit))
     coarse, fine = np.linspace(0.0, path.length, 1001), motion.s
     blind, x = by_collocation(ROBOT, path, limit, coarse)
     assert blind < 0.995 * motion.lower_bound

@@ -7,7 +7,15 @@ import fivebar as fb
 
 ROBOT = fb.FiveBar()
 HOME, TASK_1, TASK_2 = (0.09, 0.06796322), (0.0, 0.1), (0.05, 0.0)
-METHODS = dict(method="legendre-gauss"), dict(method="hermite-simpson")
+METHODS = [
+    dict(collocation=fb.Collocation(method=name)) for name in ("legendre-gauss", "hermite-simpson")
+]
+IN_MODES = fb.Constraints(sin=0.05)  # so that a motion between Poses keeps their working modes
+
+
+def poses(robot, ends, working):
+    """Return the ends as Poses in these working modes."""
+    return [fb.igm(robot, xi, working) for xi in ends]
 
 
 @pytest.fixture(scope="session")
@@ -17,7 +25,7 @@ def crossing():
 
 @pytest.fixture(scope="session")
 def fastest():
-    return fb.plan(ROBOT, HOME, TASK_1, objective="time", torque_limit=0.02)
+    return fb.plan(ROBOT, HOME, TASK_1, objective="time", constraints=fb.Constraints(torque=0.02))
 
 
 def fine(motion):

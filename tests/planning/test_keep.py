@@ -1,11 +1,15 @@
 """Plans that keep what is named: checked by `check_path`, which knows nothing of the program."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
 
 import fivebar as fb
 from fivebar.models.geometry import task_pose
+
+from .conftest import poses
 
 ROBOT, HOME, GOAL = fb.FiveBar(), (0.09, 0.0680), (-0.05, 0.09)
 
@@ -22,32 +26,36 @@ def test_a_plan_keeps_half_planes_a_region_joints_and_margins():
     a, b = -side * np.array([-chord[1], chord[0]]) / np.linalg.norm(chord)
     planes = [(a, b, a * HOME[0] + b * HOME[1] - np.abs(across).max() / 2)]
     region = [(-0.1, 0.05), (0.12, 0.05), (0.12, 0.12), (-0.1, 0.12)]
-    for keep in (
-        fb.Keep(half_planes=planes, region=region, det_A=0.1),
-        fb.Keep(joints=((q[:, 0].min() / 2, 1.3), None), region=region),
+    for constraints in (
+        fb.Constraints(half_planes=planes, region=region, det_A=0.1),
+        fb.Constraints(joints=((q[:, 0].min() / 2, 1.3), None), region=region),
     ):
-        assert len(fb.check_path(ROBOT, free, keep=keep).broken) == 1
-        plan = fb.plan(ROBOT, HOME, GOAL, 0.6, keep=keep)
-        assert all(each.by < 1e-4 for each in fb.check_path(ROBOT, plan, keep=keep).broken)
+        assert len(fb.check_path(ROBOT, free, constraints=constraints).broken) == 1
+        plan = fb.plan(ROBOT, HOME, GOAL, 0.6, constraints=constraints)
+        assert all(
+            each.by < 1e-4 for each in fb.check_path(ROBOT, plan, constraints=constraints).broken
+        )
         assert plan.objective > free.objective
     with pytest.raises(fb.PlanError, match="goal itself does not keep 0 x"):
-        fb.plan(ROBOT, HOME, (0.0, 0.05), 0.6, keep=fb.Keep(half_planes=[(0, 1, 0.06)]))
-    with pytest.raises(TypeError, match="keep must be a Keep"):
-        fb.plan(ROBOT, HOME, GOAL, 0.6, keep={"det_A": 0.1})
+        fb.plan(
+            ROBOT, HOME, (0.0, 0.05), 0.6, constraints=fb.Constraints(half_planes=[(0, 1, 0.06)])
+        )
+    with pytest.raises(TypeError, match="constraints must be a Constraints"):
+        fb.plan(ROBOT, HOME, GOAL, 0.6, constraints={"det_A": 0.1})
 
 
 def test_a_plan_leads_around_where_bars_and_posts_would_meet():
-    keep, start, goal = (
-        fb.Keep(bars=fb.LinkCollisions(0.02, posts=0.012)),
+    constraints, start, goal = (
+        fb.Constraints(collisions=fb.LinkCollisions(0.02, posts=0.012)),
         (-0.031, 0.002),
         (0.107, 0.062),
     )
-    options = dict(duration=1.2, intervals=16)
+    options = dict(duration=1.2, collocation=fb.Collocation(intervals=16))
     free = fb.plan(ROBOT, start, goal, **options)
-    assert fb.check_path(ROBOT, free, keep=keep).broken
-    plan = fb.plan(ROBOT, start, goal, **options, keep=keep)
+    assert fb.check_path(ROBOT, free, constraints=constraints).broken
+    plan = fb.plan(ROBOT, start, goal, **options, constraints=constraints)
     assert (
-        all(each.by < 1e-4 for each in fb.check_path(ROBOT, plan, keep=keep).broken)
+        all(each.by < 1e-4 for each in fb.check_path(ROBOT, plan, constraints=constraints).broken)
         and plan.objective > free.objective
     )
 
@@ -65,13 +73,18 @@ def test_rooms_of_bars_as_symbols_are_those_as_numbers():
         )
         closes = np.isfinite(pose.det_A)
         ours = ca.Function("rooms", [x], [ca.vertcat(*symbols)])(pose.xi[closes].T)
-        rooms = np.array(list(bars.rooms(pose).values()))[:, closes]
-        assert (rooms < -0.02).any() and (rooms > 0.02).any()
-        np.testing.assert_allclose(ours, rooms, atol=2e-9)
+        clearances = np.array(list(bars.clearances(pose).values()))[:, closes]
+        assert (clearances < -0.02).any() and (clearances > 0.02).any()
+        np.testing.assert_allclose(ours, clearances, atol=2e-9)
 
 
 def test_a_plan_whose_bars_meet_is_refused():
-    keep = fb.Keep(bars=fb.LinkCollisions(0.01))
+    constraints = fb.Constraints(collisions=fb.LinkCollisions(0.01))
     with pytest.raises(fb.PlanError, match="start itself does not keep bars 11 and 21"):
-        fb.plan(ROBOT, (0.0, -0.06), (0.01, -0.1), 0.5, working=(1, -1), keep=keep)
-    assert fb.plan(ROBOT, HOME, (0.08, 0.075), 0.5, keep=keep).duration == 0.5
+        fb.plan(
+            ROBOT,
+            *poses(ROBOT, ((0.0, -0.06), (0.01, -0.1)), (1, -1)),
+            0.5,
+            constraints=replace(constraints, sin=0.05),
+        )
+    assert fb.plan(ROBOT, HOME, (0.08, 0.075), 0.5, constraints=constraints).duration == 0.5

@@ -31,7 +31,7 @@ def crossing(robot, plan):
 
 @pytest.mark.parametrize("robot", [LAB, HEAVY, RUBS])
 def test_a_plan_crosses_type_2_and_the_plant_follows_it(robot):
-    plan = fb.plan(robot, HOME, ACROSS, 2.0, max_time=120.0)
+    plan = fb.plan(robot, HOME, ACROSS, 2.0, collocation=fb.Collocation(max_time=120.0))
     found = fb.check_path(robot, plan)
     assert found.type == fb.Singularity.PARALLEL and found.criterion_holds
     run = fb.simulate(
@@ -48,7 +48,7 @@ def test_a_plan_crosses_type_2_and_the_plant_follows_it(robot):
 
 def test_the_criterion_under_gravity_is_not_the_inertial_one():
     """On the plan the inertial force has a part along t_s, that of the weight: exactly what gravity balances."""
-    plan = fb.plan(LAB, HOME, ACROSS, 2.0, max_time=120.0)
+    plan = fb.plan(LAB, HOME, ACROSS, 2.0, collocation=fb.Collocation(max_time=120.0))
     t = crossing(LAB, plan)
     acc = plan.accelerations(t)
     ux, uy = acc.rates.pose.u2[0]
@@ -92,7 +92,7 @@ def test_smoothing_of_dry_friction_in_a_plan_is_measured():
 
 def test_between_poses_under_gravity():
     start, goal = fb.igm(LAB, HOME), fb.igm(LAB, (0.0, 0.12), (-1, 1))
-    plan = fb.plan(LAB, start, goal, 1.5, max_time=120.0)
+    plan = fb.plan(LAB, start, goal, 1.5, collocation=fb.Collocation(max_time=120.0))
     np.testing.assert_allclose(
         plan.accelerations(plan.duration).rates.pose.xi, (0.0, 0.12), atol=1e-6
     )
@@ -101,7 +101,7 @@ def test_between_poses_under_gravity():
 
 
 def test_a_vertical_robot_of_cad_numbers_is_planned_through_type_2():
-    plan = fb.plan(IRI, (0.1, 0.2), (0.0, -0.25), 0.8, max_time=120.0)
+    plan = fb.plan(IRI, (0.1, 0.2), (0.0, -0.25), 0.8, collocation=fb.Collocation(max_time=120.0))
     assert fb.check_path(IRI, plan).type == fb.Singularity.PARALLEL
     run = fb.simulate(IRI, fb.FeedForward(IRI, 60.0, 4.0, ahead=0.0005), plan, control_period=0.001)
     assert np.abs(run.error).max() < 1e-3

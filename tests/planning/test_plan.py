@@ -13,7 +13,7 @@ from fivebar.planning.plan import plan
 from fivebar.singularities.margins import Singularity
 
 from ..conftest import UNEQUAL
-from .conftest import HOME, METHODS, ROBOT, TASK_1, TASK_2, fine
+from .conftest import HOME, IN_MODES, ROBOT, TASK_1, TASK_2, fine, poses
 
 
 def margins(motion):
@@ -91,7 +91,7 @@ def test_defects_between_nodes_shrink_with_their_order(method, order):
     weights = {"effort": 1.0, "time": 0.0, "jerk": 0.0}
     stops = (start, 0.0), (goal, 2.0)
     problem = plans.Problem(
-        ROBOT, stops, (-1, -1), weights, plans.Limits(), collocation.scheme(method, 3)
+        ROBOT, stops, (-1, -1), weights, fb.Constraints(sin=0.05), collocation.scheme(method, 3)
     )
     guess, durations = first_guess(problem)
     errors = []
@@ -102,9 +102,17 @@ def test_defects_between_nodes_shrink_with_their_order(method, order):
     assert np.abs(measured - order).max() <= 0.35
 
 
-@pytest.mark.parametrize("options", [*METHODS, dict(degree=2, tolerance=5e-3), dict(degree=5)])
+@pytest.mark.parametrize(
+    "options",
+    [
+        dict(method="legendre-gauss"),
+        dict(method="hermite-simpson"),
+        dict(degree=2, tolerance=5e-3),
+        dict(degree=5),
+    ],
+)
 def test_schemes_agree(options, crossing):
-    found = plan(ROBOT, HOME, TASK_2, 4.0, **options)
+    found = plan(ROBOT, HOME, TASK_2, 4.0, collocation=fb.Collocation(**options))
     check_motion(found, options.get("tolerance", 1e-3) * 1.1)
     assert abs(found.objective / crossing.objective - 1) <= 1e-4
     t = fine(found)
@@ -112,10 +120,17 @@ def test_schemes_agree(options, crossing):
     assert abs(np.trapezoid(squares, t) / found.objective - 1) <= 1e-3
 
 
-@pytest.mark.parametrize("options", METHODS)
-def test_minimum_time_on_a_mesh_four_times_finer(options):
+@pytest.mark.parametrize("method", ["legendre-gauss", "hermite-simpson"])
+def test_minimum_time_on_a_mesh_four_times_finer(method):
     coarse, finer = (
-        plan(ROBOT, HOME, TASK_1, objective="time", torque_limit=0.02, intervals=n, **options)
+        plan(
+            ROBOT,
+            HOME,
+            TASK_1,
+            objective="time",
+            constraints=fb.Constraints(torque=0.02),
+            collocation=fb.Collocation(method=method, intervals=n),
+        )
         for n in (20, 80)
     )
     check_motion(coarse)
@@ -132,24 +147,34 @@ def test_minimum_time_is_bang_bang(fastest):
 
 
 def test_time_scales_as_the_root_of_the_torque(fastest):
-    quarter = plan(ROBOT, HOME, TASK_1, objective="time", torque_limit=(0.08, 0.08))
+    quarter = plan(
+        ROBOT, HOME, TASK_1, objective="time", constraints=fb.Constraints(torque=(0.08, 0.08))
+    )
     assert quarter.duration == pytest.approx(fastest.duration / 2, rel=2e-4)
 
 
 @pytest.mark.parametrize(
     "limit, measured",
     [
-        (dict(joint_speed_limit=1.5), lambda p: np.abs(p.accelerations(fine(p)).rates.q_dot).max()),
-        (dict(acceleration_limit=0.25), lambda p: np.linalg.norm(p(fine(p))[2], axis=1).max()),
-        (dict(workspace=((-0.001, 0.091), (0.0675, 0.1005))), lambda p: -p(fine(p))[0][:, 1].min()),
+        (dict(joint_speed=1.5), lambda p: np.abs(p.accelerations(fine(p)).rates.q_dot).max()),
+        (dict(acceleration=0.25), lambda p: np.linalg.norm(p(fine(p))[2], axis=1).max()),
+        (
+            dict(region=((-0.001, 0.0675), (0.091, 0.0675), (0.091, 0.1005), (-0.001, 0.1005))),
+            lambda p: -p(fine(p))[0][:, 1].min(),
+        ),
     ],
 )
 def test_limits_hold_between_nodes_and_bind(limit, measured, fastest):
-    found = plan(ROBOT, HOME, TASK_1, objective="time", torque_limit=0.02, tolerance=2e-3, **limit)
+    found = plan(
+        ROBOT,
+        HOME,
+        TASK_1,
+        objective="time",
+        constraints=fb.Constraints(torque=0.02, **limit),
+        collocation=fb.Collocation(tolerance=2e-3),
+    )
     check_motion(found, 2.2e-3)
-    bound = {"joint_speed_limit": 1.5, "acceleration_limit": 0.25, "workspace": -0.0675}[
-        next(iter(limit))
-    ]
+    bound = {"joint_speed": 1.5, "acceleration": 0.25, "region": -0.0675}[next(iter(limit))]
     assert measured(fastest) > bound + 1e-3
     assert measured(found) == pytest.approx(bound, rel=2e-3)
     assert found.duration > fastest.duration
@@ -159,24 +184,31 @@ def test_mesh_is_refined_for_limits_alone(monkeypatch):
     monkeypatch.setattr(
         plans.Plan, "_relative_defects", property(lambda self: np.zeros(len(self.pieces.xi)))
     )
-    options = dict(
-        objective="time", torque_limit=0.02, joint_speed_limit=1.3, intervals=5, degree=5
-    )
+    limits = fb.Constraints(torque=0.02, joint_speed=1.3)
     coarse, found = (
-        plan(ROBOT, HOME, TASK_1, tolerance=tolerance, **options) for tolerance in (0.5, 1e-3)
+        plan(
+            ROBOT,
+            HOME,
+            TASK_1,
+            objective="time",
+            constraints=limits,
+            collocation=fb.Collocation(tolerance=tolerance, intervals=5, degree=5),
+        )
+        for tolerance in (0.5, 1e-3)
     )
     assert coarse.violations["joint_speed"] > 3e-3
     assert found.violations["joint_speed"] <= 1.3e-3 and len(found.meshes) > 1
 
 
 def test_distance_to_singularities_is_kept():
-    ends, options = ((0.0664, -0.1119), (0.0306, 0.1181)), dict(working=(1, -1), tolerance=2e-3)
-    free = plan(ROBOT, *ends, 2.0, **options)
+    ends = poses(ROBOT, ((0.0664, -0.1119), (0.0306, 0.1181)), (1, -1))
+    options = dict(collocation=fb.Collocation(tolerance=2e-3))
+    free = plan(ROBOT, *ends, 2.0, constraints=IN_MODES, **options)
     assert set(np.sign(margins(free)[:, 2])) == {-1.0, 1.0}  # the cheapest way crosses twice
-    kept = plan(ROBOT, *ends, 2.0, parallel_margin=0.4, **options)
+    kept = plan(ROBOT, *ends, 2.0, constraints=fb.Constraints(sin=0.05, det_A=0.4), **options)
     check_motion(kept, 2.2e-3)
     assert np.abs(margins(kept)[:, 2]).min() == pytest.approx(0.4, abs=2.5e-3)
-    wide = plan(ROBOT, *ends, 2.0, serial_margin=0.45, **options)
+    wide = plan(ROBOT, *ends, 2.0, constraints=fb.Constraints(sin=0.45), **options)
     assert np.abs(margins(free)[:, :2]).min() < 0.4
     assert np.abs(margins(wide)[:, :2]).min() == pytest.approx(0.45, abs=2.5e-3)
 
@@ -198,8 +230,8 @@ def test_via_points():
         TASK_1,
         via=[(None, (0.05, 0.12))],
         objective="time",
-        torque_limit=0.02,
-        tolerance=5e-3,
+        constraints=fb.Constraints(torque=0.02),
+        collocation=fb.Collocation(tolerance=5e-3),
     )
     assert np.linalg.norm(free(fine(free))[0] - (0.05, 0.12), axis=1).min() <= 2e-4
 
@@ -235,7 +267,7 @@ def test_jerk_and_a_mix_with_free_time():
     ],
 )
 def test_unequal_robot(ends, working):
-    found = plan(UNEQUAL, *ends, 2.0, working=working)
+    found = plan(UNEQUAL, *poses(UNEQUAL, ends, working), 2.0, constraints=IN_MODES)
     check_motion(found)
     t = np.linspace(0, 2, 7)
     regular = np.abs(found.accelerations(t).rates.pose.det_A) > 0.2
@@ -253,7 +285,9 @@ def test_random_problems():
         far = (np.abs([*pose.sines, pose.det_A]) > 0.2).all()
         if not far or (solved % 2 and pose.det_A[0] * pose.det_A[1] < 0):
             continue
-        options = dict(parallel_margin=0.15) if solved % 2 else {}
-        options |= dict(duration=2.0) if solved % 3 else dict(objective="time", torque_limit=0.03)
-        check_motion(plan(robot, *ends, working=working, **options))
+        limits = dict(det_A=0.15) if solved % 2 else {}
+        limits |= {} if solved % 3 else dict(torque=0.03)
+        options = dict(duration=2.0) if solved % 3 else dict(objective="time")
+        constraints = fb.Constraints(sin=0.05, **limits)
+        check_motion(plan(robot, *poses(robot, ends, working), constraints=constraints, **options))
         solved += 1

@@ -34,7 +34,15 @@ def test_plan_is_a_reference(crossing):
 
 
 @pytest.mark.parametrize(
-    "options", [*METHODS, dict(torque_limit=(0.02, 0.03), workspace=((-0.1, 0.1), (-0.1, 0.2)))]
+    "options",
+    [
+        *METHODS,
+        dict(
+            constraints=fb.Constraints(
+                torque=(0.02, 0.03), region=((-0.1, -0.1), (0.1, -0.1), (0.1, 0.2), (-0.1, 0.2))
+            )
+        ),
+    ],
 )
 def test_csv_round_trip(options, tmp_path):
     written = plan(UNEQUAL, (0.05, 0.15), (-0.05, 0.1), 2.0, **options)
@@ -44,7 +52,7 @@ def test_csv_round_trip(options, tmp_path):
     for a, b in zip((*written(t), written.tau(t)), (*read(t), read.tau(t))):
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-12 * np.abs(a).max() + 1e-15)
     assert (
-        read.problem.limits == written.problem.limits
+        read.problem.constraints == written.problem.constraints
         and read.problem.stops == written.problem.stops
     )
     assert (read.objective, read.status, read.meshes) == (
@@ -109,5 +117,5 @@ def test_page_and_animation_show_themselves(crossing, fastest, tmp_path):
 def test_nothing_is_printed(capfd):
     plan(ROBOT, HOME, TASK_1, 2.0)
     with pytest.raises(PlanError):
-        plan(ROBOT, HOME, TASK_1, 2.0, torque_limit=1e-4)
+        plan(ROBOT, HOME, TASK_1, 2.0, constraints=fb.Constraints(torque=1e-4))
     assert capfd.readouterr() == ("", "")

@@ -18,7 +18,7 @@ def test_too_little_torque_is_named_with_its_amount(fastest):
     with pytest.raises(
         PlanError, match=r"infeasible; violated: torque by 0\.06\d+ N m \(limit 0\.02\)"
     ) as caught:
-        plan(ROBOT, HOME, TASK_1, 0.5, torque_limit=0.02)
+        plan(ROBOT, HOME, TASK_1, 0.5, constraints=fb.Constraints(torque=0.02))
     needed = (
         0.02 * (fastest.duration / 0.5) ** 2
     )  # exact: without gravity torque goes as 1 / time^2
@@ -33,7 +33,7 @@ def test_too_little_torque_is_named_with_its_amount(fastest):
 
 def test_too_little_acceleration_is_named_with_its_amount():
     with pytest.raises(PlanError, match=r"infeasible; violated: acceleration by") as caught:
-        plan(ROBOT, (0, 0.1), (0, 0.15), 0.3, acceleration_limit=0.1)
+        plan(ROBOT, (0, 0.1), (0, 0.15), 0.3, constraints=fb.Constraints(acceleration=0.1))
     needed = 4 * 0.05 / 0.3**2  # half the way up at full, half down
     assert 0.1 + caught.value.violations["acceleration"] == pytest.approx(needed, rel=0.02)
 
@@ -47,14 +47,15 @@ def test_points_out_of_reach_and_beyond_limits():
     with pytest.raises(fb.UnreachableError, match=r"via\[0\]"):
         plan(ROBOT, HOME, TASK_1, 2.0, via=[(None, (0.5, 0.1))])
     with pytest.raises(
-        PlanError, match=r"goal itself breaks limits; violated: parallel by 0\.6"
+        PlanError, match=r"goal itself breaks limits; violated: det_A by 0\.6"
     ) as caught:
-        plan(ROBOT, HOME, TASK_2, 4.0, parallel_margin=0.1)
-    assert caught.value.plan is None and caught.value.violations["parallel"] == pytest.approx(
+        plan(ROBOT, HOME, TASK_2, 4.0, constraints=fb.Constraints(det_A=0.1))
+    assert caught.value.plan is None and caught.value.violations["det_A"] == pytest.approx(
         0.665, abs=1e-3
     )
-    with pytest.raises(PlanError, match="goal itself breaks limits; violated: workspace by 0.01 m"):
-        plan(ROBOT, HOME, TASK_1, 2.0, workspace=((-0.1, 0.1), (0, 0.09)))
+    with pytest.raises(PlanError, match="goal itself does not keep region: by 0.01"):
+        square = ((-0.1, 0.0), (0.1, 0.0), (0.1, 0.09), (-0.1, 0.09))
+        plan(ROBOT, HOME, TASK_1, 2.0, constraints=fb.Constraints(region=square))
     narrow = fb.FiveBar(l11=0.05, l12=0.2, l21=0.05, l22=0.2, d=0.1)
     with pytest.raises(
         PlanError, match=r"not connected in working modes \(-1, -1\).*by 0\.\d+ m near"
@@ -66,7 +67,7 @@ def test_points_out_of_reach_and_beyond_limits():
 def test_no_answer_after_max_time():
     began = time.process_time()
     with pytest.raises(PlanError, match="no solution within max_time = 0.05 s") as caught:
-        plan(ROBOT, HOME, TASK_2, 4.0, max_time=0.05)
+        plan(ROBOT, HOME, TASK_2, 4.0, collocation=fb.Collocation(max_time=0.05))
     assert time.process_time() - began <= 1.0
     np.testing.assert_allclose(caught.value.plan(0.0)[0], HOME, atol=1e-6)
 
@@ -95,9 +96,11 @@ def test_what_did_not_converge_is_not_returned(monkeypatch):
         (dict(duration=0.0), "duration must be finite and > 0"),
         (dict(duration=float("nan")), "duration must be finite"),
         (dict(duration=None), 'needs a weight on "time"'),
-        (dict(duration=None, objective="time"), "minimum time needs a torque_limit"),
+        (dict(duration=None, objective="time"), "minimum time needs a torque"),
         (
-            dict(duration=None, goal=HOME, objective="time", torque_limit=1.0),
+            dict(
+                duration=None, goal=HOME, objective="time", constraints=fb.Constraints(torque=1.0)
+            ),
             "start and goal are the same",
         ),
         (dict(objective="speed"), "objective must be of effort, time, jerk"),
@@ -105,30 +108,17 @@ def test_what_did_not_converge_is_not_returned(monkeypatch):
         (dict(objective={"effort": -1.0}), "weight of effort must be finite and >= 0"),
         (dict(objective={"effort": 0.0}), "one weight of the objective must be > 0"),
         (dict(goal=TASK_2, objective="jerk"), "must cross a Type-2 singularity"),
-        (dict(torque_limit=0.0), "torque_limit must be finite and > 0"),
-        (dict(torque_limit=(1, 2, 3)), "one number or one per joint"),
-        (dict(joint_speed_limit=-1), "joint_speed_limit must be"),
-        (dict(acceleration_limit=(1, 1)), "acceleration_limit must be a number"),
-        (dict(workspace=((0, 0), (0, 1))), "workspace must be"),
-        (dict(serial_margin=0.0), "serial_margin must be"),
-        (dict(parallel_margin=1.5), "parallel_margin must be finite and from 1e-09 to 1"),
         (dict(goal=(0.0, float("inf"))), "goal, order 0, must be two finite numbers"),
         (dict(goal={1: (0, 0)}), "goal needs a position under order 0"),
         (dict(start={0: HOME, 3: (0, 0)}), "no other orders than 1 and 2"),
         (dict(via=[(3.0, TASK_1)]), "duration, after via, must be finite and > 3"),
         (dict(via=[(1.0, HOME), (0.5, TASK_1)]), r"the time of via\[1\] must be finite and > 1"),
-        (dict(method="euler"), "method must be one of hermite-simpson, legendre-gauss"),
-        (dict(degree=1), "degree must be a whole number >= 2"),
-        (dict(intervals=2.5), "intervals must be a whole number"),
-        (dict(tolerance=0), "tolerance must be"),
-        (dict(max_time=0), "max_time must be"),
-        (dict(working=-1), "working must be two modes"),
         (dict(via=[(1.0,)]), r"via must be \[\(time or None"),
         (dict(objective=3), "objective must be of"),
         (dict(goal="ab"), "goal, order 0, must be two finite numbers"),
-        (dict(workspace=3), "workspace must be"),
-        (dict(working=(-1, 2)), r"working must be \+1 or -1"),
         (dict(robot=fb.ROBOTS["liu-2006-a"].robot), "no inertia"),
+        (dict(constraints=fb.Constraints(jerk=1.0)), "plan: the constraint jerk is not kept here"),
+        (dict(constraints=fb.Constraints(clearance=0.01)), "the constraint clearance is not kept"),
     ],
 )
 def test_bad_input(options, words):
@@ -140,6 +130,21 @@ def test_bad_input(options, words):
 def test_a_jerk_plan_that_nothing_bounds_at_type_2_says_why_it_fails():
     """Both ends on one side of Type 2, which it crosses twice: its torque has no bound there, so no plan is found."""
     given = (0.09773945, -0.07449895), (-0.06938526, 0.10383429), 2.0
-    why = r"within max_time = 0.5 s; it crosses Type 2 \(2 times\), where without a torque_limit.* parallel_margin"
+    why = r"within max_time = 0.5 s; it crosses Type 2 \(2 times\), where without a torque limit.* det_A"
     with pytest.raises(PlanError, match=why):
-        plan(ROBOT, *given, objective="jerk", max_time=0.5)
+        plan(ROBOT, *given, objective="jerk", collocation=fb.Collocation(max_time=0.5))
+
+
+@pytest.mark.parametrize(
+    "settings, words",
+    [
+        (dict(method="euler"), "method must be one of hermite-simpson, legendre-gauss"),
+        (dict(degree=1), "degree must be a whole number >= 2"),
+        (dict(intervals=2.5), "intervals must be a whole number"),
+        (dict(tolerance=0), "tolerance must be"),
+        (dict(max_time=0), "max_time must be"),
+    ],
+)
+def test_bad_collocation(settings, words):
+    with pytest.raises(ValueError, match=f"Collocation: {words}"):
+        fb.Collocation(**settings)

@@ -52,7 +52,7 @@ def test_feed_forward_ends_with_the_plan():
 def test_a_plan_is_its_own_derivative(method, free):
     """Exactly, in each piece and from one to the next: a difference across a knot errs by the jump of xi'' alone."""
     ends = (inside(1), inside(10)) if free else ((0.09, 0.068), (0.0, -0.05))
-    plan = fb.plan(ROBOT, *ends, 2.0, method=method)
+    plan = fb.plan(ROBOT, *ends, 2.0, collocation=fb.Collocation(method=method))
     pieces, n = plan.pieces, plan.pieces.xi.shape[1]
     k = np.arange(len(pieces.xi) - 1)
     before, after = pieces.motion(k, np.ones(len(k))), pieces.motion(k + 1, np.zeros(len(k)))
@@ -82,7 +82,9 @@ def test_two_poses_of_one_aspect():
 def test_a_tracker_follows_through_both_types(start, goal):
     """With a payload that the plan does not know of, and a limit; in the goal's own pose, elbows too."""
     plan = fb.plan(ROBOT, inside(start), inside(goal), 2.0)
-    tracker = fb.Tracker(ROBOT, assembly=int(inside(start).assembly), torque_limit=0.2)
+    tracker = fb.Tracker(
+        ROBOT, assembly=int(inside(start).assembly), constraints=fb.Constraints(torque=0.2)
+    )
     run = fb.simulate(fb.FiveBar(m=0.51), tracker, plan, duration=2.5)
     assert not tracker.log.status.any()
     crossed = {int(event.type) for event in run.events}
@@ -122,8 +124,9 @@ def test_pictures_of_a_plan_between_poses(tmp_path):
 
 @pytest.mark.parametrize("one, other", [(1, 3), (2, 6), (8, 5)])
 def test_limits_hold_between_nodes_too(one, other):
-    limits = dict(torque_limit=0.03, joint_speed_limit=4.0, workspace=((-0.2, 0.2), (-0.2, 0.2)))
-    plan = fb.plan(ROBOT, inside(one), inside(other), 2.0, **limits)
+    square = ((-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2))
+    limits = fb.Constraints(torque=0.03, joint_speed=4.0, region=square)
+    plan = fb.plan(ROBOT, inside(one), inside(other), 2.0, constraints=limits)
     t = np.linspace(0, 2, 4001)
     assert np.abs(plan.tau(t)).max() <= 0.03 * (1 + 1e-3)
     assert np.abs(plan.joints(t)[1]).max() <= 4.0 * (1 + 1e-3)
@@ -140,7 +143,9 @@ def test_by_way_of_a_pose_and_in_least_time():
     through = inside(3)
     plan = fb.plan(ROBOT, inside(1), inside(4), 3.0, via=[(1.5, through)])
     assert plan(1.5)[0] == pytest.approx(through.xi, abs=1e-5)
-    fast = fb.plan(ROBOT, inside(1), inside(3), objective="time", torque_limit=0.05)
+    fast = fb.plan(
+        ROBOT, inside(1), inside(3), objective="time", constraints=fb.Constraints(torque=0.05)
+    )
     assert fast.duration < 2.0 and fast.saturated > 0.5
 
 
@@ -170,12 +175,8 @@ def test_what_cannot_be_asked():
         fb.plan(ROBOT, inside(1), stranger, 2.0)
     with pytest.raises(ValueError, match="goal must be one Pose that closes"):
         fb.plan(ROBOT, inside(1), fb.dgm(ROBOT, np.zeros((3, 2))), 2.0)
-    with pytest.raises(
-        ValueError, match=r"start is a Pose in working modes \(1, 1\), not in working = \(-1, -1\)"
-    ):
-        fb.plan(ROBOT, inside(1), inside(9), 2.0, working=(-1, -1))
-    with pytest.raises(ValueError, match="serial_margin keeps the working modes"):
-        fb.plan(ROBOT, inside(1), inside(9), 2.0, serial_margin=0.1)
+    with pytest.raises(ValueError, match=r"start is a Pose in working modes \(1, 1\), goal in"):
+        fb.plan(ROBOT, inside(1), inside(9), 2.0, constraints=fb.Constraints(sin=0.1))
     with pytest.raises(fb.UnreachableError):
         fb.plan(ROBOT, inside(1), (0.5, 0.0), 2.0)
 

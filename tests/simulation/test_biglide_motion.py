@@ -161,7 +161,12 @@ def test_compiled_models():
 
 
 def test_a_plan_crosses_type_2_with_little_force():
-    plan = fb.plan(LAB, (0.05, 0.2), (-0.05, 0.3), 2.0, working=(-1, 1), torque_limit=5.0)
+    plan = fb.plan(
+        LAB,
+        *(fb.igm(LAB, xi, (-1, 1)) for xi in ((0.05, 0.2), (-0.05, 0.3))),
+        2.0,
+        constraints=fb.Constraints(sin=0.05, torque=5.0),
+    )
     t = np.linspace(0, 2, 4000)
     det = fb.igm(LAB, plan(t)[0], plan.working).det_A
     assert det[0] * det[-1] < 0 and plan.error < 1e-3
@@ -187,8 +192,7 @@ def test_plans_speak_of_this_robot(tmp_path):
         (0.05, 0.3),
         None,
         objective={"time": 1.0},
-        torque_limit=5.0,
-        joint_speed_limit=0.5,
+        constraints=fb.Constraints(torque=5.0, joint_speed=0.5),
     )
     rates = plan.accelerations(np.linspace(0, plan.duration, 500)).rates
     assert np.abs(rates.q_dot).max() <= 0.5 * (1 + 1e-3)
@@ -198,7 +202,7 @@ def test_plans_speak_of_this_robot(tmp_path):
     figure = plan.plot(tmp_path / "plan.png")
     assert [axes.get_ylabel().split()[0] for axes in figure.axes] == ["y", "force", "sine"]
     with pytest.raises(fb.PlanError, match=r"violated: force by .* N \(limit 0\.01\)"):
-        fb.plan(LAB, (0.0, 0.2), (0.05, 0.3), 0.5, torque_limit=0.01)
+        fb.plan(LAB, (0.0, 0.2), (0.05, 0.3), 0.5, constraints=fb.Constraints(torque=0.01))
     with pytest.raises(ValueError, match=r"\(m, mf1, mf2 are 0\): no motion costs a force"):
         fb.plan(fb.Biglide(m=0, mf1=0, mf2=0), (0.0, 0.2), (0.05, 0.3), 1.0)
 
@@ -221,20 +225,34 @@ def test_the_tracker_follows_a_line_and_a_long_way():
         ((0.0, 5.0), 2.0),
     ):  # the second farther than any angle goes
         reference = fb.line((0.0, 0.2), goal, duration)
-        run = fb.simulate(LAB, fb.Tracker(LAB, torque_limit=100.0), reference, torque_limit=100.0)
+        run = fb.simulate(
+            LAB,
+            fb.Tracker(LAB, constraints=fb.Constraints(torque=100.0)),
+            reference,
+            torque_limit=100.0,
+        )
         assert (run.log.status == 0).all()
         assert np.abs(run.error).max() < 1e-5 * np.linalg.norm(goal)
     heavy, limit = fb.Biglide(m=3.6), 20.0
-    tracker = fb.Tracker(LAB, torque_limit=limit, encoder_resolution=1e-5, delay=1)
+    tracker = fb.Tracker(
+        LAB, encoder_resolution=1e-5, delay=1, constraints=fb.Constraints(torque=limit)
+    )
     options = dict(torque_limit=limit, encoder_resolution=1e-5, delay=1, duration=1.5)
     run = fb.simulate(heavy, tracker, fb.line((0.0, 0.2), (0.06, 0.35), 1.0), **options)
     assert (run.log.status == 0).all() and np.abs(run.error[-1]).max() < 1e-4
 
 
 def test_the_tracker_goes_on_across_type_2():
-    plan = fb.plan(LAB, (0.05, 0.2), (-0.05, 0.3), 1.0, working=(-1, 1))
+    plan = fb.plan(
+        LAB,
+        *(fb.igm(LAB, xi, (-1, 1)) for xi in ((0.05, 0.2), (-0.05, 0.3))),
+        1.0,
+        constraints=fb.Constraints(sin=0.05),
+    )
     start = fb.ikm(fb.igm(LAB, (0.05, 0.2), (-1, 1)), (0.0, 0.0))
-    tracker = fb.Tracker(LAB, torque_limit=20.0, assembly=int(start.pose.assembly))
+    tracker = fb.Tracker(
+        LAB, assembly=int(start.pose.assembly), constraints=fb.Constraints(torque=20.0)
+    )
     run = fb.simulate(LAB, tracker, plan, start=start, torque_limit=20.0, duration=1.2)
     assert [int(event.type) for event in run.events] == [2]
     assert np.abs(run.error).max() < 1e-4

@@ -298,7 +298,12 @@ def test_the_start_is_in_the_controllers_working_modes(robot):
 
 
 def test_a_controller_in_other_working_modes_than_its_plan_is_refused(robot):
-    plan = fb.plan(robot, (0.0, 0.1), (0.02, 0.12), 1.0, working=(1, -1))
+    plan = fb.plan(
+        robot,
+        *(fb.igm(robot, xi, (1, -1)) for xi in ((0.0, 0.1), (0.02, 0.12))),
+        1.0,
+        constraints=fb.Constraints(sin=0.05),
+    )
     with pytest.raises(
         ValueError, match=r"plan has working modes \(1, -1\), its controller \(-1, -1\)"
     ):

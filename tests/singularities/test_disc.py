@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.constraints.disc import _equidistant, _feet, _kept_room, _polished, room_at, too_narrow
+from fivebar.constraints.disc import (
+    _equidistant,
+    _feet,
+    _largest_kept_radius,
+    _polished,
+    clearance_at,
+    too_narrow,
+)
 from fivebar.constraints.violations import broken
 from tests.helpers.curves import backwards, ellipse, polygon
 
@@ -24,17 +31,21 @@ def test_the_room_of_a_point_is_its_distance_from_all():
     """From an ellipse, a hole, walls and a puncture: of each the nearest point by a dense sampling."""
     loops = ellipse(0.3, 0.2, cuts=(0, 3, 2 * np.pi)), backwards(ellipse(0.02, 0.02, 0.1))
     wall = polygon(-0.1 + 0.1j, 0.1j)
-    part = figure(*loops, punctures=[-0.1 - 0.05j], walls=wall[:1])
+    part = figure(*loops, punctures=[-0.1 - 0.05j], boundaries=wall[:1])
     t = np.linspace(0, 2 * np.pi, 40001)
     around = np.concatenate([0.3 * np.cos(t) + 0.2j * np.sin(t), 0.1 + 0.02 * np.exp(1j * t), [-0.1 - 0.05j],
                              0.1j - 0.1 * np.linspace(0, 1, 20001)])  # fmt: skip
     z = np.random.default_rng(1).uniform(-0.2, 0.2, (25, 2)) @ (1, 0.6j)
     np.testing.assert_allclose(
-        [room_at(part, each) for each in z], [np.abs(around - each).min() for each in z], atol=2e-9
+        [clearance_at(part, each) for each in z],
+        [np.abs(around - each).min() for each in z],
+        atol=2e-9,
     )
-    assert room_at(part, -0.1 - 0.04j) == pytest.approx(0.01, rel=1e-14)
+    assert clearance_at(part, -0.1 - 0.04j) == pytest.approx(0.01, rel=1e-14)
     for each in (0.1, -0.1):  # off a corner, where it is a distance from an end, and beside an arc
-        assert room_at(figure(polygon(0, 1, 1j)), each * 1j + 0.3) == pytest.approx(0.1, rel=1e-14)
+        assert clearance_at(figure(polygon(0, 1, 1j)), each * 1j + 0.3) == pytest.approx(
+            0.1, rel=1e-14
+        )
 
 
 def test_feet_are_what_is_within_and_ends_twice():
@@ -94,29 +105,36 @@ def test_polished_centres():
     assert _polished(whole, 0.02 + 0.01j) == pytest.approx(0, abs=1e-9)
     holed = figure(polygon(0, 4, 4 + 4j, 4j), punctures=[2 + 2j])
     # As far from two sides and the middle: r = 4 - 2 sqrt(2).
-    assert room_at(holed, _polished(holed, 1.15 + 1.16j)) == pytest.approx(
+    assert clearance_at(holed, _polished(holed, 1.15 + 1.16j)) == pytest.approx(
         4 - 2 * np.sqrt(2), rel=1e-12
     )
 
 
 def test_the_radius_up_to_which_all_is_kept():
-    def kept(allowed, room=1.0, z=0.3 + 0.1j):
-        return _kept_room(SimpleNamespace(allowed=lambda points: allowed(points - z)), z, room)
+    def kept(allowed, clearance=1.0, z=0.3 + 0.1j):
+        return _largest_kept_radius(
+            SimpleNamespace(allowed=lambda points: allowed(points - z)), z, clearance
+        )
 
-    for room in (1.0, 0.2):
-        assert kept(lambda w, room=room: np.abs(w) <= room, room) == room
+    for clearance in (1.0, 0.2):
+        assert kept(lambda w, clearance=clearance: np.abs(w) <= clearance, clearance) == clearance
         for degrees in (0, 10, 90.5, 359.5):
             along = np.exp(1j * np.radians(degrees))
             for part in (0.3, 0.995, 0.002):
                 found = kept(
-                    lambda w, along=along, part=part, room=room: (w / along).real < part * room,
-                    room,
+                    lambda w, along=along, part=part, clearance=clearance: (
+                        (w / along).real < part * clearance
+                    ),
+                    clearance,
                 )
-                assert found == pytest.approx(part * room, rel=1e-9)
+                assert found == pytest.approx(part * clearance, rel=1e-9)
         ring = kept(
-            lambda w, room=room: (np.abs(w) < 0.4 * room) | (np.abs(w) > 0.505 * room), room
+            lambda w, clearance=clearance: (
+                (np.abs(w) < 0.4 * clearance) | (np.abs(w) > 0.505 * clearance)
+            ),
+            clearance,
         )
-        assert ring == pytest.approx(0.4 * room, rel=1e-9)
+        assert ring == pytest.approx(0.4 * clearance, rel=1e-9)
     assert kept(lambda w: np.abs(w) > 1) < 1e-9
 
 
@@ -138,8 +156,8 @@ def path(*heights):
 
 
 def check(own, times, *planes):
-    keep = fb.Keep(half_planes=planes)
-    return broken(ROBOT, own, (-1, -1), keep, np.asarray(times, dtype=float))
+    constraints = fb.Constraints(half_planes=planes)
+    return broken(ROBOT, own, (-1, -1), constraints, np.asarray(times, dtype=float))
 
 
 def test_what_a_path_breaks_first_and_worst():
@@ -202,6 +220,9 @@ def test_two_grazes_and_what_is_out_of_reach():
     )
     assert low[1:] == pytest.approx((0.9, 0.03, 1.0), abs=1e-9)
     # The first pose that there is breaks it already: it begins there.
-    keep, own = fb.Keep(det_A=0.9), lambda t: (np.stack([0 * t, 0.3 - 0.3 * t], axis=-1),)
-    (first,) = broken(ROBOT, own, (-1, -1), keep, times)
+    constraints, own = (
+        fb.Constraints(det_A=0.9),
+        lambda t: (np.stack([0 * t, 0.3 - 0.3 * t], axis=-1),),
+    )
+    (first,) = broken(ROBOT, own, (-1, -1), constraints, times)
     assert first.time == times[np.argmax(0.3 - 0.3 * times < np.sqrt(0.18**2 - 0.059**2))]

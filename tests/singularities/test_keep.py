@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.constraints.boundaries import walls
+from fivebar.constraints.boundaries import boundaries
 from fivebar.constraints.constraints import off_sides
 from fivebar.constraints.link_collisions import apart
 
@@ -37,7 +37,7 @@ def test_segments_against_points_along_them():
 @pytest.mark.parametrize("working", [(1, 1), (1, -1)])
 def test_bars_against_the_bars_of_the_pose(working):
     pose = poses(UNEQUAL, 60, working)
-    rooms = fb.LinkCollisions((0.01, 0.02, 0.03, 0.04), posts=0.005).rooms(pose)
+    clearances = fb.LinkCollisions((0.01, 0.02, 0.03, 0.04), posts=0.005).clearances(pose)
     posts = (
         ("12", "left"),
         ("12", "right"),
@@ -46,17 +46,17 @@ def test_bars_against_the_bars_of_the_pose(working):
         ("11", "right"),
         ("21", "left"),
     )
-    assert set(rooms) == {f"bars {pair}" for pair in ("11 and 21", "11 and 22", "12 and 21")} | {
-        f"bar {bar} and the {side} post" for bar, side in posts
-    }
+    assert set(clearances) == {
+        f"bars {pair}" for pair in ("11 and 21", "11 and 22", "12 and 21")
+    } | {f"bar {bar} and the {side} post" for bar, side in posts}
     t = np.linspace(0, 1, 300)[:, None]
     q1, q2 = pose.q.T
     left = [-0.05 + t * 0.12 * np.exp(1j * q1)], [0.05 + t * 0.08 * np.exp(1j * q2)]
     brute = np.abs(left[0][0][:, None] - left[1][0]).min(axis=(0, 1)) - 0.02
     apart_ = brute > 0
-    np.testing.assert_allclose(rooms["bars 11 and 21"][apart_], brute[apart_], atol=1e-3)
-    assert set(fb.LinkCollisions(0.01, layers=(1, 2, 1, 3)).rooms(pose)) == {"bars 11 and 21"}
-    assert fb.LinkCollisions(0.01, layers=(1, 2, 3, 4)).rooms(pose) == {}
+    np.testing.assert_allclose(clearances["bars 11 and 21"][apart_], brute[apart_], atol=1e-3)
+    assert set(fb.LinkCollisions(0.01, layers=(1, 2, 1, 3)).clearances(pose)) == {"bars 11 and 21"}
+    assert fb.LinkCollisions(0.01, layers=(1, 2, 3, 4)).clearances(pose) == {}
 
 
 @pytest.mark.parametrize("robot", [UNEQUAL, fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.0)])
@@ -71,10 +71,10 @@ def test_rooms_of_bars_against_points_along_them_and_those_of_symbols(robot, lay
     )
     half = {bar: width / 2 for bar, width in zip(layer, widths)}
     batch = poses(robot, 12)
-    every = bars.rooms(batch)
+    every = bars.clearances(batch)
     for k, point in enumerate(batch.xi):
         pose, xi = fb.igm(robot, point, (1, -1)), complex(*point)
-        rooms = {name: room[k] for name, room in every.items()}
+        clearances = {name: clearance[k] for name, clearance in every.items()}
         base = {"1": -robot.d / 2, "2": robot.d / 2}
         lengths = {"1": robot.l11, "2": robot.l21}
         elbow = {leg: base[leg] + lengths[leg] * np.exp(1j * q) for leg, q in zip("12", pose.q)}
@@ -93,12 +93,12 @@ def test_rooms_of_bars_against_points_along_them_and_those_of_symbols(robot, lay
                 if not of_a_base and layer[bar] in np.atleast_1d(post_layers):
                     gap = np.abs(along[bar] - base[leg]).min() - half[bar]
                     expected[f"bar {bar} and the {side} post"] = gap - 0.007
-        assert set(rooms) == set(expected)
-        for name, room in rooms.items():
-            crossing = expected[name] - room > 2e-3 and "post" not in name
-            assert crossing or float(room) == pytest.approx(expected[name], abs=1.5e-3), name
+        assert set(clearances) == set(expected)
+        for name, clearance in clearances.items():
+            crossing = expected[name] - clearance > 2e-3 and "post" not in name
+            assert crossing or float(clearance) == pytest.approx(expected[name], abs=1.5e-3), name
         np.testing.assert_allclose(
-            np.ravel(bars.smooth(pose)), list(rooms.values()), rtol=0, atol=2e-9
+            np.ravel(bars.smooth(pose)), list(clearances.values()), rtol=0, atol=2e-9
         )
 
 
@@ -119,22 +119,22 @@ def test_rooms_one_by_one():
         poses(UNEQUAL),
         np.array([(10, 0), (10, 15), (5, 5), (0, 15), (-5, 5), (-10, 15), (-10, 0)]) / 100,
     )
-    keep = fb.Keep(
-        ((-1, 2.5), (0.5, 4)),
-        [(3, 4, 0.1)],
-        corners,
+    constraints = fb.Constraints(
+        joints=((-1, 2.5), (0.5, 4)),
+        half_planes=[(3, 4, 0.1)],
+        region=corners,
         det_A=0.3,
         sin=0.2,
-        bars=fb.LinkCollisions(0.01),
+        collisions=fb.LinkCollisions(0.01),
     )
-    rooms, turns = keep.rooms(pose), 2 * np.pi * np.arange(-3, 4)[:, None]
+    clearances, turns = constraints.clearances(pose), 2 * np.pi * np.arange(-3, 4)[:, None]
     for name, q, low, high in (("q11", pose.q[:, 0], -1, 2.5), ("q21", pose.q[:, 1], 0.5, 4)):
         expected = np.minimum(q + turns - low, high - q - turns).max(axis=0)
         np.testing.assert_allclose(
-            rooms.pop(f"joint limits of {name}"), expected, rtol=0, atol=1e-14
+            clearances.pop(f"joint limits of {name}"), expected, rtol=0, atol=1e-14
         )
     np.testing.assert_allclose(
-        rooms.pop("0.6 x + 0.8 y >= 0.02 m"), pose.xi @ (0.6, 0.8) - 0.02, rtol=0, atol=1e-15
+        clearances.pop("0.6 x + 0.8 y >= 0.02 m"), pose.xi @ (0.6, 0.8) - 0.02, rtol=0, atol=1e-15
     )
     away = np.array(corners) @ (1, 1j) - (pose.xi @ (1, 1j))[:, None]
     around = np.angle(np.roll(away, -1, axis=1) / away).sum(axis=1)
@@ -142,33 +142,37 @@ def test_rooms_one_by_one():
     signed = np.abs(sides).min(axis=(1, 2)) * np.where(np.abs(around) > 3, 1, -1)
     points = pose.xi.reshape(15, 20, 2) @ (1, 1j)
     np.testing.assert_array_equal(
-        rooms["region"].reshape(15, 20), off_sides(corners @ (1, 1j), points)
+        clearances["region"].reshape(15, 20), off_sides(corners @ (1, 1j), points)
     )
-    np.testing.assert_allclose(rooms.pop("region"), signed, rtol=0, atol=2e-4)
-    np.testing.assert_array_equal(rooms.pop("|det A| >= 0.3"), np.abs(pose.det_A) - 0.3)
+    np.testing.assert_allclose(clearances.pop("region"), signed, rtol=0, atol=2e-4)
+    np.testing.assert_array_equal(clearances.pop("|det A| >= 0.3"), np.abs(pose.det_A) - 0.3)
     np.testing.assert_array_equal(
-        rooms.pop("|sin q_i2| >= 0.2"), np.abs(pose.sines).min(axis=0) - 0.2
+        clearances.pop("|sin q_i2| >= 0.2"), np.abs(pose.sines).min(axis=0) - 0.2
     )
     assert (
-        rooms.keys() == keep.bars.rooms(pose).keys()
-        and fb.Keep().rooms(pose) == {}
-        and fb.Keep().kept(pose).all()
+        clearances.keys() == constraints.collisions.clearances(pose).keys()
+        and fb.Constraints().clearances(pose) == {}
+        and fb.Constraints().satisfied(pose).all()
     )
     np.testing.assert_array_equal(
-        keep.kept(pose), np.min(list(keep.rooms(pose).values()), axis=0) >= 0
+        constraints.satisfied(pose),
+        np.min(list(constraints.clearances(pose).values()), axis=0) >= 0,
     )
 
 
 def test_smooth_rooms_one_by_one():
     pose, length = fb.igm(UNEQUAL, (0.03, 0.12), (1, -1)), 0.07
-    keep = fb.Keep(
-        (None, (0.5, 4)), [(3, 4, 0.1)], [(0, 0), (0, 1), (2, 0)], bars=fb.LinkCollisions(0.01)
+    constraints = fb.Constraints(
+        joints=(None, (0.5, 4)),
+        half_planes=[(3, 4, 0.1)],
+        region=[(0, 0), (0, 1), (2, 0)],
+        collisions=fb.LinkCollisions(0.01),
     )
-    (x, y), bars = pose.xi, list(keep.bars.rooms(pose).values())
+    (x, y), bars = pose.xi, list(constraints.collisions.clearances(pose).values())
     planes = (3 * x + 4 * y - 0.1) / 5, x, (2 - x - 2 * y) / np.sqrt(5), y
     expected = [np.cos(pose.q[1] - 2.25) - np.cos(1.75), *np.array([*planes, *bars]) / length]
     np.testing.assert_allclose(
-        [float(each) for each in keep.smooth(pose, length)], expected, rtol=0, atol=1e-7
+        [float(each) for each in constraints.smooth(pose, length)], expected, rtol=0, atol=1e-7
     )
 
 
@@ -177,60 +181,61 @@ def test_legs_cross_in_the_roomiest_discs_of_aspects_3_and_6():
     crossing = []
     for part in parts:
         centre = fb.igm(ROBOT, fb.largest_disc(part).center, part.working)
-        if min(float(room) for room in bars.rooms(centre).values()) < 0:
+        if min(float(clearance) for clearance in bars.clearances(centre).values()) < 0:
             crossing.append(part.number)
     assert crossing == [3, 6]
     for number in crossing:
-        disc = fb.largest_disc(parts[number - 1], keep=fb.Keep(bars=bars))
+        disc = fb.largest_disc(parts[number - 1], constraints=fb.Constraints(collisions=bars))
         assert 0.03 < disc.radius < fb.largest_disc(parts[number - 1]).radius
 
 
 KEEPS = {
-    "half-plane": fb.Keep(half_planes=[(0, 1, 0.02)]),
-    "joints": fb.Keep(joints=((-1, 2.5), (0.5, 4))),
-    "polygon": fb.Keep(
+    "half-plane": fb.Constraints(half_planes=[(0, 1, 0.02)]),
+    "joints": fb.Constraints(joints=((-1, 2.5), (0.5, 4))),
+    "polygon": fb.Constraints(
         region=[(-0.05, 0.05), (0.08, 0.05), (0.02, 0.09), (0.08, 0.14), (-0.05, 0.14)]
     ),
-    "margins": fb.Keep(det_A=0.3, sin=0.2),
-    "bars": fb.Keep(bars=fb.LinkCollisions(0.01, posts=0.01)),
+    "margins": fb.Constraints(det_A=0.3, sin=0.2),
+    "bars": fb.Constraints(collisions=fb.LinkCollisions(0.01, posts=0.01)),
 }
 
 
 @pytest.mark.parametrize("name", KEEPS)
 def test_discs_keep_it_and_no_point_has_more_room(name):
-    keep, rng = KEEPS[name], np.random.default_rng(3)
+    constraints, rng = KEEPS[name], np.random.default_rng(3)
     for part in (fb.aspect(UNEQUAL, 1), fb.aspect(ROBOT, 4)):
-        disc = fb.largest_disc(part, keep=keep)
+        disc = fb.largest_disc(part, constraints=constraints)
         angle = np.linspace(0, 2 * np.pi, 500)[:, None]
         rim = disc.center + disc.radius * (1 - 1e-5) * np.concatenate(
             [np.cos(angle), np.sin(angle)], axis=1
         )
-        assert part.contains(rim).all() and keep.kept(fb.igm(part.robot, rim, part.working)).all()
+        assert (
+            part.contains(rim).all()
+            and constraints.satisfied(fb.igm(part.robot, rim, part.working)).all()
+        )
         outside = disc.center + 1.01 * (rim - disc.center)
         outside = fb.igm(part.robot, outside, part.working, unreachable="nan")
-        assert not (part.contains(outside.xi) & keep.kept(outside)).all()
+        assert not (part.contains(outside.xi) & constraints.satisfied(outside)).all()
         # No disc of 1.02 times the radius is kept: around any point something on its rim is broken.
         outline = part.polygons[0]
         for center in rng.uniform(outline.min(axis=0), outline.max(axis=0), (150, 2)):
             ring = center + 1.02 * (rim[::5] - disc.center) / (1 - 1e-5)
             if part.contains(ring).all():
-                assert not keep.kept(fb.igm(part.robot, ring, part.working)).all(), center
+                assert not constraints.satisfied(fb.igm(part.robot, ring, part.working)).all(), (
+                    center
+                )
 
 
 def test_bars_touch_all_along_their_walls():
-    keep, number = fb.Keep(bars=fb.LinkCollisions(0.01, posts=0.01)), 0
-    assert (
-        "half_planes" not in repr(keep)
-        and repr(keep.bars) in repr(keep)
-        and "bars may meet" in repr(fb.Keep())
-    )
-    for arc in walls(UNEQUAL, (1, -1), keep):
+    constraints, number = fb.Constraints(collisions=fb.LinkCollisions(0.01, posts=0.01)), 0
+    assert repr(constraints.collisions) in repr(constraints)
+    for arc in boundaries(UNEQUAL, (1, -1), constraints):
         z = arc.at(arc.s[1:-1])
         pose = fb.igm(UNEQUAL, np.stack([z.real, z.imag], axis=-1), (1, -1), unreachable="nan")
-        rooms = np.abs(
-            list(keep.rooms(pose).values())
+        clearances = np.abs(
+            list(constraints.clearances(pose).values())
         )  # those of one leg may be where the other does not reach
-        assert arc.locus.kind == "bars touch" and np.nanmin(rooms, axis=0).max() < 1e-13
+        assert arc.locus.kind == "bars touch" and np.nanmin(clearances, axis=0).max() < 1e-13
         number += len(z)
     assert number > 300
 
@@ -250,22 +255,22 @@ def test_rooms_without_kinks_are_those_with(robot):
         dict(joints=joints), dict(joints=(None, joints[1])), dict(half_planes=[(3, 4, 0.02), (-1, 0.2, -0.1)]),
         dict(region=corners), dict(region=corners[::-1]), dict(joints=joints, half_planes=[(0, 1, 0.05)]),
     ):  # fmt: skip
-        keep = fb.Keep(**given)
-        smooth, kept = np.array(keep.smooth(pose, 0.07)), keep.kept(pose)
+        constraints = fb.Constraints(**given)
+        smooth, kept = np.array(constraints.smooth(pose, 0.07)), constraints.satisfied(pose)
         assert 20 < kept.sum() < len(kept) - 20
         np.testing.assert_array_equal((smooth >= 0).all(axis=0), kept)
         if "joints" not in given or not robot.turns:
-            rooms = np.min(list(keep.rooms(pose).values()), axis=0)
+            clearances = np.min(list(constraints.clearances(pose).values()), axis=0)
             np.testing.assert_allclose(
-                0.07 * smooth.min(axis=0)[kept], rooms[kept], rtol=0, atol=1e-15
+                0.07 * smooth.min(axis=0)[kept], clearances[kept], rtol=0, atol=1e-15
             )
     # One that is not convex has no such rooms.
-    assert fb.Keep(region=[*corners[:2], (0.0, 0.05), *corners[2:]]).smooth(pose, 1.0) == []
+    assert fb.Constraints(region=[*corners[:2], (0.0, 0.05), *corners[2:]]).smooth(pose, 1.0) == []
 
 
 def test_joint_limits_bound_by_exact_arcs():
-    keep, part = fb.Keep(joints=((-1.0, 2.5), None)), fb.aspect(ROBOT, 1)
-    disc = fb.largest_disc(part, keep=keep)
+    constraints, part = fb.Constraints(joints=((-1.0, 2.5), None)), fb.aspect(ROBOT, 1)
+    disc = fb.largest_disc(part, constraints=constraints)
     elbow = np.array([-0.059, 0.0]) + 0.09 * np.array([np.cos(2.5), np.sin(2.5)])
     gaps = [
         fb.locus_distance(ROBOT, disc.center, part.working)[0],
@@ -276,7 +281,9 @@ def test_joint_limits_bound_by_exact_arcs():
 
 def test_check_path_names_what_is_broken_and_when():
     path = fb.circle((0.0, 0.1), 0.03, 2.0)  # y = 0.1 + 0.03 sin(pi t)
-    check = fb.check_path(ROBOT, path, keep=fb.Keep(half_planes=[(0, 1, 0.08)], det_A=0.05))
+    check = fb.check_path(
+        ROBOT, path, constraints=fb.Constraints(half_planes=[(0, 1, 0.08)], det_A=0.05)
+    )
     (only,) = check.broken
     assert only.what == "0 x + 1 y >= 0.08 m" and only.time == pytest.approx(
         1 + np.arcsin(2 / 3) / np.pi, abs=1e-12
@@ -284,21 +291,25 @@ def test_check_path_names_what_is_broken_and_when():
     assert only.by == pytest.approx(0.01, abs=1e-12) and only.worst == pytest.approx(1.5, abs=1e-5)
     assert check.singularity_free and fb.check_path(ROBOT, path).broken == ()
     low = 0.07 + 1e-9  # a graze between samples
-    (graze,) = fb.check_path(ROBOT, path, keep=fb.Keep(half_planes=[(0, 1, low)])).broken
+    (graze,) = fb.check_path(
+        ROBOT, path, constraints=fb.Constraints(half_planes=[(0, 1, low)])
+    ).broken
     assert graze.by == pytest.approx(1e-9, rel=1e-3)
     q = fb.igm(ROBOT, path(np.linspace(0, 2, 20001))[0], (-1, -1)).q[:, 0]
     (joint,) = fb.check_path(
-        ROBOT, path, keep=fb.Keep(joints=((q.min() - 1, q.max() - 0.01), None))
+        ROBOT, path, constraints=fb.Constraints(joints=((q.min() - 1, q.max() - 0.01), None))
     ).broken
     assert joint.what == "joint limits of q11" and joint.by == pytest.approx(0.01, abs=1e-6)
     crossing = fb.line((0.0, -0.05), (0.0, -0.12), 1.0)
     broken = fb.check_path(
-        ROBOT, crossing, (1, -1), keep=fb.Keep(bars=fb.LinkCollisions(0.004))
+        ROBOT, crossing, (1, -1), constraints=fb.Constraints(collisions=fb.LinkCollisions(0.004))
     ).broken
     assert "bars 11 and 21" in {each.what for each in broken}
     biglide = fb.Biglide()
     held = fb.check_path(
-        biglide, fb.line((0.0, 0.2), (0.0, 0.25), 1.0), keep=fb.Keep(joints=((-0.01, 0.02), None))
+        biglide,
+        fb.line((0.0, 0.2), (0.0, 0.25), 1.0),
+        constraints=fb.Constraints(joints=((-0.01, 0.02), None)),
     ).broken
     y = fb.line((0.0, 0.2), (0.0, 0.25), 1.0)(held[0].time)[0][1]
     foot = y - np.sqrt(biglide.l1**2 - (biglide.d / 2) ** 2)
@@ -316,14 +327,14 @@ def test_check_path_names_what_is_broken_and_when():
             dict(joints=((0, 1), (1, 1))),
             r"joints of q21 must be \(low, high\), low < high.* apart, not \(1, 1\)",
         ),
-        (dict(joints=(None, "a")), "Keep: joints of q21"),
+        (dict(joints=(None, "a")), "Constraints: joints of q21"),
         (dict(joints=(None,)), r"two ranges \(low, high\) or None, not \(None,\)"),
         (dict(joints=((0, 7), None)), "at most a full turn"),
         (dict(joints=1.0), "joints must be two ranges"),
         (dict(joints=((0, 1, 2), None)), "joints of q11 must be"),
         (dict(half_planes="a"), r"half_planes must be a list of \(a, b, c\), not 'a'"),
-        (dict(half_planes=["a"]), "Keep: half_planes"),
-        (dict(region=["a"]), "Keep: region"),
+        (dict(half_planes=["a"]), "Constraints: half_planes"),
+        (dict(region=["a"]), "Constraints: region"),
         *(
             (dict(half_planes=p), "half_planes must be")
             for p in ([(0, 0, 1)], [(0, 1)], [0, 1, 1], [[(0, 1, 1)]])
@@ -338,29 +349,40 @@ def test_check_path_names_what_is_broken_and_when():
             dict(region=[(0, 0), (4, 0), (4, 4), (0, 4), (1, -1)]),
             "sides 1 and 4 of the region meet",
         ),
-        (dict(det_A=2), "Keep: det_A must be"),
-        (dict(sin=-0.1), "Keep: sin must be"),
-        (dict(bars=0.01), "bars must be Bars, not 0.01"),
+        (dict(det_A=2), "Constraints: det_A must be"),
+        (dict(sin=-0.1), "Constraints: sin must be"),
+        (dict(collisions=0.01), "collisions must be LinkCollisions, not 0.01"),
+        (dict(torque=0.0), "Constraints: torque must be finite and from 1e-09"),
+        (dict(torque=(1, 2, 3)), "torque must be one number or one per joint"),
+        (dict(joint_speed=-1), "joint_speed must be"),
+        (dict(acceleration=(1, 1)), "acceleration must be a number"),
+        (dict(clearance=-0.1), "clearance must be"),
     ],
 )
 def test_what_cannot_be_kept(given, words):
     with pytest.raises((ValueError, TypeError), match=words):
-        fb.Keep(**given)
+        fb.Constraints(**given)
 
 
 def test_what_is_kept_is_told_in_one_way():
-    keep = fb.Keep(
-        [[0, 2 * np.pi], None], np.array([(3, 4, 0.1)]), np.array([(0, 0), (1, 0), (0, 1)]), 1, 0.5
+    constraints = fb.Constraints(
+        joints=[[0, 2 * np.pi], None],
+        half_planes=np.array([(3, 4, 0.1)]),
+        region=np.array([(0, 0), (1, 0), (0, 1)]),
+        det_A=1,
+        sin=0.5,
     )
-    assert (keep.joints, keep.region) == (
+    assert (constraints.joints, constraints.region) == (
         ((0.0, 2 * np.pi), None),
         ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)),
     )
-    assert keep.half_planes == (pytest.approx((0.6, 0.8, 0.02), abs=1e-15),) and (
-        keep.det_A,
-        keep.sin,
+    assert constraints.half_planes == (pytest.approx((0.6, 0.8, 0.02), abs=1e-15),) and (
+        constraints.det_A,
+        constraints.sin,
     ) == (1.0, 0.5)
-    assert fb.Keep(half_planes=[]).half_planes == () and fb.Keep(((0, 0.5), None)).joints == (
+    assert fb.Constraints(half_planes=[]).half_planes == () and fb.Constraints(
+        joints=((0, 0.5), None)
+    ).joints == (
         (0.0, 0.5),
         None,
     )
@@ -397,6 +419,6 @@ def test_bars_that_are_none():
         with pytest.raises(ValueError, match=words):
             fb.LinkCollisions(**given)
     with pytest.raises(TypeError, match="robot of bars must be a FiveBar, not Biglide"):
-        fb.LinkCollisions().rooms(fb.igm(fb.Biglide(), (0.0, 0.3)))
+        fb.LinkCollisions().clearances(fb.igm(fb.Biglide(), (0.0, 0.3)))
     with pytest.raises(ValueError, match="nothing of it is kept"):
-        fb.largest_disc(fb.aspect(ROBOT, 1), keep=fb.Keep(half_planes=[(0, 1, 1)]))
+        fb.largest_disc(fb.aspect(ROBOT, 1), constraints=fb.Constraints(half_planes=[(0, 1, 1)]))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.constraints.boundaries import _polyline, _put, facing, kept_at, walls
+from fivebar.constraints.boundaries import _polyline, _put, boundaries, facing, satisfied_at
 from fivebar.constraints.constraints import off_sides
-from fivebar.constraints.disc import walled
+from fivebar.constraints.disc import bounded_by
 from fivebar.singularities.leg_circles import size_of
 from tests.helpers.curves import polygon
 
@@ -80,7 +80,7 @@ def test_points_are_put_where_the_room_is_0():
 @pytest.mark.parametrize("working", MODES)
 def test_the_limits_of_joints_are_met_along_their_walls(working):
     joints = ((-1.0, 2.5), (0.5, 4.0))
-    found = walls(UNEQUAL, working, fb.Keep(joints=joints))
+    found = boundaries(UNEQUAL, working, fb.Constraints(joints=joints))
     assert len(found) == 4
     for arc, limit, leg in zip(found, (-1.0, 2.5, 0.5, 4.0), (0, 0, 1, 1)):
         xi = arc.locus.at(arc.start + np.linspace(0.01, 0.99, 50) * (arc.end - arc.start))
@@ -93,24 +93,31 @@ def test_the_limits_of_joints_are_met_along_their_walls(working):
         np.testing.assert_allclose(
             sorted(np.abs(arc.z[[0, -1]] - base)), (abs(l1 - l2), l1 + l2), rtol=1e-12
         )
-    assert len(walls(UNEQUAL, working, fb.Keep(joints=(None, (0.5, 4.0))))) == 2
+    assert len(boundaries(UNEQUAL, working, fb.Constraints(joints=(None, (0.5, 4.0))))) == 2
 
 
 def test_lines_cross_all_that_is_reached():
     reach = 0.22 + UNEQUAL.d / 2  # of the left leg, from the origin
     planes = [(np.cos(t), np.sin(t), c) for t in (0.3, 2.0, 4.0) for c in (0.0, 0.1)]
     for arc, (a, b, c) in zip(
-        walls(UNEQUAL, (1, 1), fb.Keep(half_planes=planes)), planes, strict=True
+        boundaries(UNEQUAL, (1, 1), fb.Constraints(half_planes=planes)), planes, strict=True
     ):
         np.testing.assert_allclose(arc.z.real * a + arc.z.imag * b, c, rtol=0, atol=1e-15)
         np.testing.assert_allclose(arc.tangent(arc.s), arc.z[-1] - arc.z[0], rtol=1e-12)
         along = arc.z.imag * a - arc.z.real * b
         assert min(along[0], along[-1]) < -reach and max(along[0], along[-1]) > reach
-    far = fb.Keep(half_planes=[(1, 0, -1e9)])
-    assert walls(UNEQUAL, (1, 1), far) == []
-    assert len(walls(UNEQUAL, (1, 1), fb.Keep(half_planes=[(1, 0, 1.9 * size_of(UNEQUAL))]))) == 1
+    far = fb.Constraints(half_planes=[(1, 0, -1e9)])
+    assert boundaries(UNEQUAL, (1, 1), far) == []
+    assert (
+        len(
+            boundaries(
+                UNEQUAL, (1, 1), fb.Constraints(half_planes=[(1, 0, 1.9 * size_of(UNEQUAL))])
+            )
+        )
+        == 1
+    )
     corners = [(-0.05, 0.05), (0.08, 0.05), (0.02, 0.09)]
-    sides = walls(UNEQUAL, (1, 1), fb.Keep(region=corners))
+    sides = boundaries(UNEQUAL, (1, 1), fb.Constraints(region=corners))
     np.testing.assert_allclose(
         [side.z[0] for side in sides], np.array(corners) @ (1, 1j), rtol=1e-15
     )
@@ -120,9 +127,13 @@ def test_lines_cross_all_that_is_reached():
 
 
 def test_margins_end_along_walls_where_they_are_met():
-    for keep in (fb.Keep(det_A=0.3), fb.Keep(sin=0.2), fb.Keep(det_A=0.3, sin=0.2)):
+    for constraints in (
+        fb.Constraints(det_A=0.3),
+        fb.Constraints(sin=0.2),
+        fb.Constraints(det_A=0.3, sin=0.2),
+    ):
         met = set()
-        for arc in walls(UNEQUAL, (1, -1), keep):
+        for arc in boundaries(UNEQUAL, (1, -1), constraints):
             xi = arc.locus.at(arc.start + np.linspace(0.1, 0.9, 9) * (arc.end - arc.start))
             pose = fb.igm(UNEQUAL, xi, (1, -1), unreachable="nan")
             rest = np.abs([np.abs(pose.det_A) - 0.3, *(np.abs(sine) - 0.2 for sine in pose.sines)])
@@ -130,9 +141,9 @@ def test_margins_end_along_walls_where_they_are_met():
             if rest.size:
                 assert rest.min(axis=0).max() < 1e-9
                 met |= set(rest.argmin(axis=0).tolist())
-        assert met == ({0} if keep.det_A else set()) | ({1, 2} if keep.sin else set())
+        assert met == ({0} if constraints.det_A else set()) | ({1, 2} if constraints.sin else set())
     # A biglide's guides have no walls of sines; nothing kept has none.
-    assert walls(UNEQUAL, (1, -1), fb.Keep()) == []
+    assert boundaries(UNEQUAL, (1, -1), fb.Constraints()) == []
 
 
 @pytest.mark.parametrize(
@@ -140,12 +151,17 @@ def test_margins_end_along_walls_where_they_are_met():
 )
 def test_bars_begin_to_touch_at_their_walls_and_nowhere_else(robot, working, monkeypatch):
     monkeypatch.setattr("fivebar.constraints.boundaries.GRID", 121)
-    keep, reach = fb.Keep(bars=fb.LinkCollisions(0.01, posts=0.01)), robot.l11 + robot.l12
-    found = walls(robot, working, keep)
+    constraints, reach = (
+        fb.Constraints(collisions=fb.LinkCollisions(0.01, posts=0.01)),
+        robot.l11 + robot.l12,
+    )
+    found = boundaries(robot, working, constraints)
     for arc in found:
         pose = fb.igm(robot, arc.locus.points, working, unreachable="nan")
-        rooms = np.abs(np.nan_to_num(list(keep.bars.rooms(pose).values()), nan=1.0))
-        assert rooms.min(axis=0).max() < 1e-12 and len(arc.z) > 2
+        clearances = np.abs(
+            np.nan_to_num(list(constraints.collisions.clearances(pose).values()), nan=1.0)
+        )
+        assert clearances.min(axis=0).max() < 1e-12 and len(arc.z) > 2
     # Along random lines, wherever a room changes its sign a wall is next to it.
     start, end = np.random.default_rng(1).uniform(-reach, reach, (2, 80, 2)) @ (1, 1j)
     z = start[:, None] + np.linspace(0, 1, 1000) * (end - start)[:, None]
@@ -153,7 +169,7 @@ def test_bars_begin_to_touch_at_their_walls_and_nowhere_else(robot, working, mon
     bent = np.min(np.abs(pose.sines), axis=0) > 0.3  # there walls are traced to the end of a cell
     points = np.concatenate([arc.z for arc in found])
     step, count = np.concatenate([np.abs(np.diff(arc.z)) for arc in found]).max(), 0
-    for values in keep.bars.rooms(pose).values():
+    for values in constraints.collisions.clearances(pose).values():
         row, k = np.nonzero((values[:, :-1] * values[:, 1:] < 0) & (np.abs(np.diff(values)) < 2e-3))
         at = z[row, k][bent[row, k]]
         count += len(at)
@@ -172,13 +188,13 @@ def test_bars_begin_to_touch_at_their_walls_and_nowhere_else(robot, working, mon
 
 def test_an_aspect_with_walls_is_what_is_kept_of_it():
     part, corners = fb.aspect(ROBOT, 1), [(-0.05, 0.05), (0.08, 0.05), (0.02, 0.09)]
-    assert walled(part, None) is part
-    own = walled(part, fb.Keep(region=corners))
+    assert bounded_by(part, None) is part
+    own = bounded_by(part, fb.Constraints(region=corners))
     assert (own.area, own.boundary, len(own.walls)) == (part.area, part.boundary, 3)
     z = np.random.default_rng(1).uniform(-0.1, 0.15, (200, 2)) @ (1, 1j)
     expected = off_sides(np.array(corners) @ (1, 1j), z) >= 0
     np.testing.assert_array_equal(own.allowed(z)[part.contains(np.stack([z.real, z.imag], -1))],
                                   expected[part.contains(np.stack([z.real, z.imag], -1))])  # fmt: skip
-    assert kept_at(ROBOT, part.working, fb.Keep(region=corners))(
+    assert satisfied_at(ROBOT, part.working, fb.Constraints(region=corners))(
         np.array(0.02 + 0.06j)
     ).tolist() == [True]

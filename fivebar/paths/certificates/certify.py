@@ -22,10 +22,11 @@ except ImportError:
         "to certify a path takes python-flint and mpmath: pip install python-flint mpmath"
     ) from None
 
-from ...base.checks import instance, modes, not_negative, number
+from ...base.checks import instance, modes, not_negative, optional
 from ...base.progress import progress
 from ...base.representation import one_line
 from ...base.tables import TextFile, written
+from ...constraints.constraints import MARGINS, Constraints, refuse_others
 from ...models.geometry import igm
 from ...models.robots import FiveBar
 from ..curve import Path
@@ -112,24 +113,49 @@ def certify(
     robot: FiveBar,
     path: Path,
     tolerances: float | Mapping[str, float] = 0.0,
-    margin: float = 0.0,
+    constraints: Constraints | None = None,
     working: ArrayLike = (-1, -1),
 ) -> Certificate:
-    """Prove that every robot within the tolerances reaches the whole path in one working and one
-    assembly mode, with
-    |sin q12|, |sin q22| and |det A| at least `margin` (above 0 where that is 0): Certificate.
+    """Return a proof that every robot within the tolerances reaches a whole path in one mode.
 
-    path: `fb.path(...)`, a curve of lines, arcs and polynomials, taken exactly as its numbers say;
-    tolerances: m, of all five lengths, or {name: m}; margin: from 0 to 1; working: (2,), +1 or -1.
-    Each piece is parted until interval arithmetic (FLINT's balls) encloses the three sines on every
-    part, for all its points and all robots, by the mean value theorem. Where that fails, a robot
-    and a point that break the claim are
-    looked for: `Unproved.false`, else it is not proved. ValueError for tolerances that leave
-        nothing of a length.
+    Each piece is divided until interval arithmetic (FLINT's balls) encloses the three sines on every
+    part, for all its points and all robots, by the mean value theorem. Where that fails, a robot and
+    a point that violate the claim are searched.
+
+    Parameters
+    ----------
+    robot : FiveBar
+    path : Path
+        Lines, arcs and polynomials, exactly as their numbers say.
+    tolerances : float or {name: float}
+        Tolerance, m, of all five lengths or of those named.
+    constraints : Constraints, optional
+        det_A and sin, which must be equal: least |det A|, |sin q12| and |sin q22|. By default they
+        are proved to be above 0.
+    working : (2,)
+        Working modes.
+
+    Returns
+    -------
+    Certificate
+        `proved`; or `unproved`, with the robot and the point where the claim is false, or with
+        the part on which nothing was proved.
+
+    Raises
+    ------
+    ValueError
+        The tolerances leave nothing of a length, or a constraint is not one of these two.
     """
     robot = instance(FiveBar)(robot, "certify: robot")
     path = instance(Path)(path, "certify: path")
-    margin = number(margin, "certify: margin", 0.0, 1.0)
+    constraints = optional(instance(Constraints))(constraints, "certify: constraints")
+    refuse_others(constraints, "certify", MARGINS)
+    margin = 0.0 if constraints is None else constraints.sin
+    if constraints is not None and constraints.det_A != margin:
+        raise ValueError(
+            f"certify: det_A = {constraints.det_A:g} and sin = {margin:g} must be equal: one margin"
+            " is proved for all three sines"
+        )
     working = modes(2)(working, "certify: working")
     claim = {
         "robot": {name: float(getattr(robot, name)) for name in LENGTHS},

@@ -19,7 +19,7 @@ GRID = 64  # nodes a side, at which the distance from it is known before the sea
 TIGHT = 1e-9  # of the path's length: to so much the room is known
 
 
-class Room:
+class Clearance:
     """Signed distance from the boundary of an aspect and from the walls in it: rough from chords,
     and exact.
     """
@@ -30,15 +30,15 @@ class Room:
         loops = [
             np.concatenate([arc.dense(self.spacing) for arc in loop]) for loop in part.boundary
         ]
-        walls = [
+        boundaries = [
             np.append(wall.dense(self.spacing), wall.z[-1]) for wall in getattr(part, "walls", ())
         ]
-        self.border = np.concatenate([*loops, *walls, self.points])
+        self.border = np.concatenate([*loops, *boundaries, self.points])
         self.before, self.after = (
             np.concatenate(
                 [
                     *(np.roll(z, -way) for z in loops),
-                    *(z[np.clip(np.arange(len(z)) + way, 0, len(z) - 1)] for z in walls),
+                    *(z[np.clip(np.arange(len(z)) + way, 0, len(z) - 1)] for z in boundaries),
                     self.points,
                 ]
             )
@@ -141,16 +141,16 @@ class Room:
             )
         steep = np.array([_steepest(piece) for piece in path.pieces])
         # Samples of the border are nowhere farther apart than `spacing`.
-        room = self.tree.query(np.stack([z.real, z.imag], axis=-1))[0] - 0.51 * self.spacing
+        clearance = self.tree.query(np.stack([z.real, z.imag], axis=-1))[0] - 0.51 * self.spacing
         sure = np.zeros(len(s), dtype=bool)
         best, at = most, None
         for _ in range(60):
-            ask = np.flatnonzero(~sure & (room < best))
-            ask = ask[np.argsort(room[ask])[:8]] if best == np.inf else ask
-            room[ask], sure[ask] = self.exact(z[ask]), True
-            k = int(np.where(sure, room, np.inf).argmin())
-            if sure[k] and room[k] < best:
-                best, at = float(room[k]), complex(z[k])
+            ask = np.flatnonzero(~sure & (clearance < best))
+            ask = ask[np.argsort(clearance[ask])[:8]] if best == np.inf else ask
+            clearance[ask], sure[ask] = self.exact(z[ask]), True
+            k = int(np.where(sure, clearance, np.inf).argmin())
+            if sure[k] and clearance[k] < best:
+                best, at = float(clearance[k]), complex(z[k])
             if best <= least:
                 break
             k = np.clip(
@@ -158,30 +158,30 @@ class Room:
                 0,
                 len(steep) - 1,
             )
-            h, a, b = np.diff(s), np.maximum(room[:-1], 0), np.maximum(room[1:], 0)
+            h, a, b = np.diff(s), np.maximum(clearance[:-1], 0), np.maximum(clearance[1:], 0)
             c = (
                 steep[k, 0] ** 2
                 + (np.maximum(a, b) + self.spacing + 2 * h * steep[k, 0]) * steep[k, 1]
             )
             floor = np.minimum(a, b) ** 2 - c * h**2 / 4
             open_ = np.flatnonzero(np.sqrt(np.maximum(floor, 0)) < best - TIGHT * path.length)
-            if not len(open_) and not (~sure & (room < best)).any():
+            if not len(open_) and not (~sure & (clearance < best)).any():
                 break
             more = (s[open_] + s[open_ + 1]) / 2
             new = path(more)[0] @ (1, 1j)
             rough = (
                 self.tree.query(np.stack([new.real, new.imag], axis=-1))[0] - 0.51 * self.spacing
             )
-            s, z, room = (
+            s, z, clearance = (
                 np.concatenate([s, more]),
                 np.concatenate([z, new]),
-                np.concatenate([room, rough]),
+                np.concatenate([clearance, rough]),
             )
             order = np.argsort(s)
-            s, z, room, sure = (
+            s, z, clearance, sure = (
                 s[order],
                 z[order],
-                room[order],
+                clearance[order],
                 np.append(sure, np.zeros(len(more), dtype=bool))[order],
             )
         return best, at

@@ -10,6 +10,7 @@ from operator import itemgetter
 
 import numpy as np
 
+from ...constraints.constraints import Constraints
 from ...constraints.link_collisions import apart
 from ...constraints.rectangle import Rectangle, largest_rectangle
 from ...models.geometry import igm
@@ -87,12 +88,12 @@ def fitted_in(
         if found and part.area <= max(found, key=itemgetter(0))[0] ** 2 * size.prod():
             continue
         try:
-            rectangle = largest_rectangle(part, margin)
+            rectangle = largest_rectangle(part, Constraints(clearance=margin))
         except ValueError as error:
             refused = str(error)
             continue
-        room = np.array([rectangle.x_max - rectangle.x_min, rectangle.y_max - rectangle.y_min])
-        found.append((float((room / size).min()), part, rectangle))
+        clearance = np.array([rectangle.x_max - rectangle.x_min, rectangle.y_max - rectangle.y_min])
+        found.append((float((clearance / size).min()), part, rectangle))
         if scale is not None and found[-1][0] >= scale:
             break
     if not found:

@@ -7,17 +7,21 @@ is nowhere nearer to a boundary than its room is inside all along.
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.checks import flag, instance, modes, not_negative, number, optional, shown, takes
+from ...base.checks import flag, instance, modes, number, optional, takes
 from ...base.representation import one_line
-from ...constraints.constraints import Keep
-from ...constraints.disc import walled
+from ...constraints.constraints import (
+    OF_END_EFFECTOR,
+    ON_POSES,
+    PER_JOINT,
+    Constraints,
+    refuse_others,
+)
+from ...constraints.disc import bounded_by
 from ...models.robots import Biglide, FiveBar
 from ...singularities.aspects import Aspect
 from ...singularities.dexterous import dexterous
@@ -25,7 +29,7 @@ from ..curve import Path
 from ..placement import Placement
 from ..strokes import cut
 from ..timing.time_path import time_path
-from .clearance import Room
+from .clearance import Clearance
 from .search import Search
 
 FASTEST = 3  # placements that are timed
@@ -46,7 +50,7 @@ class Placed:
     path: Path = field(repr=False)
     placement: Placement
     aspect: Aspect
-    room: float
+    clearance: float
     nearest: np.ndarray
     largest: float | None = None
     strokes: tuple[tuple[Path, Aspect], ...] = ()
@@ -67,16 +71,20 @@ class Placed:
         name = "region" if getattr(self.aspect, "det_A", 0) else "aspect"
         where = f"{name}{'s' * (len(parts) > 1)} {', '.join(str(part.number) for part in parts)}"
         return one_line(
-            "Placed", repr(self.placement), modes, where, f"{self.room:.6g} m from its boundary"
+            "Placed",
+            repr(self.placement),
+            modes,
+            where,
+            f"{self.clearance:.6g} m from its boundary",
         )
 
 
 @takes(
     robot=instance(FiveBar, Biglide),
     path=instance(Path),
-    keep=optional(instance(Keep)),
-    margin=not_negative,
+    constraints=optional(instance(Constraints)),
     working=optional(modes(2)),
+    fastest=flag,
     strokes=flag,
 )
 def place(
@@ -86,29 +94,59 @@ def place(
     working: ArrayLike | None = None,
     turn: float | None = None,
     scale: float | None = 1.0,
-    margin: float = 0.0,
-    keep: Keep | None = None,
-    fastest: Mapping | None = None,
+    constraints: Constraints | None = None,
+    fastest: bool = False,
     strokes: bool = False,
 ) -> Placed:
-    """Put a path where it can be followed with the largest room to singularities and to what must
-    be kept: Placed.
+    """Return a path placed with the largest clearance from singularities and other constraints.
 
-    working: the modes to use, None: those that give most room. turn: rad, None: free. scale: None:
-    as large as it fits with the margin. margin: m, least room of the whole path. keep: what else
-    must be kept; its least det A and sine take dexterous regions in the place of aspects.
-    fastest: limits as `time_path` takes them, {"torque_limit": ...}; of the roomiest place in each
-    aspect, of at most FASTEST of them, the one in which the path takes least time.
-    strokes: whether each stroke may have an aspect of its own, where no one aspect holds all of
-    them: a sequence of modes with few changes, in Placed.strokes. The ways with the pen up are then
-    no part of what is placed; from the end of a stroke to the next in other modes `plan` finds one,
-    from `igm` of the end in the modes that it has to `igm` of the start in those of the next,
-    through the singularities between. A stroke stays in one aspect. What passes Type 2 with the pen
-    down has no room there: put it by hand, `time_path` says whether it can pass.
-    Its room is exact, to 1e-9 of its length: distances from the exact boundaries. That no placement
-    has more room is the result of a search from a grid of shifts and turns, not a proof.
-    ValueError where it does not fit, with the largest scale that does.
+    The clearance is exact, to 1e-9 of its length: a distance from exact boundaries. That no other
+    placement has a larger one is the result of a search from a grid of shifts and turns, not a
+    proof.
+
+    Parameters
+    ----------
+    robot : FiveBar
+    path : Path
+        A path that passes Type 2 with the pen down has no clearance there: place it by hand.
+    working : (2,), optional
+        Working modes; by default those of the largest clearance.
+    turn : float, optional
+        Angle, rad; free by default.
+    scale : float, optional
+        None: as large as it fits with the clearance of the constraints.
+    constraints : Constraints, optional
+        Constraints on poses, and the least clearance, m, of the whole path. det_A and sin replace
+        aspects by dexterous regions. Limits on torques and rates count with `fastest`.
+    fastest : bool
+        Of the placements of largest clearance in at most 3 aspects, return the one in which
+        `time_path` with these constraints takes the least time.
+    strokes : bool
+        Each stroke may lie in an aspect of its own, if no aspect holds all of them; `Placed.strokes`
+        lists them. The ways with the pen up are then not placed: `plan` finds one from the end of a
+        stroke to the start of the next.
+
+    Returns
+    -------
+    Placed
+
+    Raises
+    ------
+    ValueError
+        The path does not fit; the message has the largest scale that does.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> path = fb.path([(0, 0), (0.03, 0), (0.03, 0.02), (0, 0)])
+    >>> placed = fb.place(fb.FiveBar(), path, turn=0.0)
+    >>> placed.clearance > 0.05
+    True
     """
+    rates = (*PER_JOINT, *OF_END_EFFECTOR) if fastest else ()
+    refuse_others(constraints, "place", (*ON_POSES, "clearance", *rates))
+    constraints = Constraints() if constraints is None else constraints
+    margin = constraints.clearance
     if not robot.turns:
         raise ValueError(
             "place: a biglide's aspects are strips without ends: place a path by hand between its"
@@ -116,49 +154,42 @@ def place(
         )
     turn = None if turn is None else number(turn, "turn", -1e6, 1e6)
     scale = None if scale is None else number(scale, "scale", 1e-9, 1e9)
-    if not (fastest is None or isinstance(fastest, Mapping)):
-        raise TypeError(
-            f"fastest must be a mapping of limits, as time_path takes them, not {shown(fastest)}"
-        )
-    known = [
-        name
-        for name in inspect.signature(time_path).parameters
-        if name not in ("robot", "path", "working")
-    ]
-    if unknown := [name for name in fastest or () if name not in known]:
-        raise ValueError(
-            f"fastest: time_path has no limit {shown(unknown[0])}; it takes {', '.join(known)}"
-        )
-    det_A, sin = (keep.det_A, keep.sin) if keep else (0.0, 0.0)
-    regions = [part for part in dexterous(robot, det_A, sin) if working in (None, part.working)]
-    rooms = [each for part in regions if (each := Room(walled(part, _rest(keep)))).most > margin]
-    if not rooms:
+    regions = dexterous(robot, constraints.det_A, constraints.sin)
+    bounds = replace(constraints, det_A=0.0, sin=0.0)  # the borders of the regions keep these
+    clearances = []
+    for part in regions:
+        if working in (None, part.working):
+            clearance = Clearance(bounded_by(part, bounds))
+            clearances += [clearance] if clearance.most > margin else []
+    if not clearances:
         raise ValueError(
             f"place: nothing of the workspace{' in these modes' * (working is not None)} keeps the"
-            " margin"
+            " clearance"
         )
-    search = Search(cut(path) if strokes else [path], rooms, turn, margin)
+    search = Search(cut(path) if strokes else [path], clearances, turn, margin)
     best, largest = None, None
     if scale:
         fits = search.fits(scale, FASTEST if fastest else 1)
-        best = (
-            _fastest(robot, search, fits, fastest) if fits and fastest else next(iter(fits), None)
-        )
+        if fits and fastest:
+            limits = {name: getattr(constraints, name) for name in rates}
+            best = _fastest(robot, search, fits, Constraints(**limits))
+        else:
+            best = next(iter(fits), None)
     if best is None:
         best = search.largest()
         largest = best.scale
         if scale:
             raise ValueError(
-                f"place: the path does not fit at scale {scale:g} with a margin of {margin:g} m;"
+                f"place: the path does not fit at scale {scale:g} with a clearance of {margin:g} m;"
                 f" the largest scale found to fit is {largest:.6g}{_hint(path, strokes)}"
             )
     best = search.settled(best)
-    parts = [rooms[k].part for k in best.which]
+    parts = [clearances[k].part for k in best.which]
     placement = best.placement(search.middle)
-    room, at = search.exactly(best)
+    clearance, at = search.exactly(best)
     own = tuple((placement(each), part) for each, part in zip(search.paths, parts))
     return Placed(
-        placement(path), placement, parts[0], room, np.array([at.real, at.imag]), largest, own
+        placement(path), placement, parts[0], clearance, np.array([at.real, at.imag]), largest, own
     )
 
 
@@ -171,22 +202,14 @@ def _hint(path, strokes):
 
 
 def _fastest(robot, search, fits, limits):
-    """Of placements, the best of each aspect, the one that takes least time with the pen down."""
+    """Return the placement of least time with the pen down, among the best of each aspect."""
 
-    def duration(found):
-        placement = found.placement(search.middle)
-        return sum(
-            time_path(
-                robot, placement(path), working=search.rooms[k].part.working, **limits
-            ).duration
-            for path, k in zip(search.paths, found.which)
-        )
+    def duration(fit):
+        placement = fit.placement(search.middle)
+        total = 0.0
+        for path, k in zip(search.paths, fit.which):
+            working = search.clearances[k].part.working
+            total += time_path(robot, placement(path), constraints=limits, working=working).duration
+        return total
 
     return min(fits, key=duration)
-
-
-def _rest(keep):
-    """What is left to keep in dexterous regions."""
-    return (
-        None if keep is None else Keep(keep.joints, keep.half_planes, keep.region, bars=keep.bars)
-    )

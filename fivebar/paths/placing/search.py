@@ -13,7 +13,7 @@ from scipy.optimize import linprog
 from ...base.progress import progress
 from ..curve import Path
 from ..placement import Placement
-from .clearance import SAMPLES, TIGHT, Room
+from .clearance import SAMPLES, TIGHT, Clearance
 
 SHIFTS, FEW = (
     36,
@@ -45,7 +45,7 @@ class Found(NamedTuple):
     turn and scale.
     """
 
-    room: float
+    clearance: float
     which: tuple[int, ...]
     shift: complex
     turn: float
@@ -65,9 +65,9 @@ class Search:
     """
 
     def __init__(
-        self, paths: list[Path], rooms: list[Room], turn: float | None, margin: float
+        self, paths: list[Path], clearances: list[Clearance], turn: float | None, margin: float
     ) -> None:
-        self.paths, self.rooms, self.turn, self.margin = paths, rooms, turn, margin
+        self.paths, self.clearances, self.turn, self.margin = paths, clearances, turn, margin
         samples = [_samples(path, max(SAMPLES // len(paths), 12)) for path in paths]
         z = np.concatenate(samples)
         self.owner = np.repeat(np.arange(len(paths)), [len(each) for each in samples])
@@ -80,7 +80,10 @@ class Search:
             np.cumsum([0, *(len(each) for each in few[:-1])]),
         )
         self.turns = [turn] if turn is not None else [2 * math.pi * k / TURNS for k in range(TURNS)]
-        low, high = (np.array([getattr(room, end) for room in rooms]) for end in ("low", "high"))
+        low, high = (
+            np.array([getattr(clearance, end) for clearance in clearances])
+            for end in ("low", "high")
+        )
         x = np.linspace(low.real.min(), high.real.max(), SHIFTS)
         y = np.linspace(low.imag.min(), high.imag.max(), SHIFTS)
         self.centres = (x[:, None] + 1j * y).ravel()
@@ -93,28 +96,28 @@ class Search:
         for turn in self.turns:
             z = self.centres[:, None] + scale * np.exp(1j * turn) * self.few
             if mixed:
-                rooms = np.array(
+                clearances = np.array(
                     [
-                        np.minimum.reduceat(room.on_grid(z), self.first, axis=1)
-                        for room in self.rooms
+                        np.minimum.reduceat(clearance.on_grid(z), self.first, axis=1)
+                        for clearance in self.clearances
                     ]
                 )
-                room = rooms.max(axis=0).min(axis=1)
+                clearance = clearances.max(axis=0).min(axis=1)
                 best = [
-                    (float(room[at]), rooms[:, at].argmax(axis=0).tolist(), at)
-                    for at in np.argsort(-room)[:3]
+                    (float(clearance[at]), clearances[:, at].argmax(axis=0).tolist(), at)
+                    for at in np.argsort(-clearance)[:3]
                 ]
             else:
-                rooms = [room.on_grid(z).min(axis=1) for room in self.rooms]
+                clearances = [clearance.on_grid(z).min(axis=1) for clearance in self.clearances]
                 best = [
-                    (float(room.max()), [k] * len(self.paths), room.argmax())
-                    for k, room in enumerate(rooms)
+                    (float(clearance.max()), [k] * len(self.paths), clearance.argmax())
+                    for k, clearance in enumerate(clearances)
                 ]
             found += [
-                Found(room, tuple(which), complex(self.centres[at]), turn, scale)
-                for room, which, at in best
+                Found(clearance, tuple(which), complex(self.centres[at]), turn, scale)
+                for clearance, which, at in best
             ]
-        return sorted(found, key=lambda each: -each.room)
+        return sorted(found, key=lambda each: -each.clearance)
 
     def fits(self, scale: float, count: int = 1) -> list[Found]:
         """Placements that keep the margin, with most room first: so many, each in rooms of its own;
@@ -136,11 +139,11 @@ class Search:
             for each in chosen:
                 found.append(self.improved(each))
                 bar.update()
-            found.sort(key=lambda each: -each.room)
+            found.sort(key=lambda each: -each.clearance)
             found[0] = self.improved(found[0])
             bar.update()
         own, kept = {each.which: each for each in reversed(found)}, []
-        for each in sorted(own.values(), key=lambda each: -each.room):
+        for each in sorted(own.values(), key=lambda each: -each.clearance):
             if len(kept) < count and self.keeps(each):
                 kept.append(each)
         return kept
@@ -152,25 +155,27 @@ class Search:
         rough = np.minimum.reduceat(
             self.rough(found.which, z)[0], np.searchsorted(self.owner, range(len(self.paths)))
         )
-        room, at = np.inf, None
+        clearance, at = np.inf, None
         for k in np.argsort(rough):
-            own, where = self.rooms[found.which[k]].along(placement(self.paths[k]), least, room)
-            room, at = min((room, at), (own, where), key=lambda each: each[0])
-            if room <= least:
+            own, where = self.clearances[found.which[k]].along(
+                placement(self.paths[k]), least, clearance
+            )
+            clearance, at = min((clearance, at), (own, where), key=lambda each: each[0])
+            if clearance <= least:
                 break
-        return room, at
+        return clearance, at
 
     def settled(self, found: Found) -> Found:
         """With as few changes of rooms from path to path as its room allows."""
-        room, _ = self.exactly(found)
+        clearance, _ = self.exactly(found)
         placement = found.placement(self.middle)
         which, runs = list(found.which), []
         for n, path in enumerate(self.paths if len(set(which)) > 1 else ()):
             placed = placement(path)
             own = {
                 k
-                for k, each in enumerate(self.rooms)
-                if k == which[n] or each.along(placed, room, room)[0] >= room
+                for k, each in enumerate(self.clearances)
+                if k == which[n] or each.along(placed, clearance, clearance)[0] >= clearance
             }
             if runs and runs[-1][0] & own:
                 runs[-1] = runs[-1][0] & own, runs[-1][1] + 1
@@ -198,7 +203,7 @@ class Search:
             np.empty(len(z), dtype=complex),
         )
         for k in set(which):
-            away[own == k], normal[own == k] = self.rooms[k].rough(z[own == k])
+            away[own == k], normal[own == k] = self.clearances[k].rough(z[own == k])
         return away, normal
 
     def improved(self, start: Found, growing: bool = False) -> Found:
@@ -206,7 +211,7 @@ class Search:
         change; growing: to the largest scale that leaves the margin, in place of the most room.
         """
         (_, which, shift, turn, scale), turning = start, self.turn is None
-        step = max(0.3 * self.size * scale, 0.1 * min(self.rooms[k].most for k in which))
+        step = max(0.3 * self.size * scale, 0.1 * min(self.clearances[k].most for k in which))
         seen = np.empty((0, 2), dtype=complex)
         now = self.rough(which, shift + scale * np.exp(1j * turn) * self.z)
         for _ in range(ROUNDS):
@@ -246,8 +251,8 @@ class Search:
             if answer.x is None:
                 step /= 4
                 continue
-            dx, dy, dturn, grown, room = answer.x
-            if (grown if growing else room - least) < 1e-8 * size:
+            dx, dy, dturn, grown, clearance = answer.x
+            if (grown if growing else clearance - least) < 1e-8 * size:
                 break
             trial = shift + complex(dx, dy), turn + dturn / size, scale * (1 + grown / size)
             placed = trial[0] + trial[2] * np.exp(1j * trial[1]) * self.z
@@ -284,14 +289,14 @@ class Search:
         return best
 
     def _largest(self, mixed):
-        high = max(abs(room.high - room.low) for room in self.rooms) / self.size
+        high = max(abs(clearance.high - clearance.low) for clearance in self.clearances) / self.size
         low, best = SMALLER * high, None
         with progress(total=HALVINGS + len(NEARLY) + 2, desc="largest scale", delay=2) as bar:
             for _ in range(HALVINGS):
                 middle = math.sqrt(low * high)
                 low, high = (
                     (middle, high)
-                    if self.coarse(middle, mixed)[0].room > self.margin
+                    if self.coarse(middle, mixed)[0].clearance > self.margin
                     else (low, middle)
                 )
                 bar.update()
@@ -301,7 +306,7 @@ class Search:
                     if best is None or best.scale < low
                     else ()
                 ):
-                    if start.room > self.margin - 0.15 * self.size * start.scale:
+                    if start.clearance > self.margin - 0.15 * self.size * start.scale:
                         best = _larger(best, self.grown(start))
                 bar.update()
             for _ in range(2 if best else 0):
@@ -312,17 +317,19 @@ class Search:
     def grown(self, start: Found) -> Found | None:
         """The largest that a placement can be improved and grown to; None where it does not fit."""
         first = self.improved(start)
-        if first.room <= self.margin:
+        if first.clearance <= self.margin:
             return None
         found = self.improved(first, growing=True)
         least = self.least(found)
         for k in range(SHRUNK):  # the search knows path and border from samples
-            room, _ = self.exactly(found)
-            if room > least:
+            clearance, _ = self.exactly(found)
+            if clearance > least:
                 return found
             # Growth changes distances by no more than this: so much less is enough, but where the
             # samples are on both sides of a border.
-            less = max(1.1 * (least - room) / self.size, 1e-9 * 8.0 ** max(k - 3, 0) * found.scale)
+            less = max(
+                1.1 * (least - clearance) / self.size, 1e-9 * 8.0 ** max(k - 3, 0) * found.scale
+            )
             if less >= 0.5 * found.scale:
                 break
             found = found._replace(scale=found.scale - less)

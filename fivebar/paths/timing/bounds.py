@@ -191,7 +191,7 @@ def _viscous(physics, rates, zero):
             resists = physics.elbows[i] * drive.relative(rates.phi_dot[i], q_dot)
             (x, y), share = rates.pose.u2[i], resists / bar
             leg = rates.pose.legs[i]
-            _, beside = drive.slopes(leg.sine, leg.cosine)
+            _, beside = drive.velocity_coefficients(leg.sine, leg.cosine)
             force = [force[0] - share * y, force[1] + share * x]
             torque = torque - share * beside - resists
         torques.append(torque)

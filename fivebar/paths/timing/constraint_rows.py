@@ -4,19 +4,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ...base.backend import finite_numbers
-from ...base.checks import number, shown
+from ...constraints.constraints import Constraints
 from .bounds import Bernstein
 
 DIRECTIONS = 16  # in which an acceleration is limited first
 NEAR = 0.0, 0.01, -0.01, 0.04, -0.04, 0.15, -0.15  # rad, beside the direction that it had last
 PARTS = "a", "b", "v", "c"
-LEAST, MOST = 1e-9, 1e9  # SI, of limits
 
 
 @dataclass(frozen=True)
@@ -35,13 +33,9 @@ class Limits:
     jerk: float | None = None
 
     @classmethod
-    def checked(cls, **given) -> Limits:
-        """Of what a user gave; ValueError for what is no limit."""
-        found = {}
-        for name, value in given.items():
-            each = _pair if name in ("torque", "joint_speed", "joint_acceleration") else _limit
-            found[name] = None if value is None else each(value, f"{name}_limit")
-        return cls(**found)
+    def of(cls, constraints: Constraints) -> Limits:
+        """Return the limits on torques and rates among the constraints."""
+        return cls(**{field.name: getattr(constraints, field.name) for field in fields(cls)})
 
     @property
     def forces(self) -> bool:
@@ -56,21 +50,6 @@ class Limits:
             ("joint_speed", "speed") if speeds else ("torque", "joint_acceleration", "acceleration")
         )
         return replace(self, **{name: _scaled(getattr(self, name), share) for name in names})
-
-
-def _limit(value, name):
-    return number(value, name, LEAST, MOST)
-
-
-def _pair(value, name):
-    try:
-        numbers = finite_numbers(value, name)
-    except TypeError:
-        numbers = np.empty(0)
-    if numbers.shape not in ((), (1,), (2,)):
-        raise ValueError(f"{name} must be one number or one per joint, not {shown(value)}")
-    found = tuple(_limit(each, name) for each in numbers.ravel().tolist())
-    return found * 2 if len(found) == 1 else found
 
 
 def _scaled(value, share):

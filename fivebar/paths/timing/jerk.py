@@ -50,7 +50,7 @@ def refuse_kinks(path) -> None:
     if bad.any():
         k = int(np.argmax(bad))
         raise ValueError(
-            "time_path: jerk_limit needs a path whose curvature does not jump, as it does at "
+            "time_path: jerk limit needs a path whose curvature does not jump, as it does at "
             f"{where(path, path.knots[k + 1])}: fivebar.path(..., curvature=True) blends corners so"
         )
 
@@ -62,14 +62,14 @@ def refuse_crossing(motion: TimedPath) -> None:
     if motion.crossing.any():
         s = float(motion.s[np.argmax(motion.crossing)])
         raise SingularityError(
-            "time_path: jerk_limit is not known across Type 2, which the path crosses at"
+            "time_path: jerk limit is not known across Type 2, which the path crosses at"
             f" {where(motion.path, s)}",
             0.0,
         )
 
 
 def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
-    """The motion with its jerk_limit kept, in `duration` s if it is given."""
+    """The motion with its jerk limit kept, in `duration` s if it is given."""
     refuse_crossing(motion)
     tried: dict[float, TimedPath] = {}
 
@@ -87,7 +87,7 @@ def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
     if duration < best.duration:
         raise TimingError(
             f"time_path: duration = {duration:g} s is less than {best.duration:.6g} s, the least"
-            " that was found with this jerk_limit",
+            " that was found with this jerk limit",
             0.0,
             False,
         )

@@ -10,11 +10,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ...base.checks import instance, modes, number, optional, seconds, takes
 from ...base.checks import robot as must_be_robot
-from ...constraints.constraints import Keep
+from ...constraints.constraints import ON_POSES, PER_JOINT, Constraints, refuse_others
 from ...constraints.path_check import SAMPLES
 from ...constraints.violations import broken
 from ...models.dynamics import gravity_torques
@@ -40,85 +39,94 @@ AMPLE = 4.0  # times the torques that hold the robot, where none are given
     path=instance(Path, what="a Path, as fivebar.path gives"),
     duration=optional(seconds),
     working=modes(2),
-    keep=optional(instance(Keep)),
+    constraints=optional(instance(Constraints)),
 )
 def time_path(
     robot: Robot,
     path: Path,
     duration: float | None = None,
     *,
-    torque_limit: ArrayLike | None = None,
-    joint_speed_limit: ArrayLike | None = None,
-    joint_acceleration_limit: ArrayLike | None = None,
-    speed_limit: float | None = None,
-    acceleration_limit: float | None = None,
-    jerk_limit: float | None = None,
+    constraints: Constraints | None = None,
     working: tuple[int, int] = (-1, -1),
-    keep: Keep | None = None,
     gap: float = 1e-3,
     max_time: float = 60.0,
 ) -> TimedPath:
-    """Follow a given path in the least time under limits, through Type 2 where it leads there:
-    TimedPath.
+    """Return the fastest motion along a path, with a proof of how much faster none can be.
 
-    The limits hold throughout, not at samples: `timing_upper` says how. No motion along the path
-    under them takes less than `lower_bound`: `timing_lower` says why. Both hold with gravity and
-    friction, viscous and dry, up to rounding, for which limits are shifted by 1e-9 of them. A
-    jerk_limit is kept too, at places as close as one likes but not by proof, and near the fastest
-    motion without a promise (`timing_jerk`); the lower bound is then that without it.
+    The limits hold everywhere, not only at samples. No motion along the path within them takes less
+    than `lower_bound`. Both hold with gravity and with viscous and dry friction, up to rounding: the
+    limits are shifted by 1e-9 of themselves. A limit on jerk is kept at places as close as one likes,
+    but without a proof; the lower bound is then that without it.
 
-    path: a Path. It rests at both ends, where its direction or the pen changes, and where a dwell
-        is asked for.
-    duration: s, asked for; None: the least. A longer one is reached by smaller torques and
-        accelerations: all their limits are lowered by one factor, as far as the duration allows.
-            Without such limits: the least peak torque.
-    torque_limit, joint_speed_limit, joint_acceleration_limit: N m, rad/s and rad/s^2, one number or
-    one per joint. speed_limit, acceleration_limit, jerk_limit: of the end-effector, m/s, m/s^2 and
-    m/s^3; the path's own feeds count
-        too.
-    working: the modes that are kept; the assembly mode changes where the path crosses Type 2.
-    keep: what the path must keep, in whatever time: looked at first, as `check_path` does.
-    gap: to which both bounds are brought together, upper / lower - 1, unless too much work is done
-        before. That is counted (`timing_solve.LOOKS`): the same is found on every machine, however
-        busy.
-    max_time: s of the processor, after which it takes what it has; the count is mostly full before.
-    UnreachableError or SingularityError where the path leaves the workspace, touches Type 1, or
-    Type 2 without crossing it; TimingError where no motion keeps the limits; all with s and place.
-    ValueError for what cannot be asked, and for a path that does not keep what it must, with the
-    places.
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    path : Path
+        It may cross Type 2. The motion rests at both ends, where the direction or the pen changes,
+        and where the path asks for a dwell.
+    duration : float, optional
+        Wanted duration, s; the least by default. A longer duration lowers all limits on torques and
+        accelerations by one factor; without such limits the peak torque is least.
+    constraints : Constraints, optional
+        torque, joint_speed, joint_acceleration, speed, acceleration and jerk limit the motion; the
+        feeds of the path do, too. Constraints on poses are checked on the path first.
+    working : (2,)
+        Working modes that are kept. The assembly mode changes where the path crosses Type 2.
+    gap : float
+        Wanted duration / lower_bound - 1. The search ends before at a fixed count of work, the same
+        on every machine.
+    max_time : float
+        Processor time, s, after which the best result so far is returned.
+
+    Returns
+    -------
+    TimedPath
+        Call it with t (n,) s for (xi, xi_dot, xi_ddot), each (n, 2).
+
+    Raises
+    ------
+    ValueError
+        The problem makes no sense, or the path violates a constraint on poses.
+    UnreachableError, SingularityError
+        The path leaves the workspace, touches Type 1, or touches Type 2 without crossing it.
+    TimingError
+        No motion keeps the limits, or the duration is too short.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> path = fb.path([(0.09, 0.068), (0.05, 0.09)])
+    >>> timed = fb.time_path(fb.FiveBar(), path, constraints=fb.Constraints(torque=0.05))
+    >>> 1 - timed.lower_bound / timed.duration < 1e-3
+    True
     """
-    asked = Limits.checked(
-        torque=torque_limit,
-        joint_speed=joint_speed_limit,
-        joint_acceleration=joint_acceleration_limit,
-        speed=speed_limit,
-        acceleration=acceleration_limit,
-        jerk=jerk_limit,
+    refuse_others(
+        constraints, "time_path", (*PER_JOINT, "speed", "acceleration", "jerk", *ON_POSES)
     )
+    constraints = Constraints() if constraints is None else constraints
+    asked = Limits.of(constraints)
     gap, max_time = (
         number(gap, "gap", 1e-7, 1.0),
         number(max_time, "max_time", 0.0, math.inf, above=True),
     )
     if duration is None and not asked.forces:
         raise ValueError(
-            "time_path: a least time needs a torque_limit, acceleration_limit or"
-            " joint_acceleration_limit: without, it is that of infinite forces"
+            "time_path: a least time needs a torque, an acceleration or a joint_acceleration among"
+            " the constraints: without, it is that of infinite forces"
         )
     if asked.jerk is not None:
         refuse_kinks(path)
     until = time.thread_time() + max_time
-    if keep is not None:
+    if set(constraints.named) & set(ON_POSES):
         samples = np.linspace(0.0, path.length, SAMPLES)
-        for each in broken(robot, path.at_unit_speed, working, keep, samples)[:1]:
+        for each in broken(robot, path.at_unit_speed, working, constraints, samples)[:1]:
             what = f"{each.what} is not kept from s = {each.time:.9g} m, by at most {each.by:.6g}"
             raise ValueError(f"time_path: {what} at {where(path, each.worst)}")
     mesh = mesh_of(robot, path, working)
     _refuse_falling(mesh, asked)
     if asked.jerk is not None:
         if not asked.forces:
-            raise ValueError(
-                "time_path: jerk_limit needs a torque_limit or acceleration_limit beside it"
-            )
+            raise ValueError("time_path: jerk needs a torque or an acceleration beside it")
         return smoothed(_timed(asked, *refined(mesh, asked, gap, until)), duration)
     if duration is None:
         return _timed(asked, *refined(mesh, asked, gap, until))
@@ -202,7 +210,7 @@ def _refuse_falling(mesh, limits):
             raise TimingError(
                 "time_path: the limits cannot hold the robot at rest at"
                 f" {where(mesh.path, stop.s)}: {words.joints[k]} needs {abs(tau[k]):.4g}"
-                f" {words.effort_unit}, its torque_limit is {limits.torque[k]:.4g}",
+                f" {words.effort_unit}, its torque limit is {limits.torque[k]:.4g}",
                 stop.s,
                 True,
             )

@@ -13,6 +13,7 @@ from ...base.checks import bounded, positive
 from ...base.presentation import Plotted
 from ...base.representation import one_line
 from ...base.tables import TextFile, opened, write
+from ...constraints.constraints import Constraints
 from ...models.dynamics import inverse_dynamics
 from ...models.geometry import igm
 from ...models.kinematics import Accelerations, ikm, ikm2
@@ -239,7 +240,7 @@ def _known(about):
     ]
     feed = [np.inf if each is None else each for each in about["path"]["feed"]]
     path = Path(tuple(made), about["path"]["pen"], dict(about["path"]["dwells"]), feed)
-    limits = Limits.checked(**about["limits"])
+    limits = Limits.of(Constraints(**about["limits"]))
     arrays = {name: np.array([np.inf if v is None else v for v in about[name]]) for name in ARRAYS}
     n = len(arrays["piece"])
     if any(len(arrays[name]) != n + (name not in ("piece", "first", "bent")) for name in ARRAYS):

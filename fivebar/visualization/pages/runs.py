@@ -63,7 +63,7 @@ def sampled(plan: Plan | TimedPath) -> Sampled:
     rates = plan.accelerations(t).rates
     pose, limit = (
         rates.pose,
-        (plan.limits if hasattr(plan, "limits") else plan.problem.limits).torque,
+        (plan.limits if hasattr(plan, "limits") else plan.problem.constraints).torque,
     )
     limits = np.ravel([] if limit is None else limit)
     return Sampled(

@@ -166,7 +166,7 @@ def _torques(axes, plan, t, tau):
         own,
         t,
         tau,
-        plan.problem.limits,
+        plan.problem.constraints,
         f"limit, met {100 * plan.saturated:.0f} % of the time",
     )
     for knot in plan.pieces.knots:
@@ -183,7 +183,7 @@ def _torques(axes, plan, t, tau):
 
 
 def _sines(axes, plan, t, pose):
-    limits = plan.problem.limits
+    limits = plan.problem.constraints
     names = (
         (r"$\sin q_{12}$", r"$\sin q_{22}$")
         if plan.robot.turns
@@ -191,11 +191,11 @@ def _sines(axes, plan, t, pose):
     )
     for leg, (name, colour) in enumerate(zip(names, (LEFT, RIGHT))):
         axes.plot(t, pose.sines[leg], color=colour, lw=1.4, label=name)
-        if limits.serial is not None:
-            axes.axhline(-plan.problem.working[leg] * limits.serial, color=colour, lw=1, ls=":")
+        if limits.sin:
+            axes.axhline(-plan.problem.working[leg] * limits.sin, color=colour, lw=1, ls=":")
     axes.plot(t, pose.det_A, color=INK, lw=1.8, label="det A")
-    if limits.parallel is not None:
-        axes.axhline(plan.problem.side * limits.parallel, color=INK, lw=1, ls=":")
+    if limits.det_A:
+        axes.axhline(plan.problem.side * limits.det_A, color=INK, lw=1, ls=":")
     axes.axhline(0, color=INK, lw=0.6)
     axes.margins(x=0)
     title = "distance to singularities, with limits (dotted)"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ....constraints.constraints import Constraints
 from ....control.laws import PD, ComputedTorque
 from ....control.qp import QP
 from ....control.tracker import Tracker
@@ -86,8 +87,8 @@ def predictive(solver: str) -> Callable[[Case, float], Tracker]:
     """Return a maker of the tracker with this QP solver; its knob is the horizon."""
 
     def make(chosen, horizon):
-        limit = chosen.options.get("torque_limit")
-        tracker = Tracker(chosen.model, int(horizon), torque_limit=limit)
+        constraints = Constraints(torque=chosen.options.get("torque_limit"))
+        tracker = Tracker(chosen.model, int(horizon), constraints=constraints)
         tracker.qp = QP(2 * int(horizon), 0, solver, SOLVERS[solver])
         return tracker
 
