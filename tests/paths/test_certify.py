@@ -270,7 +270,9 @@ def test_check_path_and_samples_do_not_contradict(robot, control, working, margi
     )
     least, signs = sampled(robot, path, working)
     if found.proved:
-        assert checked.singularity_free and checked.min_margin >= margin - 1e-9
+        # check_path counts a sine of 1e-9 as 0.
+        assert checked.singularity_free or checked.min_margin <= 1e-9
+        assert checked.min_margin >= margin - 1e-9
         assert (least >= margin - 1e-12).all() and (signs == -found.assembly).all()
     elif any(stretch.false for stretch in found.unproved):
         assert not checked.singularity_free or checked.min_margin <= margin + 1e-9
