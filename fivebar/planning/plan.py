@@ -381,7 +381,7 @@ class _Search:
             return ""
         return (
             f"; it crosses Type 2 ({count} times), where without a torque limit or a weight on"
-            ' "effort" the torque has no bound: give one of them, or a det_A among the constraints"
+            ' "effort" the torque has no bound: give one of them, or a det_A among the constraints'
         )
 
 
