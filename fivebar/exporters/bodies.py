@@ -17,12 +17,6 @@ from ..models.physics import loads_of
 if TYPE_CHECKING:
     from ..models.robots import Biglide, FiveBar
 
-# Whether drives turn -> per leg what messages call the distal inertia, and what of a drive's
-# inertia it is added to.
-NAMES = {
-    True: (("zz12", "(l12 / l11)^2"), ("zz22", "(l22 / l21)^2")),
-    False: (("zz1", "l1^2"), ("zz2", "l2^2")),
-}
 SIDES = 36  # of the grid on which a pose that closes is looked for
 
 
@@ -110,19 +104,16 @@ def legs_of(robot: FiveBar | Biglide) -> tuple[Leg, Leg]:
         names = ", ".join((*robot.words.inertias, "m"))
         raise ValueError(f"a simulator asks for masses, and this robot has none: give it {names}")
     least, moments = [], _moments(robot)
-    for k, (drive, bar, z, own) in enumerate(
-        zip(robot.drives, robot.distal, robot.inertias, moments)
-    ):
-        sort, name, scale = robot.words.inertias[k], *NAMES[robot.turns][k]
-        carried = z / drive.length**2
-        stiff = own.zz + carried * bar**2
-        if not stiff > 0:
+    for k, (own, bar) in enumerate(zip(moments, robot.distal)):
+        carried = robot.inertias[k] / robot.drives[k].length ** 2
+        inertia = own.zz + carried * bar**2
+        if not inertia > 0:
             raise ValueError(
-                f"no bodies of positive mass move as leg {k + 1} of this robot: with {sort} = {z:g}"
-                f" and {name} = {own.zz:g} is {name} + {sort} {scale} = {stiff:g}, but it must be"
-                " above 0"
+                f"no bodies of positive mass move as leg {k + 1} of this robot: the inertia of its"
+                f" distal bar and {robot.words.inertias[k]}, scaled by the squared ratio of the"
+                f" lengths, are together {inertia:g} kg m^2, but must be above 0"
             )
-        least.append((own.across**2 - carried * own.zz) / stiff)
+        least.append((own.across**2 - carried * own.zz) / inertia)
     if not robot.m > sum(least):
         raise ValueError(
             f"no bodies of positive mass move as this robot: m = {robot.m:g} kg must be above"
@@ -164,8 +155,6 @@ def start_of(robot: FiveBar | Biglide, start: Pose | None) -> Pose:
     regular of a grid.
     """
     if start is not None:
-        if not isinstance(start, Pose):
-            raise TypeError(f"start must be a Pose, as dgm and igm give, not {start!r}")
         if start.robot != robot:
             raise ValueError("start is a pose of another robot")
         if np.shape(start.q) != (2,) or not np.isfinite(start.q).all():
@@ -193,9 +182,7 @@ def angles_of(pose: Pose) -> tuple[tuple[float, float], tuple[float, float]]:
 
 def angles_told(legs: tuple[Leg, Leg], pose: Pose) -> str:
     """All joints' coordinates by their names."""
-    pairs = (
-        (name, value)
-        for leg, own in zip(legs, angles_of(pose))
-        for name, value in zip(leg.names[2:], own)
-    )
-    return ", ".join(f"{name} = {value!r}" for name, value in pairs)
+    pairs = []
+    for leg, values in zip(legs, angles_of(pose)):
+        pairs += [f"{name} = {value!r}" for name, value in zip(leg.names[2:], values)]
+    return ", ".join(pairs)

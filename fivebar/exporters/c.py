@@ -19,7 +19,7 @@ PRELUDE = """\
 #error "results that are no numbers tell of a pose out of reach: compile without -ffast-math"
 #endif
 
-/* Define FIVEBAR_FLOAT (-DFIVEBAR_FLOAT) for single precision, which a small chip has in hardware. */
+/* For single precision, which a small chip has in hardware, define it: -DFIVEBAR_FLOAT. */
 #ifndef FIVEBAR_
 #ifdef FIVEBAR_FLOAT
 typedef float fivebar_real;

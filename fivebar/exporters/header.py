@@ -77,15 +77,17 @@ ABOUT = """\
  *   assembly            +1 or -1: which of the two places of the end-effector; -1 has det A > 0
  *   working[2]          +1 or -1: which of the two places of each leg's {pivots}
  *
- * Every function returns 0, or 1 where there is no such pose, or it is singular to the last digit: results are then
- * not numbers, and of {prefix}_{controller}, which a motor might get, 0. Near a singularity they are as large as the
- * models say: limit them. A leg stretched to the last digit may count as out of reach. Results must not overlap
- * inputs. C99; no memory is taken.
-{friction} * A compiler that contracts a * b + c (not gcc -std=c99; -ffp-contract=off) changes last digits.
+ * Every function returns 0, or 1 where there is no such pose or it is singular to rounding error:
+ * results are then not numbers, but 0 of {prefix}_{controller}, which a motor might get.
+ * Near a singularity they are as large as the models say: limit them. A leg stretched to the last
+ * digit may count as out of reach. Results must not overlap inputs. C99; no memory is taken.
+{friction} * A compiler that contracts a * b + c (not gcc -std=c99; -ffp-contract=off) changes
+ * last digits.
  */
 """
 COULOMB = """\
- * Coulomb friction is fs sign(q_dot), 0 of a drive that stands; of {prefix}_{controller} fs sign(q_ref_dot).
+ * Coulomb friction is fs sign(q_dot), 0 of a drive that stands; of
+ * {prefix}_{controller} it is fs sign(q_ref_dot).
 """
 
 

@@ -13,11 +13,14 @@ if TYPE_CHECKING:
 ABOUT = """\
 {title}, by fivebar: m, kg, s, rad.
 Joints {names}, their coordinates those of the robot; motors at
-{motors}. Their bodies move as the robot's base parameters do; single masses are a choice that does not show.
-The loop is closed by an equality, which in MuJoCo is a stiff spring: solref = (time constant, damping ratio), here
-four time steps; solimp = 0.9999, the most there is, leaves to accelerations 1e-4 of what would open the loop.
-With this integrator and motor torques set by a callback at its every stage, 2 s of the lab's robot end with a gap of
-1e-9 m and errors of 4e-9 rad in steps of 1 ms; with torques held over the step 2e-6 rad; by Euler's method 1e-4 rad.
+{motors}. Their bodies move as the robot's base parameters do; single masses are a choice that
+does not show.
+The loop is closed by an equality, which in MuJoCo is a stiff spring: solref = (time constant,
+damping ratio), here four time steps; solimp = 0.9999, the most there is, leaves to accelerations
+1e-4 of what would open the loop.
+With this integrator and motor torques set by a callback at its every stage, 2 s of the lab's robot
+end with a gap of 1e-9 m and errors of 4e-9 rad in steps of 1 ms; with torques held over the step
+2e-6 rad; by Euler's method 1e-4 rad.
 For less, divide time step and solref's first number by two: a quarter of the errors.
 """
 COULOMB = """\
@@ -28,7 +31,8 @@ TEXT = """\
   <!--
 {about}  -->
   <compiler angle="radian" autolimits="true"/>
-  <option timestep="{step!r}" gravity="{gx!r} {gy!r} 0" integrator="RK4" iterations="50" tolerance="0">
+  <option timestep="{step!r}" gravity="{gx!r} {gy!r} 0" integrator="RK4" iterations="50"
+    tolerance="0">
     <flag contact="disable"/>
   </option>
   <worldbody>
@@ -49,7 +53,8 @@ LEG = """\
       <body name="{bar}" pos="{elbow!r} 0 0" euler="0 0 {passive!r}">
         <joint name="{other}" type="hinge" axis="0 0 1" ref="{passive!r}"{slack}/>
         <inertial {second}/>
-        <geom type="capsule" size="{thin!r}" fromto="0 0 0 {distal!r} 0 0" rgba="{colour}" mass="0"/>
+        <geom type="capsule" size="{thin!r}" fromto="0 0 0 {distal!r} 0 0" rgba="{colour}"
+          mass="0"/>
         <site name="tip{number}" pos="{distal!r} 0 0" size="{thin!r}"/>
       </body>
     </body>

@@ -17,20 +17,23 @@ ABOUT = """\
 {title}, by fivebar: m, kg, s, rad. Load it as a world (Gazebo) or with Drake's Parser.
 {closed}
 Gravity is the world's; Drake does not read it: set it to ({gx!r}, {gy!r}, 0) m/s^2.{friction}
-Its bodies move as the robot's base parameters do; their single masses are a choice that does not show in the motion.
+Its bodies move as the robot's base parameters do; their single masses are a choice that does not
+show in the motion.
 """
 CLOSED = {
     "constraint": (
         """\
-Its loop is open in SDF's own terms, and closed by drake:ball_constraint: for a MultibodyPlant with a time step and the
-contact approximation kLagged. Of order 1: in steps of 1 ms 2 s of the lab's robot end with errors of 1e-4 rad and a
-gap of 1e-8 m. Joints' coordinates are the robot's; it closes for instance at
+Its loop is open in SDF's own terms, and closed by drake:ball_constraint: for a MultibodyPlant with
+a time step and the contact approximation kLagged. Of order 1: in steps of 1 ms 2 s of the lab's
+robot end with errors of 1e-4 rad and a gap of 1e-8 m. Joints' coordinates are the robot's; it
+closes for instance at
 {angles}."""
     ),
     "joint": (
         """\
-Its loop is closed by the joint tip, as Gazebo Classic reads it, and Gazebo where its physics takes closed chains; Drake
-takes none. It stands in a closed pose, from which all joints count: the robot's coordinates are theirs and
+Its loop is closed by the joint tip, as Gazebo Classic reads it, and Gazebo where its physics takes
+closed chains; Drake takes none. It stands in a closed pose, from which all joints count: the robot's
+coordinates are theirs and
 {angles}."""
     ),
 }
@@ -64,7 +67,8 @@ LEG = """\
         <pose>{x!r} {y!r} 0 0 0 {phi!r}</pose>
         <inertial>{second}</inertial>
         <visual name="{bar}">
-          <pose>{half!r} 0 0 0 0 0</pose><geometry><box><size>{distal!r} {thin!r} {thin!r}</size></box></geometry>
+          <pose>{half!r} 0 0 0 0 0</pose>
+          <geometry><box><size>{distal!r} {thin!r} {thin!r}</size></box></geometry>
         </visual>
       </link>
       <joint name="{joint}" type="{kind}">
@@ -76,7 +80,10 @@ LEG = """\
       </joint>
       <joint name="{other}" type="revolute">
         <parent>{drive}</parent><child>{bar}</child>
-        <axis><xyz>0 0 1</xyz><limit><lower>-1e16</lower><upper>1e16</upper><effort>0</effort></limit>{slack}</axis>
+        <axis>
+          <xyz>0 0 1</xyz>
+          <limit><lower>-1e16</lower><upper>1e16</upper><effort>0</effort></limit>{slack}
+        </axis>
       </joint>
 """
 CONSTRAINT = """\
@@ -91,7 +98,10 @@ JOINT = """\
       <joint name="tip" type="revolute">
         <pose>{lengths[1]!r} 0 0 0 0 0</pose>
         <parent>{bars[0]}</parent><child>{bars[1]}</child>
-        <axis><xyz>0 0 1</xyz><limit><lower>-1e16</lower><upper>1e16</upper><effort>0</effort></limit></axis>
+        <axis>
+          <xyz>0 0 1</xyz>
+          <limit><lower>-1e16</lower><upper>1e16</upper><effort>0</effort></limit>
+        </axis>
       </joint>
 """
 CLOSURES = {"constraint": CONSTRAINT, "joint": JOINT}

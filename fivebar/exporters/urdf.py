@@ -14,17 +14,21 @@ if TYPE_CHECKING:
 
 ABOUT = """\
 {title}, by fivebar: m, kg, s, rad.
-URDF has no loops: this is the robot opened at its end-effector, and what uses it closes it again, link tip1 on tip2.
-  Pinocchio  a RigidConstraintModel(CONTACT_3D, ...) between the frames tip1 and tip2, and constraintDynamics: exact.
-             A joint that turns without limits is (cos, sin) there: integrate(model, neutral(model), angles) makes it.
-  Drake      reads drake:ball_constraint, for a MultibodyPlant with a time step and the contact approximation kLagged.
-             Of order 1: in steps of 1 ms 2 s of the lab's robot end with errors of 1e-4 rad and a gap of 1e-8 m.
-  PyBullet   URDF_USE_INERTIA_FROM_FILE, and a JOINT_POINT2POINT between {bars[0]} and {bars[1]}, whose points count
-             from the bars' centres of mass. Of order 1.
+URDF has no loops: this is the robot opened at its end-effector, and what uses it closes it again,
+link tip1 on tip2.
+  Pinocchio  a RigidConstraintModel(CONTACT_3D, ...) between the frames tip1 and tip2, and
+             constraintDynamics: exact. A joint that turns without limits is (cos, sin) there:
+             integrate(model, neutral(model), angles) makes it.
+  Drake      reads drake:ball_constraint, for a MultibodyPlant with a time step and the contact
+             approximation kLagged. Of order 1: in steps of 1 ms 2 s of the lab's robot end with
+             errors of 1e-4 rad and a gap of 1e-8 m.
+  PyBullet   URDF_USE_INERTIA_FROM_FILE, and a JOINT_POINT2POINT between {bars[0]} and {bars[1]},
+             whose points count from the bars' centres of mass. Of order 1.
   MuJoCo     loads the tree alone: for the loop use the MJCF file.
 It closes for instance at {angles}.
 Gravity is the simulator's: set it to ({gx!r}, {gy!r}, 0) m/s^2.{friction}
-Its bodies move as the robot's base parameters do; their single masses are a choice that does not show in the motion.
+Its bodies move as the robot's base parameters do; their single masses are a choice that does not
+show in the motion.
 """
 COULOMB = """
 Coulomb friction is only written down in it: neither Pinocchio nor Drake applies it."""
@@ -49,14 +53,17 @@ LEG = """\
   </link>
   <link name="{bar}">
     <inertial>{second}</inertial>
-    <visual><origin xyz="{half!r} 0 0"/><geometry><box size="{distal!r} {thin!r} {thin!r}"/></geometry></visual>
+    <visual>
+      <origin xyz="{half!r} 0 0"/><geometry><box size="{distal!r} {thin!r} {thin!r}"/></geometry>
+    </visual>
   </link>
   <link name="tip{number}">{nothing}</link>
   <joint name="{joint}" {kind}
     <parent link="world"/><child link="{drive}"/><origin xyz="{base!r} 0 0"/>{friction}
   </joint>
   <joint name="{other}" type="continuous">
-    <parent link="{drive}"/><child link="{bar}"/><origin xyz="{elbow!r} 0 0"/><axis xyz="0 0 1"/>{slack}
+    <parent link="{drive}"/><child link="{bar}"/><origin xyz="{elbow!r} 0 0"/>
+    <axis xyz="0 0 1"/>{slack}
   </joint>
   <joint name="tip{number}_fixed" type="fixed">
     <parent link="{bar}"/><child link="tip{number}"/><origin xyz="{distal!r} 0 0"/>

@@ -46,7 +46,7 @@ def run(folder, script, *arguments, code=0, **environment):
     return done
 
 
-@pytest.mark.parametrize("kind, case", [("five_bar", 0), ("five_bar_stiff", 1)])
+@pytest.mark.parametrize("kind, case", [("five_bar", 0), pytest.param("five_bar_stiff", 1, marks=pytest.mark.deep)])
 def test_computed_torque_on_task_1_has_the_reference_errors(tmp_path, kind, case):
     run(tmp_path, SCRIPTS / "computed_torque.py", kind, "errors.json", "--until", 2.52)
     errors = np.array(json.loads((tmp_path / "errors.json").read_text()))
@@ -77,6 +77,7 @@ def redundant(t, state, force, robot):
     return np.concatenate([velocity, np.linalg.solve(system, [0, 0, *force, *bias])[:4]])
 
 
+@pytest.mark.deep
 def test_computed_torque_on_the_biglide_agrees_with_redundant_coordinates(tmp_path):
     run(
         tmp_path,
@@ -101,6 +102,7 @@ def test_computed_torque_on_the_biglide_agrees_with_redundant_coordinates(tmp_pa
     assert np.abs(motion.xi[-1] - (0.06, 0.25)).max() < 1e-5
 
 
+@pytest.mark.deep
 def test_two_runs_are_the_same_to_the_byte(tmp_path):
     noisy = """import random
 while True:
@@ -153,6 +155,7 @@ print(json.dumps([(left.velocity - before[0]) / 0.01, (robot.passive_right_joint
             assert 1e-4 < np.abs(q_ddot - true).max() < 1
 
 
+@pytest.mark.deep
 def test_the_robot_moves_as_simulate_has_it(tmp_path):
     """The forced motion's torques, held for 10 ms each: the same rows as fivebar.simulate's own."""
     loop = """from math import cos, pi
@@ -169,6 +172,7 @@ for k in range(150):
     assert np.abs(motion.xi - own.xi).max() < 1e-14 and motion.events == own.events
 
 
+@pytest.mark.deep
 def test_oscillation_wall_clock_and_reset(tmp_path):
     """A loop on `from time import time`; the efforts turn at the lab's limits; a reset goes home and keeps the run."""
     script = """import time as clock
@@ -207,6 +211,7 @@ robot.reset_simulation()
     assert about["exit_code"] == 0 and fb.Run.from_csv(tmp_path / "run.csv").t[-1] == 0.01
 
 
+@pytest.mark.deep
 def test_real_time_is_not_faster(tmp_path):
     before = time.monotonic()
     loop = "from time import time\nt = time()\nfor k in range(50): robot.apply_efforts(0, 0)\nprint(time() - t)\n"
@@ -242,7 +247,7 @@ except KeyboardInterrupt:
     )
 
 
-@pytest.mark.parametrize("kind", ["five_bar", "biglide"])
+@pytest.mark.parametrize("kind", ["five_bar", pytest.param("biglide", marks=pytest.mark.deep)])
 def test_the_labs_self_checks(tmp_path, kind):
     done = run(tmp_path, LABS / "evaluation.py", kind, "--until", 2)
     lines = done.stdout.splitlines()
@@ -253,6 +258,7 @@ def test_the_labs_self_checks(tmp_path, kind):
     )
 
 
+@pytest.mark.deep
 def test_the_labs_examples_on_a_students_file(tmp_path):
     """Models drawn over the robot, and control; a student's file with one wrong model is found out."""
     student = """import fivebar as fb

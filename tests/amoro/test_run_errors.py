@@ -27,6 +27,7 @@ ROS = "fivebar run has no '{}': it runs the lab's scripts without ROS and Qt and
         ),
     ],
 )
+@pytest.mark.deep
 def test_spinning_without_a_step_is_ended(tmp_path, script, message):
     done = run(tmp_path, START + script, code=1)
     assert "ended: data_updated() was called 100000 times with no new state: " in done.stderr
@@ -102,11 +103,13 @@ for statement in {[statement for statement, _ in REFUSED]}:
         (START.replace("start_robot(robot)", "") + LOOP + "pass", "start_robot(robot) was never called"),
     ],
 )  # fmt: skip
+@pytest.mark.deep
 def test_what_comes_before_a_robot(tmp_path, script, message):
     assert message in run(tmp_path, script, code=1).stderr
 
 
 @pytest.mark.parametrize("swallowing", ["except KeyboardInterrupt", "except"])
+@pytest.mark.deep
 def test_a_script_that_ignores_its_interrupt_is_ended_and_recorded(tmp_path, swallowing):
     script = f"""{START}
 while True:
@@ -128,6 +131,7 @@ while True:
     "script",
     ["while True: pass", "while True:\n    try:\n        while True: pass\n    except: pass"],
 )
+@pytest.mark.deep
 def test_a_script_that_does_nothing_is_ended(tmp_path, script):
     done = run(tmp_path, script, "--timeout", 0.5, code=1)
     assert (
@@ -136,6 +140,7 @@ def test_a_script_that_does_nothing_is_ended(tmp_path, script):
     )
 
 
+@pytest.mark.deep
 def test_an_interrupt_left_to_python_is_a_quiet_end(tmp_path):
     done = run(tmp_path, START + LOOP + "robot.apply_efforts(0.0, 0.0)\n", "--until", 0.2)
     assert (
@@ -144,6 +149,7 @@ def test_an_interrupt_left_to_python_is_a_quiet_end(tmp_path):
     )
 
 
+@pytest.mark.deep
 def test_a_failed_motion_stays_failed(tmp_path):
     script = """for efforts in ((0, 0), (1e9, 0), (0, 0), (0, 0)):
     try:
@@ -209,6 +215,7 @@ def test_wrong_usage(tmp_path, monkeypatch, capsys, options, message):
     assert code == 2 and message in capsys.readouterr().err
 
 
+@pytest.mark.deep
 def test_what_cannot_be_written_is_said(tmp_path):
     done = run(tmp_path, START, "--record", "run.csv", code=1)
     assert "--record run.csv: nothing to write, as nothing was stepped" in done.stderr

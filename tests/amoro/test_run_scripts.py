@@ -5,6 +5,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 from .test_run import START, run
 
 
@@ -66,6 +68,7 @@ app.exec_()
     ]
 
 
+@pytest.mark.deep
 def test_show_leaves_matplotlib_alone(tmp_path):
     script = "import matplotlib.pyplot as plt\nprint(plt.get_backend())\n"
     assert run(tmp_path, script, "--show", MPLBACKEND="svg").stdout == "svg\n"
@@ -75,6 +78,7 @@ def test_show_leaves_matplotlib_alone(tmp_path):
     )
 
 
+@pytest.mark.deep
 def test_a_script_is_run_as_python_would(tmp_path):
     """Path, arguments, names, output, exit codes and tracebacks: against `python3 script.py` itself."""
     (tmp_path / "sub").mkdir()
@@ -115,12 +119,14 @@ except ValueError as error:
         )
 
 
+@pytest.mark.deep
 def test_options_stand_anywhere_and_the_rest_is_the_scripts(tmp_path):
     script = "import sys\nprint(sys.argv[1:])\n"
     done = run(tmp_path, script, "a", "--until", 2, "--gain", 3, "b", "--", "--until", 4)
     assert done.stdout == "['a', '--gain', '3', 'b', '--until', '4']\n"
 
 
+@pytest.mark.deep
 def test_nothing_is_shadowed_outside(tmp_path):
     for name in ("lab_amoro", "rclpy"):
         code = f"import fivebar.cli.script, fivebar.amoro, {name}"

@@ -28,6 +28,7 @@ figure.canvas.mpl_connect("close_event", closed.append)
 
 
 @pytest.mark.parametrize("wait", ["thread.join()", "while thread.is_alive(): thread.join(0.1)"])
+@pytest.mark.deep
 def test_ctrl_c_of_a_thread_is_the_main_threads(tmp_path, wait):
     script = f"""{LOOP}
 try:
@@ -45,6 +46,7 @@ except KeyboardInterrupt:
     assert (tmp_path / "run.csv").read_bytes() == first
 
 
+@pytest.mark.deep
 def test_a_thread_is_waited_for(tmp_path):
     script = (
         START
@@ -61,6 +63,7 @@ threading.Thread(target=loop).start()
 
 
 @pytest.mark.parametrize("blit", [False, True])
+@pytest.mark.deep
 def test_an_animation_may_move_the_robot(tmp_path, blit):
     """It runs while the window would be open, until the interrupt, and no longer."""
     script = f"""{START}{ANIMATION}
@@ -82,6 +85,7 @@ except KeyboardInterrupt:
     assert (tmp_path / "script_figure_1.png").stat().st_size > 5000
 
 
+@pytest.mark.deep
 def test_an_animation_is_seen_once_and_an_endless_one_is_closed(tmp_path):
     script = f"""{ANIMATION}
 import itertools, time
@@ -110,6 +114,7 @@ plt.show()
     assert done.stderr.count("ValueError: of a frame") == 1 and "Warning" not in done.stderr
 
 
+@pytest.mark.deep
 def test_the_picture_itself_may_be_asked_for(tmp_path):
     script = """import matplotlib.pyplot as plt, numpy as np
 figure, axes = plt.subplots()
@@ -124,6 +129,7 @@ print([picture[240, 328].tolist() for picture in pictures])
     assert run(tmp_path, script).stdout == "[[255, 0, 0, 255], [0, 0, 255, 255]]\n"
 
 
+@pytest.mark.deep
 def test_scopes_of_anything(tmp_path):
     """Matrices, what is not finite, and titles that Matplotlib would read as formulas."""
     script = (
@@ -142,6 +148,7 @@ for k in range(5):
     assert about["files"] == ["script_scopes.png"]
 
 
+@pytest.mark.deep
 def test_what_waits_for_others_takes_real_time(tmp_path):
     """Queues, processes and asyncio under a clock that stands still; the script's own clock is the simulation's."""
     script = (
@@ -167,6 +174,7 @@ print(start, time.monotonic(), time.perf_counter())
     assert done.stdout.splitlines() == ["[1, 2]", "3", "0.03 0.53 0.53"]
 
 
+@pytest.mark.deep
 def test_a_thread_that_nobody_ends_does_not_keep_the_command(tmp_path):
     """The main thread is interrupted where it does not expect it; the other would look for news for ever."""
     script = (

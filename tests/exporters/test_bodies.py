@@ -51,9 +51,9 @@ def test_a_robot_without_masses_has_none():
         ValueError, match="asks for masses, and this robot has none: give it zz1, zz2, m"
     ):
         legs_of(fb.ROBOTS["hoang-2015"].robot)
-    with pytest.raises(ValueError, match="leg 1 of this robot: with zz1 = 0"):
+    with pytest.raises(ValueError, match="leg 1 of this robot.* zz1"):
         legs_of(fb.FiveBar(zz1=0))
-    with pytest.raises(ValueError, match="leg 2 of this robot: with zz2 = 0"):
+    with pytest.raises(ValueError, match="leg 2 of this robot.* zz2"):
         legs_of(fb.FiveBar(zz2=0))
     with pytest.raises(ValueError, match="m = 0 kg must be above 0 kg"):
         legs_of(fb.FiveBar(m=0))
@@ -78,6 +78,7 @@ def possible(robot):
     return (allowed[0] & allowed[1]).any()
 
 
+@pytest.mark.deep
 def test_bodies_are_found_wherever_there_are_any():
     rng, found = np.random.default_rng(6), []
     for _ in range(60):
@@ -111,5 +112,5 @@ def test_what_is_asked_for_is_the_least():
     legs_of(replace(robot, m=least * (1 + 1e-9)))
     with pytest.raises(ValueError, match=f"must be above {least:.6g} kg"):
         legs_of(replace(robot, m=least * (1 - 1e-9)))
-    with pytest.raises(ValueError, match="zz12 = -0.003 is zz12"):
+    with pytest.raises(ValueError, match="leg 1 of this robot.* -0.001 kg"):
         legs_of(replace(robot, zz12=-0.003))

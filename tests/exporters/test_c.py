@@ -122,6 +122,7 @@ def test_the_models_themselves_say_the_same(made):
 
 @pytest.mark.filterwarnings("ignore:invalid value", "ignore:divide by zero", "ignore:overflow")
 @pytest.mark.parametrize("single", [False, True], ids=["double", "float"])
+@pytest.mark.deep
 def test_arm_is_equal_to_the_bit_where_no_trigonometric_function_is(made, single):
     need("ARM compilers")
     robot, functions, program = made
@@ -147,6 +148,7 @@ def test_arm_is_equal_to_the_bit_where_no_trigonometric_function_is(made, single
 
 
 @pytest.mark.filterwarnings("ignore:invalid value", "ignore:divide by zero", "ignore:overflow")
+@pytest.mark.deep
 def test_single_precision_errs_by_no_more_than_its_instructions_round(made):
     robot, functions, program = made
     own = program(single=True)
@@ -202,6 +204,7 @@ def test_the_loop_closed_by_the_exported_controller(flags, most):
     assert apart < most and (not flags or apart > 1e-9)
 
 
+@pytest.mark.deep
 def test_a_motor_gets_nothing_where_there_is_no_pose(tmp_path):
     need("a C compiler")
     function = controller(fb.FiveBar())

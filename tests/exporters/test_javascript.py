@@ -74,6 +74,7 @@ def test_every_operation_at_every_kind_of_number():
 
 @pytest.mark.filterwarnings("ignore:invalid value", "ignore:divide by zero", "ignore:overflow")
 @pytest.mark.parametrize("name", ["unequal", "biglide"])
+@pytest.mark.deep
 def test_models_are_casadis_to_the_bit_where_nothing_is_trigonometric(name):
     kind, values = type(ROBOTS[name]), parameters_of(ROBOTS[name])
     p, rng = ca.SX.sym("p", len(values)), np.random.default_rng(7)

@@ -16,7 +16,8 @@ OFFERED = {
     "rclpy": rclpy,
 }
 ABSENT = re.compile(
-    r"\w+_(msgs|srvs|interfaces)|rospy|roslib|ament_\w+|launch(_\w+)?|tf2?(_\w+)?|rosidl\w*|gazebo_ros\w*"
+    r"\w+_(msgs|srvs|interfaces)|rospy|roslib|ament_\w+|launch(_\w+)?|tf2?(_\w+)?|rosidl\w*"
+    r"|gazebo_ros\w*"
     r"|controller_manager|PyQt\d|PySide\d|pyqtgraph"
 )
 

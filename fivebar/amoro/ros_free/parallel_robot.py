@@ -34,26 +34,21 @@ class Robot:
         self._oscillates = False
         self._effort, self._limit = OSCILLATION[robot_type]
         self._efforts = [self._effort, -self._effort]
-        self.active_left_joint, self.active_right_joint = Joint(), Joint()
-        self.passive_left_joint, self.passive_right_joint = Joint(), Joint()
+        self._joints = [Joint() for _ in range(4)]
+        self.active_left_joint, self.active_right_joint = self._joints[:2]
+        self.passive_left_joint, self.passive_right_joint = self._joints[2:]
         self.end_effector = EndEffector()
         self._read()
 
     def _read(self):
         state = self._world.state
-        columns = zip(
-            (
-                self.active_left_joint,
-                self.active_right_joint,
-                self.passive_left_joint,
-                self.passive_right_joint,
-            ),
-            (*state.q.tolist(), *state.passive.tolist()),
-            (*state.q_dot.tolist(), *state.passive_dot.tolist()),
-            (*state.q_ddot.tolist(), *state.passive_ddot.tolist()),
+        columns = (
+            [*state.q.tolist(), *state.passive.tolist()],
+            [*state.q_dot.tolist(), *state.passive_dot.tolist()],
+            [*state.q_ddot.tolist(), *state.passive_ddot.tolist()],
         )
-        for joint, position, velocity, acceleration in columns:
-            joint.position, joint.velocity, joint.acceleration = position, velocity, acceleration
+        for joint, *values in zip(self._joints, *columns):
+            joint.position, joint.velocity, joint.acceleration = values
         end = self.end_effector
         end.position_x, end.position_y = state.xi.tolist()
         end.velocity_x, end.velocity_y = state.xi_dot.tolist()

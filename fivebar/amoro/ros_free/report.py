@@ -10,7 +10,7 @@ from .plot_tools import scopes
 from .tracking import words
 
 PEN = "#0072B2", "#D55E00"
-MOST_COLUMNS, MARGIN = 4, 0.04
+MOST_COLUMNS = 4
 
 
 def figures(world, run, wall):
@@ -71,38 +71,27 @@ def write_files(run, options):
 
 
 def draw_scopes(figure_of):
-    """All scopes on one sheet, on a figure of this kind."""
-    count = len(drawn())
-    columns = min(count, 2 if count <= 4 else MOST_COLUMNS)
-    rows = -(-count // columns)
-    width, height = 3.9 * columns + 0.2, 2.2 * rows + 0.5  # inches
-    figure = figure_of(figsize=(width, height))
-    for scope, axes in zip(drawn(), figure.subplots(rows, columns, squeeze=False).flat):
+    """Return a figure of this kind with all scopes."""
+    shown = drawn()
+    columns = min(len(shown), 2 if len(shown) <= 4 else MOST_COLUMNS)
+    rows = -(-len(shown) // columns)
+    figure = figure_of(figsize=(3.9 * columns + 0.2, 2.2 * rows + 0.5), layout="constrained")
+    for scope, axes in zip(shown, figure.subplots(rows, columns, squeeze=False).flat):
         t, *curves = np.transpose(scope.points)
-        values = np.array([*scope.limits, *np.ravel(curves)])
-        known = values[np.isfinite(values)] if np.isfinite(values).any() else np.zeros(1)
         for curve, name, colour, style in zip(curves, ("y1", "y2"), PEN, ("-", "--")):
             axes.plot(t, curve, style, color=colour, lw=1.4, label=name)
-        space = MARGIN * (max(known) - min(known)) or 1.0
-        axes.set_ylim(min(known) - space, max(known) + space)
-        apart = _difference(scope)["largest_difference"]
-        axes.set_title(f"{scope.title} (at most {apart:.3g} apart)", fontsize=10, parse_math=False)
+        limits = [limit for limit in scope.limits if np.isfinite(limit)]
+        axes.update_datalim([(t[0], limit) for limit in limits])
+        difference = _difference(scope)["largest_difference"]
+        title = f"{scope.title} (at most {difference:.3g} apart)"
+        axes.set_title(title, fontsize=10, parse_math=False)
         axes.grid(alpha=0.25)
         axes.margins(x=0)
-    for axes in figure.axes[count:]:
+    for axes in figure.axes[len(shown) :]:
         axes.remove()
     for axes in figure.axes[-columns:]:
         axes.set_xlabel("time (s)")
     figure.axes[0].legend(fontsize=8)
-    # By hand: Matplotlib's own layouts take as long as the drawing.
-    figure.subplots_adjust(
-        left=0.6 / width,
-        right=1 - 0.15 / width,
-        bottom=0.5 / height,
-        top=1 - 0.3 / height,
-        wspace=0.2,
-        hspace=0.3,
-    )
     return figure
 
 
@@ -140,14 +129,12 @@ def print_words(about):
 
 
 def print_json(about, stream):
-    """The same as data; null for what is no number."""
-    known = [
-        {
-            key: value if key == "title" or np.isfinite(value) else None
-            for key, value in each.items()
-        }
-        for each in about["scopes"]
-    ]
+    """Print the same as data; null for what is no number."""
+    known = []
+    for scope in about["scopes"]:
+        values = [scope["largest_difference"], scope["rms_difference"]]
+        largest, rms = (value if np.isfinite(value) else None for value in values)
+        known.append(scope | {"largest_difference": largest, "rms_difference": rms})
     print(json.dumps(about | {"scopes": known}, indent=2), file=stream)
 
 

@@ -18,47 +18,39 @@ def reference(task, t):
 
 
 def tracking(task, kind, run):
-    """Figures of a five-bar's tracking error, m, and its mark; the task begins at the sample where
-    it fits best.
-    """
+    """Return a five-bar's tracking error, m, and its mark; the task begins where it fits best."""
+    duration = TASKS[task][2]
     if kind != "five_bar" or run is None:
+        raise ValueError(f"--mark {task}: it needs a five-bar that moved")
+    end = duration + MOST_LATE * STEP
+    if run.t[-1] < end:
         raise ValueError(
-            f"--mark {task}: "
-            + ("nothing was stepped" if run is None else "it is a task of the five-bar")
-        )
-    after = TASKS[task][2] + MOST_LATE * STEP
-    if run.t[-1] < after:
-        raise ValueError(
-            f"--mark {task}: the motion ends at {run.t[-1]:g} s, the task at {TASKS[task][2]:g} s"
+            f"--mark {task}: the motion ends at {run.t[-1]:g} s, the task at {duration:g} s"
             " (--until)"
         )
-    kept = run.t <= after
-    errors = [
-        np.linalg.norm(run.xi[kept] - reference(task, run.t[kept] - late * STEP), axis=1)
-        for late in range(MOST_LATE + 1)
-    ]
+    kept, errors = run.t <= end, []
+    for late in range(MOST_LATE + 1):
+        points = reference(task, run.t[kept] - late * STEP)
+        errors.append(np.linalg.norm(run.xi[kept] - points, axis=1))
     error = min(errors, key=np.max)
     largest = float(error.max())
-    share = (
-        np.clip(np.log(NONE / max(largest, 1e-12)) / np.log(NONE / FULL), 0, 1)
-        if np.isfinite(largest)
-        else 0.0
-    )
+    share = np.log(NONE / max(largest, 1e-12)) / np.log(NONE / FULL)
     return {
         "task": task,
         "largest_error_m": largest,
         "rms_error_m": float(np.sqrt(np.mean(error**2))),
         "error_at_the_end_m": float(error[-1]),
-        "points": round(POINTS * float(share), 1),
+        "points": round(POINTS * float(np.clip(np.nan_to_num(share), 0, 1)), 1),
         "of": POINTS,
     }
 
 
-def words(found):
-    """The same in a line."""
+def words(marks):
+    """Return the same in a line."""
+    names = "largest_error_m", "rms_error_m", "error_at_the_end_m"
+    largest, rms, last = (1e3 * marks[name] for name in names)
     return (
-        f"control task {found['task']}: errors at most {1e3 * found['largest_error_m']:.3g} mm, RMS"
-        f" {1e3 * found['rms_error_m']:.3g} mm, at the end {1e3 * found['error_at_the_end_m']:.3g}"
-        f" mm: {found['points']:g} of {found['of']} points ({1e3 * FULL:g} mm or less is worth all,"
-        f" {1e3 * NONE:g} mm none)"
+        f"control task {marks['task']}: errors at most {largest:.3g} mm, RMS {rms:.3g} mm, at the"
+        f" end {last:.3g} mm: {marks['points']:g} of {marks['of']} points ({1e3 * FULL:g} mm or"
+        f" less is worth all, {1e3 * NONE:g} mm none)"
     )

@@ -20,7 +20,8 @@ void dgm(long n, const double *q, double *xi) {
     for (long i = 0; i < n; i++) {
         double x1 = -d / 2 + l * cos(q[2 * i]), y1 = l * sin(q[2 * i]);
         double dx = d / 2 + l * cos(q[2 * i + 1]) - x1, dy = l * sin(q[2 * i + 1]) - y1;
-        double square = dx * dx + dy * dy, moment = 0.5 * sqrt((total - square) * square), scale = 1 / square;
+        double square = dx * dx + dy * dy, scale = 1 / square;
+        double moment = 0.5 * sqrt((total - square) * square);
         xi[2 * i] = x1 + (0.5 * square * dx - moment * dy) * scale;
         xi[2 * i + 1] = y1 + (0.5 * square * dy + moment * dx) * scale;
     }
