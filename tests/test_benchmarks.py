@@ -7,7 +7,13 @@ from tests.helpers.needs import need
 
 
 @pytest.mark.parametrize(
-    "benchmark, figures", [(speed, 8), (engine, 5), (singularities, 4), (live_page, 9)]
+    "benchmark, figures",
+    [
+        (speed, 8),
+        (singularities, 4),
+        pytest.param(engine, 5, marks=pytest.mark.deep),
+        pytest.param(live_page, 9, marks=pytest.mark.deep),
+    ],
 )
 def test_a_benchmark_runs(benchmark, figures, capsys, compiler):
     benchmark.main(quick=True)

@@ -32,8 +32,8 @@ closes for instance at
     "joint": (
         """\
 Its loop is closed by the joint tip, as Gazebo Classic reads it, and Gazebo where its physics takes
-closed chains; Drake takes none. It stands in a closed pose, from which all joints count: the robot's
-coordinates are theirs and
+closed chains; Drake takes none. It stands in a closed pose, from which all joints count: the
+robot's coordinates are theirs and
 {angles}."""
     ),
 }

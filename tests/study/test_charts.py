@@ -49,12 +49,14 @@ def measured_order(chart, problem, name, panel, knobs):
 @pytest.mark.parametrize(
     "name, knobs",
     [
-        ("fivebar: order 8, four bars, VM", slice(None)), ("fivebar: order 8, task chart, compiled", slice(1, 6)),
-        ("fivebar.simulate: steps of order 8", slice(None)),
-        ("fivebar: RK4, four bars, compiled", slice(4, 10, 2)),
-        ("explicit Euler, Python", slice(6)), ("semi-implicit Euler, Python", slice(6)), ("RK4, Python", slice(6)),
-        ("CasADi collocation, Radau of degree 3", slice(None)), ("redundant DAE, RK4, Python", slice(6)),
-        ("redundant DAE, Baumgarte 10/s", slice(4, 8)), ("redundant DAE, Baumgarte 1/step", slice(3, 7)),
+        ("fivebar: order 8, four bars, VM", slice(None)), ("explicit Euler, Python", slice(6)),
+        ("semi-implicit Euler, Python", slice(6)), ("RK4, Python", slice(6)),
+        ("redundant DAE, RK4, Python", slice(6)), ("CasADi collocation, Radau of degree 3", slice(None)),
+        pytest.param("fivebar: order 8, task chart, compiled", slice(1, 6), marks=pytest.mark.deep),
+        pytest.param("fivebar: RK4, four bars, compiled", slice(4, 10, 2), marks=pytest.mark.deep),
+        pytest.param("fivebar.simulate: steps of order 8", slice(None), marks=pytest.mark.deep),
+        pytest.param("redundant DAE, Baumgarte 10/s", slice(4, 8), marks=pytest.mark.deep),
+        pytest.param("redundant DAE, Baumgarte 1/step", slice(3, 7), marks=pytest.mark.deep),
     ],
 )  # fmt: skip
 def test_integrators_have_their_orders(name, knobs, compiler):
@@ -82,7 +84,7 @@ def test_contours_have_their_order():
     ) == pytest.approx(2, abs=0.1)
 
 
-DEEP = "simulators", "trackers", "integrators", "chip"  # take seconds, the first a minute
+DEEP = "simulators", "trackers", "integrators", "chip", "stability", "geometry"
 NAMES = [pytest.param(name, marks=[pytest.mark.deep] * (name in DEEP)) for name in ALL]
 
 
@@ -122,6 +124,7 @@ def test_a_bit_of_each_chart(name, compiler, tmp_path, monkeypatch):
     assert (tmp_path / f"{name}.svg").stat().st_size > 20_000
 
 
+@pytest.mark.deep
 def test_geometry_knows_right_from_wrong(compiler):
     """The routes agree with the dyad but in the branch that arctg loses."""
     chart = routes.chart()
@@ -138,6 +141,7 @@ def test_geometry_knows_right_from_wrong(compiler):
     assert all(row["error"] < 1e-15 for row in rows.values() if "error" in row)
 
 
+@pytest.mark.deep
 def test_single_precision_costs_a_chip_digits_and_saves_it_instructions():
     """Errors are those of ARM's own results; a chip without double precision pays for it in instructions."""
     needs.need("ARM compilers")

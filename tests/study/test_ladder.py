@@ -17,6 +17,7 @@ def found():
     return {name: climb(CASES[name]) for name in CASES}
 
 
+@pytest.mark.deep
 def test_the_top_misses_nothing_and_what_is_not_named_costs_nothing(found):
     for name, rungs in found.items():
         assert [rung.name for rung in rungs] == list(RUNGS)
@@ -31,6 +32,7 @@ def test_the_top_misses_nothing_and_what_is_not_named_costs_nothing(found):
                 )
 
 
+@pytest.mark.deep
 def test_what_is_missed_is_what_the_models_differ_by(found):
     case = CASES["vertical"]
     light = fb.FiveBar(
@@ -46,6 +48,7 @@ def test_what_is_missed_is_what_the_models_differ_by(found):
     )
 
 
+@pytest.mark.deep
 def test_the_chart_has_a_panel_for_each_robot(found, tmp_path):
     made = figure(found)
     made.savefig(tmp_path / "ladder.png")

@@ -22,6 +22,7 @@ def peers():
 
 
 @pytest.mark.parametrize("problem", list(motions.DRIVEN))
+@pytest.mark.deep
 def test_peers_are_the_same_robot(problem, peers):
     """By their own formulas they come to the same end: the models agree, and what differs is the integration."""
     chart = simulators.chart()
@@ -43,12 +44,14 @@ def test_peers_are_the_same_robot(problem, peers):
      ("Exudyn as it comes, C++ loop", (200, 400)),
      ("Pinocchio, semi-implicit Euler, Python", (400, 800))],
 )  # fmt: skip
+@pytest.mark.deep
 def test_peers_have_their_orders(name, knobs, peers):
     chart = simulators.chart()
     order = measured_order(chart, "forced", name, chart.panels[0][0], knobs)
     assert order == pytest.approx(chart.method(name).order, abs=0.1)
 
 
+@pytest.mark.deep
 def test_the_traps_cost_digits(peers):
     """At the same settings: torque held over a step, a light body in the loop, and the nearest branch."""
     chart = simulators.chart()

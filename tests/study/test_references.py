@@ -105,7 +105,12 @@ def extrapolated(slope, y, step, levels):
 
 @pytest.mark.parametrize(
     "name, steps, levels",
-    [("regular", 25, 10), ("grazing", 32, 11), ("through", 60, 11), ("forced", 25, 11)],
+    [
+        ("regular", 25, 10),
+        ("grazing", 32, 11),
+        pytest.param("through", 60, 11, marks=pytest.mark.deep),
+        ("forced", 25, 11),
+    ],
 )
 def test_ends_of_the_motions(name, steps, levels):
     known = [table[name] for table in (motions.MOTIONS, DRIVEN) if name in table]

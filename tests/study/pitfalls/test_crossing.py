@@ -71,6 +71,7 @@ def test_simulated():
     assert not crosses(fb.ComputedTorque(ROBOT, 100, 20), straight())
 
 
+@pytest.mark.deep
 def test_what_the_sampled_loop_does():
     """At any period it jumps off the path by millimetres, with torques that depend on where a sample falls."""
     peaks = []

@@ -26,6 +26,7 @@ def test_those_that_do_not(name):
     assert not keeps_its_energy(drift_by(name, step=1e-3))
 
 
+@pytest.mark.deep
 def test_those_that_do_as_well(ours):
     """Away from singularities a careful user of joint coordinates is as well served: the price is the time."""
     assert keeps_its_energy(drift_by("RK4", step=1e-3))

@@ -69,6 +69,7 @@ def all_survive(steps):
     )
 
 
+@pytest.mark.deep
 def test_every_fixed_step():
     naive = free_motion_by_steps(ROBOT, STEPS)
     assert all_survive(free_motion_of_ours_by_steps(ROBOT, STEPS[::20]))

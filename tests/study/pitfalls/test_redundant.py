@@ -32,6 +32,7 @@ def test_without_stabilisation(drifting):
     assert drifting.closure[-1] > 10 * drifting.closure[len(drifting.t) // 5]  # and on it goes
 
 
+@pytest.mark.deep
 def test_with_baumgarte(drifting):
     for rate in (10.0, 100.0):
         held = redundant_motion(ROBOT, free_start(ROBOT), DURATION, STEP, rate)
