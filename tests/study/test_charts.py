@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from fivebar.study.pitfalls.sampled import exact_noise_gain, noise_gain
 from fivebar.study.speed_accuracy import findings, making
 from fivebar.study.speed_accuracy.chart import OURS, load
 from fivebar.study.speed_accuracy.charts import contours, derivatives, integrators, motions
@@ -12,6 +11,7 @@ from fivebar.study.speed_accuracy.runner import measure, row_of
 from fivebar.study.speed_accuracy.store import COLUMNS, Result
 from tests.benchmarks import chip, routes
 from tests.benchmarks.charts import ALL
+from tests.benchmarks.gains import exact_noise_gain, noise_gain
 from tests.helpers import needs
 
 

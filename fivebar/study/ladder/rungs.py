@@ -32,7 +32,10 @@ RUNGS = {
     "dry friction": ("fs1", "fs2"),
     "turning bars": ("zz12", "zz22", "my12", "my22"),
 }
-KP, KD, PERIOD = 400.0, 40.0, 1e-3  # 1/s^2, 1/s, s
+# 1/s^2, 1/s, s
+KP = 400.0
+KD = 40.0
+PERIOD = 1e-3
 SETTLED = 0.4  # of the task, after which errors count
 CALLS = 300  # of which the fastest half gives the time of a step
 
@@ -65,7 +68,8 @@ class Rung:
 
 
 def _upright_lab():
-    bar, links = Link(1.0, 0.045, 0.0, 0.002025), {}
+    bar = Link(1.0, 0.045, 0.0, 0.002025)
+    links = {}
     links["11"] = links["21"] = bar
     return FiveBar.from_links(
         0.09, 0.09, 0.09, 0.09, 0.118, links, payload=0.5, gravity=(0.0, -9.81)
@@ -75,7 +79,8 @@ def _upright_lab():
 def _haptic():
     lengths = 0.07, 0.09, 0.07, 0.09
     masses = [2700 * 0.015 * 0.004 * length for length in lengths]
-    links, motors = dict(zip(("11", "12", "21", "22"), masses)), (1e-6, 1e-6)
+    links = dict(zip(("11", "12", "21", "22"), masses))
+    motors = (1e-6, 1e-6)
     return FiveBar.from_links(
         *lengths, 0.0, links, payload=0.02, rotor=motors, coulomb=(1e-3, 1e-3)
     )
@@ -102,7 +107,8 @@ CASES = {
 
 def climb(case: Case, progress: Callable[[], object] = lambda: None) -> list[Rung]:
     """Return the rungs of a case, each with those below it; call progress after each."""
-    robot, rungs = case.robot, []
+    robot = case.robot
+    rungs = []
     unknown = [name for names in RUNGS.values() for name in names]
     pose = igm(robot, case.reference(0.0)[0], case.working)
     expected = task_torques(robot, case)

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from ...models.robots import Robot
     from ...planning.trajectory import Trajectory
 
-START, GOAL, DURATION = (0.09, 0.06796322), (0.05, 0.0), 4.0
+START = (0.09, 0.06796322)
+GOAL = (0.05, 0.0)
+DURATION = 4.0
 
 
 def straight() -> Trajectory:

@@ -22,7 +22,9 @@ OURS = 2e-15  # bound of the relative error of our rates, which the tests check 
 def swing(t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return q, q', q'' (n, 2) at t (n,) s of a smooth motion within the robot's regular region."""
     t = np.asarray(t, dtype=float)[..., None]
-    size, rate, phase = np.array([0.3, 0.25]), np.array([3.0, 4.0]), np.array([0.4, 1.1])
+    size = np.array([0.3, 0.25])
+    rate = np.array([3.0, 4.0])
+    phase = np.array([0.4, 1.1])
     angle = rate * t + phase
     return size * np.sin(angle), size * rate * np.cos(angle), -size * rate**2 * np.sin(angle)
 
@@ -37,7 +39,8 @@ def analytic(robot: Robot, t: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 def differences(robot: Robot, t: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Return them as MechAnalyzer's eq. 23 and 25: V2 = (P2 - P1) / dt, A2 = (V2 - V1) / dt."""
     p0, p1, p2 = (dgm(robot, swing(t - k * step)[0]).xi for k in (2, 1, 0))
-    v1, v2 = (p1 - p0) / step, (p2 - p1) / step
+    v1 = (p1 - p0) / step
+    v2 = (p2 - p1) / step
     return v2, (v2 - v1) / step
 
 
@@ -53,7 +56,8 @@ class Differentiation(NamedTuple):
 
 def error_curve(robot: Robot, steps: Sequence[float]) -> Differentiation:
     """Return how far differences are from the analytic rates, in parts of the largest rate."""
-    t, errors = np.linspace(0, 2, 50), []
+    t = np.linspace(0, 2, 50)
+    errors = []
     exact = np.array(analytic(robot, t))
     largest = np.abs(exact).max(axis=(1, 2))
     for step in steps:

@@ -46,14 +46,17 @@ def drift_by(name: str, step: float = 1e-3, duration: float = 10.0, rtol: float 
     """Return the drift of explicit or semi-implicit Euler, RK4 (step in s), or a SciPy solver."""
     start = conservative_start()
     assembly = int(start.pose.assembly)
-    slope, state = joint_slope(ROBOT, assembly), np.concatenate([start.pose.q, start.q_dot])
+    slope = joint_slope(ROBOT, assembly)
+    state = np.concatenate([start.pose.q, start.q_dot])
     if name in FIXED:
         t, states = march(FIXED[name], slope, state, duration, step)
         evaluations = (len(t) - 1) * (4 if name == "RK4" else 1)
     else:
         t = np.linspace(0, duration, 1001)
         solution = adaptive(slope, state, t, name, rtol=rtol, atol=1e-3 * rtol)
-        t, states, evaluations = solution.t, solution.states, solution.evaluations
+        t = solution.t
+        states = solution.states
+        evaluations = solution.evaluations
     energy = joint_model(ROBOT, states.T, assembly)[3]
     return Drift(name, t, energy / energy[:1] - 1, evaluations)
 

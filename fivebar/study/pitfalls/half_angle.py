@@ -26,7 +26,9 @@ def half_angle(a: np.ndarray, b: np.ndarray, c: np.ndarray, branch: int) -> np.n
 
 def half_angle_igm(robot: FiveBar, xi: ArrayLike, working: int = -1) -> np.ndarray:
     """Return q11 (n,) rad of the left leg that reaches xi (n, 2) m, by the half-angle formula."""
-    (x, y), l1, l2 = np.moveaxis(np.asarray(xi, dtype=float), -1, 0), robot.l11, robot.l12
+    (x, y) = np.moveaxis(np.asarray(xi, dtype=float), -1, 0)
+    l1 = robot.l11
+    l2 = robot.l12
     x = x + robot.d / 2
     with np.errstate(invalid="ignore", divide="ignore"):
         return half_angle(-2 * l1 * y, -2 * l1 * x, x * x + y * y + l1 * l1 - l2 * l2, -working)

@@ -91,7 +91,8 @@ def adaptive(
             raise _TooMany
         return slope(t, y)
 
-    span, tolerances = (t_eval[0], t_eval[-1]), {"rtol": rtol, "atol": atol}
+    span = (t_eval[0], t_eval[-1])
+    tolerances = {"rtol": rtol, "atol": atol}
     try:
         with np.errstate(all="ignore"):
             result = solve_ivp(counted, span, state, method=method, t_eval=t_eval, **tolerances)

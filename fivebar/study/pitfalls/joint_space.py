@@ -11,7 +11,7 @@ import numpy as np
 from ...models.geometry import igm
 from ...models.kinematics import ikm
 from ...simulation.simulate import simulate
-from .integrators import adaptive, march, rk4
+from .integrators import adaptive, rk4
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -35,16 +35,24 @@ def joint_model(robot: FiveBar, state: np.ndarray, assembly: int) -> tuple[np.nd
     The lab's formulas as printed (AMORO eq. 1-3, 13, 18, 25), with general lengths; the arrays have
     any shape. nan where the loop does not close.
     """
-    q, q_dot, column = state[:2], state[2:], (2,) + (1,) * (state.ndim - 1)
-    l1, l2 = np.reshape([robot.l11, robot.l21], column), np.reshape([robot.l12, robot.l22], column)
-    base, cos, sin = np.reshape([-robot.d / 2, robot.d / 2], column), np.cos(q), np.sin(q)
-    ex, ey = base + l1 * cos, l1 * sin
-    dx, dy = ex[1] - ex[0], ey[1] - ey[0]
+    q = state[:2]
+    q_dot = state[2:]
+    column = (2,) + (1,) * (state.ndim - 1)
+    l1 = np.reshape([robot.l11, robot.l21], column)
+    l2 = np.reshape([robot.l12, robot.l22], column)
+    base = np.reshape([-robot.d / 2, robot.d / 2], column)
+    cos = np.cos(q)
+    sin = np.sin(q)
+    ex = base + l1 * cos
+    ey = l1 * sin
+    dx = ex[1] - ex[0]
+    dy = ey[1] - ey[0]
     span = np.sqrt(dx**2 + dy**2)
     a = (span**2 + robot.l12**2 - robot.l22**2) / (2 * span)
     h = -assembly * np.sqrt(robot.l12**2 - a**2)
     xi = np.array([ex[0] + (a * dx - h * dy) / span, ey[0] + (a * dy + h * dx) / span])
-    ux, uy = (xi[0] - ex) / l2, (xi[1] - ey) / l2
+    ux = (xi[0] - ex) / l2
+    uy = (xi[1] - ey) / l2
     b = l1 * (uy * cos - ux * sin)
     det = ux[0] * uy[1] - uy[0] * ux[1]
 
@@ -53,7 +61,8 @@ def joint_model(robot: FiveBar, state: np.ndarray, assembly: int) -> tuple[np.nd
 
     J = np.array([inverse_a(b[0], 0 * det), inverse_a(0 * det, b[1])])  # its columns
     xi_dot = J[0] * q_dot[0] + J[1] * q_dot[1]
-    rx, ry = xi_dot[0] + l1 * sin * q_dot, xi_dot[1] - l1 * cos * q_dot
+    rx = xi_dot[0] + l1 * sin * q_dot
+    ry = xi_dot[1] - l1 * cos * q_dot
     transverse = ux * ry - uy * rx
     cosine = ux * cos + uy * sin
     # Leg by leg: Python's power of one number may differ from NumPy's square in the last digit.
@@ -109,15 +118,6 @@ def free_motion_by(robot: FiveBar, method: str, rtol: float = 1e-9) -> FreeRun:
     return FreeRun(f"{method}, {rtol:g}", solution.t, xi.T, energy, solution.success)
 
 
-def free_motion_by_rk4(robot: FiveBar, step: float) -> FreeRun:
-    """Return the free motion by RK4 with fixed step, s."""
-    state, assembly, slope = _started(robot)
-    with np.errstate(all="ignore"):
-        t, states = march(rk4, slope, state, DURATION, step)
-        xi, _, _, energy = joint_model(robot, states.T, assembly)
-    return FreeRun(f"RK4, {1e3 * step:.3g} ms", t, xi.T, energy)
-
-
 def free_motion_of_ours(robot: Robot, step: float) -> FreeRun:
     """Return the same by fivebar.simulate, the four bars in fixed steps, s."""
     run = simulate(robot, duration=DURATION, start=free_start(robot), step=step, method="rk4")
@@ -153,7 +153,8 @@ def free_motion_by_steps(robot: FiveBar, steps: ArrayLike) -> StepSizes:
     """
     steps = np.asarray(steps, dtype=float)
     start, assembly, slope = _started(robot)
-    state, counts = np.tile(start[:, None], len(steps)), np.round(DURATION / steps).astype(int)
+    state = np.tile(start[:, None], len(steps))
+    counts = np.round(DURATION / steps).astype(int)
     with np.errstate(all="ignore"):
         for k in range(counts.max()):
             going = np.flatnonzero((counts > k) & np.isfinite(state[0]))

@@ -46,8 +46,12 @@ def newton_dgm(
     l1, l2 = robot.distal
     phi1, phi2 = start
     for k in range(iterations + 1):
-        c1, s1, c2, s2 = math.cos(phi1), math.sin(phi1), math.cos(phi2), math.sin(phi2)
-        fx, fy = p1x + l1 * c1 - p2x - l2 * c2, p1y + l1 * s1 - p2y - l2 * s2
+        c1 = math.cos(phi1)
+        s1 = math.sin(phi1)
+        c2 = math.cos(phi2)
+        s2 = math.sin(phi2)
+        fx = p1x + l1 * c1 - p2x - l2 * c2
+        fy = p1y + l1 * s1 - p2y - l2 * s2
         # Minus that of the Jacobian of f; its sign is that of det A.
         determinant = l1 * l2 * (c1 * s2 - s1 * c2)
         converged = math.hypot(fx, fy) < tolerance

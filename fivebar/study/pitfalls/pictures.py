@@ -70,7 +70,8 @@ def free_motion(
     figure, (left, right) = _panels(2)
     for attempt, style in zip(attempts, OTHERS):
         finite = np.isfinite(attempt.xi[:, 1])
-        t, y = attempt.t[finite], 1e3 * attempt.xi[finite, 1]
+        t = attempt.t[finite]
+        y = 1e3 * attempt.xi[finite, 1]
         claim = '"success"' if attempt.success else "gave up"
         label = f"{attempt.name}: {claim}{'' if finite.all() else ', nan'}"
         left.plot(t, y, **style, lw=1.5, label=label)
@@ -79,7 +80,8 @@ def free_motion(
     left.plot(2.0, 1e3 * FREE_END[1], "o", color=INK, mfc="white", ms=7, label="true end")
     title = "Joint coordinates meet Type 2 at 0.1164 s"
     _finish(left, "time (s)", "y of the end-effector (mm)", title)
-    error, step = np.abs(naive_steps.energy_error), 1e3 * naive_steps.step
+    error = np.abs(naive_steps.energy_error)
+    step = 1e3 * naive_steps.step
     finite = np.isfinite(error)
     name = "joint coordinates, RK4"
     label = f"{name}: {finite.sum()} finished, without a word"

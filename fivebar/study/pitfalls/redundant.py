@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .integrators import adaptive, march, rk4
+from .integrators import march, rk4
 
 if TYPE_CHECKING:
     from ...models.kinematics import Rates
@@ -20,11 +20,18 @@ def constraints(robot: FiveBar, state: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
     g_i = (|xi - P_i(q_i)|^2 - l_i2^2) / 2 of the legs, G = dg/dz, g'' = G z'' + gamma.
     """
-    x, y, q, rates, turns = state[0], state[1], state[2:4], state[4:6], state[6:]
+    x = state[0]
+    y = state[1]
+    q = state[2:4]
+    rates = state[4:6]
+    turns = state[6:]
     base, crank = np.array([(drive.x, drive.length) for drive in robot.drives]).T
-    cos, sin = np.cos(q), np.sin(q)
-    rx, ry = x - base - crank * cos, y - crank * sin
-    vx, vy = rates[0] + crank * sin * turns, rates[1] - crank * cos * turns
+    cos = np.cos(q)
+    sin = np.sin(q)
+    rx = x - base - crank * cos
+    ry = y - crank * sin
+    vx = rates[0] + crank * sin * turns
+    vy = rates[1] - crank * cos * turns
     g = (rx * rx + ry * ry - np.square(robot.distal)) / 2
     along = crank * (ry * cos - rx * sin)  # r . P'
     jacobian = np.column_stack([rx, ry, np.diag(-along)])
@@ -38,12 +45,14 @@ def redundant_slope(robot: FiveBar, baumgarte: float = 0.0) -> Slope:
     baumgarte : alpha in 1/s; it adds 2 alpha g' + alpha^2 g to g'' = 0, so that errors of closure
         decay
     """
-    matrix, right = np.zeros((6, 6)), np.zeros(6)
+    matrix = np.zeros((6, 6))
+    right = np.zeros(6)
     matrix[:4, :4] = np.diag([robot.m, robot.m, robot.zz1, robot.zz2])
 
     def slope(t, state):
         g, jacobian, gamma = constraints(robot, state)
-        matrix[4:, :4], matrix[:4, 4:] = jacobian, jacobian.T
+        matrix[4:, :4] = jacobian
+        matrix[:4, 4:] = jacobian.T
         right[4:] = -gamma - 2 * baumgarte * (jacobian @ state[4:]) - baumgarte**2 * g
         return np.concatenate([state[4:], np.linalg.solve(matrix, right)[:4]])
 
@@ -96,15 +105,3 @@ def redundant_motion(
     """Return the free motion from `start` by RK4 with fixed step, s."""
     slope = redundant_slope(robot, baumgarte)
     return Redundant(robot, *march(rk4, slope, redundant_state(start), duration, step))
-
-
-def redundant_reference(
-    robot: FiveBar, start: Rates, duration: float, tolerance: float = 1e-13
-) -> Redundant:
-    """Return the same by DOP853 at a tolerance where its drift does not matter.
-
-    It shares no formula with ours, so it checks them.
-    """
-    t, limits = np.linspace(0, duration, 101), (tolerance, 1e-3 * tolerance)
-    result = adaptive(redundant_slope(robot), redundant_state(start), t, "DOP853", *limits)
-    return Redundant(robot, result.t, result.states)

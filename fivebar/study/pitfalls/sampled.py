@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import solve_discrete_lyapunov
 from scipy.optimize import brentq
 
 from ...control.laws import ComputedTorque
@@ -22,6 +21,8 @@ from ...planning.trajectory import line
 from ...simulation.simulate import simulate
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike
 
     from ...models.robots import Robot
@@ -59,8 +60,8 @@ def boundary(delay: int = 0) -> np.ndarray:
     return np.append(np.stack([p, r + p / 2], axis=-1), [(0.0, 0.0)], axis=0)
 
 
-class _Decided(Exception):
-    pass
+class Decided(Exception):
+    """The motion says enough."""
 
 
 def growth(robot: Robot, p: float, q: float, delay: int = 0) -> float:
@@ -75,18 +76,27 @@ def growth(robot: Robot, p: float, q: float, delay: int = 0) -> float:
         sizes.append(math.hypot(*error, *(PERIOD * rate)))
         recent = max(sizes[-8:])  # an oscillation passes through zero
         if len(sizes) > 8 and not 1e-6 * SMALL < recent < 1e4 * SMALL:
-            raise _Decided
+            raise Decided
 
-    _hold(robot, p, q, delay, np.zeros((200, 2, 2)), watch)
+    hold(robot, p, q, delay, watch, np.zeros((200, 2, 2)))
     quarter = len(sizes) // 4
     return (max(sizes[-quarter:]) / max(sizes[quarter : 2 * quarter])) ** (1 / (2 * quarter))
 
 
-def _hold(robot, p, q, delay, noise, watch):
-    """Hold the pose by ComputedTorque from a small error on, until watch(error, rate) is decided.
+def hold(
+    robot: Robot,
+    p: float,
+    q: float,
+    delay: int,
+    watch: Callable[[np.ndarray, np.ndarray], object],
+    noise: np.ndarray,
+) -> None:
+    """Hold the pose by ComputedTorque from a small error on, until watch raises Decided.
 
-    noise: (samples, 2, 2) of what is measured: of the angles, rad, and of the rates, in rad per
-    period.
+    Parameters
+    ----------
+    watch : (error, rate), both (2,), of each sample
+    noise : (samples, 2, 2) of what is measured: of the angles, rad, and of the rates, rad per period
     """
     home = dgm(robot, POSE)
     reference = line(home.xi, home.xi, len(noise) * PERIOD)
@@ -102,44 +112,8 @@ def _hold(robot, p, q, delay, noise, watch):
     timing = {"control_period": PERIOD, "step": PERIOD, "delay": delay}
     try:
         simulate(robot, watched, reference, start=start, **timing)
-    except _Decided:
+    except Decided:
         pass
-
-
-def noise_gain(robot: Robot, p: float, q: float, delay: int = 0) -> float:
-    """Return the standard deviation of the simulated robot's angles over that of measurement noise.
-
-    White noise of one size on angles and, per period, on rates, for 400 samples; the first quarter
-    does not count. inf where the motion grows.
-    """
-    errors, noise = [], np.random.default_rng(0).normal(0.0, SMALL, (400, 2, 2))
-
-    def watch(error, _):
-        errors.append(error)
-        if np.abs(error).max() > 1e4 * SMALL:
-            raise _Decided
-
-    _hold(robot, p, q, delay, noise, watch)
-    if len(errors) < len(noise):
-        return math.inf
-    return float(np.sqrt(np.mean(np.square(errors[len(noise) // 4 :]))) / SMALL)
-
-
-def exact_noise_gain(p: float, q: float, delay: int = 0) -> float:
-    """Return the same of the sampled double integrator, by its discrete Lyapunov equation; inf
-    where it is not stable.
-    """
-    if not is_stable(p, q, delay):
-        return math.inf
-    push = np.array([0.5, 1.0])  # of an acceleration, on (angle, rate per period) after a period
-    A, feedback = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([p, q])
-    if delay:
-        A = np.block([[A, push[:, None]], [-feedback, 0.0]])
-        driven = np.array([0.0, 0.0, 1.0])
-    else:
-        A, driven = A - np.outer(push, feedback), push
-    covariance = solve_discrete_lyapunov(A, (p * p + q * q) * np.outer(driven, driven))
-    return math.sqrt(covariance[0, 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +138,8 @@ def measure_limit(
     The edge p = 0 is left out, beyond which a gain would be negative. resolution: of the place, in
     parts of the ray.
     """
-    curve, centre = boundary(delay), np.array(CENTRES[delay])
+    curve = boundary(delay)
+    centre = np.array(CENTRES[delay])
     if delay == 0:
         ends = zip(curve[:2], curve[1:3])
         targets = np.concatenate([np.linspace(*pair, count // 2 + 2)[1:-1] for pair in ends])

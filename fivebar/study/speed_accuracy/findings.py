@@ -28,7 +28,8 @@ def observed_order(steps: Sequence[float], errors: Sequence[float], rounding: fl
     there are not two such steps.
     """
     order = np.argsort(steps)[::-1]
-    steps, errors = np.array(steps, dtype=float)[order], np.array(errors, dtype=float)[order]
+    steps = np.array(steps, dtype=float)[order]
+    errors = np.array(errors, dtype=float)[order]
     least = int(np.argmin(errors))
     floor = max(rounding, errors[least]) if least < len(errors) - 1 else rounding
     clear = np.flatnonzero(errors[: least + 1] > ABOVE_ROUNDING * floor)
@@ -89,7 +90,8 @@ def fastest(result: Result, panel: Panel, level: float) -> dict[str, float]:
 def caption(result: Result) -> str:
     """Return in a sentence who is fastest to the errors that the panels ask for."""
     families = {method.name: method.family for method in result.chart.methods}
-    ratios, total = defaultdict(list), 0
+    ratios = defaultdict(list)
+    total = 0
     for panel in result.chart.all_panels:
         for level in panel.levels:
             times = fastest(result, panel, level)
@@ -115,7 +117,8 @@ def tables(result: Result) -> list[Table]:
     made = []
     for panel in result.chart.all_panels:
         columns = {f"s, to {level:g}": fastest(result, panel, level) for level in panel.levels}
-        failed, rows = failures(result, panel), []
+        failed = failures(result, panel)
+        rows = []
         for method in result.chart.methods:
             values = [column.get(method.name) for column in columns.values()]
             word = words_of(failed.get(method.name, []))

@@ -47,7 +47,8 @@ def make(
         if name not in charts:
             raise UsageError(f"no chart {name!r}; the known ones are {', '.join(charts)}, and all")
     modules = {name: charts[name][0] for name in names}
-    results, partials = {}, []
+    results = {}
+    partials = []
     total = sum(len(load(module).jobs(quick)) for module in modules.values())
     with (
         locked_folder(folder, "chart"),

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 PALE = "#777777"
 COLOURS = *OKABE_ITO[:-1], "#8C6239", "#332288"  # brown, indigo: black is near the colour of ours
 MARKERS = "osD^vP*X<>"  # first hollow, then filled; ours filled
-WIDTH, HEIGHT, LANE = 5.3, 3.8, 0.27  # inches of a panel, and of a line in a strip
+# inches of a panel, and of a line in a strip
+WIDTH = 5.3
+HEIGHT = 3.8
+LANE = 0.27
 LETTERS = 15  # of small text in an inch
 
 
@@ -28,9 +31,11 @@ def draw(result: Result) -> Figure:
     """Return the Matplotlib figure of a Result."""
     figure = (result.chart.figure or panels)(result)
     figure.suptitle(result.chart.title, fontsize=13, fontweight="bold", color=INK)
-    handles, width = [], figure.get_figwidth()
+    handles = []
+    width = figure.get_figwidth()
     if not result.chart.figure:
-        styles, labels = method_styles(result.chart), _labels(result)
+        styles = method_styles(result.chart)
+        labels = _labels(result)
         handles = [Line2D([], [], label=labels[name], **style) for name, style in styles.items()]
     figure.legend(
         handles=handles,
@@ -47,7 +52,8 @@ def draw(result: Result) -> Figure:
 
 def panels(result: Result) -> Figure:
     """Return a figure of all panels, each below the strip of its failures."""
-    rows, styles = result.chart.panels, method_styles(result.chart)
+    rows = result.chart.panels
+    styles = method_styles(result.chart)
     columns = max(map(len, rows))
     failed = [[failures(result, panel) for panel in row] for row in rows]
     heights = []
@@ -71,9 +77,11 @@ def panels(result: Result) -> Figure:
 def method_styles(chart):
     """Return {method: how its line is drawn}: a colour for a family, a marker for a method."""
     others = dict.fromkeys(method.family for method in chart.methods if method.family != OURS)
-    colours, styles = {OURS: INK} | dict(zip(others, COLOURS)), {}
+    colours = {OURS: INK} | dict(zip(others, COLOURS))
+    styles = {}
     for k, method in enumerate(chart.methods):
-        ours, colour = method.family == OURS, colours[method.family]
+        ours = method.family == OURS
+        colour = colours[method.family]
         styles[method.name] = {
             "color": colour,
             "marker": MARKERS[k % len(MARKERS)],

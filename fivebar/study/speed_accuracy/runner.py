@@ -72,7 +72,8 @@ def row_of(problem: str, method: Method, knob: float, measure: Callable[..., dic
 
 def measure(chart: Chart, problem: str, name: str, knob: float, budget: float) -> dict:
     """Return times and measures of an attempt, or how it failed and after what time."""
-    attempt, times = Attempt(None, None), ()
+    attempt = Attempt(None, None)
+    times = ()
     before = time.perf_counter()
     try:
         with np.errstate(all="ignore"):
@@ -126,7 +127,10 @@ class Worker:
     """A process that makes attempts, one at a time; replaced where it hangs or crashes."""
 
     def __init__(self, module: str, limit: float, budget: float) -> None:
-        self.module, self.limit, self.budget, self.pool = module, limit, budget, None
+        self.module = module
+        self.limit = limit
+        self.budget = budget
+        self.pool = None
 
     def __enter__(self) -> Worker:
         return self

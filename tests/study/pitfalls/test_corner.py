@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.study.pitfalls.redundant import closure, redundant_reference
+from fivebar.study.pitfalls.redundant import closure
+from tests.study.pitfalls.reference import redundant_reference
 
 ROBOT = fb.FiveBar()
 CORNER = np.array([0.0, np.sqrt(0.18**2 - 0.059**2)])

@@ -5,7 +5,8 @@ import pytest
 
 import fivebar as fb
 from fivebar.study.pitfalls.joint_space import FREE_END, free_start
-from fivebar.study.pitfalls.redundant import closure, redundant_motion, redundant_reference
+from fivebar.study.pitfalls.redundant import closure, redundant_motion
+from tests.study.pitfalls.reference import redundant_reference
 
 ROBOT = fb.FiveBar()
 STEP, DURATION = 1e-3, 10.0

@@ -20,7 +20,8 @@ from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 from .dgm_routes import ROBOT
 from .geometry import GAPS, poses
 
-REGULAR, NEAR = "regular", "near"
+REGULAR = "regular"
+NEAR = "near"
 DYNAMIC = NAMES.index("dynamic_model")
 # Instructions as Python on arrays of a precision.
 NAMES_IN_NUMPY = {"atan2": "arctan2", "fabs": "abs", "fmin": "minimum", "fmax": "maximum"}
@@ -50,9 +51,13 @@ def inputs_of(problem: str, gap: float) -> dict[str, np.ndarray]:
     good = np.isfinite(pose.q_passive).all(axis=1)
     if problem != NEAR:
         good &= (np.abs(pose.sines) > 0.3).all(axis=0)
-    q, q_dot, q_ddot, offset = q[good], q_dot[good], q_ddot[good], offset[good]
+    q = q[good]
+    q_dot = q_dot[good]
+    q_ddot = q_ddot[good]
+    offset = offset[good]
     acc = dkm2(dkm(dgm(ROBOT, q), q_dot), q_ddot)
-    pose, ones = acc.rates.pose, np.ones((len(q), 1))
+    pose = acc.rates.pose
+    ones = np.ones((len(q), 1))
     inputs = {
         "q": q,
         "q_dot": q_dot,
@@ -78,7 +83,8 @@ def evaluated(function: ca.Function, problem: str, gap: float, precision: type) 
     known = inputs_of(problem, gap)
     inputs = {function.name_in(k): known[function.name_in(k)] for k in range(function.n_in())}
     given = {name: value.astype(precision) for name, value in inputs.items()}
-    count, outputs = len(known["q"]), range(function.n_out())
+    count = len(known["q"])
+    outputs = range(function.n_out())
     result = {
         function.name_out(k): np.empty((count, function.numel_out(k)), precision) for k in outputs
     }
@@ -98,7 +104,8 @@ def exact(problem: str, index: int, gap: float) -> np.ndarray:
 
 def judged(problem: str, index: int, gap: float, function: ca.Function) -> Callable:
     """Return judge: results -> largest error of an output, in parts of its largest value."""
-    wide, det_A = exact(problem, index, gap), inputs_of(problem, gap)["det_A"]
+    wide = exact(problem, index, gap)
+    det_A = inputs_of(problem, gap)["det_A"]
     edges = np.cumsum([function.numel_out(k) for k in range(function.n_out())])[:-1]
 
     def judge(results):
@@ -121,7 +128,8 @@ def in_precision(
 
     def prepare(problem, knob):
         index, gap = (DYNAMIC, knob) if problem == NEAR else (int(knob), 0.0)
-        function, per = make(index), len(inputs_of(problem, gap)["q"])
+        function = make(index)
+        per = len(inputs_of(problem, gap)["q"])
         judge = judged(problem, index, gap, function)
         return Attempt(lambda: evaluated(function, problem, gap, precision), judge, per)
 
@@ -137,7 +145,8 @@ def chart() -> Chart:
     """Return the chart of precisions."""
     places = by_size()
     knobs = {REGULAR: tuple(places), NEAR: GAPS[:9]}
-    single, double = in_precision(np.float32), in_precision(np.float64)
+    single = in_precision(np.float32)
+    double = in_precision(np.float64)
     methods = (
         Method("fivebar export, float", OURS, single, knobs),
         Method("fivebar export, double", "double precision", double, knobs),

@@ -78,7 +78,8 @@ def missing(lines: list[np.ndarray], points: np.ndarray) -> np.ndarray:
     b = np.concatenate([line[1:] for line in lines])
     _, near = cKDTree((a + b) / 2).query(points, k=min(8, len(a)))
     near = near.reshape(len(points), -1)
-    start, along = a[near], (b - a)[near]
+    start = a[near]
+    along = (b - a)[near]
     square = np.maximum(np.sum(along**2, axis=2), 1e-300)
     share = np.sum((points[:, None] - start) * along, axis=2) / square
     foot = start + np.clip(share, 0, 1)[..., None] * along
@@ -117,7 +118,8 @@ def by_casadi(jit: bool) -> Callable[..., Attempt]:
 
     def prepare(_, nodes):
         window = workspace_window(ROBOT)
-        x, y = np.linspace(*window[:2], nodes), np.linspace(*window[2:], nodes)
+        x = np.linspace(*window[:2], nodes)
+        y = np.linspace(*window[2:], nodes)
         grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         calls = {mode: Buffered(compiled(_field(mode)[0], jit).map(len(grid))) for mode in MODES}
 
@@ -141,14 +143,17 @@ def closed_form(*_: object) -> Attempt:
 
 def chart() -> Chart:
     """Return the chart of singularity loci."""
-    grid, compiler = "contours of a grid", (lacks_c_compiler,)
+    grid = "contours of a grid"
+    compiler = (lacks_c_compiler,)
     methods = (
         Method("fivebar.singularity_loci: closed form", OURS, closed_form),
         Method("grid by NumPy, contoured", grid, by_numpy, NODES, order=2),
         Method("grid by CasADi VM, contoured", grid, by_casadi(False), NODES, order=2),
         Method("grid by compiled C, contoured", grid, by_casadi(True), NODES, compiler, 2),
     )
-    panels, fine, coarse = [], (1e-4, 1e-6, 1e-9), (1e-3, 1e-4, 1e-5)
+    panels = []
+    fine = (1e-4, 1e-6, 1e-9)
+    coarse = (1e-3, 1e-4, 1e-5)
     for y, title, label, levels in (
         ("rms", "points, away from Type 1", "RMS distance from the true locus (m)", fine),
         ("error", "lines drawn, at worst", "largest distance from the true locus (m)", fine),

@@ -101,7 +101,9 @@ def automatic() -> ca.Function:
 
 def chart() -> Chart:
     """Return the chart of derivatives."""
-    compiler, ad, by_step = (lacks_c_compiler,), "differentiated by CasADi", "differences"
+    compiler = (lacks_c_compiler,)
+    ad = "differentiated by CasADi"
+    by_step = "differences"
     mechanalyzer = "backward differences (MechAnalyzer eq. 23, 25)"
     methods = (
         Method(

@@ -11,7 +11,8 @@ from ....base.backend import cos, sin, sqrt
 from ....models.geometry import dgm
 from ....models.robots import FiveBar
 
-ROBOT, ASSEMBLY = FiveBar(), -1
+ROBOT = FiveBar()
+ASSEMBLY = -1
 
 C_LOOP = """
 #include <math.h>
@@ -39,7 +40,8 @@ def ours(q1: Angle, q2: Angle) -> tuple:
 def elbows(q1: Angle, q2: Angle) -> tuple:
     """Return the left elbow, and the vector from it to the right one."""
     half = ROBOT.d / 2
-    x1, y1 = ROBOT.l11 * cos(q1) - half, ROBOT.l11 * sin(q1)
+    x1 = ROBOT.l11 * cos(q1) - half
+    y1 = ROBOT.l11 * sin(q1)
     return x1, y1, ROBOT.l21 * cos(q2) + half - x1, ROBOT.l21 * sin(q2) - y1
 
 

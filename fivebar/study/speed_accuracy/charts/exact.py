@@ -28,26 +28,32 @@ def exact_motion(
     r_i . xi'' = r_i . E_i'' - |xi' - E_i'|^2 with r_i = xi - E_i. The floats given are exact.
     """
     with localcontext(prec=DIGITS + 15):
-        half, elbows = Decimal(robot.d) / 2, []
+        half = Decimal(robot.d) / 2
+        elbows = []
         for base, length, *state in zip((-half, half), (robot.l11, robot.l21), q, q_dot, q_ddot):
             angle, w, a = (Decimal(float(value)) for value in state)
             u = np.array(cos_sin(angle))
-            v, bar = np.array([-u[1], u[0]]), Decimal(length)
+            v = np.array([-u[1], u[0]])
+            bar = Decimal(length)
             elbows.append((np.array([base, 0]) + bar * u, bar * w * v, bar * (a * v - w * w * u)))
         (e1, v1, a1), (e2, v2, a2) = elbows
-        span, l1, l2 = e2 - e1, Decimal(robot.l12), Decimal(robot.l22)
+        span = e2 - e1
+        l1 = Decimal(robot.l12)
+        l2 = Decimal(robot.l22)
         square = span @ span
         along = (square + l1 * l1 - l2 * l2) / (2 * square)
         across = -assembly * (l1 * l1 / square - along * along).sqrt()
         xi = e1 + along * span + across * np.array([-span[1], span[0]])
-        r1, r2 = xi - e1, xi - e2
+        r1 = xi - e1
+        r2 = xi - e2
         det = r1[0] * r2[1] - r1[1] * r2[0]
 
         def solve(s1, s2):
             return np.array([s1 * r2[1] - s2 * r1[1], s2 * r1[0] - s1 * r2[0]]) / det
 
         xi_dot = solve(r1 @ v1, r2 @ v2)
-        d1, d2 = xi_dot - v1, xi_dot - v2
+        d1 = xi_dot - v1
+        d2 = xi_dot - v2
         return xi, xi_dot, solve(r1 @ a1 - d1 @ d1, r2 @ a2 - d2 @ d2)
 
 
@@ -55,8 +61,12 @@ def cos_sin(x: Decimal) -> tuple[Decimal, Decimal]:
     """Return both by their series, of a small part of the angle that is then doubled."""
     halvings = 12
     small = x / 2**halvings
-    sin, term, k = small, small, 1
-    cos_less_1, other = Decimal(0), Decimal(1)  # cos - 1 keeps its digits when doubled
+    sin = small
+    term = small
+    k = 1
+    # cos - 1 keeps its digits when doubled
+    cos_less_1 = Decimal(0)
+    other = Decimal(1)
     while abs(term) > Decimal(10) ** -(2 * DIGITS):
         other *= -small * small / (k * (k + 1))
         cos_less_1 += other
@@ -64,7 +74,8 @@ def cos_sin(x: Decimal) -> tuple[Decimal, Decimal]:
         sin += term
         k += 2
     for _ in range(halvings):
-        sin, cos_less_1 = 2 * sin * (1 + cos_less_1), 2 * cos_less_1 * (2 + cos_less_1)
+        sin = 2 * sin * (1 + cos_less_1)
+        cos_less_1 = 2 * cos_less_1 * (2 + cos_less_1)
     return 1 + cos_less_1, sin
 
 

@@ -26,7 +26,8 @@ from .exact import distance, exact_motion
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-POSES, BATCH = 100, 10**6
+POSES = 100
+BATCH = 10**6
 TOLERANCES = tuple(10.0**-k for k in (1, 2, 3, 4, 6, 8, 10, 12, 14))
 # How much shorter the span between the elbows is than both distal bars, in parts of them.
 GAPS = tuple(10.0**-k for k in np.arange(1, 11.1, 0.5))
@@ -101,7 +102,8 @@ def closed(route: Callable) -> Callable[..., Attempt]:
     """Return prepare of a closed form: a loop over the poses, or arrays."""
 
     def prepare(problem, gap):
-        q, judge = _tiled(problem, poses(problem, gap).q), judged(problem, gap)
+        q = _tiled(problem, poses(problem, gap).q)
+        judge = judged(problem, gap)
         if problem == "one":
             pairs = q.tolist()
             return Attempt(lambda: [route(*pair) for pair in pairs], judge, len(q))
@@ -119,7 +121,8 @@ def in_casadi(jit: bool) -> Callable[..., Attempt]:
     """Return prepare of the compiled model: called once a pose, or for a batch by one call."""
 
     def prepare(problem, _):
-        q, function = poses(problem).q, compile(ROBOT, ["q"], ["xi"], ASSEMBLY, jit=jit)
+        q = poses(problem).q
+        function = compile(ROBOT, ["q"], ["xi"], ASSEMBLY, jit=jit)
         if problem == "batch":
             q = _tiled(problem, q)
             batch = Buffered(function.map(len(q)))
@@ -133,7 +136,8 @@ def in_casadi(jit: bool) -> Callable[..., Attempt]:
 def c_loop(problem: str, _: float) -> Attempt:
     """Prepare the loop in C, called once for all poses."""
     q = _tiled(problem, poses(problem).q)
-    xi, loop = np.empty_like(q), ctypes.CDLL(str(library(routes.C_LOOP))).dgm
+    xi = np.empty_like(q)
+    loop = ctypes.CDLL(str(library(routes.C_LOOP))).dgm
 
     def call():
         loop(ctypes.c_long(len(q)), ctypes.c_void_p(q.ctypes.data), ctypes.c_void_p(xi.ctypes.data))
@@ -150,7 +154,8 @@ def iterated(solve: Callable, warm: bool) -> Callable[..., Attempt]:
 
     def prepare(problem, knob):
         gap, tolerance = (knob, 1e-14) if problem == "singular" else (0.0, knob)
-        known, judge = poses(problem, gap), judged(problem, gap)
+        known = poses(problem, gap)
+        judge = judged(problem, gap)
         starts = known.phi + WARM if warm else np.tile(COLD, (len(known.q), 1))
         jobs = list(zip(known.q.tolist(), starts.tolist()))
 
@@ -174,7 +179,8 @@ def newton(q: list, start: list, tolerance: float) -> tuple | None:
 def scipy_root(q: list, start: list, xtol: float) -> tuple:
     """SciPy's root with its defaults (hybr)."""
     x1, y1, dx, dy = routes.elbows(*q)
-    l1, l2 = ROBOT.l12, ROBOT.l22
+    l1 = ROBOT.l12
+    l2 = ROBOT.l22
 
     def loop(phi):
         return [
@@ -190,8 +196,10 @@ def chart() -> Chart:
     """Return the chart of the direct geometric model."""
     single = {"one": (0,), "batch": (0,)}
     everywhere = single | {"singular": GAPS}
-    both, cold = {"one": TOLERANCES, "singular": GAPS}, {"one": TOLERANCES}
-    machine, loops = (lacks_c_compiler,), "iterations"
+    both = {"one": TOLERANCES, "singular": GAPS}
+    cold = {"one": TOLERANCES}
+    machine = (lacks_c_compiler,)
+    loops = "iterations"
     methods = (
         Method("fivebar: RRR dyad, NumPy", OURS, closed(routes.ours), everywhere),
         Method("fivebar: CasADi VM", OURS, in_casadi(False), single),

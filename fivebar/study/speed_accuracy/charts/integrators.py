@@ -54,7 +54,8 @@ def judged(problem: str) -> Callable[..., dict[str, float]]:
 def in_joints(problem: str) -> tuple:
     """Return slope, initial state and judge of states of the lab's model in joint coordinates."""
     start = MOTIONS[problem].begin()
-    assembly, judge = int(start.pose.assembly), judged(problem)
+    assembly = int(start.pose.assembly)
+    judge = judged(problem)
 
     def judge_state(state):
         xi, _, _, final = joint_model(ROBOT, np.asarray(state), assembly)
@@ -98,7 +99,8 @@ def by_casadi(plugin: str, options: Callable[[float], dict]) -> Callable[..., At
     """Return prepare of casadi.integrator on our model in joint coordinates."""
 
     def prepare(problem, knob):
-        start, judge = MOTIONS[problem].begin(), judged(problem)
+        start = MOTIONS[problem].begin()
+        judge = judged(problem)
         c, c_dot, modes = Joint().coordinates(start)
         x = ca.SX.sym("x", 4)
         slope = model_functions(ROBOT, Joint())[0](x, ca.DM.zeros(2), [int(mode) for mode in modes])
@@ -147,7 +149,8 @@ def fixed_steps(
     c, c_dot, modes = chart.coordinates(motion.begin())
     modes = [int(mode) for mode in modes]
     function = propagate(ROBOT, chart, modes, method, DURATION / count, count, motion.torque)
-    call, begin = Buffered(compiled(function, jit)), np.array([*c, *c_dot], dtype=float)
+    call = Buffered(compiled(function, jit))
+    begin = np.array([*c, *c_dot], dtype=float)
     return lambda: call(begin)[0], modes
 
 
@@ -167,7 +170,9 @@ def ours_in_full(options: Callable[[float], dict]) -> Callable[..., Attempt]:
     """Return prepare of fivebar.simulate: every row of the Run, and its crossings."""
 
     def prepare(problem, knob):
-        start, judge, chosen = MOTIONS[problem].begin(), judged(problem), options(knob)
+        start = MOTIONS[problem].begin()
+        judge = judged(problem)
+        chosen = options(knob)
         return Attempt(
             lambda: simulate(ROBOT, duration=DURATION, start=start, **chosen),
             lambda run: judge((run.xi[-1], run.q[-1], run.energy[-1])),
@@ -190,8 +195,11 @@ def redundant(gain: Callable[[float], float]) -> Callable[..., Attempt]:
     """Return prepare of RK4 on the DAE in (x, y, q1, q2) with Baumgarte's gain(step)."""
 
     def prepare(problem, count):
-        start, judge, step = MOTIONS[problem].begin(), judged(problem), DURATION / count
-        slope, state = redundant_slope(ROBOT, gain(step)), redundant_state(start)
+        start = MOTIONS[problem].begin()
+        judge = judged(problem)
+        step = DURATION / count
+        slope = redundant_slope(ROBOT, gain(step))
+        state = redundant_state(start)
         weights = [ROBOT.m, ROBOT.m, ROBOT.zz1, ROBOT.zz2]
 
         def judge_end(end):
@@ -205,8 +213,13 @@ def redundant(gain: Callable[[float], float]) -> Callable[..., Attempt]:
 def chart() -> Chart:
     """Return the chart of integrators."""
     tolerances = tuple(10.0**-k for k in range(2, 13))
-    few, many, slow, rough = counts(8, 256), counts(25, 6400), counts(50, 800), counts(100, 3200)
-    python, casadi, dae = "fixed steps, Python", "CasADi's integrators", "redundant DAE"
+    few = counts(8, 256)
+    many = counts(25, 6400)
+    slow = counts(50, 800)
+    rough = counts(100, 3200)
+    python = "fixed steps, Python"
+    casadi = "CasADi's integrators"
+    dae = "redundant DAE"
     cvodes = by_casadi("cvodes", cvodes_options)
     collocation = by_casadi("collocation", collocation_options)
     methods = []

@@ -47,7 +47,8 @@ def tracked(make: Callable[[Case, float], Callable]) -> Callable[..., Attempt]:
     """Return prepare of a controller make(case, knob): one run, every control step timed."""
 
     def prepare(problem, knob):
-        chosen, times = case(problem), []
+        chosen = case(problem)
+        times = []
         controller = make(chosen, knob)
 
         def timed(*arguments):
