@@ -41,7 +41,11 @@ def compliant(robot: Robot, speed: float = 0.05) -> Trajectory:
     place = check_path(robot, straight()).pose.xi
     along = np.subtract(GOAL, START)
     velocity = speed * along / np.linalg.norm(along)
-    middle = {0: tuple(place), 1: tuple(velocity), 2: (0.0, 0.0)}
+    middle = {
+        0: tuple(place),
+        1: tuple(velocity),
+        2: (0.0, 0.0),
+    }
     return polynomial(
         [(0.0, {0: START, **rest}), (DURATION / 2, middle), (DURATION, {0: GOAL, **rest})]
     )

@@ -75,9 +75,24 @@ def free_motion(
         claim = '"success"' if attempt.success else "gave up"
         label = f"{attempt.name}: {claim}{'' if finite.all() else ', nan'}"
         left.plot(t, y, **style, lw=1.5, label=label)
-        left.plot(t[-1:], y[-1:], "x", color=style["color"], ms=9, mew=2)
+        left.plot(
+            t[-1:],
+            y[-1:],
+            "x",
+            color=style["color"],
+            ms=9,
+            mew=2,
+        )
     left.plot(ours.t, 1e3 * ours.xi[:, 1], **OURS, lw=2.2, label="fivebar")
-    left.plot(2.0, 1e3 * FREE_END[1], "o", color=INK, mfc="white", ms=7, label="true end")
+    left.plot(
+        2.0,
+        1e3 * FREE_END[1],
+        "o",
+        color=INK,
+        mfc="white",
+        ms=7,
+        label="true end",
+    )
     title = "Joint coordinates meet Type 2 at 0.1164 s"
     _finish(left, "time (s)", "y of the end-effector (mm)", title)
     error = np.abs(naive_steps.energy_error)
@@ -85,11 +100,32 @@ def free_motion(
     finite = np.isfinite(error)
     name = "joint coordinates, RK4"
     label = f"{name}: {finite.sum()} finished, without a word"
-    right.semilogy(step[finite], error[finite], "^", color=ORANGE, ms=6, label=label)
+    right.semilogy(
+        step[finite],
+        error[finite],
+        "^",
+        color=ORANGE,
+        ms=6,
+        label=label,
+    )
     label = f"{name}: {(~finite).sum()} of {len(finite)} ended in nan"
     lost = step[~finite]
-    right.plot(lost, np.full_like(lost, 1e2), "|", color=ORANGE, ms=9, label=label)
-    right.plot(1e3 * our_steps.step, our_steps.energy_error, ".", color=INK, ms=5, label="fivebar")
+    right.plot(
+        lost,
+        np.full_like(lost, 1e2),
+        "|",
+        color=ORANGE,
+        ms=9,
+        label=label,
+    )
+    right.plot(
+        1e3 * our_steps.step,
+        our_steps.energy_error,
+        ".",
+        color=INK,
+        ms=5,
+        label="fivebar",
+    )
     _finish(right, "step (ms)", "relative error of the energy", "RK4 with fixed steps, 2 s")
     return figure
 
@@ -144,9 +180,23 @@ def stability(limits: Sequence[MeasuredLimit]) -> Figure:
     for axes, limit in zip(panels, limits):
         axes.fill(*boundary(limit.delay).T, color=SKY, alpha=0.3, label="stable, exact")
         label = "limit on the simulated robot"
-        axes.plot(*limit.measured.T, "o", color=INK, mfc="white", ms=6, label=label)
+        axes.plot(
+            *limit.measured.T,
+            "o",
+            color=INK,
+            mfc="white",
+            ms=6,
+            label=label,
+        )
         s = np.linspace(0, 0.6 if limit.delay else 1.0, 50)
-        axes.plot(s**2, 2 * s, color=ORANGE, ls="--", lw=1.5, label="critically damped")
+        axes.plot(
+            s**2,
+            2 * s,
+            color=ORANGE,
+            ls="--",
+            lw=1.5,
+            label="critically damped",
+        )
         delay = "one sample of delay" if limit.delay else "no delay"
         title = f"{delay}: agrees within {100 * limit.worst:.2g} %"
         limits_of_axes = {"xlim": (0, None), "ylim": (0, None)}

@@ -55,10 +55,11 @@ def panels(result: Result) -> Figure:
     rows = result.chart.panels
     styles = method_styles(result.chart)
     columns = max(map(len, rows))
-    failed = [[failures(result, panel) for panel in row] for row in rows]
+    failed = []
     heights = []
-    for row in failed:
-        heights += [LANE * max(0.1, *map(len, row)), HEIGHT]
+    for row in rows:
+        failed.append([failures(result, panel) for panel in row])
+        heights += [LANE * max(0.1, *map(len, failed[-1])), HEIGHT]
     words = 0.3 * len(styles) / max(1, int(columns * WIDTH / 4.5)) + 1.2
     size = columns * WIDTH, sum(heights) + words
     figure = Figure(figsize=size, layout="constrained")
@@ -126,11 +127,32 @@ def _draw_panel(axes, result, panel, styles):
     if panel.guide:
         factor, words = panel.guide
         limits = np.array(axes.get_xlim())
-        axes.plot(limits, factor * limits, ":", color=PALE, lw=1.3, zorder=0)
-        axes.text(3 * limits[0], factor * limits[0], words, fontsize=7.5, color=PALE, va="top")
+        axes.plot(
+            limits,
+            factor * limits,
+            ":",
+            color=PALE,
+            lw=1.3,
+            zorder=0,
+        )
+        axes.text(
+            3 * limits[0],
+            factor * limits[0],
+            words,
+            fontsize=7.5,
+            color=PALE,
+            va="top",
+        )
         axes.set_xlim(limits)
     if panel.x == "seconds":
-        axes.text(0.01, 0.01, "↙ better", transform=axes.transAxes, fontsize=8, color=PALE)
+        axes.text(
+            0.01,
+            0.01,
+            "↙ better",
+            transform=axes.transAxes,
+            fontsize=8,
+            color=PALE,
+        )
 
 
 def _draw_strip(axes, panel, failed, styles, lanes):
@@ -141,7 +163,22 @@ def _draw_strip(axes, panel, failed, styles, lanes):
     axes.set_ylim(max(lanes, 0.1), 0)
     for k, (name, items) in enumerate(failed.items()):
         times = [row[panel.x] for row, _ in items if panel.x in row]
-        axes.plot(times, [k + 0.72] * len(times), "x", color=styles[name]["color"], ms=4.5, mew=1.3)
+        axes.plot(
+            times,
+            [k + 0.72] * len(times),
+            "x",
+            color=styles[name]["color"],
+            ms=4.5,
+            mew=1.3,
+        )
         text = textwrap.shorten(f"{name}: {words_of(items)}", 86, placeholder=" …")
         place = axes.get_yaxis_transform()
-        axes.text(0.008, k + 0.3, text, transform=place, fontsize=6.6, va="center", color=INK)
+        axes.text(
+            0.008,
+            k + 0.3,
+            text,
+            transform=place,
+            fontsize=6.6,
+            va="center",
+            color=INK,
+        )

@@ -30,7 +30,8 @@ LONE_STEPS = (*STEPS, 1e-10, 1e-11, 1e-12, 1e-13)
 def _exact():
     """Return xi', xi'' at TIMES to 50 digits."""
     motions = [exact_motion(ROBOT, *state) for state in zip(*swing(TIMES))]
-    return [[motion[order] for motion in motions] for order in (1, 2)]
+    _, velocities, accelerations = zip(*motions)
+    return velocities, accelerations
 
 
 def judge(rates: tuple) -> dict[str, float]:
@@ -129,7 +130,17 @@ def chart() -> Chart:
         row = []
         for y in ("velocity", "acceleration"):
             label = f"largest error of the {y} (relative)"
-            row.append(Panel("swing", y + suffix, y, label, *axis, rounding=1e-16, ceiling=10.0))
+            row.append(
+                Panel(
+                    "swing",
+                    y + suffix,
+                    y,
+                    label,
+                    *axis,
+                    rounding=1e-16,
+                    ceiling=10.0,
+                )
+            )
         rows.append(tuple(row))
     return Chart(
         name="derivatives",

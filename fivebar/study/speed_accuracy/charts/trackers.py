@@ -20,7 +20,11 @@ if TYPE_CHECKING:
 
     from ....simulation.cases import Case
 
-QUIET = {"print_iter": False, "print_header": False, "print_info": False}
+QUIET = {
+    "print_iter": False,
+    "print_header": False,
+    "print_info": False,
+}
 TIGHT = {"eps_abs": 1e-9, "eps_rel": 1e-9}
 SOLVERS = {  # CasADi's names, and the options that they need to be quiet and exact
     "daqp": {},
