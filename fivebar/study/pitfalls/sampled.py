@@ -103,7 +103,7 @@ def hold(
     Parameters
     ----------
     watch : (error, rate), both (2,), of each sample
-    noise : (samples, 2, 2) of what is measured: of the angles, rad, and of the rates, rad per period
+    noise : (samples, 2, 2) of what is measured: of angles, rad, and of rates, rad per period
     """
     home = dgm(robot, POSE)
     reference = line(home.xi, home.xi, len(noise) * PERIOD)

@@ -1,4 +1,4 @@
-"""Sampled computed torque over the plane of its gains: growth of a disturbance, and exact limits."""
+"""Sampled computed torque over the plane of its gains: growth, and its exact limits."""
 
 from __future__ import annotations
 
