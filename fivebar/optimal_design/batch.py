@@ -1,6 +1,4 @@
-"""Many five-bars at once: the models' own equations, on columns of parameters in place of
-numbers.
-"""
+"""Robots of designs: one by one, or many at once with columns of parameters in place of numbers."""
 
 from __future__ import annotations
 
@@ -10,136 +8,131 @@ from typing import Any
 
 import numpy as np
 
-from ..base.checks import LONGEST, RATIO, SHORTEST
+from ..base.checks import number
 from ..models.robots import Biglide, FiveBar
 
-# What a design may name beside the robot's own parameters, and what of the robot it is.
-BOTH = {
-    "l1": ("both proximal bars, m", {"l11": 1.0, "l21": 1.0}),
-    "l2": ("both distal bars, m", {"l12": 1.0, "l22": 1.0}),
-    "r1": ("Liu's r1, both proximal bars", {"l11": 1.0, "l21": 1.0}),
-    "r2": ("Liu's r2, both distal bars", {"l12": 1.0, "l22": 1.0}),
-    "r3": ("Liu's r3, half the distance of the base joints", {"d": 2.0}),
-    "zz": ("both grouped inertias, kg m²", {"zz1": 1.0, "zz2": 1.0}),
+# What a design of a five-bar may name beside its parameters: {parameter: factor}.
+SHARED = {
+    "l1": {"l11": 1.0, "l21": 1.0},
+    "l2": {"l12": 1.0, "l22": 1.0},
+    "r1": {"l11": 1.0, "l21": 1.0},  # Liu's lengths: r3 is half the base
+    "r2": {"l12": 1.0, "l22": 1.0},
+    "r3": {"d": 2.0},
+    "zz": {"zz1": 1.0, "zz2": 1.0},
 }
-PLACE = {"task_x": "m, where the task's own origin is", "task_y": "m, the same"}
+PLACE = ("task_x", "task_y")  # m, the origin of the task
 LENGTHS = ("l11", "l12", "l21", "l22", "d")
 
 
-def alone(value: Any) -> bool:
-    """Whether this is one number, and not a pair of them."""
+def is_number(value: Any) -> bool:
+    """Return whether this is one number, and not a pair of them."""
     return isinstance(value, Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
 
 
 class Robots(FiveBar):
-    """Five-bars whose parameters are columns (n, 1): what the models compute of it is (n, poses).
+    """Five-bars whose parameters are columns (n, 1): the models compute (n, poses) of them.
 
-    Made without the checks of one robot, which `checked` makes.
+    Made without the checks of one robot; see `valid_rows`.
     """
 
     def __post_init__(self):
         pass
 
 
+def scalar_parameters(robot: FiveBar | Biglide) -> list[str]:
+    """Return the names of a robot's parameters that are numbers."""
+    return [field.name for field in fields(robot) if field.name != "gravity"]
+
+
 def known_variables(robot: FiveBar | Biglide) -> dict[str, dict[str, float]]:
-    """What a design of such a robot may name, as {name: {parameter: factor}}; where its task is, as
-    {}.
-    """
-    own = {f.name: {f.name: 1.0} for f in fields(robot) if f.name != "gravity"}
-    both = {name: parts for name, (_, parts) in BOTH.items()} if isinstance(robot, FiveBar) else {}
-    return {**both, **own, **{name: {} for name in PLACE}}
+    """Return {name: {parameter: factor}} of all that a design of such a robot may name."""
+    names = (*scalar_parameters(robot), *PLACE)
+    shared = SHARED if isinstance(robot, FiveBar) else {}
+    return {**shared, **{name: {name: 1.0} for name in names}}
 
 
-def check_variables(names: tuple[str, ...], robot: FiveBar | Biglide, what: str) -> None:
-    """Refuse what no design can name, and what would set a parameter twice; what: the argument."""
-    known, seen = known_variables(robot), {}
+def check_variables(names: tuple[str, ...], robot: FiveBar | Biglide, argument: str) -> None:
+    """Raise ValueError for an unknown name, and for two names that set one parameter."""
+    known = known_variables(robot)
     if not names:
-        raise ValueError(f"{what} must name at least one of {', '.join(known)}")
+        raise ValueError(f"{argument} must name at least one of {', '.join(known)}")
+    set_by: dict[str, str] = {}
     for name in names:
         if name not in known:
             raise ValueError(
-                f"{what}: no parameter {name!r} of a design; the known ones are {', '.join(known)}"
+                f"{argument}: no parameter {name!r} of a design; the known ones are"
+                f" {', '.join(known)}"
             )
-        for part in known[name] or {name: 1.0}:
-            if part in seen:
-                raise ValueError(f"{what}: {name} and {seen[part]} both set {part}")
-            seen[part] = name
+        for parameter in known[name]:
+            if parameter in set_by:
+                raise ValueError(f"{argument}: {name} and {set_by[parameter]} both set {parameter}")
+            set_by[parameter] = name
 
 
 def parameters(
     names: tuple[str, ...], rows: np.ndarray, robot: FiveBar | Biglide
 ) -> dict[str, np.ndarray]:
-    """{parameter: column (n,)} that designs (n, len(names)) set; task_x, task_y among them."""
-    known, found = known_variables(robot), {}
+    """Return {parameter: column (n,)} that designs (n, len(names)) set, without the place."""
+    known, columns = known_variables(robot), {}
     for name, column in zip(names, rows.T):
-        for part, factor in (known[name] or {name: 1.0}).items():
-            found[part] = factor * column
-    return found
+        if name not in PLACE:
+            columns.update({part: factor * column for part, factor in known[name].items()})
+    return columns
 
 
 def robot_of_design(
     names: tuple[str, ...], row: np.ndarray, robot: FiveBar | Biglide
 ) -> FiveBar | Biglide:
-    """The robot of one design; ValueError for one that there cannot be."""
-    found = parameters(names, np.asarray(row, dtype=float)[None], robot)
-    return replace(
-        robot, **{name: float(column[0]) for name, column in found.items() if name not in PLACE}
-    )
+    """Return the robot of one design; ValueError where there is none."""
+    columns = parameters(names, np.asarray(row, dtype=float)[None], robot)
+    return replace(robot, **{name: float(column[0]) for name, column in columns.items()})
 
 
 def place_of_design(names: tuple[str, ...], rows: np.ndarray) -> np.ndarray:
-    """Where each design's task is, (n, 2) m."""
+    """Return the origin of each design's task, (n, 2) m."""
     columns = dict(zip(names, rows.T))
     return np.stack([columns.get(name, np.zeros(len(rows))) for name in PLACE], axis=-1)
 
 
-def at_once(names: tuple[str, ...], rows: np.ndarray, robot: FiveBar) -> Robots:
-    """The robots of designs (n, len(names)), as one whose parameters are columns (n, 1)."""
-    given = {f.name: getattr(robot, f.name) for f in fields(robot)}
-    given |= {n: c[:, None] for n, c in parameters(names, rows, robot).items() if n not in PLACE}
-    given |= {
-        name: np.broadcast_to(np.reshape(given[name], (-1, 1)), (len(rows), 1)) for name in LENGTHS
-    }
-    return Robots(**given)
+def robots_of_designs(names: tuple[str, ...], rows: np.ndarray, robot: FiveBar) -> Robots:
+    """Return the robots of designs (n, len(names)) as one whose parameters are columns (n, 1)."""
+    values = {field.name: getattr(robot, field.name) for field in fields(robot)}
+    for name, column in parameters(names, rows, robot).items():
+        values[name] = column[:, None]
+    for name in LENGTHS:
+        values[name] = np.broadcast_to(np.reshape(values[name], (-1, 1)), (len(rows), 1))
+    return Robots(**values)
 
 
-def checked(
+def valid_rows(
     names: tuple[str, ...], rows: np.ndarray, robot: FiveBar | Biglide
 ) -> tuple[np.ndarray, list[tuple[int, str]]]:
-    """(good (n,), [(row, why it is no robot), ...]): rows that are surely good are not made one by
-    one.
+    """Return (valid (n,), [(row, why it is no robot), ...]) of designs.
+
+    Robots of ordinary lengths are not made one by one, which would take longer than most figures.
     """
-    good = (
-        _surely(names, rows, robot)
-        if isinstance(robot, FiveBar)
-        else np.zeros(len(rows), dtype=bool)
-    )
+    valid = _ordinary(names, rows, robot)
     errors = []
-    for k in np.flatnonzero(~good):
+    for k in np.flatnonzero(~valid):
         try:
-            if not np.isfinite(rows[k]).all():
-                name = names[int(np.flatnonzero(~np.isfinite(rows[k]))[0])]
-                raise ValueError(f"{name} must be finite, not {rows[k][names.index(name)]}")
+            for name, value in zip(names, rows[k].tolist()):
+                number(value, name)
             robot_of_design(names, rows[k], robot)
-            good[k] = True
+            valid[k] = True
         except ValueError as error:
             errors.append((int(k), str(error)))
-    return good, errors
+    return valid, errors
 
 
-def _surely(names, rows, robot):
-    """Where nothing but lengths varies, and these are ordinary and close."""
-    known = known_variables(robot)
-    if any(part not in LENGTHS for name in names for part in known[name]):
+def _ordinary(names, rows, robot):
+    """Return where only lengths vary, all from 1 mm to 1 km, and the loop closes by a margin."""
+    varied = {parameter for name in names for parameter in known_variables(robot)[name]}
+    if not isinstance(robot, FiveBar) or varied - {*LENGTHS, *PLACE}:
         return np.zeros(len(rows), dtype=bool)
-    robots = at_once(names, rows, robot)
+    robots = robots_of_designs(names, rows, robot)
     lengths = np.concatenate([getattr(robots, name) for name in LENGTHS], axis=1)
-    bars, d = lengths[:, :4], lengths[:, 4]
-    with np.errstate(invalid="ignore"):
-        ordinary = (bars.min(axis=1) >= SHORTEST) & (bars.max(axis=1) <= LONGEST)
-        ordinary &= (bars.max(axis=1) <= 0.9 * RATIO * bars.min(axis=1)) & (
-            (d == 0) | (d >= SHORTEST)
-        )
-        ordinary &= (d <= LONGEST) & (d * 0.9 * RATIO >= np.where(d > 0, bars.max(axis=1), 0.0))
-        closes = 2 * lengths.max(axis=1) < lengths.sum(axis=1) * (1 - 1e-12)
-    return ordinary & closes & np.isfinite(rows).all(axis=1)
+    long_enough = lengths >= 1e-3
+    long_enough[:, 4] |= lengths[:, 4] == 0
+    closes = 2 * lengths.max(axis=1) < lengths.sum(axis=1) * (1 - 1e-12)
+    sound = long_enough.all(axis=1) & (lengths.max(axis=1) <= 1e3)
+    return sound & closes & np.isfinite(rows).all(axis=1)

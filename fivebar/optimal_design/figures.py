@@ -1,19 +1,18 @@
-"""Figures of merit: what a robot is worth, by name; a user's own function of a robot is one too."""
+"""Figures of merit by name; a user's own function of a robot is one too."""
 
 from __future__ import annotations
 
 import hashlib
 import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..base.backend import is_symbolic
 from ..base.checks import shown
 from ..models.robots import Biglide, FiveBar
-from .batch import at_once, checked, place_of_design, robot_of_design
+from .batch import place_of_design, robot_of_design, robots_of_designs, valid_rows
 from .closed_forms import CLOSED
 from .one_by_one import ONE_BY_ONE
 from .over_poses import BLOCK, OVER_POSES, Poses
@@ -22,13 +21,22 @@ from .task import Task
 
 @dataclass(frozen=True)
 class Figure:
-    """A named function of robots.
+    """A figure of merit: a named function of robots.
 
-    of: of the kind "closed" (robots in columns (n, 1)) -> (n,), "poses" (Poses) -> (n,), "own"
-    (robot) -> float, "single" (robot, Task) -> float; better: whether "large" or "small" ones are;
-    needs: what a Task must have;
-    bound: (robots, Task) -> a value that no robot of these or smaller (see `bounds`) lengths can
-        pass.
+    Parameters
+    ----------
+    name, unit : str
+    better : {"large", "small"}
+    words : str
+        What it is.
+    kind : {"closed", "poses", "own", "single"}
+        What `of` takes and gives: "closed" (robots in columns (n, 1)) -> (n,), "poses" (Poses) ->
+        (n,), "own" (robot) -> float, "single" (robot, Task, place) -> float.
+    of : callable
+    needs : tuple of str
+        What the task must name.
+    bound : callable or None
+        (robots, Task) -> a value that no robot of these, or shorter, lengths passes.
     """
 
     name: str
@@ -46,86 +54,81 @@ class Figure:
 
     @property
     def about(self) -> dict[str, str]:
-        """What a manifest says of it; of a user's function a hash of what it does."""
-        return {"name": self.name, "kind": self.kind} | (
-            {"code": _code(self.of)} if self.kind == "own" else {}
-        )
+        """The name for a manifest; of a user's function also a hash of its source."""
+        about = {"name": self.name, "kind": self.kind}
+        if self.kind == "own":
+            about["code"] = _code_hash(self.of)
+        return about
 
 
-FIGURES: dict[str, Figure] = {
-    each[0]: Figure(each[0], each[1], each[2], each[3], kind, *each[4:])
-    for kind, rows in (("closed", CLOSED), ("poses", OVER_POSES), ("single", ONE_BY_ONE))
-    for each in rows
-}
+FIGURES: dict[str, Figure] = {}
+for _kind, _rows in (("closed", CLOSED), ("poses", OVER_POSES), ("single", ONE_BY_ONE)):
+    for _name, _unit, _better, _words, *_rest in _rows:
+        FIGURES[_name] = Figure(_name, _unit, _better, _words, _kind, *_rest)
 
 
 def figures_of(
-    asked: Any, task: Task, robot: FiveBar | Biglide, what: str = "figure"
+    request: Any, task: Task, robot: FiveBar | Biglide, argument: str = "figure"
 ) -> tuple[Figure, ...]:
-    """The Figures that are asked for: a name, a function, a Figure, a list of them, or {name:
-    function}.
-    """
-    if isinstance(asked, Mapping):
-        found = [_own(each, name, what) for name, each in asked.items()]
-    elif isinstance(asked, (str, Figure)) or callable(asked):
-        found = [_one(asked, what)]
-    elif isinstance(asked, Iterable) and getattr(asked, "ndim", 1) and not is_symbolic(asked):
-        found = [_one(each, what) for each in asked]
+    """Return the Figures of a name, a function, a Figure, a list of them, or {name: function}."""
+    if isinstance(request, Mapping):
+        figures = [_of_function(function, name, argument) for name, function in request.items()]
     else:
-        found = [_one(asked, what)]
-    if not found:
-        raise ValueError(f"{what}: none is asked for; the known ones are {', '.join(FIGURES)}")
-    names = [each.name for each in found]
+        requests = request if isinstance(request, (list, tuple)) else [request]
+        figures = [_figure(item, argument) for item in requests]
+    if not figures:
+        raise ValueError(f"{argument}: none is asked for; the known ones are {', '.join(FIGURES)}")
+    names = [figure.name for figure in figures]
     if len(set(names)) < len(names):
-        raise ValueError(f"{what}: {max(names, key=names.count)} is asked for twice")
-    for each in found:
-        if each.kind != "own" and not isinstance(robot, FiveBar):
+        raise ValueError(f"{argument}: {max(names, key=names.count)} is asked for twice")
+    for figure in figures:
+        if figure.kind != "own" and not isinstance(robot, FiveBar):
             raise ValueError(
-                f"{what}: {each.name} is of five-bars; of a {robot.words.title} give your own"
-                " function"
+                f"{argument}: {figure.name} is of five-bars; of a {robot.words.title} give a"
+                " function of your own"
             )
-        for need in each.needs:
-            if not (task.table or task.disc if need == "table" else getattr(task, need)):
-                also = " or disc=radius" if need == "table" else ""
-                raise ValueError(f"{what}: {each.name} needs {need}=...{also}: {each.words}")
-    return tuple(found)
+        for need in figure.needs:
+            if need == "table" and not (task.table or task.disc):
+                raise ValueError(
+                    f"{argument}: {figure.name} needs table=... or disc=radius: {figure.words}"
+                )
+            if need != "table" and not getattr(task, need):
+                raise ValueError(f"{argument}: {figure.name} needs {need}=...: {figure.words}")
+    return tuple(figures)
 
 
-def _one(asked, what):
-    if isinstance(asked, Figure):
-        return asked
-    if isinstance(asked, str):
-        if asked not in FIGURES:
-            raise ValueError(
-                f"{what}: no figure {shown(asked)}; the known ones are {', '.join(FIGURES)}"
-            )
-        return FIGURES[asked]
-    return _own(asked, getattr(asked, "__name__", "own"), what)
+def _figure(request, argument):
+    if isinstance(request, Figure):
+        return request
+    if not isinstance(request, str):
+        return _of_function(request, getattr(request, "__name__", "own"), argument)
+    if request not in FIGURES:
+        raise ValueError(
+            f"{argument}: no figure {shown(request)}; the known ones are {', '.join(FIGURES)}"
+        )
+    return FIGURES[request]
 
 
-def _own(of, name, what):
-    if isinstance(of, Figure):
-        return of
-    if not callable(of) or isinstance(of, type):
+def _of_function(function, name, argument):
+    if isinstance(function, Figure):
+        return function
+    if not callable(function) or isinstance(function, type):
         raise TypeError(
-            f"{what} must be a name, a function of a robot or a list of these, not {shown(of)}"
+            f"{argument} must be a name, a function of a robot or a list of these, not"
+            f" {shown(function)}"
         )
     if not isinstance(name, str) or not name:
-        raise TypeError(f"{what}: a name must be a string, not {shown(name)}")
-    return Figure(name, "", "large", "", "own", of)
+        raise TypeError(f"{argument}: a name must be a string, not {shown(name)}")
+    return Figure(name, "", "large", "", "own", function)
 
 
-def _code(function):
+def _code_hash(function):
     try:
-        text = inspect.getsource(function)
-    except (OSError, TypeError):
+        source = inspect.getsource(function)
+    except (OSError, TypeError):  # written at a prompt, or compiled
         code = getattr(function, "__code__", None)
-        text = (
-            repr((code.co_code, code.co_consts, code.co_names))
-            if code
-            else type(function).__qualname__
-        )
-    return hashlib.sha256(text.encode()).hexdigest()
+        source = repr((code.co_code, code.co_consts)) if code else type(function).__qualname__
+    return hashlib.sha256(source.encode()).hexdigest()
 
 
 def evaluate(
@@ -135,51 +138,40 @@ def evaluate(
     robot: FiveBar | Biglide,
     task: Task,
 ) -> tuple[np.ndarray, list[tuple[int, str]]]:
-    """(values (n, len(figures)), [(row, what went wrong), ...]) of designs (n, len(names)); nan
-    where it went wrong.
+    """Return (values (n, len(figures)), [(row, error), ...]) of designs (n, len(names)).
+
+    Values of what went wrong are nan.
     """
     values = np.full((len(rows), len(figures)), np.nan)
-    good, errors = checked(names, rows, robot)
-    chosen = np.flatnonzero(good)
-    at_columns = [k for k, figure in enumerate(figures) if figure.kind == "closed"]
-    at_poses = [k for k, figure in enumerate(figures) if figure.kind == "poses"]
-    if at_columns and len(chosen):
-        robots = at_once(names, rows[chosen], robot)
-        for k in at_columns:
+    valid, errors = valid_rows(names, rows, robot)
+    chosen = np.flatnonzero(valid)
+    place = place_of_design(names, rows)
+    columns = {kind: [] for kind in ("closed", "poses", "single", "own")}
+    for k, figure in enumerate(figures):
+        columns[figure.kind].append(k)
+    if columns["closed"]:
+        robots = robots_of_designs(names, rows[chosen], robot)
+        for k in columns["closed"]:
             values[chosen, k] = figures[k].of(robots)
-    if at_poses and len(chosen):
-        np.empty(
-            2**21
-            # Once so much was freed, glibc keeps smaller things: a quarter of the time, else page
-            # faults.
-        )
-        place = place_of_design(names, rows)
+    if columns["poses"]:
+        # Once so much was freed, glibc keeps smaller arrays: it saves a quarter of the time.
+        np.empty(2**21)
         step = max(1, BLOCK // len(task.nodes[0]))
         for start in range(0, len(chosen), step):
             part = chosen[start : start + step]
-            poses = Poses(at_once(names, rows[part], robot), task, place[part])
-            for k in at_poses:
+            poses = Poses(robots_of_designs(names, rows[part], robot), task, place[part])
+            for k in columns["poses"]:
                 values[part, k] = figures[k].of(poses)
-    one_by_one = [k for k, figure in enumerate(figures) if figure.kind in ("own", "single")]
+    one_by_one = sorted(columns["single"] + columns["own"])
     if one_by_one:
-        place = place_of_design(names, rows)
-        for n in chosen:
-            one = robot_of_design(names, rows[n], robot)
+        for n in chosen.tolist():
+            single = robot_of_design(names, rows[n], robot)
             for k in one_by_one:
                 try:
-                    values[n, k] = _value(figures[k], one, task, place[n])
-                except (
-                    Exception
-                ) as error:  # whatever somebody's own function raises: the other designs go on
-                    errors.append(
-                        (
-                            int(n),
-                            (
-                                f"{figures[k].name}: {type(error).__name__}:"
-                                f" {' '.join(str(error).split())}"
-                            ),
-                        )
-                    )
+                    values[n, k] = _value(figures[k], single, task, place[n])
+                except Exception as error:  # A user's function may raise: other designs go on.
+                    message = " ".join(str(error).split())
+                    errors.append((n, f"{figures[k].name}: {type(error).__name__}: {message}"))
     return values, sorted(errors)
 
 

@@ -1,4 +1,4 @@
-"""What a search is for, and what it has to keep: figures with their senses and limits."""
+"""Goals and limits of a search: figures with their senses and intervals."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ import numpy as np
 
 from ..base.checks import number, shown
 from ..models.robots import Biglide, FiveBar
-from .batch import alone
+from .batch import is_number
 from .figures import Figure, figures_of
 from .task import Task
 
-SENSES = {"min": "small", "small": "small", "max": "large", "large": "large"}
-SENSE_OF = {1.0: "min", -1.0: "max"}
+SENSE = {"small": "min", "large": "max"}
 
 
 @dataclass(frozen=True)
 class Limit:
+    """An interval in which a figure must lie; -inf and inf are no limits."""
+
     figure: Figure
     low: float
     high: float
@@ -27,40 +28,39 @@ class Limit:
 
 def goals_of(
     goals: Any, task: Task, robot: FiveBar | Biglide
-) -> tuple[tuple[Figure, ...], np.ndarray]:
-    """The figures, and the sign with which each is to be small."""
-    asked = goals if isinstance(goals, Mapping) else {}
-    figures = figures_of(list(asked) if asked else goals, task, robot, "goals")
+) -> tuple[tuple[Figure, ...], tuple[str, ...]]:
+    """Return the figures of the goals, and whether each is to be "min" or "max"."""
+    figures = figures_of(list(goals) if isinstance(goals, Mapping) else goals, task, robot, "goals")
     if len(figures) > 3:
         raise ValueError(f"goals: at most three, not {len(figures)}: name the others as limits")
-    senses = [asked.get(key) for key in asked] if asked else [each.better for each in figures]
-    for figure, sense in zip(figures, senses):
-        if not isinstance(sense, str) or sense not in SENSES:
+    if not isinstance(goals, Mapping):
+        return figures, tuple(SENSE[figure.better] for figure in figures)
+    for figure, sense in zip(figures, goals.values()):
+        if sense not in ("min", "max"):
             raise ValueError(f'goals: {figure.name} is to be "min" or "max", not {shown(sense)}')
-    return figures, np.array([1.0 if SENSES[sense] == "small" else -1.0 for sense in senses])
+    return figures, tuple(goals.values())
 
 
 def limits_by_figure(limits: Any, task: Task, robot: FiveBar | Biglide) -> tuple[Limit, ...]:
-    """The limits {figure: (low, high) or a number}."""
+    """Return the limits {figure: (low, high) or a number}."""
     if not isinstance(limits, Mapping):
         raise TypeError(f"limits must be a table, as {{'det_A': 0.5}}, not {shown(limits)}")
-    if not limits:
-        return ()
-    found = []
-    for figure, asked in zip(figures_of(list(limits), task, robot, "limits"), limits.values()):
-        if alone(asked):
-            asked = (asked, None) if figure.better == "large" else (None, asked)
-        try:
-            low, high = asked
-        except (TypeError, ValueError):
-            raise ValueError(
-                f"limits: {figure.name} must have (low, high) or a number, not {shown(asked)}"
-            ) from None
-        low = -np.inf if low is None else number(low, f"limits: {figure.name}'s low")
-        high = np.inf if high is None else number(high, f"limits: {figure.name}'s high")
-        if low > high:
-            raise ValueError(f"limits: {figure.name} = ({low:g}, {high:g}) is the wrong way round")
-        if np.isinf(low) and np.isinf(high):
-            raise ValueError(f"limits: {figure.name} has neither a low nor a high one")
-        found.append(Limit(figure, low, high))
-    return tuple(found)
+    figures = figures_of(list(limits), task, robot, "limits") if limits else ()
+    return tuple(_limit(figure, value) for figure, value in zip(figures, limits.values()))
+
+
+def _limit(figure, value):
+    name = f"limits: {figure.name}"
+    if is_number(value):
+        value = (value, None) if figure.better == "large" else (None, value)
+    try:
+        low, high = value
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must have (low, high) or a number, not {shown(value)}") from None
+    if low is None and high is None:
+        raise ValueError(f"{name} has neither a low nor a high one")
+    low = -np.inf if low is None else number(low, f"{name}'s low")
+    high = np.inf if high is None else number(high, f"{name}'s high")
+    if low > high:
+        raise ValueError(f"{name} = ({low:g}, {high:g}) is the wrong way round")
+    return Limit(figure, low, high)

@@ -1,12 +1,10 @@
-"""`design`: the best robot for one goal, or the Pareto front of several, within bounds and limits
-by name.
-"""
+"""`design`: the best robot for one goal, or the Pareto front of several."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,23 +13,21 @@ from ..base.checks import instance, number, optional, positive, takes, whole
 from ..base.progress import progress
 from ..base.workers import WorkersDied, check_executor, compute_chunks
 from ..models.robots import Biglide, FiveBar
-from .batch import at_once, check_variables, robot_of_design
+from .batch import check_variables, robot_of_design, robots_of_designs
 from .designs import limits_of
-from .evolution import evolve, refine, thinned
+from .evolution import dominates, evolve, refine, thinned
 from .figures import evaluate, figures_of
-from .goals import SENSE_OF, SENSES, goals_of, limits_by_figure
+from .goals import SENSE, goals_of, limits_by_figure
 from .results import AT_LIMIT, Design, Front
 from .sweeping import compute_chunk
 from .task import Task, task_of
 
-POPULATION, MEMBERS = 20, 20  # per parameter, at least 60; of each small population
-MOST_EFFORT = 100.0
-TOGETHER = 5  # designs in a piece of work for an executor
-FAR = 1e30  # what keeps the limits is below, what does not is above, by how much it is off
+PENALTY = 1e30  # above all goals: the value of what violates the limits
+PIECE = 5  # designs that an executor computes at a time
 
 
 def _effort(value, name):
-    return number(value, name, 0.01, MOST_EFFORT)
+    return number(value, name, 0.01, 100.0)
 
 
 @takes(
@@ -54,286 +50,287 @@ def design(
     executor: Executor | None = None,
     **choices: Any,
 ) -> Design | Front:
-    """The best robot within bounds: a Design for one goal, a Front of them for two or three.
+    """Return the best robot within bounds: a Design for one goal, a Front of two or three.
 
-    goals: a figure of merit by name or as a function of a robot, a list of up to three, or {figure:
-        "min" or "max"}; a name knows its own sense, a function is to be large.
-    bounds: {parameter: (low, high)}, a number where it is fixed; parameters as in `sweep`: l1 and
-        l2 make the robot symmetric, task_y moves its table.
-    limits: {figure or parameter-free function: (low, high)}, None for no limit; a number is a limit
-        on the worse side. A table must be reached, without a singularity, whether named or not.
-    robot: what the bounds do not name, FiveBar() if None. step: lengths are whole multiples of it,
-        m, as 0.001.
-    points: on the front. effort: of the search, 2 for twice as many generations.
-    executor: who computes figures that are not in closed form, as in `sweep`; None: this process.
-    choices: what the figures are about, as in `sweep`: table=(0.2, 0.15), motor="xh430-w350",
-        det_A=0.3, ...
+    One goal is searched by SciPy's differential evolution; several by differential evolution of
+    all goals at once (GDE3), then each point of the front by itself. A search proves nothing: each
+    result names its active bounds and limits, and how far it is from what no robot within the
+    bounds passes, where that is known.
 
-    One goal: SciPy's differential evolution. Several: differential evolution of all goals at once
-    (GDE3), then each point by itself. A search finds no proof: each result says which bounds and
-    limits hold it, and how far it is from what no robot within the bounds can pass, where that is
-    known. ValueError where nothing keeps the limits.
+    Parameters
+    ----------
+    goals : str, callable, list or mapping
+        A figure of merit by name or as a function of a robot, a list of up to three, or {figure:
+        "min" or "max"}. A name knows its own sense; a function is to be large.
+    bounds : mapping
+        {parameter: (low, high)}, a number where it is fixed. Parameters as in `sweep`: l1 and l2
+        make the robot symmetric, task_y moves its table.
+    limits : mapping
+        {figure: (low, high)}, None for no limit; a number is a limit on the worse side. A table
+        must be reached without a singularity, whether it is named or not.
+    robot : FiveBar or Biglide
+        What the bounds do not name; None: FiveBar().
+    step : float
+        Lengths are whole multiples of it, m, as 0.001.
+    points : int
+        On the front.
+    seed : int
+        Of the search.
+    effort : float
+        Of the search; 2: twice as many generations.
+    executor : concurrent.futures.Executor
+        Computes figures that are not in closed form, as in `sweep`; None: this process.
+    **choices
+        What the figures are about, as in `sweep`: table=(0.2, 0.15), motor="xh430-w350", ...
+
+    Returns
+    -------
+    Design or Front
+
+    Raises
+    ------
+    ValueError
+        No robot within the bounds was found that keeps the limits; or an argument is wrong.
+    RuntimeError
+        The executor died.
+
+    References
+    ----------
+    Storn and Price, Journal of Global Optimization 11, 1997. Kukkonen and Lampinen, GDE3, IEEE CEC
+    2005.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> best = fb.design("workspace_area", {"l1": (0.1, 0.2), "d": 0.1}, effort=0.05)
+    >>> round(best.parameters["l1"], 6)
+    0.2
     """
     robot = FiveBar() if robot is None else robot
     check_executor(executor)
-    problem = Problem(goals, bounds, limits, robot, step, task_of(choices), executor)
+    problem = Problem(goals, bounds, limits or {}, robot, step, task_of(choices), executor)
     rng = np.random.default_rng(seed)
     with progress(unit=" generations") as bar:
         if len(problem.goals) == 1:
-            rows = _one(problem, rng, effort, bar)
-        else:
-            rows = _several(problem, rng, points, effort, bar)
-    found = [problem.design_of(row) for row in rows]
-    if len(problem.goals) == 1:
-        return found[0]
-    return Front(tuple(sorted(found, key=lambda each: each.values[problem.goals[0].name])))
+            return problem.design_of(_search_one(problem, rng, effort, bar))
+        rows = _search_front(problem, rng, points, effort, bar)
+    designs = [problem.design_of(row) for row in rows]
+    return Front(tuple(sorted(designs, key=lambda one: one.values[problem.goals[0].name])))
 
 
 class Problem:
-    """What is searched, as numbers: columns of what varies in, goals to be small and how far off
-    the limits out.
-    """
+    """The search as numbers: parameters in; goals to be small and the violation of limits out."""
 
     def __init__(self, goals, bounds, limits, robot, step, task: Task, executor: Executor | None):
         self.robot, self.step, self.task, self.executor = robot, step, task, executor
-        pairs = limits_of(bounds)
-        check_variables(tuple(pairs), robot, "bounds")
-        self.names = tuple(pairs)
-        self.low, self.high = (np.array(each) for each in zip(*pairs.values()))
-        self.goals, self.signs = goals_of(goals, task, robot)
-        self.limits = limits_by_figure({} if limits is None else limits, task, robot)
-        reach = figures_of(["reach", "det_A"], task, robot) if self.on_table else ()
-        asked = [*self.goals, *(limit.figure for limit in self.limits), *reach]
-        self.figures = tuple({each.name: each for each in asked}.values())
-        self.place = {each.name: k for k, each in enumerate(self.figures)}
+        intervals = limits_of(bounds)
+        self.names = tuple(intervals)
+        check_variables(self.names, robot, "bounds")
+        self.low, self.high = np.array(list(intervals.values())).T.copy()
+        self.goals, self.senses = goals_of(goals, task, robot)
+        self.signs = np.array([1.0 if sense == "min" else -1.0 for sense in self.senses])
+        self.limits = limits_by_figure(limits, task, robot)
+        self.on_table = bool(task.table or task.disc) and isinstance(robot, FiveBar)
+        figures = [*self.goals, *(limit.figure for limit in self.limits)]
+        if self.on_table:
+            figures += figures_of(["reach", "det_A"], task, robot)
+            self.task_size = float(np.ptp(task.nodes[0], axis=0).max())
+        self.figures = tuple({figure.name: figure for figure in figures}.values())
         self.free = self.high > self.low
-        self._round_bounds()
-
-    @property
-    def on_table(self) -> bool:
-        return bool(self.task.table or self.task.disc) and isinstance(self.robot, FiveBar)
-
-    def _round_bounds(self):
-        """Steps need a multiple within the bounds."""
-        self.stepped = np.array([self.step is not None and name[0] in "lrd" for name in self.names])
-        if self.step is None:
-            return
+        self.stepped = np.array([step is not None and name[0] in "lrd" for name in self.names])
         for k in np.flatnonzero(self.stepped):
-            low, high = (
-                np.ceil(self.low[k] / self.step - 1e-9),
-                np.floor(self.high[k] / self.step + 1e-9),
+            self._round_bounds(k)
+
+    def _round_bounds(self, k):
+        low = np.ceil(self.low[k] / self.step - 1e-9)
+        high = np.floor(self.high[k] / self.step + 1e-9)
+        if low > high:
+            raise ValueError(
+                f"bounds: no multiple of step = {self.step:g} lies in {self.names[k]} ="
+                f" ({self.low[k]:g}, {self.high[k]:g})"
             )
-            if low > high:
-                raise ValueError(
-                    f"bounds: no multiple of step = {self.step:g} lies in {self.names[k]} ="
-                    f" ({self.low[k]:g}, {self.high[k]:g})"
-                )
-            self.low[k], self.high[k] = low * self.step, high * self.step
+        self.low[k], self.high[k] = low * self.step, high * self.step
 
     def rows(self, x: np.ndarray) -> np.ndarray:
-        """Designs (n, k), in steps where these are asked for."""
-        near = 1e-9 * (self.high - self.low)  # a search ends beside a bound, not on it
+        """Return designs (n, k), rounded to steps; what is next to a bound is put on it."""
+        near = 1e-9 * (self.high - self.low)
         x = np.where(x <= self.low + near, self.low, np.where(x >= self.high - near, self.high, x))
         if self.step is None:
             return x
-        return (
-            np.where(self.stepped, np.round(np.rint(x / self.step) * self.step, 12), x) + 0.0
-        )  # no -0
+        rounded = np.round(np.rint(x / self.step) * self.step, 12)
+        return np.where(self.stepped, rounded, x) + 0.0  # no -0
 
-    def values(self, x: np.ndarray) -> np.ndarray:
-        rows = self.rows(x)
-        if self.executor is None or all(each.kind in ("closed", "poses") for each in self.figures):
-            return evaluate(self.figures, self.names, rows, self.robot, self.task)[0]
+    def values(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        """Return {figure: (n,)} of designs."""
+        if self.executor is None or all(one.kind in ("closed", "poses") for one in self.figures):
+            values = evaluate(self.figures, self.names, rows, self.robot, self.task)[0]
+        else:
+            values = self._values_by_executor(rows)
+        return {figure.name: column for figure, column in zip(self.figures, values.T)}
+
+    def _values_by_executor(self, rows):
         compute = partial(compute_chunk, self.figures, self.names, self.robot, self.task)
-        parts = enumerate(np.array_split(rows, max(1, len(rows) // TOGETHER)))
+        pieces = enumerate(np.array_split(rows, max(1, len(rows) // PIECE)))
         try:
-            done = dict(compute_chunks(compute, parts, self.executor))
+            done = dict(compute_chunks(compute, pieces, self.executor))
         except WorkersDied as error:
             raise RuntimeError(f"{error}; a search keeps nothing: begin it anew") from None
         return np.concatenate([done[k].values for k in range(len(done))])
 
     def __call__(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(goals to be small (n, goals), off (n,)) of designs."""
-        values = self.values(x)
-        f = values[:, : len(self.goals)] * self.signs
-        off = np.zeros(len(x))
+        """Return (goals to be small (n, goals), violation of the limits (n,)) of designs."""
+        values = self.values(self.rows(x))
+        goals = np.stack([values[goal.name] for goal in self.goals], axis=1) * self.signs
+        violation = np.zeros(len(x))
         for limit in self.limits:
-            value = values[:, self.place[limit.figure.name]]
-            size = max(abs(each) for each in (limit.low, limit.high) if np.isfinite(each)) or 1.0
-            off += np.maximum(np.maximum(limit.low - value, value - limit.high), 0) / size
-        if self.on_table:  # how far the table is out of reach tells the way to it
-            off += np.maximum(-values[:, self.place["reach"]], 0) / self.task_size
-            off += np.where(values[:, self.place["det_A"]] > 0, 0.0, 1.0)
-        lost = ~np.isfinite(f).all(axis=1) | np.isnan(off)
-        off = np.where(lost, 10.0 + np.where(np.isfinite(off), off, 10.0), off)
-        return np.where(np.isfinite(f), f, 0.0), off
-
-    @cached_property
-    def task_size(self):
-        return float(np.ptp(self.task.nodes[0], axis=0).max())
+            value = values[limit.figure.name]
+            size = max(abs(end) for end in (limit.low, limit.high) if np.isfinite(end)) or 1.0
+            violation += np.maximum(np.maximum(limit.low - value, value - limit.high), 0) / size
+        if self.on_table:  # The distance out of reach leads the search to the table.
+            violation += np.maximum(-values["reach"], 0) / self.task_size
+            violation += np.where(values["det_A"] > 0, 0.0, 1.0)
+        lost = ~np.isfinite(goals).all(axis=1) | np.isnan(violation)
+        worst = 10.0 + np.where(np.isfinite(violation), violation, 10.0)
+        return np.where(np.isfinite(goals), goals, 0.0), np.where(lost, worst, violation)
 
     def design_of(self, x: np.ndarray) -> Design:
+        """Return the Design of one row."""
         row = self.rows(x[None])[0]
-        values = dict(zip((each.name for each in self.figures), self.values(x[None])[0].tolist()))
-        goals = {each.name: SENSE_OF[sign] for each, sign in zip(self.goals, self.signs)}
-        units = {each.name: each.unit for each in self.figures}
+        values = {name: float(column[0]) for name, column in self.values(row[None]).items()}
         return Design(
-            dict(zip(self.names, row.tolist())),
-            robot_of_design(self.names, row, self.robot),
-            values,
-            goals,
-            units,
-            self._binding(row, values),
-            self._passed_by_none(values),
-            self.task,
+            parameters=dict(zip(self.names, row.tolist())),
+            robot=robot_of_design(self.names, row, self.robot),
+            values=values,
+            goals={goal.name: sense for goal, sense in zip(self.goals, self.senses)},
+            units={figure.name: figure.unit for figure in self.figures},
+            binding=(*self._active_bounds(row), *self._active_limits(row, values)),
+            unreached_bounds=self._unreached_bounds(),
+            task=self.task,
         )
 
-    def _binding(self, row, values):
-        """Sentences on what is at its limit; of lengths in steps, on what is nearer than a step."""
-        found = []
-        steps = np.where(self.stepped, 1.001 * (self.step or 0.0), 0.0)
+    def _active_bounds(self, row):
+        """Yield sentences on the bounds at which, or a step from which, a design is."""
         for k in np.flatnonzero(self.free):
-            near = max(AT_LIMIT * (self.high[k] - self.low[k]), steps[k])
-            for which, limit in (("lower", self.low[k]), ("upper", self.high[k])):
-                if abs(row[k] - limit) <= near:
-                    found.append(
-                        f"{self.names[k]} = {row[k]:.6g} is {self._how(row[k], limit)} {which}"
-                        f" bound {limit:.6g}"
-                    )
-        others = [row + sign * step for step in np.diag(steps)[steps > 0] for sign in (1, -1)]
-        around = self.values(np.array([row, *others]))
+            step = 1.001 * self.step if self.stepped[k] else 0.0
+            near = max(AT_LIMIT * (self.high[k] - self.low[k]), step)
+            for side, bound in (("lower", self.low[k]), ("upper", self.high[k])):
+                distance = abs(row[k] - bound)
+                if distance <= near:
+                    place = "a step from" if distance > step / 2 > 0 else "at"
+                    yield f"{self.names[k]} = {row[k]:.6g} is {place} its {side} bound {bound:.6g}"
+
+    def _active_limits(self, row, values):
+        """Yield sentences on the limits at which a design is, or which its neighbours violate."""
+        steps = np.diag(np.where(self.stepped, 1.001 * (self.step or 0.0), 0.0))[self.stepped]
+        around = self.values(np.concatenate([row[None], row + steps, row - steps]))
+        inside = np.ones(1 + 2 * len(steps), dtype=bool)
         if self.on_table:
-            within = around[:, self.place["reach"]] >= 0
-            if values["reach"] <= AT_LIMIT * self.task_size or not within.all():
-                found.append(
+            reached = around["reach"] >= 0
+            inside = reached & (around["det_A"] > 0)
+            if values["reach"] <= AT_LIMIT * self.task_size or not reached.all():
+                yield (
                     f"reach = {values['reach']:.6g} is near its limit, at least 0: a corner of the"
                     " table"
                 )
-            around = around[within & (around[:, self.place["det_A"]] > 0)]
         for limit in self.limits:
             name = limit.figure.name
-            column = around[:, self.place[name]]
-            for which, value, passed in (
+            column = around[name][inside]
+            for side, end, violated in (
                 ("at least", limit.low, column < limit.low),
                 ("at most", limit.high, column > limit.high),
             ):
-                near = np.isfinite(value) and abs(values[name] - value) <= AT_LIMIT * max(
-                    abs(value), 1e-12
-                )
-                if near or passed.any():
-                    how = "at" if near else "less than a step from"
-                    found.append(
-                        f"{name} = {values[name]:.6g} is {how} its limit, {which} {value:.6g}"
-                    )
-        return tuple(found)
+                near = abs(values[name] - end) <= AT_LIMIT * max(abs(end), 1e-12) < np.inf
+                if near or violated.any():
+                    place = "at" if near else "less than a step from"
+                    yield f"{name} = {values[name]:.6g} is {place} its limit, {side} {end:.6g}"
 
-    def _how(self, value, limit):
-        return (
-            "at its"
-            if self.step is None or abs(value - limit) < 0.5 * self.step
-            else "a step from its"
-        )
+    def _unreached_bounds(self):
+        """Return {goal: what no robot within the bounds passes}, where it is known.
 
-    def _passed_by_none(self, values):
-        """{goal: what no robot within the bounds passes}: figures' own bounds at the longest, or
-        the shortest, bars.
+        A figure's bound is that of the longest bars where large values are better, else of the
+        shortest.
         """
-        found = {}
-        for figure, sign in zip(self.goals, self.signs):
-            if figure.bound is None or SENSES[SENSE_OF[sign]] != figure.better:
-                continue
-            corner = (self.high if figure.better == "large" else self.low)[None]
-            found[figure.name] = float(
-                figure.bound(at_once(self.names, corner, self.robot), self.task)[0]
-            )
-        return found
+        bounds = {}
+        for figure, sense in zip(self.goals, self.senses):
+            if figure.bound is not None and sense == SENSE[figure.better]:
+                corner = self.high if sense == "max" else self.low
+                robots = robots_of_designs(self.names, corner[None], self.robot)
+                bounds[figure.name] = float(figure.bound(robots, self.task)[0])
+        return bounds
 
 
-def _one(problem, rng, effort, bar):
-    """SciPy's differential evolution on what varies; designs that do not keep the limits count by
-    how far they are.
-    """
+def _search_one(problem, rng, effort, bar):
+    """Return the best row by SciPy's differential evolution of what varies."""
     from scipy.optimize import differential_evolution
 
-    free = problem.free
-    if not free.any():
-        return _kept(problem, problem.low[None])
+    free, row = problem.free, problem.low.copy()
+    if free.any():
 
-    def all_of(x):
-        rows = np.repeat(problem.low[None], len(x), axis=0)
-        rows[:, free] = x
-        f, off = problem(rows)
-        return np.where(off > 0, FAR * (1 + off), f[:, 0])
+        def goal(x):
+            rows = np.repeat(problem.low[None], x.shape[1], axis=0)
+            rows[:, free] = x.T
+            goals, violation = problem(rows)
+            return np.where(violation > 0, PENALTY * (1 + violation), goals[:, 0])
 
-    found = differential_evolution(
-        lambda x: all_of(x.T),
-        list(zip(problem.low[free], problem.high[free])),
-        vectorized=True,
-        polish=False,
-        updating="deferred",
-        maxiter=int(np.ceil(300 * effort)),
-        popsize=POPULATION,
-        tol=1e-10,
-        atol=0.0,
-        rng=rng,
-        init="halton",
-        callback=lambda *_, **__: bar.update() and None,
-    )
-    row = problem.low.copy()
-    row[free] = found.x
-    return _kept(problem, row[None])
+        row[free] = differential_evolution(
+            goal,
+            list(zip(problem.low[free], problem.high[free])),
+            vectorized=True,
+            polish=False,
+            updating="deferred",
+            maxiter=int(np.ceil(300 * effort)),
+            popsize=20,
+            tol=1e-10,
+            rng=rng,
+            init="halton",
+            callback=lambda *_, **__: bar.update() and None,
+        ).x
+    _check_limits(problem, row)
+    return row
 
 
-def _several(problem, rng, points, effort, bar):
+def _search_front(problem, rng, points, effort, bar):
+    """Return rows of which none is better than another in all goals."""
     generations = int(np.ceil(100 * effort))
-    size = max(60, POPULATION * int(problem.free.sum()), points)
-    x, f, off = evolve(
-        problem,
-        problem.low,
-        problem.high,
-        len(problem.goals),
-        size,
-        generations,
-        rng,
-        told=bar.update,
+    size = max(60, 20 * int(problem.free.sum()), points)
+    bounds, goal_count = (problem.low, problem.high), len(problem.goals)
+    x, f, violation = evolve(
+        problem, *bounds, goal_count, size, generations, rng, callback=bar.update
     )
-    kept = off == 0
-    if not kept.any():
-        return _kept(problem, x[np.argsort(off)[:1]])
-    x, f = x[kept], f[kept]
+    feasible = violation == 0
+    if not feasible.any():
+        _check_limits(problem, x[np.argmin(violation)])
+    x, f = x[feasible], f[feasible]
     chosen = np.array(thinned(f, np.arange(len(f)), min(points, len(f))))
-    x, f, off = refine(
-        problem, problem.low, problem.high, x, f, chosen, MEMBERS, generations, rng, told=bar.update
+    x, f, violation = refine(
+        problem, *bounds, x, f, chosen, 20, generations, rng, callback=bar.update
     )
-    rows = problem.rows(x[off == 0])
-    f, off = problem(rows)
-    better = (f[:, None] <= f[None]).all(axis=2) & (f[:, None] < f[None]).any(axis=2)
-    rows, f = rows[~better.any(axis=0)], f[~better.any(axis=0)]
+    rows = problem.rows(x[violation == 0])
+    f, _ = problem(rows)
+    zero = np.zeros(1)
+    best = ~dominates(f[:, None], zero, f[None], zero).any(axis=0)
+    rows, f = rows[best], f[best]
     return rows[np.unique(f.round(15), axis=0, return_index=True)[1]]
 
 
-def _kept(problem, rows):
-    """The rows; ValueError where even the best found does not keep the limits, with what it
-    lacks.
-    """
-    off = problem(rows)[1]
-    if off[0] == 0:
-        return rows
-    values = dict(zip((each.name for each in problem.figures), problem.values(rows)[0]))
-    lacks = [
-        f"{limit.figure.name} = {values[limit.figure.name]:.6g}, not from {limit.low:g} to"
-        f" {limit.high:g}"
-        for limit in problem.limits
-        if not limit.low <= values[limit.figure.name] <= limit.high
-    ]
+def _check_limits(problem, x):
+    """Raise ValueError where the best row violates the limits, and name them."""
+    row = problem.rows(x[None])
+    if problem(row)[1][0] == 0:
+        return
+    values = {name: column[0] for name, column in problem.values(row).items()}
+    violated = []
+    for limit in problem.limits:
+        value = values[limit.figure.name]
+        if not limit.low <= value <= limit.high:
+            interval = f"{limit.low:g} to {limit.high:g}"
+            violated.append(f"{limit.figure.name} = {value:.6g}, not from {interval}")
     if problem.on_table and values["reach"] < 0:
-        lacks.append(f"the table is out of reach by {-values['reach']:.6g} m")
+        violated.append(f"the table is out of reach by {-values['reach']:.6g} m")
     elif problem.on_table and not values["det_A"] > 0:
-        lacks.append("a Type-2 singularity crosses the table")
-    at = ", ".join(
-        f"{name} = {value:.6g}" for name, value in zip(problem.names, problem.rows(rows)[0])
-    )
-    what = "; ".join(lacks) or "no robot closes, or a goal is not finite"
+        violated.append("a Type-2 singularity crosses the table")
+    at = ", ".join(f"{name} = {value:.6g}" for name, value in zip(problem.names, row[0]))
+    reasons = "; ".join(violated) or "no robot closes, or a goal is not finite"
     raise ValueError(
-        f"nothing within the bounds was found that keeps the limits; the nearest, {at}: {what}"
+        f"nothing within the bounds was found that keeps the limits; the nearest, {at}: {reasons}"
     )

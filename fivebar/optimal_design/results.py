@@ -1,4 +1,4 @@
-"""What `design` gives: a robot with what holds it, and fronts of them."""
+"""Results of `design`: a design with its active bounds and limits, and fronts of designs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -20,22 +20,29 @@ from ..models.robots import Biglide, FiveBar
 from .batch import PLACE
 from .task import Task, task_of
 
-if TYPE_CHECKING:
-    pass
-
-
-AT_LIMIT = 1e-3  # of a bound's range, or of a limit, within which it is said to bind
-FRONT, ROBOTS, PAGE = "front.json", "robots", "index.html"
+AT_LIMIT = 1e-3  # of a bound's range, or of a limit: what is nearer is called active
+FRONT, ROBOTS = "front.json", "robots"
 WHAT = "fivebar designs"
 
 
 @dataclass(frozen=True, eq=False)
 class Design(Plotted, Paged):
-    """A robot found by `design`.
+    """A robot from `design`, with its active bounds and limits.
 
-    parameters: what varied; values: of goals and limits, goals: each "min" or "max"; binding:
-    sentences on the bounds and limits that hold it; unpassed: {goal: what no robot within the
-    bounds can pass}, where that is known; task.
+    Parameters
+    ----------
+    parameters : mapping
+        What varied.
+    robot : FiveBar or Biglide
+    values, units : mapping
+        Of goals and limits, by figure.
+    goals : mapping
+        {figure: "min" or "max"}.
+    binding : tuple of str
+        A sentence on each active bound and limit.
+    unreached_bounds : mapping
+        {goal: what no robot within the bounds passes}, where it is known.
+    task : Task
     """
 
     parameters: Mapping[str, float]
@@ -48,21 +55,21 @@ class Design(Plotted, Paged):
     task: Task = field(repr=False)
 
     def __repr__(self) -> str:
-        notes = [
-            f"{name} = {self.values[name]:.6g} {self.units[name]}".rstrip() for name in self.goals
-        ]
-        return one_line(
-            "Design", *notes, ", ".join(f"{k} = {v:.6g}" for k, v in self.parameters.items())
-        )
+        goals = [self._value(name) for name in self.goals]
+        parameters = ", ".join(f"{k} = {v:.6g}" for k, v in self.parameters.items())
+        return one_line("Design", *goals, parameters)
+
+    def _value(self, name):
+        return f"{name} = {self.values[name]:.6g} {self.units[name]}".rstrip()
 
     @property
     def place(self) -> np.ndarray:
-        """Where the task's origin is, (2,) m."""
+        """The task's origin, (2,) m."""
         return np.array([self.parameters.get(name, 0.0) for name in PLACE])
 
     @property
     def gaps(self) -> dict[str, float]:
-        """{goal: how far it is from what no robot can pass, as a share of that}."""
+        """{goal: distance from its unreached bound, as a share of that}."""
         return {
             name: abs(self.values[name] - best) / max(abs(best), 1e-300)
             for name, best in self.unreached_bounds.items()
@@ -70,39 +77,41 @@ class Design(Plotted, Paged):
 
     @property
     def report(self) -> str:
-        """What it is and what holds it, line by line."""
+        """The design, its active bounds and limits, and its gaps, line by line."""
         lines = [f"{name} = {value:.6g}" for name, value in self.parameters.items()]
-        for name, value in self.values.items():
+        for name in self.values:
             goal = f" ({self.goals[name]})" if name in self.goals else ""
-            lines.append(f"{name} = {value:.6g} {self.units[name]}".rstrip() + goal)
-        held = "its goals hold one another" if len(self.goals) > 1 else "the optimum is inside"
-        lines += self.binding or (f"no bound and no limit binds: {held}",)
+            lines.append(self._value(name) + goal)
+        reason = "its goals hold one another" if len(self.goals) > 1 else "the optimum is inside"
+        lines += self.binding or (f"no bound and no limit binds: {reason}",)
         for name, gap in self.gaps.items():
-            best = f"no robot within the bounds passes {name} = {self.unreached_bounds[name]:.6g}"
-            lines.append(f"{best}; this one is {100 * gap:.3g} % off")
+            bound = f"{name} = {self.unreached_bounds[name]:.6g}"
+            lines.append(
+                f"no robot within the bounds passes {bound}; this one is {100 * gap:.3g} % off"
+            )
         for name in self.goals:
             if name not in self.unreached_bounds:
                 lines.append(f"of {name} no bound is known: it is the best that was found")
         return "\n".join(lines)
 
     def to_robot_file(self, file: TextFile) -> None:
-        """The robot's parameters as JSON, which every command takes as --robot FILE."""
-        with written(file) as out:
-            out.write(json.dumps(_plain(self.robot), indent=1) + "\n")
+        """Write the robot's parameters as JSON, which every command takes as --robot FILE."""
+        _write_json(file, plain_parameters(self.robot))
 
     def save(self, file: TextFile) -> None:
-        """All of it as JSON, which `load` reads."""
+        """Write all of it as JSON, which `load` reads."""
         _save(file, (self,))
 
     @classmethod
     def load(cls, file: str | os.PathLike) -> Design:
-        """The Design in a file. Of a motion or a path not the points were kept."""
+        """Return the Design in a file, without the points of its motion or path."""
         return _load(Path(file))[0]
 
     def as_json(self) -> dict:
+        """Return what `save` writes."""
         return {
             "parameters": dict(self.parameters),
-            "robot": _plain(self.robot),
+            "robot": plain_parameters(self.robot),
             "kind": type(self.robot).__name__,
             "values": dict(self.values),
             "goals": dict(self.goals),
@@ -114,17 +123,18 @@ class Design(Plotted, Paged):
 
 @dataclass(frozen=True, eq=False)
 class Front(Plotted, Paged):
-    """Designs of which none is better than another in all goals, in the order of the first goal;
-    from `design`.
+    """A Pareto front: designs of which none is better than another in all goals.
+
+    In the order of the first goal; from `design`.
     """
 
     designs: tuple[Design, ...]
 
     def __repr__(self) -> str:
-        ranges = [
-            f"{name} from {self[name].min():.6g} to {self[name].max():.6g} {self.units[name]}".rstrip()
-            for name in self.goals
-        ]
+        ranges = []
+        for name in self.goals:
+            low, high = self[name].min(), self[name].max()
+            ranges.append(f"{name} from {low:.6g} to {high:.6g} {self.units[name]}".rstrip())
         return one_line("Front", f"{len(self.designs)} designs", *ranges)
 
     def __len__(self) -> int:
@@ -140,73 +150,59 @@ class Front(Plotted, Paged):
 
     @property
     def robots(self) -> tuple:
-        return tuple(each.robot for each in self.designs)
+        return tuple(design.robot for design in self.designs)
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """A column (n,): of a goal, a limit or what varied."""
-        return np.array(
-            [
-                (each.values if name in each.values else each.parameters)[name]
-                for each in self.designs
-            ]
-        )
+        """Return a column (n,): of a goal, a limit or what varied."""
+        return np.array([{**one.parameters, **one.values}[name] for one in self.designs])
 
     @property
     def knee(self) -> Design:
-        """The design nearest to the best of all goals, each goal measured by the front's range."""
-        f = np.stack(
-            [
-                self[name] * (1 if way in ("min", "small") else -1)
-                for name, way in self.goals.items()
-            ],
-            axis=1,
-        )
+        """The design nearest to the best of all goals, each measured by the front's range."""
+        signs = [1 if sense == "min" else -1 for sense in self.goals.values()]
+        f = np.stack([self[name] for name in self.goals], axis=1) * signs
         share = (f - f.min(axis=0)) / np.maximum(np.ptp(f, axis=0), 1e-300)
         return self.designs[int(np.argmin(np.linalg.norm(share, axis=1)))]
 
     def to_csv(self, file: TextFile) -> None:
-        """A row per design: what varied, then goals and limits."""
+        """Write a row per design: what varied, then goals and limits."""
         first = self.designs[0]
-        header = (*first.parameters, *first.values)
-        rows = [[*each.parameters.values(), *each.values.values()] for each in self.designs]
-        write(file, "front", {"goals": dict(self.goals), "choices": first.task.about}, header, rows)
+        about = {"goals": dict(self.goals), "choices": first.task.about}
+        rows = [[*one.parameters.values(), *one.values.values()] for one in self.designs]
+        write(file, "front", about, (*first.parameters, *first.values), rows)
 
     def save(self, folder: str | os.PathLike) -> None:
-        """front.json, which `load` reads, front.csv, front.png, robots/01.json ... for --robot, and
-        index.html.
+        """Write front.json, which `load` reads, front.csv, front.png, robots/*.json and a page.
 
-        That page has the picture and a table; each robot's link opens it on the live page,
-        play.html beside it.
+        The page index.html has the picture and a table; each robot's link opens it on the live
+        page, play.html in the same folder.
         """
         folder = Path(folder)
-        (folder / ROBOTS).mkdir(parents=True, exist_ok=True)
+        robots = folder / ROBOTS
+        robots.mkdir(parents=True, exist_ok=True)
+        for file in robots.glob("[0-9][0-9]*.json"):  # of a front that was here before
+            file.unlink()
         _save(folder / FRONT, self.designs)
         self.to_csv(folder / "front.csv")
         self.plot(folder / "front.png")
-        for k, each in enumerate(self.designs, start=1):
-            each.to_robot_file(folder / ROBOTS / f"{k:02d}.json")
-        k = len(self.designs) + 1
-        while (
-            old := folder / ROBOTS / f"{k:02d}.json"
-        ).exists():  # of a longer front that was here before
-            old.unlink()
-            k += 1
-        self.page(folder / PAGE)
+        for k, design in enumerate(self.designs, start=1):
+            design.to_robot_file(robots / f"{k:02d}.json")
+        self.page(folder / "index.html")
 
     @classmethod
     def load(cls, folder: str | os.PathLike) -> Front:
-        """The Front in a folder. Of a motion or a path not the points were kept."""
+        """Return the Front in a folder, without the points of its motion or path."""
         return cls(_load(Path(folder) / FRONT))
 
 
 def _save(file, designs):
-    about = {
-        "what": WHAT,
-        "choices": designs[0].task.about,
-        "designs": [each.as_json() for each in designs],
-    }
+    designs_json = [design.as_json() for design in designs]
+    _write_json(file, {"what": WHAT, "choices": designs[0].task.about, "designs": designs_json})
+
+
+def _write_json(file, value):
     with written(file) as out:
-        out.write(json.dumps(about, indent=1) + "\n")
+        out.write(json.dumps(value, indent=1) + "\n")
 
 
 def _load(file):
@@ -214,17 +210,15 @@ def _load(file):
         about = json.loads(file.read_text(encoding="utf-8"))
         if about["what"] != WHAT:
             raise ValueError(f"it is of {about['what']!r}")
-        choices = {
-            name: value
-            for name, value in about["choices"].items()
-            if name not in ("motion", "path")
-        }
+        choices = dict(about["choices"])
+        for name in ("motion", "path"):
+            choices.pop(name, None)
         if "motor" in choices:
             choices["motor"] = tuple(choices["motor"].values())
-        task = task_of(choices)
         if not about["designs"]:
             raise ValueError("it has none")
-        return tuple(_design(each, task) for each in about["designs"])
+        task = task_of(choices)
+        return tuple(_design(values, task) for values in about["designs"])
     except FileNotFoundError:
         raise ValueError(f"{file} holds no designs: there is no such file") from None
     except STRANGE as error:
@@ -234,23 +228,22 @@ def _load(file):
 
 
 def _design(known, task):
-    robot = robot_of(
-        {name: tuple(v) if isinstance(v, list) else v for name, v in known["robot"].items()}
-    )
-    rules = dict.fromkeys(("parameters", "values", "unreached_bounds"), number) | dict.fromkeys(
-        ("goals", "units"), text
-    )
+    rules = {"parameters": number, "values": number, "unreached_bounds": number}
+    rules |= {"goals": text, "units": text}
     parts = {name: table_of(rule)(known[name], name) for name, rule in rules.items()}
-    if not (
-        parts["goals"].keys() | parts["unreached_bounds"].keys()
-        <= parts["values"].keys()
-        <= parts["units"].keys()
-    ):
+    named = parts["goals"].keys() | parts["unreached_bounds"].keys()
+    if not named <= parts["values"].keys() <= parts["units"].keys():
         raise ValueError("its goals, values and units are not of the same figures")
-    return Design(
-        robot=robot, binding=tuple(strings(known["binding"], "binding")), task=task, **parts
-    )
+    binding = tuple(strings(known["binding"], "binding"))
+    return Design(robot=robot_of_plain(known["robot"]), binding=binding, task=task, **parts)
 
 
-def _plain(robot):
-    return {name: list(v) if isinstance(v, tuple) else v for name, v in robot.parameters.items()}
+def plain_parameters(robot: FiveBar | Biglide) -> dict:
+    """Return a robot's parameters as JSON has them, lists for tuples."""
+    return json.loads(json.dumps(robot.parameters))
+
+
+def robot_of_plain(parameters: Mapping[str, Any]) -> FiveBar | Biglide:
+    """Return the robot of `plain_parameters`."""
+    pairs = parameters.items()
+    return robot_of({name: tuple(v) if isinstance(v, list) else v for name, v in pairs})

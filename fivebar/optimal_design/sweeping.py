@@ -1,11 +1,10 @@
-"""`sweep`: designs x figures, in chunks over an executor, each chunk on disk as it comes."""
+"""`sweep`: figures of merit of many designs, in chunks over an executor, each on disk when done."""
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
 from functools import partial
 from importlib.metadata import version
@@ -20,15 +19,14 @@ from ..base.progress import progress
 from ..base.workers import WorkersDied, check_executor, compute_chunks
 from ..models.robots import Biglide, FiveBar
 from .batch import check_variables
-from .designs import designs_of, digest
+from .designs import designs_of
 from .figures import Figure, evaluate, figures_of
+from .results import plain_parameters
 from .shards import WHAT, Chunk, begin, is_done, write_chunk, write_manifest
 from .sweeps import Sweep, in_folder
 from .task import Task, task_of
 
-AT_ONCE, ONE_BY_ONE = 1000, 10  # designs in a chunk: of figures in closed form, of others
-MOST_KEPT = 2 * 10**8  # numbers in memory, where there is no folder
-FOR_FEW = 4  # chunks of closed forms, for which it is not worth starting processes
+MOST_NUMBERS = 2 * 10**8  # in memory, 1.6 GB, where there is no folder
 
 
 @takes(
@@ -48,50 +46,94 @@ def sweep(
     workers: int | None = None,
     **choices: Any,
 ) -> Sweep:
-    """Figures of merit of many designs: Sweep.
-
-    figure: a name of `designing.FIGURES`, a function robot -> number, a list of these, or {name:
-        function}.
-    designs: {name: column (n,)}; a .csv or .npz file of such columns; robots, or {name: value}, one
-        by one from any iterable; or `designing.grid`, `sample`, `triangle`. Names are the robot's
-        parameters, or l1, l2 (both proximal, both distal bars), r1, r2, r3 (Liu's), zz (both),
-        task_x, task_y (where the table or the motion is).
-    executor: any concurrent.futures.Executor, as Dask's `client.get_executor()`; None: a pool of
-        `workers` processes (None: one per processor), which is begun anew where one of them is
-        killed.
-    out: a folder, which gets a manifest and each chunk as it comes. The same call again goes on
-        there, computes no chunk twice and ends with the same bytes, whatever the executor. None:
-        all is kept in memory.
-    robot: what the designs do not name, FiveBar() if None. chunk: designs at a time.
-    choices: what the figures are about, the fields of `designing.Task`: table=(0.2, 0.15),
-        motor="xh430-w350", ...
+    """Return figures of merit of many designs.
 
     A design that is no robot, or of which a figure raises, gets nan and a message in `.errors`.
-    ValueError for another sweep's folder, and where figures and choices do not fit; RuntimeError
-    where the executor dies: what was done stays.
+
+    Parameters
+    ----------
+    figure : str, callable, list or mapping
+        A name of `optimal_design.FIGURES`, a function robot -> number, a list of these, or {name:
+        function}.
+    designs : mapping, path, iterable or Designs
+        {name: column (n,)}; a .csv or .npz file of such columns; robots, or {name: value}, one by
+        one from any iterable; or `optimal_design.grid`, `sample`, `triangle`. Names are the robot's
+        parameters, or l1, l2 (both proximal, both distal bars), r1, r2, r3 (Liu's), zz (both),
+        task_x, task_y (the origin of the table or the motion).
+    executor : concurrent.futures.Executor
+        Dask's `client.get_executor()`, for instance; None: a pool of `workers`, which is begun
+        anew where one of them is killed.
+    out : path
+        A folder, which gets a manifest and each chunk when it is done. The same call again goes on
+        there, computes no chunk twice and ends with the same bytes, whatever the executor. None:
+        all is kept in memory.
+    robot : FiveBar or Biglide
+        What the designs do not name; None: FiveBar().
+    chunk : int
+        Designs at a time; None: 1000 of closed forms, 10 of other figures.
+    workers : int
+        Processes; None: one per processor, or only this one where the work is short.
+    **choices
+        What the figures are about, the fields of `optimal_design.Task`: table=(0.2, 0.15), ...
+
+    Returns
+    -------
+    Sweep
+
+    Raises
+    ------
+    ValueError
+        The folder holds another sweep, or figures and choices do not fit.
+    RuntimeError
+        The executor died; what was done stays.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> swept = fb.sweep("bars", {"l1": [0.1, 0.12], "l2": [0.1, 0.1]})
+    >>> swept["bars"]
+    array([0.4 , 0.44])
     """
     check_executor(executor)
     robot = FiveBar() if robot is None else robot
     task = task_of(choices)
     figures = figures_of(figure, task, robot)
-    given = designs_of(designs, robot)
-    check_variables(given.names, robot, "designs")
-    quick = all(each.kind in ("closed", "poses") for each in figures)
-    chunk = chunk or (AT_ONCE if quick else ONE_BY_ONE)
-    if (
-        executor is None
-        and workers is None
-        and given.count is not None
-        and given.count <= (FOR_FEW if quick else 1) * chunk
-    ):
-        workers = 1
-    compute = partial(compute_chunk, figures, given.names, robot, task)
-    manifest = _manifest(figures, given, chunk, robot, task)
-    chunks = enumerate(given.chunks(chunk))
-    total = None if given.count is None else math.ceil(given.count / chunk)
-    if out is None:
-        return _in_memory(manifest, compute, chunks, executor, workers, total)
-    return _on_disk(Path(out), manifest, compute, chunks, executor, workers, total)
+    designs = designs_of(designs, robot)
+    check_variables(designs.names, robot, "designs")
+    closed = all(one.kind in ("closed", "poses") for one in figures)
+    chunk = chunk or (1000 if closed else 10)
+    # A few chunks take less time than starting processes.
+    if executor is None and designs.count <= (4 if closed else 1) * chunk:
+        workers = workers or 1
+    manifest = {
+        "what": WHAT,
+        "figures": [one.about for one in figures],
+        "variables": list(designs.names),
+        "designs": designs.about,
+        "chunk": chunk,
+        "robot": {"kind": type(robot).__name__, **plain_parameters(robot)},
+        "choices": task.about,
+        "versions": {"fivebar": version("fivebar"), "numpy": np.__version__},
+    }
+    done = {"chunks": math.ceil(designs.count / chunk), "designs": designs.count}
+    compute = partial(compute_chunk, figures, designs.names, robot, task)
+    chunks = enumerate(designs.chunks(chunk))
+    with progress(total=done["chunks"], unit=" chunks") as bar:
+
+        def computed(left):
+            for number, part in compute_chunks(compute, left, executor, workers):
+                yield number, part
+                bar.update()
+
+        if out is None:
+            parts = _in_memory(computed(chunks))
+            return Sweep(manifest | {"done": done}, parts)
+        folder = Path(out)
+        with locked_folder(folder, "sweep"):
+            begin(folder, manifest)
+            _on_disk(folder, computed, chunks, bar)
+            write_manifest(folder, manifest | {"done": done})
+        return in_folder(folder)
 
 
 def compute_chunk(
@@ -101,110 +143,41 @@ def compute_chunk(
     task: Task,
     rows: np.ndarray,
 ) -> Chunk:
-    """What is done in another process."""
+    """Return one chunk; runs in another process."""
     return Chunk(rows, *evaluate(figures, names, rows, robot, task))
 
 
-def _manifest(figures, given, chunk, robot, task):
-    return {
-        "what": WHAT,
-        "figures": [each.about for each in figures],
-        "variables": list(given.names),
-        "designs": given.about,
-        "chunk": chunk,
-        "robot": {"kind": type(robot).__name__, **_plain(robot.parameters)},
-        "choices": task.about,
-        "versions": {"fivebar": version("fivebar"), "numpy": np.__version__},
-    }
-
-
-def _plain(parameters):
-    return {
-        name: list(value) if isinstance(value, tuple) else value
-        for name, value in parameters.items()
-    }
-
-
-def _in_memory(manifest, compute, chunks, executor, workers, total):
-    found, size, counted = (
-        {},
-        len(manifest["variables"]) + len(manifest["figures"]),
-        _Counted(chunks),
-    )
-    with progress(total=total, unit=" chunks") as bar:
-        for number, done in compute_chunks(compute, counted.all(), executor, workers):
-            found[number] = done
-            if len(found) * manifest["chunk"] * size > MOST_KEPT:
-                raise ValueError(
-                    f"designs: more than {MOST_KEPT:g} numbers in memory; give out=, a folder for"
-                    " them"
-                )
-            bar.update()
-    return Sweep(
-        manifest | {"done": counted.done}, tuple(found[number] for number in sorted(found))
-    )
-
-
-def _on_disk(folder, manifest, compute, chunks, executor, workers, total):
-    with locked_folder(folder, "sweep"):
-        known = begin(folder, manifest)
-        numbers = _Counted(chunks)
-        with progress(total=total, unit=" chunks") as bar:
-            try:
-                for number, done in compute_chunks(compute, numbers.left(folder, bar), executor, workers):
-                    write_chunk(folder, number, done)
-                    bar.update()
-            except WorkersDied as error:
-                raise RuntimeError(
-                    f"{error}. What was done is in {folder}: {_count(folder)} chunks; the same call"
-                    " goes on from there"
-                ) from None
-            except OSError as error:
-                error.strerror = (
-                    f"{error.strerror}; what was done stays in {folder}: {_count(folder)} chunks"
-                )
-                raise
-        done = numbers.done
-        if "done" in known and known["done"] != done:
+def _in_memory(computed):
+    parts, numbers = {}, 0
+    for number, part in computed:
+        parts[number] = part
+        numbers += part.rows.size + part.values.size
+        if numbers > MOST_NUMBERS:
             raise ValueError(
-                f"out: {folder} is done with {known['done']['designs']} designs, not"
-                f" {numbers.designs}"
+                f"designs: more than {MOST_NUMBERS:g} numbers in memory; give out=, a folder for"
+                " them"
             )
-        if beyond := sorted(folder.glob("chunk-*.npz"))[numbers.seen :]:
-            raise ValueError(
-                f"out: {folder} holds {beyond[0].name}, beyond the {numbers.seen} chunks of these"
-                " designs"
-            )
-        if "done" not in known:
-            write_manifest(folder, manifest | {"done": done})
-    return in_folder(folder)
+    return tuple(parts[number] for number in sorted(parts))
 
 
-def _count(folder):
-    return len(list(folder.glob("chunk-*.npz")))
-
-
-class _Counted:
-    """Chunks as they are asked for, and what there has been of them."""
-
-    def __init__(self, chunks: Iterable[tuple[int, np.ndarray]]):
-        self.chunks, self.seen, self.designs, self.hash = chunks, 0, 0, hashlib.sha256()
-
-    @property
-    def done(self) -> dict:
-        return {"chunks": self.seen, "designs": self.designs, "sha256": self.hash.hexdigest()}
-
-    def all(self) -> Iterator[tuple[int, np.ndarray]]:
-        """(number, rows) of each chunk."""
-        for number, rows in self.chunks:
-            self.seen, self.designs = number + 1, self.designs + len(rows)
-            self.hash.update(digest(rows).encode())
-            yield number, rows
-
-    def left(self, folder: Path, bar: Any) -> Iterator[tuple[int, np.ndarray]]:
-        """(number, rows) of those that are not in the folder."""
-        for number, rows in self.all():
+def _on_disk(folder, computed, chunks, bar):
+    def missing():
+        for number, rows in chunks:
             if is_done(folder, number, rows):
                 bar.update()
             else:
                 yield number, rows
+
+    def count():
+        return f"{folder}: {len(list(folder.glob('chunk-*.npz')))} chunks"
+
+    try:
+        for number, part in computed(missing()):
+            write_chunk(folder, number, part)
+    except WorkersDied as error:
+        raise RuntimeError(
+            f"{error}. What was done is in {count()}; the same call goes on from there"
+        ) from None
+    except OSError as error:
+        error.strerror = f"{error.strerror}; what was done stays in {count()}"
+        raise

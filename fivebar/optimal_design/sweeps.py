@@ -1,6 +1,4 @@
-"""What a sweep gives: designs and their figures, in memory or read from the folder as they are
-asked for.
-"""
+"""The result of a sweep: designs and their figures, in memory or read from a folder when needed."""
 
 from __future__ import annotations
 
@@ -18,9 +16,10 @@ from ..base.checks import one_of, shown, whole
 from ..base.presentation import Plotted
 from ..base.representation import one_line
 from ..base.tables import TextFile, write
-from ..models.parameters import robot_of
 from ..models.robots import Biglide, FiveBar
 from .batch import place_of_design, robot_of_design
+from .goals import SENSE
+from .results import robot_of_plain
 from .shards import MANIFEST, Chunk, read_chunk, read_manifest, shard, write_chunk, write_manifest
 
 if TYPE_CHECKING:
@@ -31,23 +30,21 @@ if TYPE_CHECKING:
 class Sweep(Plotted):
     """Designs and their figures, from `sweep` or `Sweep.load`.
 
-    Of a folder, chunks are read when asked for, one at a time: `chunks()`, `to_csv` and `best` take
-    no more memory for more designs; sweep["det_A"] is one column (n,), of a figure or of what
-    varies.
+    `sweep["det_A"]` is one column (n,), of a figure or of what varies. Of a folder, chunks are read
+    one at a time: `chunks()`, `to_csv` and `best` take no more memory for more designs.
     """
 
     manifest: dict
     _parts: Sequence  # Chunks, or files
 
     def __repr__(self) -> str:
-        done = "" if "done" in self.manifest else "not done yet"
         errors = sum(len(part.errors) for part in self.chunks()) if self.count <= 10**6 else 0
-        notes = f"{errors} errors" if errors else ""
+        figures, names = ", ".join(self.figures), ", ".join(self.names)
         return one_line(
             "Sweep",
-            f"{', '.join(self.figures)} of {self.count} designs of {', '.join(self.names)}",
-            notes,
-            done,
+            f"{figures} of {self.count} designs of {names}",
+            f"{errors} errors" if errors else "",
+            "" if "done" in self.manifest else "not done yet",
         )
 
     def __len__(self) -> int:
@@ -60,7 +57,7 @@ class Sweep(Plotted):
 
     @property
     def figures(self) -> tuple[str, ...]:
-        return tuple(each["name"] for each in self.manifest["figures"])
+        return tuple(figure["name"] for figure in self.manifest["figures"])
 
     @cached_property
     def count(self) -> int:
@@ -71,107 +68,101 @@ class Sweep(Plotted):
     @cached_property
     def robot(self) -> FiveBar | Biglide:
         """What the designs do not name."""
-        given = {name: value for name, value in self.manifest["robot"].items() if name != "kind"}
-        return robot_of({name: tuple(v) if isinstance(v, list) else v for name, v in given.items()})
+        parameters = dict(self.manifest["robot"])
+        parameters.pop("kind", None)
+        return robot_of_plain(parameters)
 
     def chunks(self) -> Iterator[Chunk]:
-        """rows (n, len(names)), values (n, len(figures)), errors [(row, message)], a chunk after
-        the other.
-        """
+        """Yield chunks: rows (n, len(names)), values (n, len(figures)), errors [(row, message)]."""
         for part in self._parts:
             yield self._read(part) if isinstance(part, Path) else part
 
     def _read(self, path):
-        found = read_chunk(path)
-        there, named = (
-            (found.rows.shape[1], found.values.shape[1]),
-            (len(self.names), len(self.figures)),
-        )
-        if there != named:
+        chunk = read_chunk(path)
+        widths = chunk.rows.shape[1], chunk.values.shape[1]
+        named = len(self.names), len(self.figures)
+        if widths != named:
             raise ValueError(
-                f"{path} has {there} columns of what varies and of figures, but {MANIFEST} names"
+                f"{path} has {widths} columns of what varies and of figures, but {MANIFEST} names"
                 f" {named}"
             )
-        return found
+        return chunk
 
     def __getitem__(self, name: str) -> np.ndarray:
         if name in self.figures:
-            return np.concatenate(
-                [part.values[:, self.figures.index(name)] for part in self.chunks()]
-            )
+            k = self.figures.index(name)
+            return np.concatenate([part.values[:, k] for part in self.chunks()])
         if name in self.names:
-            return np.concatenate([part.rows[:, self.names.index(name)] for part in self.chunks()])
-        raise KeyError(
-            f"no column {shown(name)}; there are {', '.join((*self.names, *self.figures))}"
-        )
+            k = self.names.index(name)
+            return np.concatenate([part.rows[:, k] for part in self.chunks()])
+        known = ", ".join((*self.names, *self.figures))
+        raise KeyError(f"no column {shown(name)}; there are {known}")
 
     @cached_property
     def errors(self) -> tuple[tuple[int, str], ...]:
         """(design's number, message) of all that went wrong."""
-        found, start = [], 0
+        errors, start = [], 0
         for part in self.chunks():
-            found += [(start + k, text) for k, text in part.errors]
+            errors += [(start + k, text) for k, text in part.errors]
             start += len(part.rows)
-        return tuple(found)
+        return tuple(errors)
 
     def design(self, number: int) -> dict[str, float]:
-        """What a design names."""
+        """Return what a design names."""
         number = whole(0, self.count - 1)(number, "number")
-        for part in self.chunks():
-            if number < len(part.rows):
-                return dict(zip(self.names, part.rows[number].tolist()))
-            number -= len(part.rows)
-        raise IndexError(number)
+        return {name: float(self[name][number]) for name in self.names}
 
     def rows(self, numbers: ArrayLike) -> dict[str, np.ndarray]:
-        """What some designs name, as columns: designs of another sweep."""
+        """Return what some designs name, as columns: designs of another sweep."""
         return {name: self[name][np.atleast_1d(numbers)] for name in self.names}
 
     def robot_at(self, number: int) -> FiveBar | Biglide:
-        """The robot of a design."""
+        """Return the robot of a design."""
         row = np.array(list(self.design(number).values()))
         return robot_of_design(self.names, row, self.robot)
 
     def place_at(self, number: int) -> np.ndarray:
-        """Where the task of a design is, (2,) m."""
+        """Return the origin of a design's task, (2,) m."""
         return place_of_design(self.names, np.array([list(self.design(number).values())]))[0]
 
     def best(
         self, figure: str | None = None, count: int = 1, sense: str | None = None
     ) -> np.ndarray:
-        """Numbers of the best designs by a figure (None: the first), the best first; of equals the
-        first.
+        """Return the numbers of the best designs by a figure, the best first.
 
-        sense: "min" or "max"; None: the figure's own, of a function "max".
+        Parameters
+        ----------
+        figure : str
+            None: the first.
+        count : int
+        sense : {"min", "max"}
+            None: the figure's own, of a function "max".
         """
         from .figures import FIGURES
 
         figure = figure or self.figures[0]
         if figure not in self.figures:
-            raise ValueError(
-                f"figure: {shown(figure)} was not swept; {', '.join(self.figures)} were"
-            )
+            known = ", ".join(self.figures)
+            raise ValueError(f"figure: {shown(figure)} was not swept; {known} were")
         count = whole(1, 10**7)(count, "count")
         if sense is None:
-            sense = "min" if figure in FIGURES and FIGURES[figure].better == "small" else "max"
+            sense = SENSE[FIGURES[figure].better] if figure in FIGURES else "max"
         sign = 1.0 if one_of("min", "max")(sense, "sense") == "min" else -1.0
-        start, kept, at = 0, np.empty(0), np.empty(0, dtype=int)
+        column = self.figures.index(figure)
+        start, kept, numbers = 0, np.empty(0), np.empty(0, dtype=int)
         for part in self.chunks():
-            value = sign * part.values[:, self.figures.index(figure)]
-            kept, at = np.append(kept, value), np.append(at, start + np.arange(len(value)))
-            start += len(value)
-            good = np.flatnonzero(~np.isnan(kept))
-            order = good[np.argsort(kept[good], kind="stable")[:count]]
-            kept, at = kept[order], at[order]
-        return at
+            kept = np.append(kept, sign * part.values[:, column])
+            numbers = np.append(numbers, start + np.arange(len(part.rows)))
+            start += len(part.rows)
+            valid = np.flatnonzero(~np.isnan(kept))
+            order = valid[np.argsort(kept[valid], kind="stable")[:count]]
+            kept, numbers = kept[order], numbers[order]
+        return numbers
 
     def to_csv(self, file: TextFile) -> None:
-        """A row per design, floats with all their digits."""
-        rows = (
-            part
-            for chunk in self.chunks()
-            for part in np.hstack([chunk.rows, chunk.values]).tolist()
-        )
+        """Write a row per design, floats with all their digits."""
+        tables = (np.hstack([chunk.rows, chunk.values]).tolist() for chunk in self.chunks())
+        rows = (row for table in tables for row in table)
         write(file, "sweep", self.manifest, (*self.names, *self.figures), rows)
 
     def save(self, folder: str | os.PathLike) -> None:
@@ -189,20 +180,16 @@ class Sweep(Plotted):
 
     @classmethod
     def load(cls, folder: str | os.PathLike) -> Sweep:
-        """The sweep in a folder, also while it is being written: what is there of it, from its
-        first chunk on.
-        """
+        """Return the sweep in a folder, up to its first missing chunk while it is being written."""
         return in_folder(Path(folder))
 
 
 def in_folder(folder: Path) -> Sweep:
-    """The Sweep in a folder."""
+    """Return the Sweep in a folder."""
     manifest = read_manifest(folder)
     paths = []
     while (path := shard(folder, len(paths))).exists():
         paths.append(path)
     if "done" in manifest and len(paths) < manifest["done"]["chunks"]:
-        raise ValueError(
-            f"{folder} is said to be done, but {shard(folder, len(paths)).name} is missing"
-        )
+        raise ValueError(f"{folder} is said to be done, but {path.name} is missing")
     return Sweep(manifest, tuple(paths))

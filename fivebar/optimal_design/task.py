@@ -1,6 +1,4 @@
-"""What a robot is designed for: the table it works on, its motor, its tolerances, the motion it is
-to do.
-"""
+"""The task of a design: table, motor, tolerances, and the motion that the robot does."""
 
 from __future__ import annotations
 
@@ -27,14 +25,13 @@ from ..base.checks import (
 from ..base.representation import one_line
 from ..paths.curve import Path
 from ..paths.reading.read import path
-from .batch import alone
+from .batch import is_number
 
-MOST_POSES = 10**6
 SAMPLES = 201  # of a motion
 
 
 class Motor(NamedTuple):
-    """torque N m and speed rad/s that both motors have, and where the numbers come from."""
+    """Torque, N m, and speed, rad/s, of both motors, and the source of the numbers."""
 
     torque: float
     speed: float
@@ -42,11 +39,9 @@ class Motor(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """A trajectory's samples, which other processes can be sent: xi, xi', xi'' (SAMPLES, 2), SI;
-    duration s.
-    """
+    """Samples of a trajectory, which can be sent to other processes: xi, xi', xi'' (SAMPLES, 2)."""
 
-    duration: float
+    duration: float  # s
     xi: np.ndarray
     xi_dot: np.ndarray
     xi_ddot: np.ndarray
@@ -61,19 +56,32 @@ MOTORS = {
 
 @dataclass(frozen=True)
 class Task:
-    """What figures of merit are about; what is not given is None, and figures that need it say so.
+    """What figures of merit are about; a figure names what it needs of these.
 
-    table: (width, height) m about the task's own origin, or (x_min, x_max, y_min, y_max).
-    disc: radius in m about the origin, or (x, y, radius); in place of a table.
-    poses: (columns, rows) of nodes on the table, its borders among them; on a disc (radii, angles).
-    working: modes of the legs, (1, -1): elbows outside above the base, as Liu's.
-    motor: the name of one of MOTORS, or (torque N m, speed rad/s).
-    motion: a trajectory, t -> (xi, xi', xi''), with .start and .duration, about the task's own
-        origin.
-    path: a Path, or what `fb.path` reads, about the task's own origin.
-    tolerances: {"q": rad of each motor, "l": m of each bar, "d": m of the base}, each of them +-.
-    stiffness: of each motor, N m/rad.
-    det_A, sin: that a dexterous region keeps; margin: m that discs and rectangles keep.
+    Parameters
+    ----------
+    table : tuple
+        (width, height) m about the task's own origin, or (x_min, x_max, y_min, y_max).
+    disc : float or tuple
+        Radius, m, about the origin, or (x, y, radius); in place of a table.
+    poses : tuple of int
+        (columns, rows) of nodes on the table, its borders among them; on a disc (radii, angles).
+    working : tuple of int
+        Modes of the legs; (1, -1): elbows outside above the base, as Liu's.
+    motor : str or tuple
+        The name of one of MOTORS, or (torque N m, speed rad/s).
+    motion : trajectory
+        t -> (xi, xi', xi''), with .start and .duration, about the task's own origin.
+    path : Path
+        Or what `fb.path` reads; about the task's own origin.
+    tolerances : mapping
+        {"q": rad of each motor, "l": m of each bar, "d": m of the base}, each of them +-.
+    stiffness : float
+        Of each motor, N m/rad.
+    det_A, sin : float
+        That a dexterous region keeps.
+    margin : float
+        That discs and rectangles keep, m.
     """
 
     table: tuple | None = None
@@ -91,55 +99,54 @@ class Task:
     _given: tuple = field(default=(), repr=False)
 
     def __repr__(self) -> str:
-        return one_line("Task", *(f"{name} = {_told(value)}" for name, value in self.about.items()))
+        return one_line("Task", *(f"{name} = {_short(v)}" for name, v in self.about.items()))
 
     @cached_property
     def nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Points (p, 2) m about the task's origin, and their shares of the area and of the plain
-        polar mean, (p,).
+        """Points (p, 2) m about the origin, weights of the mean over the area, and over the disc.
+
+        The second weights, (p,), are of the mean over radius and angle; nan on a table.
         """
         m, n = self.poses
         if self.table:
             x0, x1, y0, y1 = self.table
-            x, y = (np.linspace(*ends, count) for *ends, count in ((x0, x1, m), (y0, y1, n)))
-            points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+            grid = np.meshgrid(np.linspace(x0, x1, m), np.linspace(y0, y1, n))
             weights = np.outer(_trapezium(n), _trapezium(m)).ravel()
-            return points, weights, np.full(len(points), np.nan)
+            return np.stack(grid, axis=-1).reshape(-1, 2), weights, np.full(m * n, np.nan)
         cx, cy, radius = self.disc
         rho, phi = radius * np.linspace(0, 1, m), 2 * np.pi * np.arange(n) / n
-        points = np.stack(
-            [cx + np.outer(np.cos(phi), rho), cy + np.outer(np.sin(phi), rho)], axis=-1
-        ).reshape(-1, 2)
-        plain = np.outer(np.full(n, 1 / n), _trapezium(m))
-        weighed = plain * rho
-        return points, (weighed / weighed.sum()).ravel(), plain.ravel()
+        x, y = cx + np.outer(np.cos(phi), rho), cy + np.outer(np.sin(phi), rho)
+        polar = np.outer(np.full(n, 1 / n), _trapezium(m))
+        area = polar * rho
+        points = np.stack([x, y], axis=-1).reshape(-1, 2)
+        return points, (area / area.sum()).ravel(), polar.ravel()
 
     @property
     def about(self) -> dict:
-        """What was given, as JSON says it; of a motion its duration and a hash of its samples."""
-        found = {}
+        """What was given, as JSON; of a motion or path its length and a hash of its samples."""
+        about = {}
         for name in self._given:
             value = getattr(self, name)
             if name == "motion":
-                digest = hashlib.sha256(np.array(value[1:]).tobytes())
-                value = {"duration": value.duration, "sha256": digest.hexdigest()}
+                value = {"duration": value.duration, "sha256": _sha256(np.array(value[1:]))}
             elif name == "path":
                 points = value(value.length * np.linspace(0, 1, SAMPLES))[0]
-                value = {
-                    "length": value.length,
-                    "sha256": hashlib.sha256(points.tobytes()).hexdigest(),
-                }
-            elif isinstance(value, Motor):
+                value = {"length": value.length, "sha256": _sha256(points)}
+            elif name == "motor":
                 value = {"torque": value.torque, "speed": value.speed}
-            found[name] = value
-        return json.loads(json.dumps(found))
+            about[name] = value
+        return json.loads(json.dumps(about))
 
 
-def _told(value):
+def _sha256(array):
+    return hashlib.sha256(array.tobytes()).hexdigest()
+
+
+def _short(value):
     if isinstance(value, dict):
-        return f"({', '.join(f'{name} {_told(each)}' for name, each in value.items())})"
+        return f"({', '.join(f'{name} {_short(part)}' for name, part in value.items())})"
     if isinstance(value, list):
-        return f"({', '.join(map(_told, value))})"
+        return f"({', '.join(map(_short, value))})"
     return f"{value:.6g}" if isinstance(value, float) else shown(value)
 
 
@@ -153,58 +160,45 @@ CHOICES = tuple(f.name for f in fields(Task) if f.name[0] != "_")
 
 
 def task_of(choices: Mapping[str, object]) -> Task:
-    """The Task of these keyword arguments; TypeError for one that is none, ValueError for what
-    cannot be.
-    """
+    """Return the Task of keyword arguments; TypeError for an unknown one, else ValueError."""
     if unknown := [name for name in choices if name not in CHOICES]:
         raise TypeError(f"no choice {', '.join(unknown)}; the known ones are {', '.join(CHOICES)}")
-    given = {name: value for name, value in choices.items() if value is not None}
-    found = {name: _RULES[name](value, name) for name, value in given.items()}
-    if "table" in found and "disc" in found:
+    values = {k: _RULES[k](value, k) for k, value in choices.items() if value is not None}
+    if "table" in values and "disc" in values:
         raise ValueError("give a table or a disc, not both")
-    task = Task(**found, _given=tuple(sorted(found)))
-    if task.poses[0] * task.poses[1] > MOST_POSES:
-        raise ValueError(
-            f"poses: at most {MOST_POSES:g} nodes, not {task.poses[0]} x {task.poses[1]}"
-        )
+    task = Task(**values, _given=tuple(sorted(values)))
+    if task.poses[0] * task.poses[1] > 10**6:
+        raise ValueError(f"poses: at most 10^6 nodes, not {task.poses[0]} x {task.poses[1]}")
     return task
 
 
-def _numbers(value, name, counts):
-    try:
-        found = [number(each, name) for each in value]
-    except TypeError:
-        found = []
-    if len(found) not in counts:
-        raise ValueError(
-            f"{name} must be {' or '.join(map(str, counts))} numbers, not {shown(value)}"
-        )
-    return found
+def _items(value, name, counts):
+    """Return the items of a sequence, which must be so many."""
+    items = list(value) if hasattr(value, "__len__") and np.ndim(value) else []
+    if len(items) not in counts:
+        known = " or ".join(map(str, counts))
+        raise ValueError(f"{name} must be {known} numbers, not {shown(value)}")
+    return items
 
 
 def _table(value, name):
-    found = _numbers(value, name, (2, 4))
-    if len(found) == 2:
-        width, height = (positive(each, name) for each in found)
+    ends = [number(end, name) for end in _items(value, name, (2, 4))]
+    if len(ends) == 2:
+        width, height = (positive(side, name) for side in ends)
         return -width / 2, width / 2, -height / 2, height / 2
-    if not (found[0] < found[1] and found[2] < found[3]):
+    if not (ends[0] < ends[1] and ends[2] < ends[3]):
         raise ValueError(f"{name} = (x_min, x_max, y_min, y_max) must rise, not {shown(value)}")
-    return tuple(found)
+    return tuple(ends)
 
 
 def _disc(value, name):
-    x, y, radius = (0.0, 0.0, value) if alone(value) else _numbers(value, name, (3,))
-    return x, y, positive(radius, name)
+    x, y, radius = (0.0, 0.0, value) if is_number(value) else _items(value, name, (3,))
+    return number(x, name), number(y, name), positive(radius, name)
 
 
 def _poses(value, name):
-    try:
-        pair = (value, value) if alone(value) else tuple(value)
-    except TypeError:
-        pair = ()
-    if len(pair) != 2:
-        raise ValueError(f"{name} must be two whole numbers, not {shown(value)}")
-    return tuple(whole(2, 10**4)(each, name) for each in pair)
+    pair = (value, value) if is_number(value) else _items(value, name, (2,))
+    return tuple(whole(2, 10**4)(count, name) for count in pair)
 
 
 def _motor(value, name):
@@ -227,32 +221,26 @@ def _motion(value, name):
         raise ValueError(
             f"{name} must be a trajectory with a start and a duration, not {shown(value)}"
         )
-    start, duration = (
-        number(value.start, f"{name}'s start"),
-        positive(value.duration, f"{name}'s duration"),
-    )
+    start = number(value.start, f"{name}'s start")
+    duration = positive(value.duration, f"{name}'s duration")
     try:
-        parts = [
-            np.array(part, dtype=float)
-            for part in value(start + duration * np.linspace(0, 1, SAMPLES))
-        ]
-        if [part.shape for part in parts] != [(SAMPLES, 2)] * 3 or not np.isfinite(parts).all():
-            raise ValueError(f"it gives {[part.shape for part in parts]}")
+        samples = value(start + duration * np.linspace(0, 1, SAMPLES))
+        parts = [np.array(part, dtype=float) for part in samples]
     except (ValueError, TypeError) as error:
-        raise ValueError(
-            f"{name}(t) must give xi, xi', xi'', finite and (n, 2) each, for times (n,) ({error})"
-        ) from None
+        raise ValueError(f"{name}(t) must give xi, xi', xi'' for times (n,) ({error})") from None
+    shapes = [part.shape for part in parts]
+    if shapes != [(SAMPLES, 2)] * 3 or not np.isfinite(parts).all():
+        raise ValueError(f"{name}(t) must give xi, xi', xi'', finite and (n, 2), not {shapes}")
     return Motion(duration, *parts)
 
 
 def _path(value, name):
     try:
         return value if isinstance(value, Path) else path(value)
-    except (ValueError, TypeError) as error:
-        kind = (
-            TypeError if isinstance(error, TypeError) else ValueError
-        )  # one of letters has more to be made of
-        raise kind(f"{name}: {error}") from None
+    except TypeError as error:
+        raise TypeError(f"{name}: {error}") from None
+    except ValueError as error:  # A UnicodeError takes more arguments than a message.
+        raise ValueError(f"{name}: {error}") from None
 
 
 def _tolerances(value, name):
@@ -260,7 +248,7 @@ def _tolerances(value, name):
         raise ValueError(
             f'{name} must be a table of "q" (rad), "l" and "d" (m), not {shown(value)}'
         )
-    return {key: not_negative(each, f"{name}[{key}]") for key, each in value.items()}
+    return {key: not_negative(size, f"{name}[{key}]") for key, size in value.items()}
 
 
 _RULES = {

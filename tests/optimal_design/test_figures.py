@@ -280,6 +280,6 @@ def test_a_biglide_has_figures_of_ones_own_only():
     )
     assert done["<lambda>"][0] == 0.7 and "can never close" in done.errors[0][1]
     with pytest.raises(
-        ValueError, match="det_A is of five-bars; of a biglide robot give your own function"
+        ValueError, match="det_A is of five-bars; of a biglide"
     ):
         fb.sweep("det_A", {"l1": [0.3]}, robot=fb.Biglide(), table=(0.1, 0.1))

@@ -169,13 +169,9 @@ def test_designs_that_come_one_by_one_and_have_changed(tmp_path):
     rows = [{"l1": 0.1 + k / 1000} for k in range(6)]
     fb.sweep("workspace_area", rows, out=tmp_path / "out", chunk=2, workers=1)
     before = bytes_of(tmp_path / "out")
-    changed = [*rows[:4], {"l1": 0.2}, rows[5]]
-    with pytest.raises(
-        ValueError, match="chunk-000002.npz holds other designs than chunk 2 of these"
-    ):
-        fb.sweep("workspace_area", changed, out=tmp_path / "out", chunk=2, workers=1)
-    with pytest.raises(ValueError, match="is done with 6 designs, not 4"):
-        fb.sweep("workspace_area", rows[:4], out=tmp_path / "out", chunk=2, workers=1)
+    for changed in ([*rows[:4], {"l1": 0.2}, rows[5]], rows[:4]):
+        with pytest.raises(ValueError, match="another sweep, whose designs is"):
+            fb.sweep("workspace_area", changed, out=tmp_path / "out", chunk=2, workers=1)
     assert bytes_of(tmp_path / "out") == before
 
 
