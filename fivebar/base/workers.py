@@ -33,7 +33,6 @@ from typing import Any
 
 from .checks import shown
 
-
 KILLED = "a worker process was killed (is the machine out of memory?)"
 
 

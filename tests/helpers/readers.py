@@ -263,12 +263,11 @@ COVERS = {
     "planning.plans:from_csv": "Plan", "simulation.run:from_csv": "Run", "singularities.maps:from_npz": "Map",
     "study.speed_accuracy.store:__init__": "partial", "study.speed_accuracy.store:_parsed": "partial",
     "base.tables:about": "Run", "base.tables:opened": "from_csv",
-    "cli.grade_folder:hand_out": "ids", "optimal_design.designs:_from_file": "designs.npz",
-    "optimal_design.designs:rows": "designs.csv",
+    "cli.grade_folder:hand_out": "ids",
     "optimal_design.results:_load": "Design", "optimal_design.shards:read_chunk": "chunk",
     "optimal_design.shards:read_manifest": "manifest",
     "estimation.identification.result:from_json": "Identification", "estimation.calibration.saving:read_calibration": "Calibration",
-    "estimation.identification.samples:_is_a_run": "identify", "paths.timing.time_path.timed_path:from_csv": "TimedPath",
+    "estimation.identification.samples:_is_a_run": "identify", "paths.timing.timed_path:from_csv": "TimedPath",
 }  # fmt: skip
 # No reader of what others wrote.
 OWN = {
@@ -291,7 +290,7 @@ OWN = {
         grading.grade:grade""",
     "the cache of compiled code, checked by its sum; tests/models/test_compiled.py": """models.machine_code:_build
         models.machine_code:_intact""",
-    "its own words": "optimal_design.task:about",
+    "its own words": "optimal_design.task:about optimal_design.results:plain_parameters",
     "a script that its user runs; tests/amoro": "amoro.ros_free.child:_code",
     "what paths.certificates.checker:check has proved": "cli.certify:_check",
 }
