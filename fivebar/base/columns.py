@@ -1,26 +1,25 @@
-"""Tables as people have them: whatever stands between their columns, before their decimals and
-after their names.
+"""Read tables of numbers: CSV files with units in their headings, NPZ files, mappings of arrays.
 
-`tables` reads what fivebar wrote; this reads what others did, in SI units, and says what it made of
-it.
+`tables` reads the files that fivebar itself wrote. This reads what other programs wrote, converts
+it to SI units, and notes what it converted, assumed or did not use.
 """
 
 from __future__ import annotations
 
 import csv
 import math
+import os
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from types import MappingProxyType
 
 import numpy as np
 
-from .backend import HUGE
+from .backend import HUGE, real_numbers
 from .checks import shown
-from .tables import TextFile, whole_text
+from .tables import TextFile, arrays_in, whole_text
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254}
@@ -36,38 +35,45 @@ NEWTON_METRES = {"nm": 1.0, "mnm": 1e-3, "ncm": 1e-2, "kgcm": 0.0980665}
 COUNTS = {"counts": 1.0}
 NO_UNIT = {"1": 1.0}
 
-_WORDS = {
-    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
-    **dict.fromkeys(("msec", "millis", "millisecond", "milliseconds"), "ms"),
-    **dict.fromkeys(("microsecond", "microseconds"), "us"),
-    **dict.fromkeys(("nanosecond", "nanoseconds", "nsec", "nsecs"), "ns"),
-    **dict.fromkeys(("metre", "metres", "meter", "meters"), "m"),
-    **dict.fromkeys(("millimetre", "millimetres", "millimeter", "millimeters"), "mm"),
-    **dict.fromkeys(("inch", "inches"), "in"),
-    **dict.fromkeys(("°", "degree", "degrees", "degre", "degres"), "deg"),
-    **dict.fromkeys(("°/s", "degrees/s"), "deg/s"),
-    **dict.fromkeys(("radian", "radians"), "rad"),
-    **dict.fromkeys(("turn", "turns", "revolution", "revolutions", "tr", "tour", "tours"), "rev"),
-    "tr/min": "rpm",
-    **dict.fromkeys(("count", "ticks", "steps", "inc"), "counts"),
+_SYNONYMS = {
+    "s": "sec secs second seconds",
+    "ms": "msec millis millisecond milliseconds",
+    "us": "microsecond microseconds",
+    "ns": "nsec nsecs nanosecond nanoseconds",
+    "m": "metre metres meter meters",
+    "mm": "millimetre millimetres millimeter millimeters",
+    "in": "inch inches",
+    "deg": "° degree degrees degre degres",
+    "deg/s": "°/s degrees/s",
+    "rad": "radian radians",
+    "rev": "turn turns revolution revolutions tr tour tours",
+    "rpm": "tr/min",
+    "counts": "count ticks steps inc",
 }
-_CLOCK = re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(\.\d+)?(Z|[-+]\d\d:?\d\d)?")
+_UNITS = {word: unit for unit, words in _SYNONYMS.items() for word in words.split()}
 _MISSING = {"", "nan", "na", "n/a", "null", "none", "-"}
+_NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A column that is looked for: the names it goes by, its units with what each is in the first,
-    which is SI, whether there must be one, and a regular expression of further headings.
+    """A column that is looked for.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Headings besides the column's own name; case, spaces, dots and accents do not count.
+    units : mapping
+        {unit: its size in SI units}; the first is the SI unit.
+    needed : bool
+        Whether a table without it is refused.
     """
 
     names: tuple[str, ...]
     units: Mapping[str, float]
     needed: bool = True
-    pattern: str = ""
 
 
-# What a French, German, Spanish or Italian table calls it, too.
 TIME = Quantity(
     ("time", "times", "timestamp", "stamp", "seconds", "temps", "zeit", "tiempo", "tempo"), SECONDS
 )
@@ -75,11 +81,22 @@ TIME = Quantity(
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """What a file holds. values: name -> (n,), SI, nan where a cell is empty; lines: (n,), the
-    row's line in the file.
+    """The columns of a table, in SI units.
 
-    said: sentences on what was converted, assumed or passed over; stated: the names whose unit
-        somebody named.
+    Attributes
+    ----------
+    name : str
+        The file, or what a message calls the mapping.
+    values : dict
+        {name: array (n,)}, nan where a cell is empty.
+    lines : (n,) array of int
+        The line of each row in the file; of a mapping the number of the row, from 1.
+    notes : tuple of str
+        What was converted, assumed or not used.
+    stated : frozenset of str
+        The columns whose unit a heading or the caller names.
+    row_word : str
+        "line" or "row": what `lines` counts.
     """
 
     name: str
@@ -87,275 +104,310 @@ class Columns:
     lines: np.ndarray
     notes: tuple[str, ...] = ()
     stated: frozenset[str] = field(default_factory=frozenset)
+    row_word: str = "line"
+
+    def where(self, row: int) -> str:
+        """Return what a message calls a row: "line 7"."""
+        return f"{self.row_word} {self.lines[row]}"
 
     def error(self, row: int, message: str) -> ValueError:
-        """What to raise where a row is wrong."""
-        return ValueError(f"{self.name}, line {self.lines[row]}: {message}")
+        """Return the error to raise where a row is wrong."""
+        return ValueError(f"{self.name}, {self.where(row)}: {message}")
 
 
 def read(
-    file: TextFile,
+    source: TextFile | Mapping,
     wanted: Mapping[str, Quantity],
-    units: Mapping[str, str] | Sequence[str] = MappingProxyType({}),
+    units: Mapping[str, str] | Sequence[str] | str | None = (),
+    name: str = "data",
 ) -> Columns:
-    """The wanted columns of a CSV file, by their headings, in SI units.
+    """Return the wanted columns of a CSV file, an NPZ file or a mapping of arrays, in SI units.
 
-    Columns are parted by commas, semicolons, tabs, bars or blanks; decimals by points or commas. A
-    heading is a name
-    and perhaps a unit: x, X [mm], q1 (deg), time/ms, x_mm; or a row of units follows. Lines with #
-    or % are comments, the last of them the header where none follows (as NumPy and ROS write it).
-    Times may be of a clock, as 2024-05-01 10:00:00.25, or have their unit with them, as 0.25 sec.
+    Parameters
+    ----------
+    source : path, open text file or mapping
+        In a CSV file, columns are separated by commas, semicolons, tabs, bars or blanks, and
+        decimals by points or commas. A heading is a name and perhaps a unit: x, X [mm], q1 (deg),
+        time/ms, x_mm; or a row of units follows. Lines that begin with # or % are comments; the
+        last of them is the header where none follows. Times may be dates: 2024-05-01 10:00:00.25.
+    wanted : mapping
+        {name: Quantity}.
+    units : mapping or sequence of str
+        {name: unit} or units alone ("mm", "t=ms"), of headings that name none.
+    name : str
+        What a message calls a mapping.
 
-    file: path or open text file; units: {name: unit} or units alone ("mm", "t=ms"), for headings
-    without one. ValueError with file and line for what is missing, twice there, no number, not
-    finite, or of contradicting units.
+    Raises
+    ------
+    ValueError
+        A column is missing, appears twice or contradicts its unit, or a cell is no number: the
+        message names the file and the line.
+    TypeError
+        The source is none of these.
     """
-    text, name = whole_text(file, "a table")
-    numbered = [(k, line.strip()) for k, line in enumerate(text.splitlines(), 1)]
-    comments = [(k, line) for k, line in numbered if line.startswith(("#", "%"))]
-    numbered = [(k, line) for k, line in numbered if line and not line.startswith(("#", "%"))]
-    mark = None
-    if numbered and (excel := re.fullmatch(r"(?i)sep=(.)", numbered[0][1])):
-        mark, numbered = excel[1], numbered[1:]
-    before = [(k, line.lstrip("#% ")) for k, line in comments if not numbered or k < numbered[0][0]]
-    if (
-        numbered
-        and before
-        and not _only_numbers(before[-1][1])
-        and _is_a_row(numbered[0][1], before[-1][1])
-    ):
-        numbered.insert(0, before[-1])
-    if not numbered:
-        raise ValueError(f"{name}: empty; needed a header with {_listed(wanted)}")
-    (top, header), rows = numbered[0], numbered[1:]
-    if _only_numbers(header):
-        raise ValueError(
-            f"{name}, line {top}: no header, but numbers; needed one with {_listed(wanted)}"
+    named_units = _units_by_name(units_named(units, "units"), wanted)
+    if isinstance(source, Mapping):
+        return _from_arrays(source, wanted, named_units, name)
+    if not (isinstance(source, (str, os.PathLike)) or hasattr(source, "read")):
+        raise TypeError(
+            f"{name} must be a CSV file, an NPZ file or a mapping of arrays, not {shown(source)}"
         )
-    mark = mark or next((c for c in ";\t,|" if c in header), None)
-    headings = [cell.strip() for cell in _cells(header, mark, f"{name}, line {top}")]
-    if rows and (
-        own := _units_row(
-            _cells(rows[0][1], mark, f"{name}, line {rows[0][0]}"), wanted, len(headings)
-        )
-    ):
-        headings, rows = (
-            [f"{heading} [{unit}]" if unit else heading for heading, unit in zip(headings, own)],
-            rows[1:],
-        )
-    found, notes, stated = _matched(headings, wanted, units, f"{name}, line {top}")
-    if before and before[0][1].startswith("fivebar ") and "SI units" in before[0][1]:
-        stated |= set(found)
-    if not rows:
-        raise ValueError(f"{name}: no rows under the header")
-    table, comma = _numbers(
-        rows, mark, len(headings), {key: place for key, (place, _) in found.items()}, name
-    )
-    if comma:
-        notes.append("decimal commas were read as decimal points")
-    for (key, (place, unit)), column in zip(found.items(), table.T):
-        column *= wanted[key].units[unit]
-        if (huge := np.abs(column) >= HUGE).any():
-            line = rows[huge.argmax()][0]
-            raise ValueError(
-                f"{name}, line {line}: {key} must be below {HUGE:g} in size, not"
-                f" {column[huge][0]:g}"
-            )
-        if unit != next(iter(wanted[key].units)):
-            notes.append(f"{headings[place]}: read in {unit}")
-    return Columns(
-        name,
-        dict(zip(found, table.T)),
-        np.array([k for k, _ in rows]),
-        tuple(notes),
-        frozenset(stated),
-    )
+    if str(source).endswith(".npz"):
+        return _from_arrays(arrays_in(source), wanted, named_units, str(source))
+    return _from_text(source, wanted, named_units)
 
 
 def units_named(value: object, name: str) -> Mapping[str, str] | tuple[str, ...]:
     """Rule: what `read` takes as units; one word alone is one unit."""
     if value is None or isinstance(value, str):
         return (value,) if value else ()
-    if isinstance(value, Mapping) and all(
-        isinstance(each, str) for pair in value.items() for each in pair
-    ):
-        return value
-    if (
-        isinstance(value, Sequence)
-        and not isinstance(value, bytes)
-        and all(isinstance(each, str) for each in value)
-    ):
-        return tuple(value)
-    raise TypeError(f"{name} must be units in words, as mm, or {{name: unit}}, not {shown(value)}")
+    words: Iterable = ()
+    if isinstance(value, Mapping):
+        words = [*value, *value.values()]
+    elif isinstance(value, Sequence) and not isinstance(value, bytes):
+        words = value = tuple(value)
+    else:
+        words = (None,)
+    if not all(isinstance(word, str) for word in words):
+        raise TypeError(f"{name} must be units, as 'mm', or {{name: unit}}, not {shown(value)}")
+    return value
 
 
-def _cells(line: str, mark: str | None, where: str) -> list[str]:
+def _units_by_name(units, wanted):
+    """Return {name: unit} of what the caller says besides the table."""
+    if isinstance(units, Mapping):
+        pairs = list(units.items())
+    else:
+        pairs = [word.rpartition("=")[::2] for word in units]
+    result = {}
+    for key, word in pairs:
+        unit = _unit(word)
+        fitting = [k for k in wanted if unit in wanted[k].units and key in ("", k)]
+        if not fitting:
+            known = dict.fromkeys(u for quantity in wanted.values() for u in quantity.units)
+            if key in wanted:
+                known = wanted[key].units
+            what = f"{key}={word}" if key else word
+            raise ValueError(
+                f"units: {what}: known are {', '.join(known)}, of the columns {', '.join(wanted)}"
+            )
+        result |= dict.fromkeys(fitting, unit)
+    return result
+
+
+def _from_arrays(arrays, wanted, units, name):
+    names = _names(wanted)
+    values = {}
+    for heading, array in arrays.items():
+        if array is None:
+            continue
+        key = names.get(_plain(str(heading)))
+        if key is None or key in values:
+            raise ValueError(
+                f"{name} has no column {heading!r}, or has it twice; the known ones are"
+                f" {', '.join(wanted)}"
+            )
+        column = real_numbers(array, f"{name}[{heading!r}]")
+        if column.ndim > 1:
+            raise ValueError(f"{name}[{heading!r}] must have shape (n,), not {column.shape}")
+        factor = wanted[key].units[units[key]] if key in units else 1.0
+        values[key] = np.where(np.isfinite(column), column, np.nan) * factor
+    if missing := _missing(wanted, values):
+        raise ValueError(f"{name} has no column {', '.join(missing)}")
+    lengths = {key: len(column) for key, column in values.items() if column.ndim}
+    if len(set(lengths.values())) != 1:
+        raise ValueError(f"the columns of {name} differ in length: {lengths or 'none is an array'}")
+    n = next(iter(lengths.values()))
+    values = {key: np.broadcast_to(column, n).copy() for key, column in values.items()}
+    rows = np.arange(1, n + 1)
+    _refuse_huge(values, rows, name, "row")
+    return Columns(name, values, rows, (), frozenset(units) & frozenset(values), "row")
+
+
+def _from_text(file, wanted, units):
+    text, name = whole_text(file, "a table")
+    lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
+    rows = [(number, line) for number, line in lines if line and line[0] not in "#%"]
+    if rows and rows[0][1].lower().startswith("sep="):  # Excel's name of the delimiter
+        del rows[0]
+    if not rows:
+        raise ValueError(f"{name}: empty; needed a header with {', '.join(wanted)}")
+    above = lines[: rows[0][0] - 1]
+    comments = [(n, line.lstrip("#% ")) for n, line in above if line.startswith(("#", "%"))]
+    first = rows[0][1]
+    if any(map(_is_number, first.split(_delimiter(first)))):
+        if not comments or all(map(_is_number, re.split(r"[;,\t| ]+", comments[-1][1]))):
+            raise ValueError(
+                f"{name}, line {rows[0][0]}: no header, but numbers; needed one with"
+                f" {', '.join(wanted)}"
+            )
+        rows.insert(0, comments[-1])
+    (top, header), *rows = rows
+    delimiter = _delimiter(header)
+    headings = [cell.strip() for cell in _cells(header, delimiter, f"{name}, line {top}")]
+    if rows:
+        cells = _cells(rows[0][1], delimiter, f"{name}, line {rows[0][0]}")
+        if row_of_units := _row_of_units(cells, wanted, len(headings)):
+            headings = [
+                f"{heading} [{unit}]" if unit else heading
+                for heading, unit in zip(headings, row_of_units)
+            ]
+            del rows[0]
+    places, own_units, notes = _match(headings, wanted, units, f"{name}, line {top}")
+    if not rows:
+        raise ValueError(f"{name}: no rows under the header")
+    table, comma = _numbers(rows, delimiter, len(headings), places, name)
+    if comma:
+        notes.append("decimal commas were read as decimal points")
+    for key, column in zip(places, table.T):
+        unit = own_units.get(key)
+        if unit is not None:
+            column *= wanted[key].units[unit]
+            if unit != next(iter(wanted[key].units)):
+                notes.append(f"{headings[places[key]]}: read in {unit}")
+    values = dict(zip(places, table.T))
+    numbers = np.array([number for number, _ in rows])
+    _refuse_huge(values, numbers, name, "line")
+    from_fivebar = bool(comments) and re.match("fivebar .*SI units", comments[0][1])
+    stated = frozenset(places if from_fivebar else own_units)
+    return Columns(name, values, numbers, tuple(notes), stated)
+
+
+def _refuse_huge(values, lines, name, row_word):
+    for key, column in values.items():
+        huge = np.abs(column) >= HUGE
+        if huge.any():
+            raise ValueError(
+                f"{name}, {row_word} {lines[huge.argmax()]}: {key} must be below {HUGE:g} in size,"
+                f" not {column[huge][0]:g}"
+            )
+
+
+def _missing(wanted, there):
+    return [key for key, quantity in wanted.items() if quantity.needed and key not in there]
+
+
+def _delimiter(line):
+    return next((mark for mark in ";\t,|" if mark in line), None)
+
+
+def _cells(line, delimiter, where):
+    if delimiter is None:
+        return line.split()
     try:
-        return (
-            next(csv.reader([line], delimiter=mark, skipinitialspace=True))
-            if mark
-            else line.split()
-        )
+        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     except csv.Error as error:
         raise ValueError(f"{where}: {error}: {line[:40]!r}...") from None
 
 
-def _only_numbers(line: str) -> bool:
-    return all(
-        re.fullmatch(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?", c)
-        for c in re.split(r"[;,\t| ]+", line)
-        if c
-    )
+def _is_number(cell):
+    return _NUMBER.fullmatch(cell.strip(' "')) is not None
 
 
-def _is_a_row(line: str, header: str) -> bool:
-    """Whether a line has numbers, and as many cells as this header."""
-    mark = next((c for c in ";\t,|" if c in header), None)
-    cells = line.split(mark)
-    return _only_numbers(line) or (
-        len(cells) == len(header.split(mark)) and any(map(_only_numbers, filter(None, cells)))
-    )
-
-
-def _units_row(cells: list[str], wanted: Mapping[str, Quantity], count: int) -> list[str]:
-    """The units that a row under the header names, "" where none; [] if it is no such row."""
-    known = {unit for quantity in wanted.values() for unit in quantity.units} - {"1"}
-    words = [cell.strip().strip("[](){}").strip() for cell in cells]
-    if len(words) < count or any(word and _only_numbers(word) for word in words):
+def _row_of_units(cells, wanted, count):
+    """Return the units that a row under the header names, "" where none; [] of another row."""
+    known = {unit for quantity in wanted.values() for unit in quantity.units}
+    words = [cell.strip("[](){} ") for cell in cells]
+    if len(words) < count or any(map(_is_number, words)):
         return []
-    return (
-        ["" if word == "-" else word for word in words]
-        if any(_unit(word) in known for word in words)
-        else []
-    )
+    if not any(_unit(word) in known for word in words):
+        return []
+    return ["" if word == "-" else word for word in words]
 
 
-def _listed(wanted: Mapping[str, Quantity]) -> str:
-    needed = [key for key, quantity in wanted.items() if quantity.needed]
-    rest = [key for key in wanted if key not in needed]
-    return ", ".join(needed) + (f" (and perhaps {', '.join(rest)})" if rest else "")
+def _unaccented(word):
+    letters = unicodedata.normalize("NFKD", word).casefold()
+    return "".join(letter for letter in letters if not unicodedata.combining(letter))
 
 
-def _plain(heading: str) -> str:
+def _plain(heading):
     return re.sub(r"[\s_.\-]", "", _unaccented(heading))
 
 
-def _unaccented(word: str) -> str:
-    return "".join(
-        c for c in unicodedata.normalize("NFKD", word).casefold() if not unicodedata.combining(c)
-    )
-
-
-def _unit(word: str) -> str:
+def _unit(word):
     word = re.sub(r"[\s·*.^]", "", _unaccented(word).replace("μ", "u"))
-    return _WORDS.get(word, word)
+    return _UNITS.get(word, word)
 
 
-def _parted(
-    heading: str, wanted: Mapping[str, Quantity], where: str
-) -> tuple[str | None, str | None]:
-    """Which quantity a heading names, and its unit in the quantity's own word, if any."""
-    names = {
-        _plain(name): key for key, quantity in wanted.items() for name in (key, *quantity.names)
-    }
+def _names(wanted):
+    """Return {heading without case, spaces and accents: column}."""
+    names = {}
+    for key, quantity in wanted.items():
+        names |= {_plain(name): key for name in (key, *quantity.names)}
+    return names
+
+
+def _column_and_unit(heading, wanted, names, where):
+    """Return the column that a heading names, and its unit, None where there is none."""
     if _plain(heading) in names:
         return names[_plain(heading)], None
-    for key, quantity in wanted.items():
-        if quantity.pattern and re.fullmatch(quantity.pattern, heading, re.IGNORECASE):
-            return key, None
     bracket = re.fullmatch(r"(.*?)\s*[(\[{<]\s*(.*?)\s*[)\]}>]", heading)
     if bracket and _plain(bracket[1]) in names:
-        key = names[_plain(bracket[1])]
-        unit = _unit(bracket[2])
-        if unit in ("", "-") or unit in wanted[key].units:
-            return key, unit if unit in wanted[key].units else None
-        raise ValueError(
-            f"{where}: column {heading!r}: {bracket[2]!r} is none of {', '.join(wanted[key].units)}"
-        )
-    for parts in re.finditer(r"[\s_/,]+", heading):
-        key = names.get(_plain(heading[: parts.start()]))
-        unit = _unit(re.sub(r"^in\s+(?=\w)", "", heading[parts.end() :]))
+        key, unit = names[_plain(bracket[1])], _unit(bracket[2])
+        if unit in wanted[key].units:
+            return key, unit
+        if unit in ("", "-"):
+            return key, None
+        known = ", ".join(wanted[key].units)
+        raise ValueError(f"{where}: column {heading!r}: {bracket[2]!r} is none of {known}")
+    for separator in re.finditer(r"[\s_/,]+", heading):
+        key = names.get(_plain(heading[: separator.start()]))
+        unit = _unit(re.sub(r"^in\s+(?=\w)", "", heading[separator.end() :]))
         if key and unit in wanted[key].units:
             return key, unit
     return None, None
 
 
-def _matched(headings, wanted, units, where):
-    given = _given(units, wanted)
-    found, notes, stated = {}, [], set()
+def _match(headings, wanted, units, where):
+    """Return {column: its place}, {column: its unit} where one is named, and notes."""
+    names = _names(wanted)
+    places, own_units, notes = {}, {}, []
     for place, heading in enumerate(headings):
-        key, unit = _parted(heading, wanted, where)
+        key, unit = _column_and_unit(heading, wanted, names, where)
         if key is None:
             if heading:
                 notes.append(f"column {heading!r} is not used")
             continue
-        if key in found:
+        if key in places:
             raise ValueError(
-                f"{where}: {headings[found[key][0]]!r} and {heading!r} both are {key}; leave one"
+                f"{where}: {headings[places[key]]!r} and {heading!r} both are {key}; leave one"
             )
-        if unit and given.get(key, unit) != unit:
+        if unit and units.get(key, unit) != unit:
             raise ValueError(
-                f"{where}: column {heading!r} is in {unit}, but its unit is given as {given[key]}"
+                f"{where}: column {heading!r} is in {unit}, but its unit is given as {units[key]}"
             )
-        unit = unit or given.get(key)
-        if unit:
-            stated.add(key)
-        found[key] = place, unit or next(iter(wanted[key].units))
-    if missing := [key for key, quantity in wanted.items() if quantity.needed and key not in found]:
-        names = "; ".join(" or ".join(dict.fromkeys([key, *wanted[key].names])) for key in missing)
-        raise ValueError(f"{where}: no column {names}; found {', '.join(map(repr, headings))}")
-    return found, notes, stated
+        places[key] = place
+        if unit := unit or units.get(key):
+            own_units[key] = unit
+    if missing := _missing(wanted, places):
+        words = "; ".join(" or ".join(dict.fromkeys([k, *wanted[k].names])) for k in missing)
+        raise ValueError(f"{where}: no column {words}; found {', '.join(map(repr, headings))}")
+    return places, own_units, notes
 
 
-def _given(units, wanted):
-    """{name: unit} of what a user says beside the file."""
-    pairs = (
-        units.items()
-        if isinstance(units, Mapping)
-        else [w.split("=", 1) if "=" in w else ("", w) for w in units]
-    )
-    given = {}
-    for key, word in pairs:
-        unit = _unit(word)
-        fits = [k for k, quantity in wanted.items() if unit in quantity.units and key in ("", k)]
-        if not fits:
-            known = (
-                wanted[key].units
-                if key in wanted
-                else dict.fromkeys(u for q in wanted.values() for u in q.units)
-            )
-            what = f"{key}={word}" if key else word
-            raise ValueError(f"units: {what}: known are {', '.join(known)}, of {', '.join(wanted)}")
-        given |= dict.fromkeys(fits, unit)
-    return given
-
-
-def _numbers(rows, mark, count, places, name):
-    """The columns at these places, (n, len(places)), and whether decimals were commas."""
+def _numbers(rows, delimiter, width, places, name):
+    """Return the columns at these places (n, len(places)), and whether decimals are commas."""
     lines = [line for _, line in rows]
-    comma = mark != "," and any("," in line for line in lines)
+    comma = delimiter != "," and any("," in line for line in lines)
     if comma and not any("." in line for line in lines):
         lines = [line.replace(",", ".") for line in lines]
-    try:  # in one go; what is wrong, or missing, is looked for below
-        if {line.count(mark) for line in lines} == {count - 1} if mark else True:
-            table = np.loadtxt(
-                lines, delimiter=mark, usecols=list(places.values()), comments=None, ndmin=2
-            )
-            if np.isfinite(table).all():
-                return table, comma
+    even = delimiter is None or all(line.count(delimiter) == width - 1 for line in lines)
+    try:  # all at once; cells that are wrong or missing are looked for below
+        table = np.loadtxt(
+            lines, delimiter=delimiter, usecols=list(places.values()), comments=None, ndmin=2
+        )
+        if even and np.isfinite(table).all():
+            return table, comma
     except ValueError:
         pass
     table = np.empty((len(rows), len(places)))
     for row, (number, line) in enumerate(rows):
         where = f"{name}, line {number}"
-        cells = _cells(line, mark, where)
-        if len(cells) != count and (any(cells[count:]) or len(cells) < count):
-            hint = (
-                "; decimal commas need ; between the columns"
-                if mark == "," and len(cells) >= 2 * count - 1
-                else ""
-            )
-            raise ValueError(f"{where}: {len(cells)} cells, where the header has {count}{hint}")
+        cells = _cells(line, delimiter, where)
+        if len(cells) < width or any(cells[width:]):
+            several = delimiter == "," and len(cells) >= 2 * width - 1
+            hint = "; decimal commas need ; between the columns" if several else ""
+            raise ValueError(f"{where}: {len(cells)} cells, where the header has {width}{hint}")
         comma |= any("," in cells[place] for place in places.values())
         table[row] = [_number(cells[place], key, where) for key, place in places.items()]
     return table, comma
@@ -365,15 +417,21 @@ def _number(cell, key, where):
     cell = cell.strip()
     if cell.casefold() in _MISSING:
         return math.nan
-    if key == "t" and _CLOCK.fullmatch(cell):
-        at = datetime.fromisoformat(cell.replace("Z", "+00:00"))
-        return (at if at.tzinfo else at.replace(tzinfo=UTC)).timestamp()
-    if key == "t":
-        cell = re.sub(r"(?<=\d)\s*s(ec(onds?)?)?$", "", cell)
     try:
         value = float(cell if "." in cell else cell.replace(",", "."))
     except ValueError:
-        raise ValueError(f"{where}: {key} must be a number, not {cell[:40]!r}") from None
+        value = _date(cell) if key == "t" else None
+    if value is None:
+        raise ValueError(f"{where}: {key} must be a number, not {cell[:40]!r}")
     if not math.isfinite(value):
         raise ValueError(f"{where}: {key} must be finite, not {value}")
     return value
+
+
+def _date(cell):
+    """Return the seconds since 1970 of a date with a time, UTC where no zone is named."""
+    try:
+        moment = datetime.fromisoformat(cell)
+    except ValueError:
+        return None
+    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()

@@ -125,7 +125,7 @@ def _identify(arguments):
     if arguments.json:
         print(json.dumps({**found.table, "files": list(map(str, files))}, indent=2))
         return
-    print(*found.lines(), sep="\n")
+    print(found)
     print(*files, sep="\n", end="\n" if files else "")
 
 

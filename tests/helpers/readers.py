@@ -266,7 +266,7 @@ COVERS = {
     "cli.grade_folder:hand_out": "ids",
     "optimal_design.results:_load": "Design", "optimal_design.shards:read_chunk": "chunk",
     "optimal_design.shards:read_manifest": "manifest",
-    "estimation.identification.result:from_json": "Identification", "estimation.calibration.saving:read_calibration": "Calibration",
+    "estimation.saving:read_json": "Calibration",
     "estimation.identification.samples:_is_a_run": "identify", "paths.timing.timed_path:from_csv": "TimedPath",
 }  # fmt: skip
 # No reader of what others wrote.

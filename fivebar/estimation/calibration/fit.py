@@ -1,4 +1,4 @@
-"""Least squares on measured rows: the modes of each row, the fit, its last digits."""
+"""Least squares on measured rows: the assembly mode of each row, and the fit to its last digits."""
 
 from __future__ import annotations
 
@@ -14,19 +14,37 @@ from .rows import Rows
 
 LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
 CLEAR = 0.1  # sine of Type 2 beyond which a pose's assembly mode is certain
+# Of the largest singular value: smaller ones are rounding, which poses near Type 2 multiply.
+ROUNDING = 64 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What is to be fitted: rows, which of UNKNOWNS are free, where they begin, how large they are,
-    weights.
+    """A least-squares problem.
+
+    Attributes
+    ----------
+    rows : Rows
+        What was measured.
+    free : array of int
+        The places of the unknowns in UNKNOWNS.
+    start : (13,) array
+        All values at the start.
+    size : array
+        The sizes of the unknowns, by which they are scaled.
+    weight : array
+        1 / sigma of each measured number, 1/m.
+    bounds : mapping, optional
+        {name: (low, high)}.
+    loss : str
+        One of LOSSES.
     """
 
     rows: Rows
-    free: np.ndarray  # places in UNKNOWNS
-    start: np.ndarray  # (13,)
-    size: np.ndarray  # of the free
-    weight: np.ndarray  # (residuals,), 1/m: 1 / sigma
+    free: np.ndarray
+    start: np.ndarray
+    size: np.ndarray
+    weight: np.ndarray
     bounds: Mapping | None = None
     loss: str = "linear"
 
@@ -40,84 +58,83 @@ class Task:
         return float(np.mean(np.abs(self.start[:4])))
 
     def at(self, z: np.ndarray) -> np.ndarray:
-        """All values (13,) with the free ones moved from their start by z of their sizes."""
+        """Return all values with the unknowns moved from their start by z sizes."""
         p = self.start.copy()
         p[self.free] += z * self.size
         return p
 
-    def with_rows(self, rows: Rows, weight: np.ndarray) -> Task:
-        return replace(self, rows=rows, weight=weight)
 
+def residuals(p: np.ndarray, rows: Rows, assembly: np.ndarray, derive: bool = True) -> tuple:
+    """Return predicted minus measured numbers (m,), m, and their derivatives by UNKNOWNS (m, 13).
 
-def misses(p: np.ndarray, rows: Rows, assembly: np.ndarray, derive: bool = True) -> tuple:
-    """Predicted minus measured numbers (m,), m, and their derivatives by all UNKNOWNS (m, 13)."""
-    points, slope = seen(p, rows.q, assembly, derive)
-    row, axis, far = rows.asked
-    found = points[row, axis]
-    jacobian = slope[row, axis] if derive else None
+    Without `derive` the derivatives are None.
+    """
+    row, axis, far = rows.measured
+    points, slopes = seen(p, rows.q, assembly, derive)
+    predicted = points[row, axis]
+    jacobian = slopes[row, axis] if derive else None
     if len(far):
-        own = p.copy()
-        own[9:] = 0.0, 0.0, 0.0, 1.0  # a ruler's metres, whatever the frame's
-        inner, inner_slope = seen(own, rows.q, assembly, derive)
-        gap = inner[far] - inner[rows.to[far]]
+        p = np.concatenate([p[:9], [0.0, 0.0, 0.0, 1.0]])  # a ruler knows no frame and no scale
+        points, slopes = seen(p, rows.q, assembly, derive)
+        to = rows.to[far]
+        gap = points[far] - points[to]
         length = np.hypot(*gap.T)
-        found = np.concatenate([found, length])
+        predicted = np.concatenate([predicted, length])
         if derive:
-            inner_slope[:, :, 9:] = 0.0
+            slopes[:, :, 9:] = 0.0
             along = gap / np.where(length, length, 1.0)[:, None]
-            apart = inner_slope[far] - inner_slope[rows.to[far]]
-            jacobian = np.concatenate([jacobian, np.einsum("ni,nij->nj", along, apart)])
-    return found - rows.numbers, jacobian
+            by_gap = slopes[far] - slopes[to]
+            jacobian = np.concatenate([jacobian, np.einsum("ni,nij->nj", along, by_gap)])
+    return predicted - rows.numbers, jacobian
 
 
 def noted_assembly(p: np.ndarray, rows: Rows) -> np.ndarray:
-    """The assembly mode (n,) that a row notes, or that its working modes leave; 0 where both or
-    none would do.
+    """Return the assembly mode (n,) that a row notes, or that its working modes leave.
+
+    It is 0 where both modes or none would do.
     """
-    mode = rows.assembly.copy()
     fits = []
     for side in (-1, 1):
         at = place(p, rows.q, np.full(len(rows), side))
-        sines = np.stack(at.sines, axis=-1)
         with np.errstate(invalid="ignore"):
-            fits.append(
-                ((rows.working == 0) | (-np.sign(sines) == rows.working)).all(axis=1)
-                & np.isfinite(at.xi[0])
-            )
+            working = -np.sign(np.stack(at.sines, axis=-1))
+        as_noted = (rows.working == 0) | (working == rows.working)
+        fits.append(as_noted.all(axis=1) & np.isfinite(at.xi[0]))
     only = fits[1].astype(np.int8) - fits[0].astype(np.int8)
-    return np.where(mode, mode, only)
+    return np.where(rows.assembly, rows.assembly, only)
 
 
-def modes_found(p: np.ndarray, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
-    """The assembly mode (n,) of each row, and where (n,) it is uncertain: at a point its own, else
-    as noted, or the nearer one.
+def assembly_modes(p: np.ndarray, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+    """Return the assembly mode (n,) of each row, and where (n,) it is uncertain.
+
+    At a measured point it is the point's own, else as noted, else that of the nearer pose.
     """
     noted = noted_assembly(p, rows)
-    both = [seen(p, rows.q, np.full(len(rows), side), False)[0] for side in (-1, 1)]
-    off = [np.abs(points - rows.points) for points in both]
-    off = [np.where(np.isfinite(rows.points), each, 0.0).sum(axis=1) for each in off]
+    known = np.isfinite(rows.points)
+    measured = known.any(axis=1)
+    points, off = [], []
+    for side in (-1, 1):
+        own = seen(p, rows.q, np.full(len(rows), side), False)[0]
+        points.append(own)
+        off.append(np.where(known, np.abs(own - rows.points), 0.0).sum(axis=1))
+    finite = np.nan_to_num(off, nan=np.inf)
+    nearer = np.where(finite[0] <= finite[1], -1, 1)
     with np.errstate(invalid="ignore"):
-        nearer = np.where(
-            np.nan_to_num(off[0], nan=np.inf) <= np.nan_to_num(off[1], nan=np.inf), -1, 1
-        )
-        apart = np.hypot(*(both[0] - both[1]).T)
-        measured = np.isfinite(rows.points).any(axis=1)
         sine = sines_at(p, rows.q, rows.points)[:, 2]
         sure = rows.whole & (np.abs(sine) > CLEAR)
-    found = np.where(
-        sure, -np.sign(np.nan_to_num(sine)), np.where(noted, noted, np.where(measured, nearer, 0))
-    )
-    close = np.abs(off[0] - off[1]) < 1e-3 * np.mean(p[:4])
-    unsure = ~sure & (noted == 0) & (~measured | (close & (apart > 0)))
-    return found.astype(np.int8), unsure
+        apart = np.hypot(*(points[0] - points[1]).T) > 0
+        alike = np.abs(off[0] - off[1]) < 1e-3 * np.mean(p[:4])
+    otherwise = np.where(noted, noted, np.where(measured, nearer, 0))
+    modes = np.where(sure, -np.sign(np.nan_to_num(sine)), otherwise)
+    uncertain = ~sure & (noted == 0) & (~measured | (alike & apart))
+    return modes.astype(np.int8), uncertain
 
 
 def solve(task: Task, p: np.ndarray, assembly: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values (13,) of least weighted squares from p, and which free ones are at a bound.
+    """Return the values (13,) of least weighted squares from p, and which unknowns are at a bound.
 
-    Combinations that the rows do not tell stay as near to the start as they can. Bounds count where
-    a fit without them
-    leaves them: within them SciPy's steps would drift along what the rows do not tell.
+    Combinations that the rows do not tell stay as near to the start as they can. Bounds count only
+    where a fit without them leaves them: within them SciPy's steps drift along such combinations.
     """
     low, high = _box(task)
     if task.bounds:
@@ -127,37 +144,37 @@ def solve(task: Task, p: np.ndarray, assembly: np.ndarray) -> tuple[np.ndarray, 
             return free, held
 
     def off(z):
-        return misses(task.at(z), task.rows, assembly, derive=False)[0] * task.weight
+        return residuals(task.at(z), task.rows, assembly, derive=False)[0] * task.weight
 
     def slope(z):
-        return (
-            misses(task.at(z), task.rows, assembly)[1][:, task.free]
-            * task.size
-            * task.weight[:, None]
-        )
+        jacobian = residuals(task.at(z), task.rows, assembly)[1][:, task.free]
+        return jacobian * task.size * task.weight[:, None]
 
     def fitted(z, tolerance):
-        spread = max(1.4826 * np.median(np.abs(off(z))), 1e-12) if task.loss != "linear" else 1.0
+        scatter = 1.0
+        if task.loss != "linear":
+            scatter = max(1.4826 * np.median(np.abs(off(z))), 1e-12)
         return least_squares(
             off,
             z,
             slope,
             bounds=(low, high),
             loss=task.loss,
-            f_scale=spread,
+            f_scale=scatter,
             max_nfev=200,
             ftol=tolerance,
             xtol=tolerance,
             gtol=tolerance,
         )
 
-    done = fitted(np.clip((p[task.free] - task.start[task.free]) / task.size, low, high), 1e-12)
+    z = (p[task.free] - task.start[task.free]) / task.size
+    result = fitted(np.clip(z, low, high), 1e-12)
     if task.loss != "linear":  # once more with the scatter of the fit, not of the start
-        done = fitted(done.x, 1e-14)
-    held = done.active_mask != 0
-    if not held.any() and task.loss == "linear":
-        return task.at(_polished(off, slope, done.x, low, high)), held
-    return task.at(done.x), held
+        result = fitted(result.x, 1e-14)
+    held = result.active_mask != 0
+    if held.any() or task.loss != "linear":
+        return task.at(result.x), held
+    return task.at(np.clip(_polish(off, slope, result.x), low, high)), held
 
 
 def _box(task):
@@ -169,26 +186,15 @@ def _box(task):
     return low, high
 
 
-def _shares(loss, ratio):
-    """Derivative of SciPy's loss by the square, at ratio^2: how much a residual weighs."""
-    square = ratio**2
-    if loss == "huber":
-        return 1 / np.sqrt(np.maximum(square, 1.0))
-    return {
-        "linear": np.ones_like(square),
-        "soft_l1": 1 / np.sqrt(1 + square),
-        "cauchy": 1 / (1 + square),
-        "arctan": 1 / (1 + square**2),
-    }[loss]
+def _polish(off, slope, z):
+    """Return z after Gauss-Newton steps to the last digit.
 
-
-def _polished(off, slope, z, low, high):
-    """Gauss-Newton steps to the last digit, and back to the start along what the rows do not
-    tell.
+    Along what the rows do not tell, it goes back to the start.
     """
     best = off(z)
-    for round_ in range(12):
-        null = _null(slope(z))
+    for k in range(12):
+        _, s, right, tolerance = spectrum(slope(z))
+        null = right[int((s > tolerance).sum()) :]
         nearer = z - null.T @ (null @ z)
         if len(null) and np.isfinite(off(nearer)).all():
             z, best = nearer, off(nearer)
@@ -199,38 +205,38 @@ def _polished(off, slope, z, low, high):
         better = np.isfinite(new).all() and new @ new <= best @ best
         if better:
             z, best = z + step, new
-        if (not better or np.abs(step).max(initial=0.0) < 1e-15) and (round_ or not len(null)):
+        small = np.abs(step).max(initial=0.0) < 1e-15
+        if (small or not better) and (k > 0 or not len(null)):
             break
-    return np.clip(z, low, high)
-
-
-def _null(jacobian):
-    s, right, tolerance = spectrum(jacobian)[1:]
-    return right[int((s > tolerance).sum()) :]
+    return z
 
 
 def spectrum(jacobian: np.ndarray) -> tuple:
-    """Left vectors, singular values, all right vectors (k, k) of a scaled Jacobian, and what of it
-    is rounding.
+    """Return a scaled Jacobian's left vectors, singular values, right vectors (k, k), and its noise.
+
+    Singular values below the last are rounding.
     """
-    left, s, right = np.linalg.svd(jacobian, full_matrices=jacobian.shape[0] < jacobian.shape[1])
-    s = np.concatenate([s, np.zeros(jacobian.shape[1] - len(s))])
-    if left.shape[1] < len(s):
-        left = np.concatenate([left, np.zeros((len(left), len(s) - left.shape[1]))], axis=1)
-    return left[:, : len(s)], s, right, ROUNDING * max(jacobian.shape) * s[0] if len(s) else 0.0
-
-
-ROUNDING = (
-    64 * np.finfo(float).eps
-)  # of a singular value over the largest; poses near Type 2 multiply it
+    m, k = jacobian.shape
+    left, s, right = np.linalg.svd(jacobian, full_matrices=m < k)
+    if m < k:
+        s = np.concatenate([s, np.zeros(k - m)])
+        left = np.concatenate([left, np.zeros((m, k - m))], axis=1)
+    return left, s, right, ROUNDING * max(m, k) * s[0]
 
 
 def loss_slopes(loss: str, off: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A robust loss's psi(r) and psi'(r) at residuals (m,), scaled by their own scatter."""
-    spread = max(1.4826 * float(np.median(np.abs(off))), 1e-300)
-    step = 1e-6 * spread
+    """Return a robust loss's psi(r) and psi'(r) at residuals (m,), scaled by their own scatter."""
+    scatter = max(1.4826 * float(np.median(np.abs(off))), 1e-300)
+    step = 1e-6 * scatter
 
     def psi(r):
-        return r * _shares(loss, r / spread)
+        square = (r / scatter) ** 2
+        weights = {
+            "soft_l1": 1 / np.sqrt(1 + square),
+            "huber": 1 / np.sqrt(np.maximum(square, 1.0)),
+            "cauchy": 1 / (1 + square),
+            "arctan": 1 / (1 + square**2),
+        }
+        return r * weights[loss]
 
     return psi(off), (psi(off + step) - psi(off - step)) / (2 * step)

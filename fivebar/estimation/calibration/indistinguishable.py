@@ -1,220 +1,141 @@
-"""What data cannot tell apart: the null space of the Jacobian in its plainest vectors, in words,
-with a remedy.
-"""
+"""What data cannot tell apart: the null space of the Jacobian, in words, with a remedy."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .measured_robot import LENGTHS, PLACE, UNITS, place, seen, slopes
+from .measured_robot import METRES, PLACE, UNITS, UNKNOWNS, place, seen
 
-SMALL = 1e-6  # of a null vector's largest entry: none
-LARGEST = (
-    5  # unknowns in a vector that is looked for; a plainer basis than these is not worth the search
-)
-HARDLY = 0.1  # of an unknown's size: known less well than that, it is hardly known
-STEP = {"m": (1e-3, "mm"), "rad": (np.pi / 180, "deg")}
-MODES = [(left, right, assembly) for assembly in (-1, 1) for left in (-1, 1) for right in (-1, 1)]
+if TYPE_CHECKING:
+    from .result import Calibration
+
+SMALL = 1e-6  # of a null vector's largest entry: taken for 0
+STEP = {"m": (1e-3, "mm"), "rad": (np.pi / 180, "deg"), "": (1.0, "")}
 
 
 def plainest(null: np.ndarray) -> np.ndarray:
-    """Basis (k, n) of the space of the rows of `null` (k, n), with the fewest entries; the largest
-    of each is 1.
+    """Return the reduced basis (k, n) of the rows of `null` (k, n), the fewest entries first.
+
+    Each vector has an unknown of its own, and its largest entry is 1.
     """
-    count, n = null.shape
-    found: list[np.ndarray] = []
-    for size in range(1, min(LARGEST, n - count + 1) + 1):
-        for chosen in combinations(range(n), size):
-            if len(found) == count:
-                return np.array(found)
-            rest = np.delete(null, chosen, axis=1)
-            left, s, _ = np.linalg.svd(rest)
-            s = np.concatenate([s, np.zeros(count - len(s))])
-            if s[-1] > SMALL:
-                continue
-            vector = left[:, -1] @ null
-            vector = np.where(np.abs(vector) > SMALL * np.abs(vector).max(), vector, 0.0)
-            if np.linalg.matrix_rank(np.array([*found, vector]), tol=SMALL) > len(found):
-                found.append(vector / vector[np.argmax(np.abs(vector))])
-    for vector in _echelon(null):
-        if len(found) < count and np.linalg.matrix_rank(
-            np.array([*found, vector]), tol=SMALL
-        ) > len(found):
-            found.append(vector / vector[np.argmax(np.abs(vector))])
-    return np.array(found)
-
-
-def _echelon(null):
-    """Reduced rows: each has an unknown of its own."""
     rows = null.copy()
     for k in range(len(rows)):
-        column = int(np.argmax(np.abs(rows[k])))
-        rows[k] /= rows[k, column]
+        pivot = int(np.argmax(np.abs(rows[k])))
+        rows[k] /= rows[k, pivot]
         others = np.arange(len(rows)) != k
-        rows[others] -= np.outer(rows[others, column], rows[k])
-    return np.where(np.abs(rows) > SMALL, rows, 0.0)
+        rows[others] -= np.outer(rows[others, pivot], rows[k])
+    largest = np.abs(rows).max(axis=1, keepdims=True)
+    rows[np.abs(rows) < SMALL * largest] = 0.0
+    rows /= np.take_along_axis(rows, np.abs(rows).argmax(axis=1)[:, None], axis=1)
+    return rows[np.argsort(np.count_nonzero(rows, axis=1), kind="stable")]
 
 
 def combination(vector: np.ndarray, names: Sequence[str], sizes: np.ndarray, p: np.ndarray) -> str:
-    """A null vector (in units of the sizes) in words: what of its unknowns the data do tell."""
-    used = [k for k in range(len(names)) if vector[k]]
-    named = listed([names[k] for k in used])
-    if len(used) == 1:
+    """Return in words what of its unknowns the data do tell; the vector is in units of sizes."""
+    steps = {name: vector[k] * sizes[k] for k, name in enumerate(names) if vector[k]}
+    named = listed(steps)
+    if len(steps) == 1:
         return f"{named} not at all: no measurement depends on it"
-    steps = {names[k]: vector[k] * sizes[k] for k in used}
-    lengths = [name for name in steps if name in (*LENGTHS, "x0", "y0")]
-    values = {name: p[PLACE[name]] for name in steps}
-    if "scale" in steps and len(lengths) == len(steps) - 1 and all(values.values()):
-        shares = np.array([steps[name] / values[name] for name in lengths])
-        if (
-            np.ptp(shares) < 1e-5 * np.abs(shares).max()
-            and abs(shares[0] + steps["scale"] / values["scale"]) < 1e-5
-        ):
+    lengths = [name for name in steps if name in METRES]
+    if [*lengths, "scale"] == list(steps) and all(p[PLACE[name]] for name in steps):
+        shares = [steps[name] / p[PLACE[name]] for name in steps]
+        shares[-1] *= -1
+        if np.ptp(shares) < 1e-5 * np.abs(shares).max():
             return f"{named} only by the products of scale and {listed(lengths)}"
-    if len(used) == 2:
-        (a, step_a), (b, step_b) = steps.items()
-        if UNITS.get(a) == UNITS.get(b):
-            ratio = step_b / step_a
-            if abs(abs(ratio) - 1) < 1e-5:
-                what, sign = ("difference", "-") if ratio > 0 else ("sum", "+")
-                return f"{a} and {b} only by their {what}, {a} {sign} {b}"
-            return f"{a} and {b} only by {b} {'-' if ratio > 0 else '+'} {abs(ratio):.3g} {a}"
-    largest = max(steps, key=lambda name: abs(vector[names.index(name)]))
-    unit = STEP.get(UNITS.get(largest, ""), (1.0, ""))[0]
-    factor = (unit if UNITS.get(largest) else 0.01) / steps[largest]
-    changes = [_change(name, factor * step) for name, step in steps.items()]
+    first, *others = steps
+    ratio = steps[others[0]] / steps[first]
+    same_unit = UNITS.get(first) == UNITS.get(others[0])
+    if len(others) == 1 and same_unit and abs(abs(ratio) - 1) < 1e-5:
+        what, sign = ("difference", "-") if ratio > 0 else ("sum", "+")
+        return f"{named} only by their {what}, {first} {sign} {others[0]}"
+    largest = names[int(np.argmax(np.abs(vector)))]
+    unit = STEP[UNITS[largest]][0] if largest in UNITS else 0.01
+    changes = [_change(name, unit / steps[largest] * step) for name, step in steps.items()]
     return f"{named} only together: nothing measured changes if {listed(changes)}"
 
 
 def _change(name, step):
-    scale, unit = STEP.get(UNITS.get(name, ""), (1.0, ""))
-    return (
-        f"{name} {'grows' if step > 0 else 'falls'} by {abs(step) / scale:.3g}{unit and ' '}{unit}"
-    )
+    factor, unit = STEP[UNITS.get(name, "")]
+    verb = "grows" if step > 0 else "falls"
+    return f"{name} {verb} by {abs(step) / factor:.3g} {unit}".rstrip()
 
 
 def listed(words) -> str:
-    """a, b and c."""
-    words = list(words)
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    """Return a, b and c."""
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
 
 
-def hardly_told(
+def weak_combinations(
     sd: np.ndarray, vectors: np.ndarray, names: Sequence[str], sds: dict[str, float]
 ) -> tuple[str, ...]:
-    """Combinations (k, n) whose standard deviation (k,), in sizes, is so large that they are hardly
-    known, in words.
+    """Return sentences on combinations (k, n) whose standard deviation (k,) is above 0.1 sizes."""
+    sentences = []
+    for vector in vectors[sd > 0.1]:
+        size = np.abs(vector)
+        used = [name for name, entry in zip(names, size) if entry > 0.25 * size.max()]
+        largest = names[int(np.argmax(size))]
+        factor, unit = STEP[UNITS.get(largest, "")]
+        together = "together " if len(used) > 1 else ""
+        known = f"{largest} to +-{sds[largest] / factor:.2g} {unit}".rstrip()
+        sentences.append(f"{listed(used)} {together}hardly: {known}")
+    return tuple(sentences)
+
+
+def remedy(found: Calibration, vector: np.ndarray) -> str:
+    """Return the easiest measurement that would tell a null vector, or which unknown to measure.
+
+    Each measurement is tried: its derivatives along the vector must not be 0.
     """
-    found = []
-    for vector in vectors[sd > HARDLY]:
-        vector = np.where(np.abs(vector) > 0.25 * np.abs(vector).max(), vector, 0.0)
-        own = [name for name, entry in zip(names, vector) if entry]
-        largest = names[int(np.argmax(np.abs(vector)))]
-        scale, unit = STEP.get(UNITS.get(largest, ""), (1.0, ""))
-        together = "together " if len(own) > 1 else ""
-        found.append(
-            f"{listed(own)} {together}hardly: {largest} to +-{sds[largest] / scale:.2g} {unit}".rstrip()
-        )
-    return tuple(found)
+    step = vector * found.sizes
+    for words, jacobian in _remedies(found):
+        if not len(jacobian):
+            continue
+        jacobian = jacobian[:, found._free]
+        if np.abs(jacobian @ step).max() > 1e-4 * np.abs(jacobian * found.sizes).max():
+            return words
+    names = " or ".join(name for name, entry in zip(found.unknown, vector) if entry)
+    return (
+        f"no measurement of this kind can; measure {names} by itself, and leave it out of unknown"
+    )
 
 
-class Remedies:
-    """Measurements that nobody made, each with its Jacobian by the unknowns, the easiest first."""
-
-    def __init__(
-        self,
-        p: np.ndarray,
-        q: np.ndarray,
-        assembly: np.ndarray,
-        axes: set,
-        columns: np.ndarray,
-        sizes,
-    ):
-        self.p, self.columns, self.sizes = p, columns, sizes
-        self._used, self._axes = self._modes(q, assembly), axes
-        self._near = _poses(p, np.random.default_rng(1))
-
-    def _modes(self, q, assembly):
-        signs = (-np.sign(sine) for sine in place(self.p, q, assembly).sines)
-        return {
-            tuple(int(m) for m in row)
-            for row in np.nan_to_num(np.stack([*signs, assembly], axis=-1))
-        }
-
-    def for_vector(self, vector: np.ndarray, names: Sequence[str]) -> str:
-        """The first of them that sees the vector, as an advice; else which unknown to measure by
-        itself.
-        """
-        step = vector * self.sizes
-        for words, jacobian in self._all():
-            if (
-                len(jacobian)
-                and np.abs(jacobian @ step).max() > 1e-4 * np.abs(jacobian * self.sizes).max()
-            ):
-                return words
-        one = [name for name, entry in zip(names, vector) if entry]
-        return (
-            f"no measurement of this kind can; measure {' or '.join(one)} by itself, and leave it"
-            " out of unknown"
-        )
-
-    def _all(self):
-        q, assembly, modes = self._near
-        used = np.array([mode in self._used for mode in modes]) if len(modes) else np.zeros(0, bool)
-        _, slope = seen(self.p, q, assembly)
-        slope = slope[:, :, self.columns]
-        for axis in (0, 1):
-            if axis in self._axes:
-                yield "poses in other places of the same modes would tell", slope[used, axis]
-        for axis, name in enumerate("xy"):
-            if self._axes and axis not in self._axes:
-                yield f"measuring {name}, too, would tell", slope[used, axis]
-        for mode in MODES:
-            if mode not in self._used and self._axes:
-                own = np.array([each == mode for each in modes], bool)
-                words = (
-                    "poses in working modes ({:+d}, {:+d}), assembly {:+d}, too, would tell".format(
-                        *mode
-                    )
-                )
-                yield words, slope[own].reshape(-1, len(self.columns))
-        at = place(self.p, q, assembly)
-        inner = slopes(self.p, q, at)
-        gaps = np.stack(at.xi, axis=-1)
-        gaps, slope_gap = gaps - np.roll(gaps, 1, axis=0), inner - np.roll(inner, 1, axis=0)
-        length = np.hypot(*gaps.T)[:, None]
-        ruler = np.einsum("ni,nij->nj", gaps / np.where(length, length, 1.0), slope_gap)[
-            :, self.columns
-        ]
-        yield (
-            "a distance between two of its points by a ruler (columns distance, to) would tell",
-            ruler,
-        )
-        if not self._axes:
-            yield (
-                "points x, y in a measuring frame would tell",
-                slope.reshape(-1, len(self.columns)),
-            )
+def _remedies(found):
+    """Yield measurements that nobody made, with their derivatives, the easiest first."""
+    axes = set(found.rows.measured[1].tolist())
+    q, modes = _poses(found.p)
+    noted = np.column_stack([found.working, found.assembly])
+    same_modes = (modes[:, None] == noted[None]).all(axis=2).any(axis=1)
+    slopes = seen(found.p, q, modes[:, 2])[1]
+    for axis in axes:
+        yield "poses in other places of the same modes would tell", slopes[same_modes, axis]
+    for axis in {0, 1} - axes if axes else ():
+        yield f"measuring {'xy'[axis]}, too, would tell", slopes[same_modes, axis]
+    if axes:
+        yield "poses in other modes, too, would tell", slopes.reshape(-1, len(UNKNOWNS))
+    own = np.concatenate([found.p[:9], [0.0, 0.0, 0.0, 1.0]])  # a ruler knows no frame
+    points, by_robot = seen(own, q, modes[:, 2])
+    by_robot[:, :, 9:] = 0.0
+    gaps = points - np.roll(points, 1, axis=0)
+    along = gaps / np.maximum(np.hypot(*gaps.T), 1e-300)[:, None]
+    ruler = np.einsum("ni,nij->nj", along, by_robot - np.roll(by_robot, 1, axis=0))
+    yield "a distance between two of its points by a ruler (columns distance, to) would tell", ruler
+    if not axes:
+        yield "points x, y in a measuring frame would tell", slopes.reshape(-1, len(UNKNOWNS))
 
 
-def _poses(p, rng):
-    """Poses all over the workspace in all modes, well off singularities: readings, assembly modes,
-    all three modes.
-    """
-    theta = rng.uniform(-np.pi, np.pi, (1500, 2))
+def _poses(p):
+    """Return readings (n, 2) and all modes (n, 3) of poses well off singularities, everywhere."""
+    theta = np.random.default_rng(1).uniform(-np.pi, np.pi, (1500, 2))
     readings = (theta - p[5:7]) / np.where(p[7:9], p[7:9], 1.0)
-    kept = []
+    q, modes = [np.zeros((0, 2))], [np.zeros((0, 3), int)]
     for side in (-1, 1):
         at = place(p, readings, np.full(len(theta), side))
-        with np.errstate(invalid="ignore"):
-            good = (np.abs([*at.sines, at.det]) > 0.2).all(axis=0)
-        signs = -np.sign(at.sines)
-        for k in np.flatnonzero(good)[:250]:
-            kept.append((readings[k], side, (*map(int, signs[:, k]), side)))
-    if not kept:
-        return np.zeros((0, 2)), np.zeros(0, int), []
-    own, sides, modes = zip(*kept)
-    return np.array(own), np.array(sides), list(modes)
+        sines = np.nan_to_num([*at.sines, at.det])
+        good = np.flatnonzero((np.abs(sines) > 0.2).all(axis=0))[:250]
+        q.append(readings[good])
+        modes.append(-np.sign(sines[:, good]).T.astype(int))
+    return np.concatenate(q), np.concatenate(modes)

@@ -1,5 +1,8 @@
-"""A five-bar as it is measured: lengths, how its angles are read, where the measuring frame lies;
-exact derivatives.
+"""The model of a five-bar as it is measured, with exact derivatives.
+
+    true angle = ratio q + offset        measured point = (x0, y0) + scale R(turn) xi
+
+The 13 values p of this model are the UNKNOWNS, in this order.
 """
 
 from __future__ import annotations
@@ -19,182 +22,190 @@ READING = ("offset1", "offset2", "ratio1", "ratio2")
 FRAME = ("x0", "y0", "turn", "scale")
 UNKNOWNS = (*LENGTHS, *READING, *FRAME)
 PLACE = {name: k for k, name in enumerate(UNKNOWNS)}
-UNITS = dict.fromkeys((*LENGTHS, "x0", "y0"), "m") | dict.fromkeys(
-    ("offset1", "offset2", "turn"), "rad"
-)
-NEUTRAL = dict.fromkeys(READING[:2], 0.0) | dict.fromkeys(READING[2:], 1.0)
-NEUTRAL |= dict(x0=0.0, y0=0.0, turn=0.0, scale=1.0)
+METRES = (*LENGTHS, "x0", "y0")
+UNITS = dict.fromkeys(METRES, "m") | dict.fromkeys(("offset1", "offset2", "turn"), "rad")
+NEUTRAL = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0])  # READING and FRAME
 
 
 def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> np.ndarray:
-    """All of UNKNOWNS, (13,): the robot's lengths, angles read as they are, its own frame; `more`
-    goes over these.
-    """
-    return np.array(
-        [
-            {**{n: getattr(robot, n) for n in LENGTHS}, **NEUTRAL, **(more or {})}[n]
-            for n in UNKNOWNS
-        ]
-    )
+    """Return the values (13,) of a robot in its own frame, with `more` over them."""
+    p = np.concatenate([[getattr(robot, name) for name in LENGTHS], NEUTRAL])
+    for name, value in (more or {}).items():
+        p[PLACE[name]] = value
+    return p
 
 
-def robot_with(robot: FiveBar, values: np.ndarray) -> FiveBar:
-    """The robot with the lengths among the values; what it weighs stays."""
-    return replace(robot, **{name: float(values[PLACE[name]]) for name in LENGTHS})
+def robot_with(robot: FiveBar, p: np.ndarray) -> FiveBar:
+    """Return the robot with the lengths among the values; its masses stay."""
+    return replace(robot, **{name: float(p[PLACE[name]]) for name in LENGTHS})
 
 
 def sizes(robot: FiveBar, q: np.ndarray, names: Sequence[str] = UNKNOWNS) -> np.ndarray:
-    """By how much each unknown changes a picture of the robot as much as the others: its mean bar,
-    1 rad, all of q.
+    """Return by how much each unknown moves a point about as far as the others.
+
+    The mean bar for lengths, 1 rad for angles, 1 over the largest reading for ratios.
     """
+    largest = np.max(np.abs(np.nan_to_num(q)), axis=0, initial=0.0)
+    ratios = 1 / np.where(largest > 0, largest, 1.0)
     bar = (robot.l11 + robot.l12 + robot.l21 + robot.l22) / 4
-    largest = [float(np.max(np.abs(column), initial=0.0)) or 1.0 for column in np.nan_to_num(q).T]
-    known = dict(ratio1=1 / largest[0], ratio2=1 / largest[1]) | dict.fromkeys(
-        (*LENGTHS, "x0", "y0"), bar
-    )
+    known = dict.fromkeys(METRES, bar) | {"ratio1": ratios[0], "ratio2": ratios[1]}
     return np.array([known.get(name, 1.0) for name in names])
 
 
 def length_ok(p: np.ndarray) -> bool:
-    """Whether a robot can have these lengths."""
-    bars = p[[*range(4), PLACE["scale"]]]  # a scale is no length, but as far from 0
+    """Return whether a robot can have these lengths; the scale is limited as a bar is."""
+    bars = p[[0, 1, 2, 3, 12]]
     return bool((bars >= SHORTEST).all() and (bars <= LONGEST).all() and 0 <= p[4] <= LONGEST)
 
 
 class Placed(NamedTuple):
-    """Poses of a machine: points in the robot's frame, unit vectors."""
+    """Poses: points in the robot's frame, unit vectors along cranks and bars, and det A."""
 
     xi: tuple
-    cranks: tuple  # u_i1
-    bars: tuple  # u_i2
-    det: np.ndarray  # det A
+    cranks: tuple
+    bars: tuple
+    det: np.ndarray
 
     @property
     def sines(self) -> list[np.ndarray]:
-        """Of both legs' Type 1."""
+        """Sines of both legs' Type 1."""
         return [cross(crank, bar) for crank, bar in zip(self.cranks, self.bars)]
 
 
 def _cranks(p, q):
-    """Unit vectors u_i1 and the elbows, in the robot's frame."""
-    angles = (p[7 + i] * q[:, i] + p[5 + i] for i in (0, 1))
-    cranks = tuple((np.cos(angle), np.sin(angle)) for angle in angles)
-    pivots = tuple(
-        (sign * p[4] / 2 + p[2 * i] * u[0], p[2 * i] * u[1])
-        for i, sign, u in zip((0, 1), (-1, 1), cranks)
-    )
-    return cranks, pivots
+    """Return the unit vectors along the cranks and the elbows, in the robot's frame."""
+    cranks, elbows = [], []
+    for leg, side in enumerate((-1, 1)):
+        crank, offset, ratio = p[2 * leg], p[5 + leg], p[7 + leg]
+        angle = ratio * q[:, leg] + offset
+        c, s = np.cos(angle), np.sin(angle)
+        cranks.append((c, s))
+        elbows.append((side * p[4] / 2 + crank * c, crank * s))
+    return cranks, elbows
 
 
 def place(p: np.ndarray, q: np.ndarray, assembly: np.ndarray) -> Placed:
-    """The machine with the values p (13,) at the readings q (n, 2), in its own frame; nan where it
-    does not close, and in a Type-2 singularity.
+    """Return the poses at readings q (n, 2), in the robot's frame.
+
+    They are nan where the robot does not close, and in a Type-2 singularity, where no derivative
+    exists.
     """
-    cranks, (left, right) = _cranks(p, q)
+    cranks, ((x1, y1), (x2, y2)) = _cranks(p, q)
+    l11, l12, l21, l22, d = p[:5]
+    size = abs(d) + abs(l11) + abs(l21)
     with np.errstate(invalid="ignore", divide="ignore"):
-        dyad = RRR(
-            (right[0] - left[0], right[1] - left[1]),
-            p[1],
-            p[3],
-            -assembly,
-            abs(p[4]) + abs(p[0]) + abs(p[2]),
-        )
-        det = np.where(dyad.sine, dyad.sine, np.nan)  # in a singularity there are no slopes
-        xi = left[0] + p[1] * dyad.first[0] + 0 * det, left[1] + p[1] * dyad.first[1] + 0 * det
-        return Placed(xi, cranks, (dyad.first, dyad.second), det)
+        dyad = RRR((x2 - x1, y2 - y1), l12, l22, -assembly, size)
+        det = np.where(dyad.sine, dyad.sine, np.nan)
+        c, s = dyad.first
+        xi = x1 + l12 * c + 0 * det, y1 + l12 * s + 0 * det
+        return Placed(xi, tuple(cranks), (dyad.first, dyad.second), det)
+
+
+def _columns(leg):
+    """Return the places of a leg's crank, bar, d, offset and ratio among UNKNOWNS."""
+    return 2 * leg, 2 * leg + 1, 4, 5 + leg, 7 + leg
 
 
 def slopes(p: np.ndarray, q: np.ndarray, at: Placed) -> np.ndarray:
-    """d xi / d UNKNOWNS (n, 2, 13) in the robot's frame: A d xi = u_i2 . dP_i + d l_i2, the bars'
-    lengths derived.
+    """Return d xi / d UNKNOWNS (n, 2, 13) in the robot's frame.
+
+    A d xi = u_i2 . dP_i + d l_i2, AMORO eq. 13 with the lengths of the bars derived, too.
     """
-    found = np.zeros((len(q), 2, len(UNKNOWNS)))
-    (u12, u22), cranks = at.bars, at.cranks
-    # Columns of A^-1, A = [u_12'; u_22'].
+    result = np.zeros((len(q), 2, len(UNKNOWNS)))
+    (c1, s1), (c2, s2) = at.bars
     with np.errstate(invalid="ignore", divide="ignore"):
-        inverse = np.array([[u22[1], -u22[0]], [-u12[1], u12[0]]]) / at.det
-    for i, (u, crank, sign) in enumerate(zip((u12, u22), cranks, (-1, 1))):
-        across = p[2 * i] * cross(crank, u)  # u_i2 . dP_i / d theta_i, B's entry
-        own = {
-            2 * i: dot(u, crank),
-            2 * i + 1: 1.0,
-            4: sign / 2 * u[0],
-            5 + i: across,
-            7 + i: across * q[:, i],
-        }
-        for column, along in own.items():
-            found[:, :, column] += (inverse[i] * along).T
-    return found
+        columns_of_inverse = np.array([[s2, -c2], [-s1, c1]]) / at.det
+    for leg, side in enumerate((-1, 1)):
+        u, crank = at.bars[leg], at.cranks[leg]
+        by_angle = p[2 * leg] * cross(crank, u)  # the entry of B
+        by_ratio = by_angle * q[:, leg]
+        entries = dot(u, crank), 1.0, side / 2 * u[0], by_angle, by_ratio
+        for column, entry in zip(_columns(leg), entries):
+            result[:, :, column] += (columns_of_inverse[leg] * entry).T
+    return result
 
 
 def frame(p: np.ndarray, xi: tuple) -> np.ndarray:
-    """Where points of the robot's frame appear in the measuring one (n, 2): (x0, y0) + scale
-    R(turn) xi.
-    """
-    c, s = p[12] * np.cos(p[11]), p[12] * np.sin(p[11])
-    return np.stack([p[9] + c * xi[0] - s * xi[1], p[10] + s * xi[0] + c * xi[1]], axis=-1)
+    """Return points of the robot's frame in the measuring one, (x0, y0) + scale R(turn) xi."""
+    x0, y0, turn, scale = p[9:]
+    x, y = xi
+    c, s = scale * np.cos(turn), scale * np.sin(turn)
+    return np.stack([x0 + c * x - s * y, y0 + s * x + c * y], axis=-1)
 
 
 def unframe(p: np.ndarray, points: np.ndarray) -> tuple:
-    """The inverse of `frame`, on components."""
-    x, y = points[..., 0] - p[9], points[..., 1] - p[10]
-    c, s = np.cos(p[11]) / p[12], np.sin(p[11]) / p[12]
+    """Return the components of measured points in the robot's frame."""
+    x0, y0, turn, scale = p[9:]
+    x, y = points[..., 0] - x0, points[..., 1] - y0
+    c, s = np.cos(turn) / scale, np.sin(turn) / scale
     return c * x + s * y, c * y - s * x
 
 
 def seen(p: np.ndarray, q: np.ndarray, assembly: np.ndarray, derive: bool = True) -> tuple:
-    """Points in the measuring frame (n, 2), and their derivatives by all UNKNOWNS (n, 2, 13), None
-    if not asked for.
+    """Return points in the measuring frame (n, 2) and their derivatives by UNKNOWNS (n, 2, 13).
+
+    Without `derive` the derivatives are None.
     """
     at = place(p, q, assembly)
     points = frame(p, at.xi)
     if not derive:
         return points, None
-    inner = slopes(p, q, at)
-    c, s = p[12] * np.cos(p[11]), p[12] * np.sin(p[11])
-    outer = np.stack([c * inner[:, 0] - s * inner[:, 1], s * inner[:, 0] + c * inner[:, 1]], axis=1)
+    turn, scale = p[11:]
+    c, s = scale * np.cos(turn), scale * np.sin(turn)
+    x, y = np.moveaxis(slopes(p, q, at), 1, 0)
+    outer = np.stack([c * x - s * y, s * x + c * y], axis=1)
+    from_origin = points - p[9:11]
     outer[:, 0, 9] = outer[:, 1, 10] = 1.0
-    away = points - p[9:11]
-    outer[:, 0, 11], outer[:, 1, 11] = -away[:, 1], away[:, 0]
-    outer[:, :, 12] = away / p[12]
+    outer[:, 0, 11] = -from_origin[:, 1]
+    outer[:, 1, 11] = from_origin[:, 0]
+    outer[:, :, 12] = from_origin / scale
     return points, outer
 
 
 def bars_off(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """By how much each leg misses the measured points, scale (|xi - P_i| - l_i2) (n, 2), and its
-    slopes (n, 2, 13).
+    """Return by how much each distal bar misses the measured points, and its derivatives.
 
-    In the metres that were measured: a robot which shrinks as its picture grows misses by as much.
-
-    It needs no mode, and there is nothing that it cannot reach: where a calibration begins, and
-    where mistakes are looked for.
+    scale (|xi - P_i| - l_i2), (n, 2), measured m, and (n, 2, 13). It needs no mode, and no point is
+    out of reach: so a calibration begins with it, and looks for mistakes with it. The scale keeps a
+    robot that shrinks as its picture grows from missing by less.
     """
-    cranks, pivots = _cranks(p, q)
+    cranks, elbows = _cranks(p, q)
     x, y = unframe(p, points)
     off, derived = np.empty(q.shape), np.zeros((*q.shape, len(UNKNOWNS)))
-    c, s = np.cos(p[11]) / p[12], np.sin(p[11]) / p[12]
-    for i, (crank, pivot, sign) in enumerate(zip(cranks, pivots, (-1, 1))):
-        bar = x - pivot[0], y - pivot[1]
-        length = np.hypot(*bar)
-        off[:, i] = length - p[2 * i + 1]
-        u = bar[0] / np.where(length, length, 1.0), bar[1] / np.where(length, length, 1.0)
-        own = derived[:, i]
-        across = p[2 * i] * cross(crank, u)
-        own[:, 2 * i], own[:, 2 * i + 1], own[:, 4] = -dot(u, crank), -1.0, -sign / 2 * u[0]
-        own[:, 5 + i], own[:, 7 + i] = -across, -across * q[:, i]
-        own[:, 9], own[:, 10] = -(c * u[0] - s * u[1]), -(s * u[0] + c * u[1])
-        own[:, 11], own[:, 12] = u[0] * y - u[1] * x, -dot(u, (x, y)) / p[12]
-    derived *= p[12]
+    turn, scale = p[11:]
+    c, s = np.cos(turn) / scale, np.sin(turn) / scale
+    for leg, side in enumerate((-1, 1)):
+        elbow, crank = elbows[leg], cranks[leg]
+        (ux, uy), length = _unit(x - elbow[0], y - elbow[1])
+        off[:, leg] = length - p[2 * leg + 1]
+        by_angle = -p[2 * leg] * cross(crank, (ux, uy))
+        by_ratio = by_angle * q[:, leg]
+        entries = -dot((ux, uy), crank), -1.0, -side / 2 * ux, by_angle, by_ratio
+        for column, entry in zip(_columns(leg), entries):
+            derived[:, leg, column] = entry
+        derived[:, leg, 9] = -(c * ux - s * uy)
+        derived[:, leg, 10] = -(s * ux + c * uy)
+        derived[:, leg, 11] = ux * y - uy * x
+        derived[:, leg, 12] = -dot((ux, uy), (x, y)) / scale
+    derived *= scale
     derived[:, :, 12] += off
-    return p[12] * off, derived
+    return scale * off, derived
+
+
+def _unit(x, y):
+    """Return the unit vector along (x, y), and its length."""
+    length = np.hypot(x, y)
+    divisor = np.where(length, length, 1.0)
+    return (x / divisor, y / divisor), length
 
 
 def sines_at(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Sines (n, 3) of both legs' Type 1 and of Type 2 with the bars drawn to measured points: minus
-    their signs are the working modes and the assembly mode.
+    """Return the sines (n, 3) of both legs' Type 1 and of Type 2, bars drawn to measured points.
+
+    Minus their signs are the working modes and the assembly mode.
     """
-    cranks, pivots = _cranks(p, q)
+    cranks, elbows = _cranks(p, q)
     x, y = unframe(p, points)
-    bars = [(x - pivot[0], y - pivot[1]) for pivot in pivots]
-    units = [(b[0] / np.hypot(*b), b[1] / np.hypot(*b)) for b in bars]
-    return np.stack([*(cross(c, u) for c, u in zip(cranks, units)), cross(*units)], axis=-1)
+    units = [_unit(x - elbow_x, y - elbow_y)[0] for elbow_x, elbow_y in elbows]
+    legs = [cross(crank, unit) for crank, unit in zip(cranks, units)]
+    return np.stack([*legs, cross(*units)], axis=-1)

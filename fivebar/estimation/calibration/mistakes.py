@@ -1,208 +1,204 @@
-"""What is wrong with data, found by trying: the change of a column or a row after which everything
-fits.
+"""Mistakes in measured data: the change of columns, or of noted modes, after which all fits.
+
+Each change that people make is tried: degrees, millimetres, counts, exchanged columns, signs. By
+how much the distal bars miss the points needs no mode, so it is compared before anything is fitted.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from .fit import Task
-from .measured_robot import PLACE, bars_off, seen, sines_at
-from .starts import SUSPECT, begin, doubt
-from .wrong_columns import (
-    ANGLES,
-    FALLS,
-    PLACES,
-    Mistake,
-    columns,
-    crudely,
-    double,
-    mended,
-    mm,
-    more_unknown,
-    single,
-)
+from ...base.backend import wrap
+from .fit import Task, assembly_modes, residuals
+from .measured_robot import PLACE, bars_off, sines_at
+from .rows import Rows
+from .starts import COUNTS_PER_TURN, SUSPECT, begin, doubt, first, median_error, settled, wide_legs
 
-FEW = 8  # rows of which none is alone
-SURE = 0.05  # sine beyond which a mode is certain
+DEG = np.pi / 180
+FALLS = 0.15  # to this share the errors fall where a mistake is found
+CRUDE = 0.15  # of a mean bar: where predictions before any fit miss by more, a unit is wrong
+MOST = 20  # changes that are looked at closely
 
 
-def mistakes(task: Task, sigma: float) -> tuple[list[Mistake], Task, np.ndarray]:
-    """The mistakes found, the task with its rows mended, and values (13,) to begin with.
+def _readings(*factors):
+    return lambda rows: replace(rows, q=rows.q * factors)
 
-    sigma: m, typical, 0 where it is not known. Columns first, then rows, then the modes that rows
-        note.
+
+def _points(*factors):
+    return lambda rows: replace(rows, points=rows.points * factors)
+
+
+def _swapped_readings(rows):
+    return replace(rows, q=rows.q[:, ::-1].copy())
+
+
+def _swapped_points(rows):
+    return replace(rows, points=rows.points[:, ::-1].copy())
+
+
+def _distances_in_mm(rows):
+    return replace(rows, distance=rows.distance * 1e-3)
+
+
+READINGS: dict[str, Callable[[Rows], Rows]] = {
+    "q1 in degrees": _readings(DEG, 1.0),
+    "q2 in degrees": _readings(1.0, DEG),
+    "q1 and q2 in degrees": _readings(DEG, DEG),
+    "q1 and q2 swapped": _swapped_readings,
+    "q1 with the wrong sign": _readings(-1.0, 1.0),
+    "q2 with the wrong sign": _readings(1.0, -1.0),
+    "q1 and q2 with the wrong sign": _readings(-1.0, -1.0),
+}
+POINTS: dict[str, Callable[[Rows], Rows]] = {
+    "x in mm": _points(1e-3, 1.0),
+    "y in mm": _points(1.0, 1e-3),
+    "x and y in mm": _points(1e-3, 1e-3),
+    "x and y swapped": _swapped_points,
+    "x with the wrong sign": _points(-1.0, 1.0),
+    "y with the wrong sign": _points(1.0, -1.0),
+}
+
+
+def find_mistakes(task: Task, sigma: float) -> tuple[list[str], Task, np.ndarray]:
+    """Return the mistakes found, the task with them put right, and values (13,) to begin with.
+
+    `sigma` is a typical standard deviation, m, 0 where it is not known.
     """
     if task.rows.whole.sum() < 4:
-        found = crudely(task)
-        task = mended(task, found)
+        found, task = _wrong_unit(task)
         return found, task, begin(task)
-    p, found, limit = begin(task, far=False), [], max(SUSPECT * task.bar, 5 * sigma)
-    for tried in (
-        single,
-        None,
-        double,
-    ):  # offsets far from the start are likelier than two mistakes
-        if doubt(task, p) < limit:
-            break
-        if tried is None:
-            p = begin(task)
-        elif found := columns(task, p, tried(task)):
-            task = mended(task, found)
-            p = begin(task)
-            break
-    if doubt(task, p) > limit and (more := more_unknown(task, p)):
-        return [*found, more], task, p
-    rows_found, p = _rows(task, p, sigma)
-    task = mended(task, rows_found)
-    noted = _modes(task, p, sigma)
-    return [*found, *rows_found, *noted], mended(task, noted), p
+    found: list[str] = []
+    limit = max(SUSPECT * task.bar, 5 * sigma)
+    p = begin(task, far=False)
+    if doubt(task, p) >= limit:
+        changes = POINTS | READINGS | _counts(task)
+        found, task = _wrong_columns(task, p, {(words,): [f] for words, f in changes.items()})
+        p = begin(task)
+    if not found and doubt(task, p) >= limit:  # far offsets are likelier than two mistakes
+        pairs = {}
+        for words, change in (READINGS | _counts(task)).items():
+            pairs |= {(words, other): [change, POINTS[other]] for other in POINTS}
+        found, task = _wrong_columns(task, p, pairs)
+        p = begin(task)
+    rows_found, task = _wrong_modes(task, p, sigma)
+    return found + rows_found, task, p
 
 
-def lone_rows(task: Task, p: np.ndarray) -> list[str]:
-    """Rows whose points are in other modes than almost all, where no modes are noted: right
-    perhaps, but to be looked at.
-    """
+def _changed(task, changes):
+    """Return the task with its rows changed, one change after the other."""
     rows = task.rows
-    whole = np.flatnonzero(rows.whole)
-    if len(whole) < FEW or rows.working.any() or rows.assembly.any():
-        return []
-    modes = -np.sign(np.nan_to_num(sines_at(p, rows.q[whole], rows.points[whole]))).astype(int)
-    kinds, kind, count = np.unique(modes, axis=0, return_inverse=True, return_counts=True)
-    usual = int(np.argmax(count))
-    if len(whole) - count[usual] > 0.15 * len(whole):
-        return []
-    others = _modes_in_words(kinds[usual])
-    return [
-        f"{rows.where[whole[k]]} is in {_modes_in_words(modes[k])}, almost all others in {others}:"
-        " no modes are noted"
-        for k in np.flatnonzero(kind.ravel() != usual)
-    ]
+    for change in changes:
+        rows = change(rows)
+    size = task.size.copy()
+    for k, name in enumerate(task.names):
+        if name.startswith("ratio"):
+            size[k] = 1 / (np.max(np.abs(rows.q[:, int(name[-1]) - 1])) or 1.0)
+    return replace(task, rows=rows, size=size)
 
 
-def _rows(task, p, sigma):
-    """Rows that fit after a change of themselves, and values that the rows off the rest have no
-    part in.
+def _wrong_columns(task, before, changes):
+    """Return the change after which the legs reach the points, in words, and the changed task.
+
+    Of several, the one that turns the frame and the joints least: a reflected frame is another one,
+    turned.
     """
-    rows = task.rows
-    least = max(1e-9 * task.bar, sigma)
-    for _ in range(3):
-        off = np.full(len(rows), np.nan)
-        off[rows.whole] = np.hypot(*bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0].T)
-        scale = max(1.4826 * np.nanmedian(off), least)
-        bad = np.nan_to_num(off) > max(8 * scale, 1e-3 * task.bar)
-        if not bad.any() or (rows.whole & ~bad).sum() < max(4, 0.6 * rows.whole.sum()):
-            break
-        p = begin(replace(task, rows=rows.without(bad), start=p))
-    found = []
-    for k in np.flatnonzero(bad):
-        own = rows.without(np.arange(len(rows)) != k)
-        changes = ANGLES | PLACES
-        changed = {words: change(own) for words, change in changes.items()}
-        after = {
-            words: np.hypot(*bars_off(p, row.q, row.points)[0][0]) for words, row in changed.items()
-        }
-        best = min(after, key=after.__getitem__)
-        if after[best] < max(5 * scale, 2e-4 * task.bar) and after[best] < FALLS * off[k]:
-            notes = f"(misses the point by {mm(after[best])} then, by {mm(off[k])} as it is)"
-            found.append(Mistake(f"{rows.where[k]}: {best}? {notes}", _in_row(k, changes[best])))
-    return found, p
+    tasks = {words: _changed(task, each) for words, each in changes.items()}
+    starts = {words: first(each) for words, each in tasks.items()}
+    near = sorted(changes, key=lambda words: doubt(tasks[words], starts[words]))[:MOST]
+    ends = {words: settled(tasks[words], starts[words]) for words in near}
+    doubts = {words: doubt(tasks[words], ends[words]) for words in near}
+    least = min(doubts.values())
+    if least > min(FALLS * doubt(task, before), 4 * SUSPECT * task.bar):
+        return [], task
+    limit = max(1.5 * least, 1e-4 * task.bar)
+    alike = [words for words in changes if doubts.get(words, np.inf) < limit]
+    turned = {words: _turned_by(task, ends[words]) for words in alike}
+    best = min(alike, key=lambda words: round(turned[words], 1))
+    if turned[best] > 1.0 and doubt(task, begin(task)) < limit:
+        return [], task  # motors and a frame may lie anywhere
+    after, now = median_error(tasks[best], ends[best]), median_error(task, before)
+    sizes = (
+        f"(the bars miss the points by {1e3 * after:.3g} mm then, by {1e3 * now:.3g} mm as it is;"
+        " medians)"
+    )
+    return [f"column {words}? {sizes}" for words in best], tasks[best]
 
 
-def _in_row(k, change):
-    def mend(rows):
-        changed, here = change(rows), np.arange(len(rows)) == k
-        parts = {
-            n: np.where(here[:, None], getattr(changed, n), getattr(rows, n))
-            for n in ("q", "points")
-        }
-        return replace(rows, **parts)
-
-    return mend
+def _turned_by(task, p):
+    """Return how far offsets and frame are turned from their start, rad."""
+    return float(np.abs(wrap(p - task.start))[[5, 6, 11]].sum())
 
 
-def _modes(task, p, sigma):
-    """Rows whose modes are others than they note; of a column that is wrong in most rows, the
-    column.
+def _counts(task):
+    """Return the changes of readings that are counts of usual encoders."""
+    legs = wide_legs(task, free=False)
+    if not legs.any():
+        return {}
+    names = " and ".join(name for name, wide in zip(("q1", "q2"), legs) if wide)
+    return {
+        f"{names} in counts, {counts} a turn": _readings(
+            *np.where(legs, 2 * np.pi / counts, 1.0)
+        )
+        for counts in COUNTS_PER_TURN
+    }
+
+
+def _wrong_unit(task):
+    """Return the wrong unit of single coordinates or of distances, and the changed task.
+
+    Predictions from the start are compared: they are nearer than a wrong unit.
     """
+
+    def off(changes):
+        own = _changed(task, changes)
+        p = begin(own)
+        assembly = assembly_modes(p, own.rows)[0]
+        error = np.abs(residuals(p, own.rows, np.where(assembly, assembly, -1), False)[0])
+        return float(np.median(np.where(np.isfinite(error), error, np.inf)))
+
+    before = off([])
+    if before < CRUDE * task.bar:
+        return [], task
+    changes = READINGS | POINTS | {"distance in mm": _distances_in_mm}
+    after = {words: off([change]) for words, change in changes.items()}
+    best = min(after, key=lambda words: after[words])
+    if after[best] > min(FALLS * before, CRUDE * task.bar):
+        return [], task
+    sizes = f"({1e3 * after[best]:.3g} mm off then, {1e3 * before:.3g} mm as it is; medians)"
+    return [f"column {best}? {sizes}"], _changed(task, [changes[best]])
+
+
+def _wrong_modes(task, p, sigma):
+    """Return the rows whose modes are others than they note, and the task with the right ones."""
     rows = task.rows
     if doubt(task, p) > max(4 * SUSPECT * task.bar, 20 * sigma):
-        return []  # of what fits nothing no modes are known
-    off, sines = np.full(len(rows), np.inf), sines_at(p, rows.q, rows.points)
-    off[rows.whole] = (
-        np.hypot(*bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0].T) / p[PLACE["scale"]]
-    )
+        return [], task  # of what fits nothing no modes are known
+    sines = np.nan_to_num(sines_at(p, rows.q, rows.points))
+    off = np.full(len(rows), np.inf)
+    off[rows.whole] = np.hypot(*bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0].T)
+    off /= p[PLACE["scale"]]
     fits = off < max(20 * sigma, 0.02 * task.bar)
-    real = -np.sign(np.nan_to_num(sines)).astype(np.int8)
-    sure = fits[:, None] & (
-        np.abs(np.nan_to_num(sines)) > np.maximum(SURE, 5 * off / task.bar)[:, None]
-    )
+    sure = fits[:, None] & (np.abs(sines) > np.maximum(0.05, 5 * off / task.bar)[:, None])
+    real = -np.sign(sines).astype(np.int8)
     noted = np.column_stack([rows.working, rows.assembly])
     wrong = sure & (noted != 0) & (noted != real)
-    found = []
-    for column, name in enumerate(("working1", "working2", "assembly")):
-        checked = sure[:, column] & (noted[:, column] != 0)
-        if checked.sum() > 3 and wrong[:, column].mean() > 0.6:
-            words = (
-                f"column {name} with the wrong sign in {wrong[:, column].sum()} of {checked.sum()}"
-                " rows"
-            )
-            found.append(Mistake(words, _with_modes(rows.where, real, sure, column)))
-            wrong[:, column] = False
-    for k in np.flatnonzero(wrong.any(axis=1)):
-        says = _modes_in_words(noted[k])
-        words = (
-            f"{rows.where[k]}: noted {says}, but its angles and its point are"
-            f" {_modes_in_words(real[k], noted[k])}"
-        )
-        found.append(Mistake(words, _with_modes((rows.where[k],), real, sure, slice(None))))
-    return found + _half_measured(task, p, sigma)
-
-
-def _half_measured(task, p, sigma):
-    """The same of rows with one coordinate, where the other assembly mode fits and the noted one
-    does not.
-    """
-    rows = task.rows
-    half = np.isfinite(rows.points).any(axis=1) & ~rows.whole & (rows.assembly != 0)
-    found = []
-    if not half.any():
-        return found
-    off = [
-        np.nansum(np.abs(seen(p, rows.q, side * rows.assembly, False)[0] - rows.points), axis=1)
-        for side in (1, -1)
+    found = [
+        f"{rows.where[k]}: noted {_in_words(noted[k], noted[k])}, but its angles and its point are"
+        f" {_in_words(real[k], noted[k])}"
+        for k in np.flatnonzero(wrong.any(axis=1))
     ]
-    fits = (off[0] > 0.05 * task.bar) & (off[1] < max(5 * sigma, 0.1 * SUSPECT * task.bar))
-    for k in np.flatnonzero(half & fits):
-        real = rows.assembly[k] * -1
-        noted, other = (
-            _modes_in_words((0, 0, mode), np.array([0, 0, 1])) for mode in (rows.assembly[k], real)
-        )
-        words = f"{rows.where[k]}: noted {noted}, but its angles and its point are {other}"
-        real_all, sure = np.zeros((len(rows), 3), np.int8), np.zeros((len(rows), 3), bool)
-        real_all[k, 2], sure[k, 2] = real, True
-        found.append(Mistake(words, _with_modes((rows.where[k],), real_all, sure, slice(None))))
-    return found
+    right = np.where(wrong, real, noted)
+    rows = replace(rows, working=right[:, :2], assembly=right[:, 2])
+    return found, replace(task, rows=rows)
 
 
-def _with_modes(where, real, sure, column):
-    def mend(rows):
-        noted = np.column_stack([rows.working, rows.assembly])
-        here = np.isin(rows.where, where)[:, None] & sure & (noted != 0)
-        mended = noted.copy()
-        mended[:, column] = np.where(here, real, noted)[:, column]
-        return replace(rows, working=mended[:, :2], assembly=mended[:, 2])
-
-    return mend
-
-
-def _modes_in_words(modes, noted=None):
-    noted = modes if noted is None else noted
+def _in_words(modes, noted):
     words = []
     if noted[:2].any():
-        words.append("working ({:+d}, {:+d})".format(*modes[:2]))
+        words.append(f"working ({modes[0]:+d}, {modes[1]:+d})")
     if noted[2]:
         words.append(f"assembly {modes[2]:+d}")
     return ", ".join(words)

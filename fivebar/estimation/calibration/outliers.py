@@ -1,20 +1,36 @@
-"""Rows against all others: leave-one-out error and outliers, from the leverage of each."""
+"""Compare rows with all others, by the leverage of each: leave-one-out error and outliers."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
-CHANCE = 0.01  # of naming a good row, in all rows together
+CHANCE = 0.01  # probability of naming a good row, in all rows together
 FULL = 1e-9  # a row whose leverage leaves less than this is told by itself alone
 
 
-def left_out(off: np.ndarray, left: np.ndarray, row_of: np.ndarray, weight: np.ndarray) -> float:
-    """RMS, m, of the misses of rows that a fit of all others (to first order) predicts: (1 -
-    H_rr)^-1 e_r.
+def leave_one_out_error(
+    off: np.ndarray, left: np.ndarray, row_of: np.ndarray, weight: np.ndarray
+) -> float:
+    """Return the RMS, m, with which a fit of all others predicts a row, to first order.
 
-    off (m,) weighted; left (m, rank): orthonormal columns that span the Jacobian's; row_of (m,);
-    inf where a row tells something that no other does.
+    (1 - H_rr)^-1 e_r, with the leverages H = left left'.
+
+    Parameters
+    ----------
+    off : (m,) array
+        Weighted residuals.
+    left : (m, rank) array
+        Orthonormal columns that span the Jacobian's.
+    row_of : (m,) array of int
+        The row of each number.
+    weight : (m,) array
+        1 / sigma of each number.
+
+    Returns
+    -------
+    float
+        inf where a row tells something that no other does.
     """
     total = 0.0
     for own in _numbers_of(row_of).values():
@@ -26,49 +42,52 @@ def left_out(off: np.ndarray, left: np.ndarray, row_of: np.ndarray, weight: np.n
 
 
 def _numbers_of(row_of):
-    """{row: places of its numbers}."""
+    """Return {row: places of its numbers}."""
     order = np.argsort(row_of, kind="stable")
     rows, first = np.unique(row_of[order], return_index=True)
     return dict(zip(rows.tolist(), np.split(order, first[1:])))
 
 
-def off_rows(
+def outlying_rows(
     off: np.ndarray, jacobian: np.ndarray, rank: int, row_of: np.ndarray, absolute: bool
 ) -> dict[int, float]:
-    """Rows that are off: {row: p}, of externally studentized residuals, times the rows
-    (Bonferroni).
+    """Return outlying rows as {row: p}, of externally studentized residuals, p times the rows.
 
-    One at a time, the worst first, and the others are fitted again without it: one bad row hides or
+    One at a time, the worst first; the others are fitted again without it, as one bad row hides or
     blames another.
     """
     found: dict[int, float] = {}
-    rows = np.unique(row_of)
-    for _ in range(max(1, len(rows) // 4)):
+    count = len(np.unique(row_of))
+    for _ in range(max(1, count // 4)):
         kept = ~np.isin(row_of, list(found))
-        left, s, right = np.linalg.svd(jacobian[kept], full_matrices=False)
-        own_rank = min(rank, int((s > 1e-12 * s[0]).sum()))
-        left = left[:, :own_rank]
+        left, s, _ = np.linalg.svd(jacobian[kept], full_matrices=False)
+        left = left[:, : min(rank, int((s > 1e-12 * s[0]).sum()))]
         rest = off[kept] - left @ (left.T @ off[kept])
-        square, dof, of = float(rest @ rest), int(kept.sum()) - own_rank, row_of[kept]
-        worst = None
-        if square <= (1e-13 * np.abs(off).sum()) ** 2:
+        if rest @ rest <= (1e-13 * np.abs(off).sum()) ** 2:
             break
-        for row, own in _numbers_of(of).items():
-            leverage = np.eye(len(own)) - left[own] @ left[own].T
-            if np.linalg.eigvalsh(leverage)[0] < FULL:
-                continue
-            gain = float(rest[own] @ np.linalg.solve(leverage, rest[own]))
-            spare = dof - len(own)
-            if absolute:
-                chance = float(chdtrc(len(own), gain))
-            elif spare > 0:
-                ratio = gain / len(own) / max((square - gain) / spare, 1e-300)
-                chance = float(fdtrc(len(own), spare, ratio))
-            else:
-                continue
-            if worst is None or (chance, -gain) < worst[1:]:
-                worst = row, chance, -gain
-        if worst is None or worst[1] * len(rows) >= CHANCE:
+        chances = _chances(rest, left, row_of[kept], absolute)
+        if not chances or chances[0][0] * count >= CHANCE:
             break
-        found[int(worst[0])] = worst[1] * len(rows)
+        chance, _, row = chances[0]
+        found[row] = chance * count
     return found
+
+
+def _chances(rest, left, row_of, absolute):
+    """Return (probability of such a row by chance, -its part of chi2, row), the worst row first."""
+    square = float(rest @ rest)
+    dof = len(rest) - left.shape[1]
+    chances = []
+    for row, own in _numbers_of(row_of).items():
+        leverage = np.eye(len(own)) - left[own] @ left[own].T
+        spare = dof - len(own)
+        if np.linalg.eigvalsh(leverage)[0] < FULL or (spare <= 0 and not absolute):
+            continue
+        gain = float(rest[own] @ np.linalg.solve(leverage, rest[own]))
+        if absolute:
+            chance = chdtrc(len(own), gain)
+        else:
+            ratio = gain / len(own) / max((square - gain) / spare, 1e-300)
+            chance = fdtrc(len(own), spare, ratio)
+        chances.append((float(chance), -gain, row))
+    return sorted(chances)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from itertools import combinations
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,28 +22,29 @@ from .fit import spectrum
 from .indistinguishable import combination, plainest
 from .measured_robot import PLACE, seen, sizes
 
-if TYPE_CHECKING:
-    pass
-
 MODES = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 SIDE = 27  # candidates along the workspace, in each working mode
-JUDGED, OFFERED = (
-    150,
-    400,
-)  # poses over the workspace at which the tip's error is compared, and that are exchanged
-PASSES, ROUNDS = 12, 2
-MANY = 20  # poses, of which each is offered an exchange once a round
-ANOTHER_MODE = 10.0  # rad: what a change of modes costs on the tour
 
 
 @dataclass(frozen=True, eq=False)
 class MeasurementPoses(Plotted):
     """Poses to measure at, in the order of a short tour; from `measurement_poses`.
 
-    pose: a Pose of n; q (n, 2) what to command, the readings; assembly (n,), working (n, 2);
-    unknown: names; worst_tip: the largest standard deviation of the tip (both coordinates) anywhere
-    in the workspace after the calibration, in those of one measured number; sd: of the unknowns,
-    SI, for measurements of 1 m.
+    Attributes
+    ----------
+    pose : Pose
+        The n poses.
+    q : (n, 2) array
+        The readings to command.
+    unknown : tuple of str
+        The unknowns of the calibration.
+    criterion : str
+        "tip" or "D".
+    worst_tip : float
+        The largest standard deviation of the tip (both coordinates) anywhere in the workspace after
+        the calibration, in those of one measured number.
+    unit_sd : array
+        Standard deviations of the unknowns, SI, for numbers measured to 1 m.
     """
 
     pose: Pose
@@ -55,44 +55,42 @@ class MeasurementPoses(Plotted):
     unit_sd: np.ndarray
 
     def __repr__(self) -> str:
-        modes = {(*map(int, w), int(a)) for w, a in zip(self.working, self.assembly)}
-        tip = f"tip within {self.worst_tip:.3g} sigma"
+        modes = np.unique(np.column_stack([self.working, self.assembly]), axis=0)
         return one_line(
-            "MeasurementPoses", f"{len(self.q)} poses", f"{len(modes)} modes", self.criterion, tip
+            "MeasurementPoses",
+            f"{len(self.q)} poses",
+            f"{len(modes)} modes",
+            self.criterion,
+            f"tip within {self.worst_tip:.3g} sigma",
         )
 
     @property
     def xi(self) -> np.ndarray:
         return self.pose.xi
 
-    @cached_property
+    @property
     def working(self) -> np.ndarray:
         return self.pose.working
 
-    @cached_property
+    @property
     def assembly(self) -> np.ndarray:
         return self.pose.assembly
 
     def sd(self, sigma: float) -> dict[str, float]:
-        """Standard deviations to expect of the unknowns where a number is measured to sigma, m."""
-        return {
-            name: float(positive(sigma, "sigma") * value)
-            for name, value in zip(self.unknown, self.unit_sd)
-        }
+        """Return the standard deviations to expect of numbers measured to sigma, m."""
+        return dict(zip(self.unknown, (positive(sigma, "sigma") * self.unit_sd).tolist()))
 
     def to_csv(self, path: TextFile) -> None:
-        """Write q1, q2, modes, and x, y to be filled in, as `calibrate` reads it; where they should
-        be in x_nominal.
+        """Write the poses as `calibrate` reads them, with x and y to be filled in.
+
+        Where they should be stands in x_nominal and y_nominal.
         """
+        header = "q1 q2 x y working1 working2 assembly x_nominal y_nominal".split()
         with written(path) as out:
             lines = csv.writer(out)
-            lines.writerow(
-                ["q1", "q2", "x", "y", "working1", "working2", "assembly", "x_nominal", "y_nominal"]
-            )
-            for q, w, a, xi in zip(
-                self.q.tolist(), self.working.tolist(), self.assembly.tolist(), self.xi.tolist()
-            ):
-                lines.writerow([*q, "", "", *w, a, *xi])
+            lines.writerow(header)
+            for k, (q, xi) in enumerate(zip(self.q.tolist(), self.xi.tolist())):
+                lines.writerow([*q, "", "", *self.working[k], self.assembly[k], *xi])
 
 
 @takes(
@@ -113,15 +111,42 @@ def measurement_poses(
     window: Sequence[float] | None = None,
     start: Mapping[str, float] = MappingProxyType({}),
 ) -> MeasurementPoses:
-    """The n poses whose measured points x, y tell most of the unknowns, ordered into a short tour.
+    """Return the n poses whose measured points x, y tell most of the unknowns.
 
-    criterion: "tip", the least worst error of the tip anywhere in the workspace after calibration
-    (G-optimal), or "D", the least volume of the unknowns' confidence region; by exchange (Fedorov
-    1972) among a grid of all working modes.
-    unknown, start: of `calibrate`. margin: sine of both legs' Type 1 and of Type 2 that poses keep.
-    working: the modes that can be reached, [(-1, -1), ...], all by default. window: (x0, x1, y0,
-        y1), m, that poses stay in.
-    ValueError: too few poses, none there, or unknowns that no points x, y tell (it names them).
+    By exchange [Fedorov1972]_ among a grid of all working modes, in the order of a short tour.
+
+    Parameters
+    ----------
+    robot : FiveBar
+        The nominal robot.
+    n : int
+        Number of poses.
+    unknown, start
+        As of `calibrate`.
+    criterion : str
+        "tip": the least worst error of the tip anywhere in the workspace after the calibration
+        (G-optimal). "D": the least volume of the unknowns' confidence region.
+    margin : float
+        Sine of both legs' Type 1 and of Type 2 that poses keep.
+    working : sequence of pairs, optional
+        Working modes that can be reached, [(-1, -1), ...]; all by default.
+    window : sequence of 4 floats, optional
+        (x0, x1, y0, y1), m, that poses stay in.
+
+    Raises
+    ------
+    ValueError
+        There are too few poses, or unknowns that no points x, y tell; these are named.
+
+    References
+    ----------
+    .. [Fedorov1972] V. Fedorov, Theory of Optimal Experiments, 1972.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> len(fb.measurement_poses(fb.FiveBar(), 6, criterion="D").q)
+    6
     """
     unknown = known_names(unknown)
     p = start_values(robot, start)
@@ -139,9 +164,9 @@ def measurement_poses(
     readings = (pose.q - p[5:7]) / p[7:9]
     size = sizes(robot, readings, unknown)
     jacobian = seen(p, readings, pose.assembly)[1][:, :, columns] * size
-    _must_tell(jacobian, unknown, size, p)
+    _refuse_untold(jacobian, unknown, size, p)
     chosen = _exchanged(jacobian, n)
-    for _ in range(ROUNDS if n > 1 and criterion == "tip" else 0):
+    for _ in range(2 if n > 1 and criterion == "tip" else 0):
         chosen = _for_the_tip(jacobian, chosen)
     order = _tour(robot, pose.q[chosen], np.column_stack([pose.working, pose.assembly])[chosen])
     chosen = [chosen[k] for k in order]
@@ -156,43 +181,13 @@ def measurement_poses(
     return MeasurementPoses(found, (found.q - p[5:7]) / p[7:9], unknown, criterion, worst, sd)
 
 
-def tip_gain(
-    robot: FiveBar,
-    q: np.ndarray,
-    assembly: np.ndarray,
-    unknown: Sequence[str],
-    margin: float = 0.3,
-    start: Mapping[str, float] = MappingProxyType({}),
-    working: Sequence | None = None,
-) -> float:
-    """`MeasurementPoses.worst_tip` of other poses, over the same workspace; inf where they do not
-    tell all unknowns.
-    """
-    p, columns = (
-        start_values(robot, start),
-        np.array([PLACE[name] for name in known_names(unknown)]),
-    )
-    pose = candidates(robot, margin, _modes(working), None)
-    size = sizes(robot, pose.q, unknown)
-    own = seen(p, np.asarray(q, float), np.broadcast_to(assembly, len(q)))[1][:, :, columns] * size
-    over = seen(p, (pose.q - p[5:7]) / p[7:9], pose.assembly)[1][:, :, columns] * size
-    s, tolerance = spectrum(own.reshape(-1, len(columns)))[1::2]
-    if (s <= tolerance).any():
-        return np.inf
-    return float(np.sqrt(_spread(over, np.linalg.inv(sum(j.T @ j for j in own))).max()))
-
-
 def candidates(
     robot: FiveBar, margin: float, modes: Sequence, window: Sequence[float] | None
 ) -> Pose:
-    """Poses on a grid over the workspace in these working modes, off singularities by the margin (a
-    sine).
-    """
+    """Return poses on a grid over the workspace in these working modes, off singularities."""
     reach = [robot.l11 + robot.l12, robot.l21 + robot.l22]
-    low, high = (
-        max(-robot.d / 2 - reach[0], robot.d / 2 - reach[1]),
-        min(robot.d / 2 + reach[1], reach[0] - robot.d / 2),
-    )
+    low = max(-robot.d / 2 - reach[0], robot.d / 2 - reach[1])
+    high = min(robot.d / 2 + reach[1], reach[0] - robot.d / 2)
     box = (low, high, -min(reach), min(reach)) if window is None else _window(window)
     x, y = np.meshgrid(np.linspace(*box[:2], SIDE), np.linspace(*box[2:], SIDE))
     points = np.stack([x.ravel(), y.ravel()], axis=-1)
@@ -231,21 +226,21 @@ def _window(window):
     return box.tolist()
 
 
-def _must_tell(jacobian, unknown, size, p):
+def _refuse_untold(jacobian, unknown, size, p):
     s, right, tolerance = spectrum(jacobian.reshape(-1, len(unknown)))[1:]
     if (s <= tolerance).any():
-        lost = plainest(right[int((s > tolerance).sum()) :])
-        words = "; ".join(combination(vector, unknown, size, p) for vector in lost)
-        raise ValueError(f"unknown: no points x, y tell these apart: {words}")
+        null = plainest(right[int((s > tolerance).sum()) :])
+        lost = "; ".join(combination(vector, unknown, size, p) for vector in null)
+        raise ValueError(f"unknown: no points x, y tell these apart: {lost}")
 
 
 def _spread(jacobian, covariance):
-    """Trace of the tip's covariance at each pose (N,)."""
+    """Return the trace of the tip's covariance at each pose (N,)."""
     return np.einsum("nij,jk,nik->n", jacobian, covariance, jacobian)
 
 
 def _exchanged(jacobian, n):
-    """n candidates of greatest det of the information: greedy, then exchanges while one gains."""
+    """Return n candidates of greatest det of the information: greedy, then exchanges while one gains."""
     k = jacobian.shape[2]
     information, chosen = 1e-6 * np.eye(k), []
     for _ in range(n):
@@ -253,7 +248,7 @@ def _exchanged(jacobian, n):
         gain[chosen] = -1.0
         chosen.append(int(np.argmax(gain)))
         information = information + jacobian[chosen[-1]].T @ jacobian[chosen[-1]]
-    for _ in range(PASSES):
+    for _ in range(12):
         moved = False
         for place in range(n):
             own = jacobian[chosen[place]]
@@ -271,75 +266,69 @@ def _exchanged(jacobian, n):
 
 
 def _gain(jacobian, covariance):
-    """det(I + J C J') of each candidate, (N,)."""
+    """Return det(I + J C J') of each candidate, (N,)."""
     inner = np.einsum("nij,jk,nlk->nil", jacobian, covariance, jacobian)
     return (1 + inner[:, 0, 0]) * (1 + inner[:, 1, 1]) - inner[:, 0, 1] * inner[:, 1, 0]
 
 
 def _for_the_tip(jacobian, chosen):
-    """Exchanges while one lowers the worst error of the tip, over poses everywhere and those that
-    are worst now.
+    """Return the poses after exchanges that lower the worst error of the tip.
+
+    The error is judged at poses everywhere and at those that are worst now.
     """
-    chosen, information = (
-        list(chosen),
-        1e-9 * np.eye(jacobian.shape[2]) + sum(j.T @ j for j in jacobian[chosen]),
-    )
+    count, k = len(jacobian), jacobian.shape[2]
+    chosen = list(chosen)
+    information = 1e-9 * np.eye(k) + sum(j.T @ j for j in jacobian[chosen])
     worst = np.argsort(-_spread(jacobian, np.linalg.inv(information)))
-    judged = jacobian[
-        np.union1d(
-            worst[: JUDGED // 3], np.arange(0, len(jacobian), max(1, len(jacobian) // JUDGED))
-        )
-    ]
-    offered = np.union1d(np.arange(0, len(jacobian), max(1, len(jacobian) // OFFERED)), chosen)
-    worst = _spread(judged, np.linalg.inv(information)).max()
-    flat, some = judged.reshape(-1, judged.shape[2]), jacobian[offered]
-    for place in [*range(len(chosen))] * (1 if len(chosen) > MANY else 3):
+    judged = jacobian[np.union1d(worst[:50], np.arange(0, count, max(1, count // 150)))]
+    offered = np.union1d(np.arange(0, count, max(1, count // 400)), chosen)
+    least = _spread(judged, np.linalg.inv(information)).max()
+    flat, candidates_ = judged.reshape(-1, k), jacobian[offered]
+    rounds = 1 if len(chosen) > 20 else 3
+    for place in [*range(len(chosen))] * rounds:
         own = jacobian[chosen[place]]
         rest = information - own.T @ own
-        covariance = np.linalg.inv(rest + 1e-9 * np.eye(len(rest)))
-        # Each candidate j lowers pose w by |L^-1 J_j C J_w'|^2 with L L' = I + J_j C J_j'.
-        across = some @ covariance
-        lower = np.linalg.inv(np.linalg.cholesky(np.eye(2) + across @ some.transpose(0, 2, 1)))
-        touched = ((lower @ across).reshape(-1, len(rest)) @ flat.T) ** 2
+        covariance = np.linalg.inv(rest + 1e-9 * np.eye(k))
+        # Candidate j lowers the error at pose w by |L^-1 J_j C J_w'|^2, L L' = I + J_j C J_j'.
+        across = candidates_ @ covariance
+        gram = np.eye(2) + across @ candidates_.transpose(0, 2, 1)
+        lower = np.linalg.inv(np.linalg.cholesky(gram))
+        touched = ((lower @ across).reshape(-1, k) @ flat.T) ** 2
         touched = touched[::2] + touched[1::2]
-        less = touched[:, ::2] + touched[:, 1::2]
-        ends = (_spread(judged, covariance) - less).max(axis=1)
+        gain = touched[:, ::2] + touched[:, 1::2]
+        ends = (_spread(judged, covariance) - gain).max(axis=1)
         ends[np.isin(offered, chosen)] = np.inf
         best = int(np.argmin(ends))
-        if ends[best] < worst * (1 - 1e-6):
-            worst, chosen[place] = ends[best], int(offered[best])
-            information = rest + some[best].T @ some[best]
+        if ends[best] < least * (1 - 1e-6):
+            least, chosen[place] = ends[best], int(offered[best])
+            information = rest + candidates_[best].T @ candidates_[best]
     return chosen
 
 
 def _tour(robot, q, modes):
-    """An order of short moves: from every start the nearest next, the best of these untangled
-    (2-opt).
-    """
+    """Return an order of short moves: the best of those that go to the nearest next, untangled."""
     n = len(q)
-    apart = np.abs(robot.joint_difference(q[:, None] - q[None])).max(axis=2)
-    apart = apart + ANOTHER_MODE * (modes[:, None] != modes[None]).any(axis=2)
-    best = None
+    cost = np.abs(robot.joint_difference(q[:, None] - q[None])).max(axis=2)
+    cost = cost + 10.0 * (modes[:, None] != modes[None]).any(axis=2)  # modes change rarely
+    tours = []
     for first in range(n):
         order, left = [first], set(range(n)) - {first}
         while left:
-            order.append(min(left, key=lambda k, here=order[-1]: apart[here, k]))
+            here = cost[order[-1]]
+            order.append(min(left, key=here.__getitem__))
             left.remove(order[-1])
-        length = apart[order[:-1], order[1:]].sum()
-        if best is None or length < best[0]:
-            best = length, order
-    order, improved = best[1], n > 3
-    while improved:
+        tours.append((cost[order[:-1], order[1:]].sum(), order))
+    order = min(tours, key=lambda tour: tour[0])[1]
+    improved = n > 3
+    while improved:  # 2-opt
         improved = False
-        for i in range(n - 1):
-            for j in range(i + 1, n):
-                gain = apart[order[i - 1], order[i]] - apart[order[i - 1], order[j]] if i else 0.0
-                gain += (
-                    apart[order[j], order[j + 1]] - apart[order[i], order[j + 1]]
-                    if j + 1 < n
-                    else 0.0
-                )
-                if gain > 1e-12:
-                    order[i : j + 1] = order[i : j + 1][::-1]
-                    improved = True
+        for i, j in combinations(range(n), 2):
+            gain = 0.0
+            if i:
+                gain += cost[order[i - 1], order[i]] - cost[order[i - 1], order[j]]
+            if j + 1 < n:
+                gain += cost[order[j], order[j + 1]] - cost[order[i], order[j + 1]]
+            if gain > 1e-12:
+                order[i : j + 1] = order[i : j + 1][::-1]
+                improved = True
     return order

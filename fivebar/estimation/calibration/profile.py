@@ -1,6 +1,4 @@
-"""Profile likelihood: how far one unknown can go before the best fit of all others is too much
-worse.
-"""
+"""Profile likelihood: how far an unknown can go before the best fit of all others is much worse."""
 
 from __future__ import annotations
 
@@ -12,12 +10,9 @@ from scipy.optimize import brentq
 if TYPE_CHECKING:
     from .result import Calibration
 
-WIDEST = 60  # doublings of the step before a side is open
-
 
 def profile(found: Calibration, name: str, far: float) -> tuple[float, float]:
-    """(low, high) where chi2 of the best fit with that value has risen by far^2 times the variance;
-    inf: never.
+    """Return (low, high) where chi2 has risen by far^2 times the variance; inf where it never does.
 
     Bates and Watts, Nonlinear Regression Analysis and Its Applications, 1988, ch. 6.
     """
@@ -31,17 +26,17 @@ def profile(found: Calibration, name: str, far: float) -> tuple[float, float]:
 
     def side(sign):
         near, reach = value, far * step
-        for _ in range(WIDEST):
+        for _ in range(60):
             end = value + sign * reach
             risen = excess(end)
             if np.isinf(risen):  # beyond what the robot reaches: nearer
                 reach = (reach + abs(near - value)) / 2
                 if abs(reach - abs(near - value)) < 1e-9 * reach:
                     return end
-                continue
-            if risen > 0:
+            elif risen > 0:
                 return brentq(excess, near, end, xtol=1e-6 * step)
-            near, reach = end, 1.5 * reach
+            else:
+                near, reach = end, 1.5 * reach
         return sign * np.inf
 
     return side(-1), side(1)

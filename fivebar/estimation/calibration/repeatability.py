@@ -1,12 +1,9 @@
-"""`repeatability`: pose accuracy and repeatability from repeated measurements, as ISO 9283 defines
-them.
-"""
+"""`repeatability`: pose accuracy and repeatability from repeated measurements (ISO 9283)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,12 +12,6 @@ from ...base.backend import finite_numbers
 from ...base.checks import shown
 from ...base.presentation import Plotted
 from ...base.representation import aligned, one_line
-
-if TYPE_CHECKING:
-    pass
-
-CYCLES = 30  # that the standard asks for at each pose
-
 
 @dataclass(frozen=True, eq=False)
 class Repeatability(Plotted):
@@ -71,39 +62,58 @@ class Repeatability(Plotted):
         return None if self.commanded is None else np.hypot(*(self.barycentre - self.commanded).T)
 
     def __str__(self) -> str:
-        head = ["pose", "x mean (mm)", "y mean (mm)", "mean dist. (mm)", "sd (mm)", "RP (mm)"]
-        columns = [
-            np.arange(1, len(self.points) + 1),
-            *(1e3 * self.barycentre.T),
-            *(1e3 * v for v in self._figures),
-        ]
+        poses, n = self.points.shape[:2]
+        figures = {
+            "x mean (mm)": self.barycentre[:, 0],
+            "y mean (mm)": self.barycentre[:, 1],
+            "mean dist. (mm)": self.mean,
+            "sd (mm)": self.sd,
+            "RP (mm)": self.RP,
+        }
         if self.AP is not None:
-            head.append("AP (mm)")
-            columns.append(1e3 * self.AP)
-        text = aligned(
-            [head, *([f"{row[0]:.0f}", *(f"{v:.4f}" for v in row[1:])] for row in zip(*columns))], 0
-        )
-        text.append(
+            figures["AP (mm)"] = self.AP
+        rows = [["pose", *figures]]
+        for k in range(poses):
+            rows.append([str(k + 1), *(f"{1e3 * values[k]:.4f}" for values in figures.values())])
+        lines = aligned(rows, 0)
+        lines.append(
             f"worst RP {1e3 * self.RP.max():.4f} mm, mean + 3 sd of the distances to the barycentre"
             " (ISO 9283)"
         )
-        if self.points.shape[1] < CYCLES:
-            text.append(
-                f"{self.points.shape[1]} cycles at a pose, where the standard asks for {CYCLES}"
-            )
-        return "\n".join(text)
-
-    @property
-    def _figures(self):
-        return self.mean, self.sd, self.RP
+        if n < 30:
+            lines.append(f"{n} cycles at a pose, where the standard asks for 30")
+        return "\n".join(lines)
 
 
 def repeatability(points: ArrayLike, commanded: ArrayLike | None = None) -> Repeatability:
-    """Accuracy and repeatability of points attained again and again: RP = mean + 3 sd of the
-    distances to their barycentre, AP = distance of the barycentre from the commanded point (ISO
-    9283:1998, 7.2).
+    """Return accuracy and repeatability of points attained again and again (ISO 9283:1998, 7.2).
 
-    points: (n, 2) at one pose or (poses, n, 2), m, n >= 2; commanded: (2,) or (poses, 2), m.
+        RP = mean + 3 sd of the distances to the barycentre
+        AP = distance of the barycentre from the commanded point
+
+    Parameters
+    ----------
+    points : (n, 2) or (poses, n, 2) array
+        Attained points at one pose or several, m, n >= 2.
+    commanded : (2,) or (poses, 2) array, optional
+        Commanded points, m.
+
+    Returns
+    -------
+    Repeatability
+        Printed, it is a report.
+
+    Raises
+    ------
+    ValueError
+        The shapes do not fit.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> points = [(0, 0.1), (2e-5, 0.1), (0, 0.10002), (1e-5, 0.09999)]
+    >>> fb.repeatability(points).RP.round(9).tolist()
+    [2.3246e-05]
     """
     found = finite_numbers(points, "points")
     if found.ndim not in (2, 3) or found.shape[-1] != 2 or found.shape[-2] < 2 or not len(found):

@@ -1,6 +1,4 @@
-"""A calibration in words: what fits, what was found with which certainty, what cannot be told,
-which rows are off.
-"""
+"""Print a calibration: its fit, its unknowns with intervals, what is not told, outlying rows."""
 
 from __future__ import annotations
 
@@ -15,100 +13,80 @@ from .measured_robot import PLACE, UNITS
 if TYPE_CHECKING:
     from .result import Calibration
 
-LARGE = 0.01  # of a mean bar
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / np.pi, "deg")}
 
 
 def shown_in(name: str) -> tuple[float, str]:
-    """Factor and unit in which an unknown is shown."""
+    """Return the factor and the unit in which an unknown is shown."""
     return SHOWN.get(UNITS.get(name, ""), (1.0, ""))
 
 
-def calibration_text(found: Calibration) -> str:
-    """The report, some lines."""
-    return "\n".join(
-        [*_fit(found), "", *_table(found), *_told(found), *_rows(found), *_said(found)]
-    )
-
-
-def verdict(found: Calibration) -> str:
-    """What chi^2 says, "" where sigma is not given."""
-    if found.p_value is None:
-        share = found.rms / (sum(found.start[:4]) / 4)
-        return (
-            f"THE MISSES ARE LARGE, {share:.1%} of a bar: is all unknown that is not known?"
-            if share > LARGE
-            else ""
-        )
-    chance = f"chi2 = {found.chi2:.4g} for {found.dof} degrees of freedom, p = {found.p_value:.2g}"
-    if found.fits:
-        return f"{chance}: the model fits to the sigma given"
-    times = np.sqrt(found.chi2 / found.dof)
-    return (
-        f"{chance}: THE MODEL DOES NOT FIT: the misses are {times:.3g} x sigma. Wrong rows, a"
-        " tilted measuring plane, backlash, bars out of the plane? The intervals below do not hold"
-    )
+def report(found: Calibration) -> str:
+    """Return the report, some lines."""
+    lines = [*_fit(found), "", *_table(found), ""]
+    if found.indistinguishable:
+        lines.append("not told apart by these data:")
+    sentences = [*found.indistinguishable, *found.weakly_identified]
+    lines += [f"- {sentence}" for sentence in sentences] or ["all unknowns are told apart"]
+    if found.outliers:
+        rows = (f"{where} (p = {p:.1g})" for where, p in found.outliers.items())
+        lines += ["", f"off all other rows: {', '.join(rows)}"]
+    notes = list(found.notes)
+    if found.held is not None and found.held.any():
+        held = (name for name, out in zip(found.unknown, found.held) if out)
+        notes.insert(0, f"at a bound: {', '.join(held)}")
+    if notes:
+        lines += ["", *notes]
+    return "\n".join(lines)
 
 
 def _fit(found):
-    points, far = len(found.rows.asked[0]), len(found.rows.asked[2])
-    counted = [f"{points} coordinates"] if points else []
-    counted += [f"{far} distances"] if far else []
-    modes = Counter(
-        (*map(int, working), int(mode)) for working, mode in zip(found.working, found.assembly)
+    coordinates, distances = len(found.rows.measured[0]), len(found.rows.measured[2])
+    counted = [f"{coordinates} coordinates"] if coordinates else []
+    if distances:
+        counted.append(f"{distances} distances")
+    modes = Counter(map(tuple, np.column_stack([found.working, found.assembly]).tolist()))
+    listed = ", ".join(
+        f"({left:+d}, {right:+d}) {assembly:+d}: {count}"
+        for (left, right, assembly), count in modes.most_common()
     )
-    shown = ", ".join(
-        "({:+d}, {:+d}) {:+d}: {}".format(*mode, count) for mode, count in modes.most_common()
-    )
+    alone = found.leave_one_out
+    left_out = f"{1e3 * alone:.4g} mm" if np.isfinite(alone) else "unknown"
     lines = [
-        (
-            f"{len(found.rows)} rows with {' and '.join(counted)}, in working and assembly modes"
-            f" {shown}; {len(found.unknown)} unknowns, of which {found.rank} combinations can be"
-            " told"
-        ),
-        f"misses, RMS: {1e3 * found.rms_before:.4g} mm before, {1e3 * found.rms:.4g} mm after, "
-        + (f"{1e3 * found.leave_one_out:.4g} mm" if np.isfinite(found.leave_one_out) else "unknown")
-        + " of rows left out",
+        f"{len(found.rows)} rows with {' and '.join(counted)}, in working and assembly modes"
+        f" {listed}; {len(found.unknown)} unknowns, of which {found.rank} combinations can be told",
+        f"misses, RMS: {1e3 * found.rms_before:.4g} mm before, {1e3 * found.rms:.4g} mm after,"
+        f" {left_out} of rows left out",
     ]
-    return [*lines, *filter(None, [verdict(found)])]
+    if found.p_value is None:
+        share = found.rms / np.mean(found.start[:4])
+        if share > 0.01:
+            lines.append(
+                f"THE MISSES ARE LARGE, {share:.1%} of a bar: is all unknown that is not known?"
+            )
+        return lines
+    chance = f"chi2 = {found.chi2:.4g} for {found.dof} degrees of freedom, p = {found.p_value:.2g}"
+    if found.fits:
+        return [*lines, f"{chance}: the model fits to the sigma given"]
+    times = np.sqrt(found.chi2 / found.dof)
+    return [
+        *lines,
+        f"{chance}: THE MODEL DOES NOT FIT: the misses are {times:.3g} x sigma. Wrong rows, a"
+        " tilted measuring plane, backlash, bars out of the plane? The intervals below do not hold",
+    ]
 
 
 def _table(found):
-    lines = [["", "unit", "before", "found", "sd", "95 % from", "to"]]
+    rows = [["", "unit", "before", "found", "sd", "95 % from", "to"]]
     intervals = found.intervals()
     for name, value in found.values.items():
         factor, unit = shown_in(name)
-        sd = found.sd[name]
-        digits = (
-            4
-            if not np.isfinite(sd) or sd == 0
-            else int(np.clip(1 - np.floor(np.log10(factor * sd)), 0, 9))
-        )
-        numbers = [found.start[PLACE[name]], value]
-        row = [name, unit, *(f"{factor * v:.{digits}f}" for v in numbers)]
-        if np.isfinite(sd):
-            row += [f"{factor * v:.{digits}f}" for v in (sd, *intervals[name])]
-        else:
-            row += ["not told", "", ""]
-        lines.append(row)
-    return aligned(lines, 2)
-
-
-def _told(found):
-    lines = ["", "not told apart by these data:"] if found.indistinguishable else []
-    lines += [f"- {sentence}" for sentence in found.indistinguishable]
-    lines += [f"- {sentence}" for sentence in found.weakly_identified]
-    return lines or ["", "all unknowns are told apart"]
-
-
-def _rows(found):
-    if not found.outliers:
-        return []
-    named = [f"{where} (p = {chance:.1g})" for where, chance in found.outliers.items()]
-    return ["", f"off all other rows: {', '.join(named)}"]
-
-
-def _said(found):
-    held = [name for name, out in zip(found.unknown, found.held) if out] if len(found.held) else []
-    lines = [f"at a bound: {', '.join(held)}"] if held else []
-    return ["", *lines, *found.notes] if lines or found.notes else []
+        sd = factor * found.sd[name]
+        known = np.isfinite(sd)
+        digits = int(np.clip(1 - np.floor(np.log10(sd)), 0, 9)) if known and sd > 0 else 4
+        numbers = [factor * found.start[PLACE[name]], factor * value]
+        if known:
+            numbers += [sd, *(factor * limit for limit in intervals[name])]
+        cells = [f"{number:.{digits}f}" for number in numbers]
+        rows.append([name, unit, *cells, *([] if known else ["not told", "", ""])])
+    return aligned(rows, 2)

@@ -1,46 +1,71 @@
-"""A calibration: the robot found, how well it is known, what the data cannot tell, which rows are
-off.
-"""
+"""A calibration: the robot, how well it is known, what the data cannot tell, which rows are off."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from scipy.special import chdtrc, ndtri, stdtrit
 
-from ...base.backend import sign
+from ...base.backend import HUGE, sign
 from ...base.checks import number
 from ...base.presentation import Plotted
 from ...base.representation import one_line
-from ...base.tables import TextFile
+from ...base.tables import TextFile, written
 from ...models.dyads import SINGULAR
 from ...models.robots import FiveBar
-from . import saving
-from .fit import Task, loss_slopes, misses, solve, spectrum
-from .indistinguishable import Remedies, combination, hardly_told, plainest
-from .measured_robot import FRAME, PLACE, place, robot_with, seen, sizes
-from .outliers import left_out, off_rows
+from ..saving import read_json, write_json
+from .fit import Task, loss_slopes, residuals, solve, spectrum
+from .indistinguishable import combination, plainest, remedy, weak_combinations
+from .measured_robot import (
+    FRAME,
+    PLACE,
+    READING,
+    frame,
+    length_ok,
+    place,
+    robot_with,
+    seen,
+    sizes,
+    unframe,
+)
+from .outliers import leave_one_out_error, outlying_rows
+from .profile import profile
 from .rows import Rows
-from .setpoints import Used
 
-if TYPE_CHECKING:
-    pass
-
-DOUBT = 1e-3  # p-value below which the model does not fit
+KIND = "calibration of a five-bar"
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration(Used, Plotted):
-    """What `calibrate` found; printed, it is a report.
+class Calibration(Plotted):
+    """The result of `calibrate`; printed, it is a report.
 
-    nominal: the robot it began with; unknown: names; rows: what was measured, (n,) rows; assembly
-    (n,): their modes; start, p (13,): all values, before and found, in the order of UNKNOWNS;
-    weight (m,): 1 / sigma of the measured numbers; absolute: whether these are m, or relative;
-    loss; held (k,): unknowns at a bound; said: sentences on what was converted, left out, put
-    right; bounds.
+    Attributes
+    ----------
+    nominal : FiveBar
+        The robot that the search began with.
+    unknown : tuple of str
+        The unknowns.
+    rows : Rows
+        What was measured, n rows.
+    assembly : (n,) array
+        Assembly modes of the rows.
+    start, p : (13,) arrays
+        All values before and after, in the order of UNKNOWNS.
+    weight : (m,) array
+        1 / sigma of the measured numbers.
+    absolute : bool
+        Whether the weights are 1/m, or relative.
+    loss : str
+        The loss function of the residuals.
+    held : (k,) array of bool
+        Unknowns at a bound.
+    notes : tuple of str
+        What was converted, left out or put right.
+    bounds : dict
+        {name: (low, high)}.
     """
 
     nominal: FiveBar
@@ -52,31 +77,29 @@ class Calibration(Used, Plotted):
     weight: np.ndarray
     absolute: bool
     loss: str = "linear"
-    held: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    held: np.ndarray | None = None
     notes: tuple[str, ...] = ()
-    bounds: dict = field(default_factory=dict)
+    bounds: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        fit = f"RMS {1e3 * self.rms_before:.3g} -> {1e3 * self.rms:.3g} mm"
-        lost = f"{len(self.unknown) - self.rank} not told" if self.rank < len(self.unknown) else ""
-        poor = "the model does not fit" if self.fits is False else ""
+        lost = len(self.unknown) - self.rank
         return one_line(
             "Calibration",
             f"{len(self.unknown)} unknowns",
             f"{len(self.rows)} rows",
-            fit,
-            lost,
-            poor,
+            f"RMS {1e3 * self.rms_before:.3g} -> {1e3 * self.rms:.3g} mm",
+            f"{lost} not told" if lost else "",
+            "the model does not fit" if self.fits is False else "",
         )
 
     def __str__(self) -> str:
-        from .report import calibration_text
+        from .report import report
 
-        return calibration_text(self)
+        return report(self)
 
     @cached_property
     def robot(self) -> FiveBar:
-        """The robot with the lengths found; what it weighs is the nominal one's."""
+        """The robot with the calibrated lengths and the nominal one's masses."""
         return robot_with(self.nominal, self.p)
 
     @cached_property
@@ -89,29 +112,25 @@ class Calibration(Used, Plotted):
         return np.array([PLACE[name] for name in self.unknown])
 
     @cached_property
+    def _held(self):
+        return np.zeros(len(self.unknown), bool) if self.held is None else self.held
+
+    @cached_property
     def sizes(self) -> np.ndarray:
-        """(k,) of the unknowns, by which they are compared: the mean bar, 1 rad, 1 rad over the
-        largest reading.
-        """
+        """Sizes (k,) by which the unknowns are compared: the mean bar, 1 rad, 1 over readings."""
         return sizes(self.nominal, self.rows.q, self.unknown)
 
     @cached_property
-    def _off(self):
-        """Predicted minus measured, weighted (m,), and its Jacobian by the unknowns in units of
-        their sizes (m, k).
-        """
-        off, jacobian = misses(self.p, self.rows, self.assembly)
+    def _residuals(self):
+        """Return the weighted residuals (m,), and their derivatives by unknowns in sizes (m, k)."""
+        off, jacobian = residuals(self.p, self.rows, self.assembly)
         jacobian = jacobian[:, self._free] * self.sizes * self.weight[:, None]
         jacobian[:, self._held] = 0.0
         return off * self.weight, jacobian
 
     @cached_property
-    def _held(self):
-        return self.held if len(self.held) else np.zeros(len(self.unknown), bool)
-
-    @cached_property
     def _spectrum(self):
-        left, s, right, tolerance = spectrum(self._off[1])
+        left, s, right, tolerance = spectrum(self._residuals[1])
         return left, s, right, int((s > tolerance).sum())
 
     @property
@@ -121,36 +140,35 @@ class Calibration(Used, Plotted):
 
     @cached_property
     def working(self) -> np.ndarray:
-        """Working modes (n, 2) of the rows, int8, 0 where the robot found does not close."""
+        """Working modes (n, 2) of the rows, int8, 0 where the robot does not close."""
         sines = place(self.p, self.rows.q, self.assembly).sines
         return np.stack([-sign(sine, SINGULAR) for sine in sines], axis=-1)
 
     @property
     def dof(self) -> int:
-        """Measured numbers beyond those that the unknowns take up."""
+        """Degrees of freedom: measured numbers minus the rank."""
         return len(self.weight) - self.rank
 
     @cached_property
     def variance(self) -> float:
-        """Of a weighted number: 1 where sigma is given, else from the residuals; inf where there
-        are no spare ones.
+        """Variance of a weighted number: 1 where sigma is given, else from the residuals.
+
+        It is inf without degrees of freedom; with a robust loss it is Huber's, the mean of psi^2
+        over the squared mean of psi'.
         """
         if self.absolute and self.loss == "linear":
             return 1.0
         if self.dof <= 0:
             return np.inf
-        off = self._off[0]
+        off = self._residuals[0]
         if self.loss == "linear":
             return float(off @ off) / self.dof
-        # Huber's: mean psi^2 over (mean psi')^2.
         psi, slope = loss_slopes(self.loss, off)
         return float(psi @ psi) / self.dof / max(float(np.mean(slope)), 1e-3) ** 2
 
     @cached_property
     def covariance(self) -> np.ndarray:
-        """(k, k) of the unknowns in SI units, of what the data tell; what they do not tell has
-        none: see `sd`.
-        """
+        """(k, k) of the unknowns, SI, of what the data tell; what they do not tell: see `sd`."""
         _, s, right, rank = self._spectrum
         scaled = right[:rank].T / s[:rank]
         variance = self.variance if np.isfinite(self.variance) else 0.0
@@ -158,32 +176,17 @@ class Calibration(Used, Plotted):
 
     @cached_property
     def sd(self) -> dict[str, float]:
-        """Standard deviations by name; inf of an unknown that the data do not tell by itself, or
-        that is at a bound.
-        """
-        lost = self._lost | self._held | ~np.isfinite(self.variance)
-        return {
-            name: np.inf if out else float(np.sqrt(v))
-            for name, out, v in zip(self.unknown, lost, np.diag(self.covariance))
-        }
+        """Standard deviations by name; inf of an unknown that is not told by itself or held."""
+        lost = (np.abs(self._null) > 1e-6).any(axis=0)
+        lost |= self._held | ~np.isfinite(self.variance)
+        deviations = np.where(lost, np.inf, np.sqrt(np.diag(self.covariance)))
+        return dict(zip(self.unknown, deviations.tolist()))
 
     @cached_property
     def _null(self):
-        """Combinations that the data do not tell (unknowns - rank, k), in units of the sizes."""
+        """Return the combinations that the data do not tell (k - rank, k), in sizes."""
         null = self._spectrum[2][self.rank :]
-        return (
-            null[np.abs(null[:, ~self._held]).max(axis=1, initial=0.0) > 1e-9]
-            if len(null)
-            else null
-        )
-
-    @cached_property
-    def _lost(self):
-        return (
-            (np.abs(self._null) > 1e-6).any(axis=0)
-            if len(self._null)
-            else np.zeros(len(self.unknown), bool)
-        )
+        return null[np.abs(null[:, ~self._held]).max(axis=1, initial=0.0) > 1e-9]
 
     @cached_property
     def correlation(self) -> np.ndarray:
@@ -195,32 +198,38 @@ class Calibration(Used, Plotted):
     def intervals(
         self, level: float = 0.95, method: str = "linear"
     ) -> dict[str, tuple[float, float]]:
-        """{name: (low, high)} that hold the true value with this probability, if the model holds.
+        """Return {name: (low, high)} that hold the true value with this probability.
 
-        method: "linear", Student's t times `sd` (normal where sigma is given); or "profile", where
-            a fit with that one
-        value held is just as much worse: for intervals so wide that the model bends.
+        Parameters
+        ----------
+        level : float
+            The probability, if the model holds.
+        method : str
+            "linear": Student's t times `sd` (normal where sigma is given). "profile": where a fit
+            with that value held is just as much worse, for intervals so wide that the model bends.
+
+        Raises
+        ------
+        ValueError
+            The level is not between 0 and 1, or there is no such method for this loss.
         """
-        from .profile import profile
-
         level = number(level, "level", 0.0, 1.0, above=True)
         if method not in ("linear", "profile") or level >= 1:
             raise ValueError(
                 f"level must be below 1, and method 'linear' or 'profile', not {level}, {method!r}"
             )
-        if method == "profile" and self.loss != "linear":
+        tail = 0.5 + level / 2
+        far = float(ndtri(tail) if self.absolute else stdtrit(max(self.dof, 1), tail))
+        if method == "linear":
+            return {
+                name: (value - far * self.sd[name], value + far * self.sd[name])
+                for name, value in self.values.items()
+            }
+        if self.loss != "linear":
             raise ValueError(
                 f"method 'profile' is of least squares, loss='linear', not of {self.loss!r}"
             )
-        far = float(
-            ndtri(0.5 + level / 2) if self.absolute else stdtrit(max(self.dof, 1), 0.5 + level / 2)
-        )
-        if method == "profile":
-            return {name: profile(self, name, far) for name in self.unknown}
-        return {
-            name: (value - far * self.sd[name], value + far * self.sd[name])
-            for name, value in self.values.items()
-        }
+        return {name: profile(self, name, far) for name in self.unknown}
 
     @cached_property
     def residuals(self) -> np.ndarray:
@@ -229,122 +238,148 @@ class Calibration(Used, Plotted):
 
     @cached_property
     def before(self) -> np.ndarray:
-        """All values (13,) before: the start, but the frame, as far as it is unknown, laid on the
-        points anew.
-        """
+        """The start (13,), with the unknown part of the frame laid on the points anew."""
         names, p = [name for name in self.unknown if name in FRAME], self.start.copy()
-        own = [PLACE[name] for name in names]
-        p[own] = self.p[own]
+        places = [PLACE[name] for name in names]
+        p[places] = self.p[places]
         return self._fitted(names, p)
 
     def _fitted(self, names, p):
-        """p with these unknowns by least squares; as it is where they are none, or it does not
-        reach every row.
-        """
-        if not names or not np.isfinite(misses(p, self.rows, self.assembly, derive=False)[0]).all():
+        """Return p with these unknowns by least squares; as it is where it misses a row."""
+        off = residuals(p, self.rows, self.assembly, derive=False)[0]
+        if not names or not np.isfinite(off).all():
             return p
-        own = np.array([PLACE[name] for name in names])
-        task = Task(self.rows, own, p, sizes(self.nominal, self.rows.q, names), self.weight)
-        return solve(task, p, self.assembly)[0]
+        places = np.array([PLACE[name] for name in names])
+        size = sizes(self.nominal, self.rows.q, names)
+        return solve(Task(self.rows, places, p, size, self.weight), p, self.assembly)[0]
 
     @cached_property
     def residuals_before(self) -> np.ndarray:
-        """Measured minus predicted points (n, 2) with the values `before`; nan too where these do
-        not reach.
-        """
+        """Measured minus predicted points (n, 2) with the values `before`."""
         return self.rows.points - seen(self.before, self.rows.q, self.assembly, derive=False)[0]
 
     @cached_property
     def rms(self) -> float:
-        """Of the measured numbers, points and distances, m."""
-        return float(np.sqrt(np.mean((self._off[0] / self.weight) ** 2)))
+        """RMS of the residuals of points and distances, m."""
+        return float(np.sqrt(np.mean((self._residuals[0] / self.weight) ** 2)))
 
     @cached_property
     def rms_before(self) -> float:
-        """With the values `before`, of the rows that these reach."""
-        off = misses(self.before, self.rows, self.assembly, derive=False)[0]
+        """RMS with the values `before`, of the rows that these reach."""
+        off = residuals(self.before, self.rows, self.assembly, derive=False)[0]
         good = np.isfinite(off)
         return float(np.sqrt(np.mean(off[good] ** 2))) if good.any() else np.inf
 
     @property
     def chi2(self) -> float:
         """Sum of squares over sigma^2."""
-        return float(self._off[0] @ self._off[0])
+        return float(self._residuals[0] @ self._residuals[0])
 
     @property
     def p_value(self) -> float | None:
-        """How likely noise of this sigma alone gives such a chi2 or a larger one; None where sigma
-        is not given.
-        """
+        """Probability of such a chi2 or a larger one by chance; None where sigma is not given."""
         return float(chdtrc(self.dof, self.chi2)) if self.absolute and self.dof > 0 else None
 
     @property
     def fits(self) -> bool | None:
-        """Whether the model explains the data to sigma; None where sigma is not given."""
-        return None if self.p_value is None else self.p_value > DOUBT
+        """Whether p is above 0.001; None where sigma is not given."""
+        return None if self.p_value is None else self.p_value > 1e-3
 
     @cached_property
     def leave_one_out(self) -> float:
-        """RMS, m, with which each row is predicted from all others; inf where a row alone tells
-        something.
-        """
-        return left_out(
-            self._off[0], self._spectrum[0][:, : self.rank], self.rows.row_of, self.weight
-        )
+        """RMS, m, with which each row is predicted by the others; inf where a row stands alone."""
+        left = self._spectrum[0][:, : self.rank]
+        return leave_one_out_error(self._residuals[0], left, self.rows.row_of, self.weight)
 
     @cached_property
     def outliers(self) -> dict[str, float]:
-        """Rows off all others, by line or number: probability of that by chance, in any row, below
-        1 % (Bonferroni).
-        """
-        found = off_rows(*self._off, self.rank, self.rows.row_of, self.absolute)
+        """{row: p} of outlying rows, p the probability of that by chance in any row, below 1 %."""
+        found = outlying_rows(*self._residuals, self.rank, self.rows.row_of, self.absolute)
         return {self.rows.where[row]: p for row, p in found.items()}
 
     @cached_property
     def indistinguishable(self) -> tuple[str, ...]:
-        """What these data cannot tell apart, a sentence each, with a measurement that would; empty
-        if all is told.
-        """
+        """Sentences on what these data cannot tell apart, each with a measurement that would."""
         if not len(self._null):
             return ()
-        remedies = self._remedies
         return tuple(
-            f"{combination(vector, self.unknown, self.sizes, self.p)}:"
-            f" {remedies.for_vector(vector, self.unknown)}"
+            f"{combination(vector, self.unknown, self.sizes, self.p)}: {remedy(self, vector)}"
             for vector in plainest(self._null)
         )
 
     @cached_property
     def weakly_identified(self) -> tuple[str, ...]:
-        """What they tell so poorly that it is hardly known, a sentence each."""
+        """Sentences on the combinations that are hardly known."""
         _, s, right, rank = self._spectrum
         sd = np.sqrt(self.variance) / s[:rank]
-        return hardly_told(sd, right[:rank], self.unknown, self.sd)
-
-    @cached_property
-    def _remedies(self):
-        axes = set(self.rows.asked[1].tolist())
-        return Remedies(self.p, self.rows.q, self.assembly, axes, self._free, self.sizes)
+        return weak_combinations(sd, right[:rank], self.unknown, self.sd)
 
     def refit(self, held: dict[str, float]) -> float:
-        """chi2 of the best fit with some unknowns held at these values."""
+        """Return chi2 of the best fit with some unknowns held at these values."""
         p = self.p.copy()
-        p[[PLACE[name] for name in held]] = list(held.values())
+        for name, value in held.items():
+            p[PLACE[name]] = value
         p = self._fitted([name for name in self.unknown if name not in held], p)
-        off = misses(p, self.rows, self.assembly, derive=False)[0] * self.weight
+        off = residuals(p, self.rows, self.assembly, derive=False)[0] * self.weight
         return float(np.nan_to_num(off @ off, nan=np.inf))
+
+    def predict(self, q: Any, assembly: Any = -1) -> np.ndarray:
+        """Return points (*batch, 2) in the measuring frame at readings q (*batch, 2).
+
+        They are nan where the robot does not close.
+        """
+        q = np.asarray(q, float)
+        modes = np.broadcast_to(np.asarray(assembly), q.shape[:-1]).ravel()
+        return seen(self.p, q.reshape(-1, 2), modes, derive=False)[0].reshape(q.shape)
+
+    def angles(self, q: Any) -> np.ndarray:
+        """Return true angles, rad, of readings q (*batch, 2)."""
+        return np.asarray(q, float) * self.p[7:9] + self.p[5:7]
+
+    def readings(self, angles: Any) -> np.ndarray:
+        """Return readings (*batch, 2) at true angles, rad: what to command for q of `igm`."""
+        return (np.asarray(angles, float) - self.p[5:7]) / self.p[7:9]
+
+    def to_frame(self, xi: Any) -> np.ndarray:
+        """Return points (*batch, 2) of the robot's frame in the measuring one."""
+        return frame(self.p, tuple(np.moveaxis(np.asarray(xi, float), -1, 0)))
+
+    def to_robot(self, points: Any) -> np.ndarray:
+        """Return points (*batch, 2) of the measuring frame in the robot's."""
+        return np.stack(unframe(self.p, np.asarray(points, float)), axis=-1)
 
     def to_json(self, path: TextFile) -> None:
         """Write all of it; `from_json` reads it back."""
-        saving.write_calibration(self, path)
+        result = {
+            "values": self.values,
+            "sd": self.sd,
+            "indistinguishable": self.indistinguishable,
+            "robot": self.robot,
+        }
+        write_json(path, KIND, self, result=result)
 
     @classmethod
     def from_json(cls, path: TextFile) -> Calibration:
-        """A calibration as `to_json` wrote it; ValueError for another file."""
-        return cls(**saving.read_calibration(path))
+        """Return a calibration as `to_json` wrote it; ValueError for another file."""
+        return read_json(path, KIND, cls, _check)
 
     def to_toml(self, path: TextFile) -> None:
-        """Write the robot found as `--robot FILE.toml` reads it; offsets and frame stand there as a
-        comment.
-        """
-        saving.write_robot(self, path)
+        """Write the robot for `--robot FILE.toml`; offsets and frame stand there as a comment."""
+        with written(path) as out:
+            out.write("# A calibrated robot, SI units; how it was read and measured:\n")
+            for name in (*READING, *FRAME):
+                out.write(f"# {name} = {float(self.p[PLACE[name]])!r}\n")
+            for name, value in self.robot.parameters.items():
+                known = f"  # sd {self.sd[name]:.2g}" if name in self.sd else ""
+                out.write(f"{name} = {list(value) if isinstance(value, tuple) else value!r}{known}\n")
+
+
+def _check(found):
+    """Refuse a calibration whose robot cannot be, or does not close on its rows."""
+    if not (length_ok(found.p) and length_ok(found.start)):
+        raise ValueError("p and start must have lengths that a robot can have")
+    if not (np.abs(found.rows.q) < HUGE).all() or not (found.weight > 1 / HUGE).all():
+        raise ValueError("readings must be finite, and weights > 0")
+    if not np.isfinite(found._residuals[1]).all():
+        raise ValueError("the calibrated robot does not close on its rows")
+    str(found)

@@ -1,44 +1,54 @@
-"""What was measured, row by row: readings of the joints, points or distances, the modes somebody
-noted.
-"""
+"""Measured rows: readings of the joints, points or distances, and the modes that were noted."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 
-from ...base.backend import HUGE, real_numbers
-from ...base.checks import shown
 from ...base.columns import COUNTS, METRES, NO_UNIT, RADIANS, Quantity, read
 from ...base.tables import FilePath, named
 
 MODES = "working1", "working2", "assembly"
-ANGLE, LENGTH = RADIANS | COUNTS, METRES
+ANGLE = RADIANS | COUNTS
 WANTED = {
-    "q1": Quantity(("q1", "q11", "theta1", "counts1", "encoder1"), ANGLE),
-    "q2": Quantity(("q2", "q21", "theta2", "counts2", "encoder2"), ANGLE),
-    "x": Quantity(("x", "x_measured"), LENGTH, needed=False),
-    "y": Quantity(("y", "y_measured"), LENGTH, needed=False),
-    "working1": Quantity(("working1", "gamma1"), NO_UNIT, needed=False),
-    "working2": Quantity(("working2", "gamma2"), NO_UNIT, needed=False),
-    "assembly": Quantity(("assembly", "assembly_mode"), NO_UNIT, needed=False),
-    "distance": Quantity(("distance",), LENGTH, needed=False),
-    "to": Quantity(("to", "to_row"), NO_UNIT, needed=False),
-    "sigma": Quantity(("sigma", "sd"), LENGTH, needed=False),
+    "q1": Quantity(("q11", "theta1", "counts1", "encoder1"), ANGLE),
+    "q2": Quantity(("q21", "theta2", "counts2", "encoder2"), ANGLE),
+    "x": Quantity(("x_measured",), METRES, needed=False),
+    "y": Quantity(("y_measured",), METRES, needed=False),
+    "working1": Quantity(("gamma1",), NO_UNIT, needed=False),
+    "working2": Quantity(("gamma2",), NO_UNIT, needed=False),
+    "assembly": Quantity(("assembly_mode",), NO_UNIT, needed=False),
+    "distance": Quantity((), METRES, needed=False),
+    "to": Quantity(("to_row",), NO_UNIT, needed=False),
+    "sigma": Quantity(("sd",), METRES, needed=False),
 }
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Measured rows. q (n, 2), points (n, 2) and distance (n,) m, nan where not measured; to (n,)
-    the row at the distance's other end, -1: none; working (n, 2), assembly (n,) as noted, 0 where
-    not; sigma (n,) m, nan where not given; where (n,) what each row is called; said: sentences on
-    what was converted and left out.
+    """Measured rows.
+
+    Attributes
+    ----------
+    q : (n, 2) array
+        Readings of the joints.
+    points : (n, 2) array
+        m, nan where not measured.
+    working, assembly : (n, 2) and (n,) arrays of int
+        Modes as noted, 0 where not.
+    distance : (n,) array
+        m, nan where not measured.
+    to : (n,) array of int
+        The row at the other end of the distance, -1 for none.
+    sigma : (n,) array
+        Standard deviation of a measured number, m, nan where not given.
+    where : tuple of str
+        What messages call each row: "line 7", "row 6".
+    notes : tuple of str
+        What was converted and left out.
     """
 
     q: np.ndarray
@@ -50,7 +60,6 @@ class Rows:
     sigma: np.ndarray
     where: tuple[str, ...]
     notes: tuple[str, ...] = ()
-    stated: frozenset[str] = frozenset()
 
     def __len__(self) -> int:
         return len(self.q)
@@ -61,161 +70,110 @@ class Rows:
         return np.isfinite(self.points).all(axis=1)
 
     @cached_property
-    def asked(self) -> tuple:
-        """What is measured, in the order of the residuals: (row, coordinate) of points, rows of
-        distances.
-        """
+    def measured(self) -> tuple:
+        """(row, axis) of the measured coordinates, and the rows of the measured distances."""
         return (*np.nonzero(np.isfinite(self.points)), np.flatnonzero(self.to >= 0))
 
     @cached_property
     def row_of(self) -> np.ndarray:
         """The row of each residual."""
-        return np.concatenate([self.asked[0], self.asked[2]])
+        return np.concatenate([self.measured[0], self.measured[2]])
 
     @cached_property
     def numbers(self) -> np.ndarray:
-        """What was measured, as one vector, m."""
-        row, axis, far = self.asked
+        """All measured numbers, m, in the order of the residuals."""
+        row, axis, far = self.measured
         return np.concatenate([self.points[row, axis], self.distance[far]])
 
     def without(self, out: np.ndarray) -> Rows:
-        """The rows but those (n,) bool; a distance to one of these goes too."""
-        keep = np.flatnonzero(~out)
+        """Return the rows but those (n,) bool; a distance to one of these is left out, too."""
+        kept = np.flatnonzero(~out)
         new = np.full(len(self) + 1, -1)
-        new[keep] = np.arange(len(keep))
-        parts = {
-            n: getattr(self, n)[keep]
-            for n in ("q", "points", "working", "assembly", "distance", "sigma")
-        }
+        new[kept] = np.arange(len(kept))
+        arrays = "q", "points", "working", "assembly", "distance", "sigma"
         return replace(
-            self, **parts, to=new[self.to[keep]], where=tuple(self.where[k] for k in keep)
+            self,
+            **{name: getattr(self, name)[kept] for name in arrays},
+            to=new[self.to[kept]],
+            where=tuple(self.where[k] for k in kept),
         )
 
 
 def rows_of(
     data: Mapping | FilePath,
-    units: Mapping[str, str] | Sequence[str] = MappingProxyType({}),
+    units: Mapping[str, str] | Sequence[str] = (),
     weights: np.ndarray | None = None,
-    name: str = "data",
 ) -> Rows:
-    """The Rows in a CSV file or in a mapping of arrays; rows in which nothing is measured are left
-    out, and named.
+    """Return the Rows of a file or a mapping of arrays.
 
-    weights: (n,), relative, in place of sigma.
+    Rows in which nothing is measured are left out and named. `weights` (n,), relative, stand in
+    place of sigma.
     """
-    if isinstance(data, Mapping):
-        return _rows(_of_arrays(data, name), None, (), frozenset(), weights, name)
-    if not (isinstance(data, (str, os.PathLike)) or hasattr(data, "read")):
-        raise TypeError(
-            f"{name} must be a mapping of arrays (q1, q2, x, y, ...) or a CSV file, not"
-            f" {shown(data)}"
-        )
     table = read(data, WANTED, units)
     with named(table.name):
-        where = tuple(f"line {line}" for line in table.lines)
-        return _rows(dict(table.values), where, table.notes, table.stated, weights, name)
-
-
-def _rows(columns, where, notes, stated, weights, name):
-    for key, column in columns.items():
-        if (np.isinf(column) | (np.abs(np.nan_to_num(column)) > HUGE)).any():
-            raise ValueError(
-                f"{name}[{key!r}] must be below {HUGE:g} in size, or nan where it is missing"
-            )
-    n = len(columns["q1"])
-    where = where or tuple(f"row {k + 1}" for k in range(n))
-    if weights is not None:
-        if len(weights) != n:
-            raise ValueError(f"weights has {len(weights)} numbers for the {n} rows of {name}")
-        columns["sigma"] = 1 / np.sqrt(weights)
-    nothing = np.full(n, np.nan)
-    get = {key: columns.get(key, nothing) for key in WANTED}
-    modes = np.stack([_modes(get[key], key, where) for key in MODES], axis=-1)
-    to = _targets(get["to"], get["distance"], where)
-    rows = Rows(
-        np.stack([get["q1"], get["q2"]], axis=-1),
-        np.stack([get["x"], get["y"]], axis=-1),
-        modes[:, :2],
-        modes[:, 2],
-        get["distance"],
-        to,
-        get["sigma"],
-        where,
-        tuple(notes),
-        frozenset(stated),
-    )
-    return _usable(rows)
-
-
-def _of_arrays(data, name):
-    if unknown := [key for key in data if key not in WANTED]:
-        raise ValueError(
-            f"{name} has no column {shown(unknown[0])}; the known ones are {', '.join(WANTED)}"
+        n = len(table.lines)
+        if weights is not None and len(weights) != n:
+            raise ValueError(f"weights has {len(weights)} numbers for the {n} rows of {table.name}")
+        columns = dict.fromkeys(WANTED, np.full(n, np.nan)) | table.values
+        if weights is not None:
+            columns["sigma"] = 1 / np.sqrt(weights)
+        where = tuple(table.where(row) for row in range(n))
+        modes = np.stack([_modes(columns[name], name, where) for name in MODES], axis=1)
+        rows = Rows(
+            np.stack([columns["q1"], columns["q2"]], axis=1),
+            np.stack([columns["x"], columns["y"]], axis=1),
+            modes[:, :2],
+            modes[:, 2],
+            columns["distance"],
+            _targets(columns["to"], columns["distance"], where),
+            columns["sigma"],
+            where,
+            table.notes,
         )
-    columns = {
-        key: real_numbers(value, f"{name}[{key!r}]").ravel()
-        for key, value in data.items()
-        if value is not None
-    }
-    if missing := [key for key in ("q1", "q2") if key not in columns]:
-        raise ValueError(
-            f"{name} has no column {', '.join(missing)}; needed q1, q2 and x, y or distance, to"
-        )
-    n = len(columns["q1"])
-    for key in {*MODES, "sigma"} & set(columns):  # one for all rows
-        columns[key] = np.full(n, columns[key][0]) if len(columns[key]) == 1 else columns[key]
-    lengths = {key: len(column) for key, column in columns.items()}
-    if len(set(lengths.values())) > 1:
-        raise ValueError(f"the columns of {name} differ in length: {lengths}")
-    return columns
+        return _without_useless(rows)
 
 
-def _modes(column, key, where):
+def _modes(column, name, where):
     wrong = np.isfinite(column) & ~np.isin(column, (-1.0, 0.0, 1.0))
     if wrong.any():
         k = int(np.argmax(wrong))
-        raise ValueError(f"{where[k]}: {key} must be +1 or -1, or empty, not {column[k]:g}")
+        raise ValueError(f"{where[k]}: {name} must be +1 or -1, or empty, not {column[k]:g}")
     return np.nan_to_num(column).astype(np.int8)
 
 
 def _targets(to, distance, where):
-    """Row at a distance's other end, from its number counted from 1."""
-    for k in np.flatnonzero(np.isfinite(distance) != np.isfinite(to)):
-        what = ("to", "distance") if np.isfinite(distance[k]) else ("distance", "to")
-        raise ValueError(
-            f"{where[k]}: {what[1]} without {what[0]}: a distance needs the number of the row it"
-            " leads to"
-        )
-    found = np.clip(np.nan_to_num(to), 0, len(to) + 1).astype(int) - 1
-    for k in np.flatnonzero(np.isfinite(to)):
-        if found[k] + 1 != to[k] or not 0 <= found[k] < len(to) or found[k] == k:
+    """Return the row at the other end of each distance, from its number counted from 1."""
+    n = len(to)
+    for k in range(n):
+        if np.isfinite(distance[k]) != np.isfinite(to[k]):
+            raise ValueError(
+                f"{where[k]}: distance without to, or to without distance: a distance needs the"
+                " number of the row it leads to"
+            )
+        if np.isfinite(to[k]) and (to[k] not in range(1, n + 1) or to[k] == k + 1):
             raise ValueError(
                 f"{where[k]}: to = {to[k]:g} must be the number of another row, counted from 1 to"
-                f" {len(to)}"
+                f" {n}"
             )
-        if not distance[k] >= 0:
+        if distance[k] < 0:
             raise ValueError(f"{where[k]}: distance must be >= 0, not {distance[k]:g}")
-    return found
+    return np.nan_to_num(to).astype(int) - 1
 
 
-def _usable(rows):
-    """Without the rows that say nothing, which are named."""
+def _without_useless(rows):
     blind = ~np.isfinite(rows.q).all(axis=1)
-    target = np.zeros(len(rows), bool)
-    target[rows.to[rows.to >= 0]] = True
-    empty = ~blind & ~np.isfinite(rows.points).any(axis=1) & (rows.to < 0) & ~target
+    needed = np.isfinite(rows.points).any(axis=1) | (rows.to >= 0)
+    needed[rows.to[rows.to >= 0]] = True
+    empty = ~blind & ~needed
     notes = list(rows.notes)
     for out, why in ((blind, "without q1 or q2"), (empty, "without x, y or distance")):
         if out.any():
             notes.append(f"left out, {why}: {', '.join(np.array(rows.where)[out])}")
-    found = replace(
-        rows.without(blind | empty) if (blind | empty).any() else rows, notes=tuple(notes)
-    )
-    if not len(found.numbers):
-        raise ValueError(
-            f"nothing is measured in data: {'; '.join(notes) or 'neither x, y nor distance'}"
-        )
-    bad = np.isfinite(found.sigma) & ~(found.sigma > 0)
+    rows = replace(rows.without(blind | empty), notes=tuple(notes))
+    if not len(rows.numbers):
+        reasons = "; ".join(notes) or "neither x, y nor distance"
+        raise ValueError(f"nothing is measured in data: {reasons}")
+    bad = rows.sigma <= 0
     if bad.any():
-        raise ValueError(f"{found.where[int(np.argmax(bad))]}: sigma must be > 0")
-    return found
+        raise ValueError(f"{rows.where[int(np.argmax(bad))]}: sigma must be > 0")
+    return rows

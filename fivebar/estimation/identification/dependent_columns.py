@@ -1,4 +1,4 @@
-"""What a log cannot tell apart: columns of the regression that are sums of others, in words."""
+"""Columns of the regression that are sums of others: what a log cannot tell, in words."""
 
 from __future__ import annotations
 
@@ -10,27 +10,23 @@ from ...models.geometry import dgm
 from ...models.robots import Robot
 from .regressor import linear_names, regressor
 
-EXACT, NEARLY = (
-    1e-7,
-    2e-4,
-)  # of a column, less than which is its own: of any motion, and of this log
-POSES, ENOUGH, SEED, AWAY = 400, 40, 16, 0.05  # AWAY: of a sine from Type 1
+# Shares of a column: one whose own is less depends on the others, of any motion and of this log.
+EXACT, NEARLY = 1e-7, 2e-4
 
 
 def independent(
     W: np.ndarray, columns: list[int], tolerance: float
 ) -> tuple[list[int], dict[int, dict[int, float]]]:
-    """(columns that are told, {column that is not: {column: factor} whose sum it is}) of W (n, 2,
-    p), in this order.
+    """Return the columns of W (n, 2, p) that are told, and the others as sums of these.
 
-    The first of the columns that depend on each other is told, with the others' shares in it.
+    The sums are {column: {column that is told: factor}}. Of columns that depend on each other, the
+    first in this order is told.
     """
     flat = W.reshape(-1, W.shape[-1])
     sizes = np.linalg.norm(flat, axis=0)
-    largest = sizes.max(initial=0.0)
     kept, folded, basis = [], {}, np.zeros((len(flat), 0))
     for k in columns:
-        if sizes[k] <= 1e-12 * largest:
+        if sizes[k] <= 1e-12 * sizes.max():
             folded[k] = {}
             continue
         v = flat[:, k] / sizes[k]
@@ -40,31 +36,29 @@ def independent(
         if own > tolerance:
             kept.append(k)
             basis = np.column_stack([basis, v / own])
-        else:
-            scale = sizes[kept]
-            share = np.linalg.lstsq(flat[:, kept] / scale, flat[:, k], rcond=None)[0] / scale
-            size = np.abs(share) * scale / sizes[k]
-            folded[k] = {j: float(f) for j, f, s in zip(kept, share, size) if s > 1e-6}
+            continue
+        scale = sizes[kept]
+        factors = np.linalg.lstsq(flat[:, kept] / scale, flat[:, k], rcond=None)[0] / scale
+        counts = np.abs(factors) * scale > 1e-6 * sizes[k]
+        folded[k] = {j: float(f) for j, f, used in zip(kept, factors, counts) if used}
     return kept, folded
 
 
 def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> np.ndarray:
-    """W of motions through poses all over the workspace in these modes, of all rates and
-    accelerations of size 1.
-    """
-    rng = np.random.default_rng(SEED)
-    reach = sum(robot.distal) + 1e-9
-    found = [np.empty((0, 2))]
-    for q in rng.uniform(-1, 1, (20, 3 * POSES, 2)) * (np.pi if robot.turns else reach):
-        pose = dgm(robot, q, assembly, unreachable="nan")
-        good = np.abs(pose.det_A) > 0.2  # no nan is
-        for mode, sine in zip(working, pose.sines):
-            good &= -mode * sine > AWAY
-        found.append(q[good])
-        if sum(map(len, found)) >= POSES:
+    """Return W of motions through poses all over the workspace in these modes."""
+    rng = np.random.default_rng(16)
+    reach = np.pi if robot.turns else sum(robot.distal) + 1e-9
+    q = np.empty((0, 2))
+    for drawn in rng.uniform(-1, 1, (20, 1200, 2)) * reach:
+        if len(q) >= 400:
             break
-    q = np.concatenate(found)[:POSES]
-    if len(q) < ENOUGH:
+        pose = dgm(robot, drawn, assembly, unreachable="nan")
+        good = np.abs(pose.det_A) > 0.2  # False for nan
+        for mode, sine in zip(working, pose.sines):
+            good &= -mode * sine > 0.05
+        q = np.concatenate([q, drawn[good]])
+    q = q[:400]
+    if len(q) < 40:
         raise ValueError(
             f"this robot has hardly a pose in working modes {tuple(working)}, assembly mode"
             f" {assembly:+d}"
@@ -72,25 +66,22 @@ def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> np.ndarra
     return regressor(robot, q, rng.normal(size=q.shape), rng.normal(size=q.shape), assembly)
 
 
-def words(robot: Robot, folded: dict[int, dict[int, float]], everywhere: bool) -> list[str]:
-    """Sentences on what is folded."""
-    names, notes = linear_names(robot), []
+def sentences(robot: Robot, folded: dict[int, dict[int, float]], everywhere: bool) -> list[str]:
+    """Return sentences on the columns that are not told."""
+    names = linear_names(robot)
     motion = "no motion of this robot shows" if everywhere else "this log does not show"
-    still = [names[k] for k, shares in folded.items() if not shares]
-    weights = [name for name in still if name[0] == "m"]
-    if weights and not any(robot.gravity):
-        notes.append(
+    unseen = [names[k] for k, factors in folded.items() if not factors]
+    weights = [name for name in unseen if name[0] == "m" and not any(robot.gravity)]
+    others = [name for name in unseen if name not in weights]
+    result = []
+    if weights:
+        result.append(
             f"{', '.join(weights)}: {motion} them, as without gravity they put no torque on a motor"
         )
-        still = [name for name in still if name not in weights]
-    if still:
-        notes.append(f"{', '.join(still)}: {motion} {'it' if len(still) == 1 else 'them'} at all")
-    for k, shares in folded.items():
-        if shares:
-            sums = ", ".join(f"{names[j]} {factor:+.6g} {names[k]}" for j, factor in shares.items())
-            called = ", ".join(names[j] for j in shares)
-            notes.append(
-                f"{names[k]}: {motion} it by itself, but {sums}: what is called {called} has its"
-                " share"
-            )
-    return notes
+    if others:
+        result.append(f"{', '.join(others)}: {motion} them at all")
+    for k, factors in folded.items():
+        if factors:
+            sums = ", ".join(f"{names[j]} {f:+.6g} {names[k]}" for j, f in factors.items())
+            result.append(f"{names[k]}: {motion} it by itself, but {sums}, which are called so")
+    return result

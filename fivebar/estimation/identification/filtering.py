@@ -1,10 +1,9 @@
-"""Rows of a regression, tau = W theta, out of samples: both sides by the same filter, so that it
-leaves no bias.
+"""Rows of a regression, tau = W theta, out of samples: the same filter over both sides.
 
-The equation holds at every sample, so it holds for any weighted sum of samples. What must not count
-(at a singularity, where a motor with dry friction hardly turns, where the torque is cut off) is 0
-on both sides before the filter; it is a low-pass, as what is above the cut-off is noise, and it
-leaves so few rows that their noise is nearly white.
+The equation holds at every sample, so it holds for any weighted sum of samples, without bias. What
+must not count (at a singularity, where a motor with dry friction hardly turns) is 0 on both sides
+before the filter. The filter is a low-pass, as what is above the cut-off is noise, and leaves so
+few rows that their noise is nearly white.
 """
 
 from __future__ import annotations
@@ -13,25 +12,19 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.ndimage import binary_opening, median_filter
 from scipy.signal import firwin, upfirdn
 
-PASS, RATE, RIPPLE = 1.25, 2.5, 60.0  # of the cut-off: the filter's own, and rows per second; dB
-AROUND, OUT, OF_RANGE, FEW = (
-    7,
-    30.0,
-    0.25,
-    0.01,
-)  # rows; of their usual distance, of the range; of all rows
-COVERED = 0.2  # of a row's weight that must be of samples that count
+RIPPLE = 60.0  # dB
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """W (n, 2 motors, p), tau (n, 2) N m; counts (n, 2) bool: what is used; t (n,) s; cover (n, 2):
+    """Rows of a regression.
+
+    W (n, 2 motors, p); tau (n, 2) N m; counts (n, 2) bool: what is used; t (n,) s; cover (n, 2):
     the weight of the samples that count, by whose root both sides are divided, so that all rows are
-    as noisy; breaks: first row of each piece; share: of the samples, per motor, that count; gain:
-    of white noise from a sample to a row.
+    as noisy; breaks: first row of each piece; gain: of white noise from a sample to a row.
     """
 
     W: np.ndarray
@@ -40,71 +33,59 @@ class Rows:
     t: np.ndarray
     cover: np.ndarray
     breaks: tuple[int, ...]
-    share: tuple[float, float]
     gain: float
 
 
 def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
-    """Rows of pieces (t (n,), W (n, 2, p), tau (n, 2), counts (n, 2) bool), in samples `step` s
-    apart.
+    """Return the rows of pieces (t (n,), W (n, 2, p), tau (n, 2), counts (n, 2)) of samples.
+
+    Samples are `step` s apart; a row is made of 1 / (2.5 cutoff) s.
     """
-    down = max(int(1 / (RATE * cutoff * step)), 1)
-    width = min(0.75 * cutoff * step * 2, 0.9)
-    # Kaiser's estimate of the length
-    half = int(np.ceil((RIPPLE - 7.95) / (2.285 * np.pi * width) / 2))
-    kernel = firwin(
-        2 * half + 1,
-        min(PASS * cutoff * step * 2, 0.95),
-        window=("kaiser", 0.1102 * (RIPPLE - 8.7)),
-    )
+    down = max(int(1 / (2.5 * cutoff * step)), 1)
+    width = min(1.5 * cutoff * step, 0.9)
+    half = int(np.ceil((RIPPLE - 7.95) / (2.285 * np.pi * width) / 2))  # Kaiser's estimate
+    window = "kaiser", 0.1102 * (RIPPLE - 8.7)
+    kernel = firwin(2 * half + 1, min(1.25 * cutoff * step * 2, 0.95), window=window)
+    first = -half % down  # so that a kept row is at a sample
     parts, breaks, rows = [], [], 0
-    used, total = np.zeros(2), 0
     for t, W, tau, counts in pieces:
-        n = len(t)
         inside = counts[..., None]
-        both = np.where(
-            inside, np.concatenate([W, tau[..., None], inside.astype(float)], axis=2), 0.0
-        )
-        first = -half % down  # so that a kept row is at a sample
-        out = upfirdn(
-            kernel, np.concatenate([np.zeros((first, *both.shape[1:])), both]), 1, down, axis=0
-        )
+        both = np.concatenate([W, tau[..., None], inside.astype(float)], axis=2)
+        both = np.where(inside, both, 0.0)
+        padded = np.concatenate([np.zeros((first, *both.shape[1:])), both])
+        out = upfirdn(kernel, padded, 1, down, axis=0)
         at = np.arange(len(out)) * down - half - first
-        good = (at >= 0) & (at < n)
+        good = (at >= 0) & (at < len(t))
         out, at = out[good], at[good]
         cover = out[..., -1]
-        keep = cover > COVERED
-        scale = np.where(keep, 1 / np.sqrt(np.where(keep, cover, 1.0)), 0.0)[..., None]
-        parts.append((scale * out[..., :-2], (scale * out[..., -2:-1])[..., 0], keep, t[at], cover))
+        keep = cover > 0.2
+        scale = np.where(keep, 1 / np.sqrt(np.where(keep, cover, 1.0)), 0.0)
+        parts.append((scale[..., None] * out[..., :-2], scale * out[..., -2], keep, t[at], cover))
         breaks.append(rows)
         rows += len(at)
-        used, total = used + counts.sum(axis=0), total + n
-    W, tau, keep, t, cover = (np.concatenate(each) for each in zip(*parts))
-    share = used / max(total, 1)
-    return Rows(
-        W,
-        tau,
-        keep,
-        t,
-        cover,
-        tuple(breaks),
-        (float(share[0]), float(share[1])),
-        float(np.linalg.norm(kernel)),
-    )
+    joined = (np.concatenate(part) for part in zip(*parts))
+    return Rows(*joined, tuple(breaks), float(np.linalg.norm(kernel)))
 
 
 def spikes(column: np.ndarray) -> np.ndarray:
-    """Where (n,) a few rows of a column leave those around them, as a step or a peak of the motion
-    does not.
+    """Return where (n,) a few rows leave those around them, as no step or peak of a motion does.
 
-    They are far from the median of the rows about them, by the usual distance and by the range;
-    none where many are.
+    They are far from the median of the 7 rows about them: 30 times the usual distance and a quarter
+    of the range. None where more than 1 % are.
     """
     known = np.isfinite(column)
-    if known.sum() < AROUND:
+    if known.sum() < 7:
         return np.zeros(len(column), dtype=bool)
     filled = np.interp(np.arange(len(column)), np.flatnonzero(known), column[known])
-    smooth = median_filter(filled, AROUND, mode="nearest")
-    apart = np.abs(filled - smooth)
-    found = known & (apart > np.maximum(OUT * np.median(apart), OF_RANGE * np.ptp(smooth)))
-    return found & (found.mean() <= FEW)
+    smooth = median_filter(filled, 7, mode="nearest")
+    distance = np.abs(filled - smooth)
+    limit = max(30.0 * np.median(distance), 0.25 * np.ptp(smooth))
+    found = known & (distance > limit)
+    return found & (found.mean() <= 0.01)
+
+
+def at_limit(tau: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return where torques (n, 2) stay at an extreme value (2,) for 3 rows or more."""
+    near = 1e-9 * np.maximum(np.maximum(np.abs(low), np.abs(high)), 1e-300)
+    flat = (np.abs(tau - high) <= near) | (np.abs(tau - low) <= near)
+    return binary_opening(flat, np.ones((3, 1)))

@@ -1,6 +1,4 @@
-"""The torque of a motion as it is linear in a robot's inertial and friction parameters: tau = W(q,
-q', q'') theta.
-"""
+"""The regressor W of a robot: tau = W(q, q', q'') theta, linear in its masses and friction."""
 
 from __future__ import annotations
 
@@ -20,56 +18,44 @@ FEW, BLOCK = 200, 2000  # rows that are evaluated at once, in short motions and 
 
 
 def ladder(robot: Robot) -> dict[str, tuple[str, ...]]:
-    """Rungs of the robot's physics with their parameters, those in which the torque is linear, from
-    below.
-    """
+    """Return the parameters in which the torque is linear, by kind of physics, the simplest first."""
     return _ladder(type(robot))
 
 
 @cache
 def _ladder(kind):
-    own = tuple(f.name for f in fields(kind)[: kind.lab] if not _is_a_length(f.name))
+    lab = [f.name for f in fields(kind)[: kind.lab]]
     rungs = {
-        "masses": own,
+        "masses": tuple(name for name in lab if name[0] != "l" and name != "d"),
         "gravity": (),
         "viscous friction": (),
         "dry friction": (),
         "turning bars": kind.turning_names,
+        "elbows' friction": (),
     }
-    rungs["elbows' friction"] = ()
     for f in fields(kind)[kind.lab :]:
-        if f.name == "gravity" or f.name in kind.turning_names:
+        name = f.name
+        if name == "gravity" or name in kind.turning_names:
             continue
-        rung = (
-            "gravity"
-            if f.name[0] == "m"
-            else "dry friction"
-            if f.name[:2] == "fs"
-            else "viscous friction"
-        )
-        rungs["elbows' friction" if len(f.name) == 4 and f.name[0] == "f" else rung] += (f.name,)
+        rung = "viscous friction"
+        if name[0] == "m":
+            rung = "gravity"
+        elif len(name) == 4:
+            rung = "elbows' friction"
+        elif name.startswith("fs"):
+            rung = "dry friction"
+        rungs[rung] += (name,)
     return rungs
 
 
-def _is_a_length(name):
-    return name[0] == "l" or name == "d"
-
-
 def linear_names(robot: Robot) -> tuple[str, ...]:
-    """The parameters in which the torque is linear, rung by rung."""
-    return _linear_names(type(robot))
-
-
-@cache
-def _linear_names(kind):
-    return tuple(name for own in _ladder(kind).values() for name in own)
+    """Return the parameters in which the torque is linear, in the order of the ladder."""
+    return sum(ladder(robot).values(), ())
 
 
 @lru_cache(maxsize=64)
 def _function(robot, assembly, block):
-    """(q, q', q'') -> W (2 x p) of so many rows: the derivative of the inverse dynamic model, exact
-    as it is linear.
-    """
+    """Return the function (q, q', q'') -> W (2, p) of `block` rows."""
     names = linear_names(robot)
     p = casadi.SX.sym("p", len(names))
     q, q_dot, q_ddot = (casadi.SX.sym(name, 2) for name in ("q", "q_dot", "q_ddot"))
@@ -82,20 +68,17 @@ def _function(robot, assembly, block):
 def regressor(
     robot: Robot, q: np.ndarray, q_dot: np.ndarray, q_ddot: np.ndarray, assembly: int
 ) -> np.ndarray:
-    """W (n, 2, p) of motions q, q_dot, q_ddot (n, 2), columns as `linear_names`; nan where the
-    robot does not close.
+    """Return W (n, 2, p) of motions (n, 2), columns as `linear_names`; nan where nothing closes.
 
-    Of the robot, only its lengths and gravity count.
+    Of the robot, only lengths and gravity count.
     """
-    plain = replace(robot, **dict.fromkeys(linear_names(robot), 0.0))
+    names = linear_names(robot)
+    plain = replace(robot, **dict.fromkeys(names, 0.0))
     block = FEW if len(q) <= FEW else BLOCK
-    call, W = (
-        Buffered(_function(plain, int(assembly), block)),
-        np.empty((len(q), 2, len(linear_names(robot)))),
-    )
+    call = Buffered(_function(plain, int(assembly), block))
+    W = np.empty((len(q), 2, len(names)))
     for first in range(0, len(q), block):
         part = slice(first, first + block)
-        count = len(q[part])
-        (flat,) = call(*(np.resize(each[part], (block, 2)) for each in (q, q_dot, q_ddot)))
-        W[part] = flat.reshape(block, -1, 2).swapaxes(1, 2)[:count]
+        (flat,) = call(*(np.resize(values[part], (block, 2)) for values in (q, q_dot, q_ddot)))
+        W[part] = flat.reshape(block, -1, 2).swapaxes(1, 2)[: len(q[part])]
     return W

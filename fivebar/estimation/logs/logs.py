@@ -1,26 +1,34 @@
-"""A log of a robot on a table: its rows as they are, cleaned of what is no row, cut where time does
-not go on.
+"""Read a log of a robot's joints and torques, clean its rows, and cut it where time stops or jumps.
 """
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
-from ...base.backend import finite_numbers
-from ...base.checks import number, positive, shown, two_numbers
-from ...base.columns import read
+from ...base.checks import number, positive, two_numbers
+from ...base.columns import (
+    COUNTS,
+    METRES,
+    NEWTON_METRES,
+    RADIANS,
+    RADIANS_PER_SECOND,
+    RADIANS_PER_SECOND2,
+    TIME,
+    Columns,
+    Quantity,
+    read,
+)
 from ...base.tables import TextFile, named
 from ...models.robots import Robot
-from .columns import order, since_1970, wanted
 
-LATE = 1.5  # sampling periods from row to row: from there on rows are missing
-UNEVEN = 0.01  # of a period, by which times may be off an even grid
-PAIRS = {  # of columns
+LATE = 1.5  # sampling periods between two rows: from there on rows are missing
+UNEVEN = 0.01  # sampling periods by which times may be off an even grid
+PAIRS = {
     "q": ("q1", "q2"),
     "tau": ("tau1", "tau2"),
     "q_dot": ("q1_dot", "q2_dot"),
@@ -31,19 +39,25 @@ PAIRS = {  # of columns
 
 
 class Cut(NamedTuple):
-    """Between rows `row` - 1 and `row` time does not go on: start, end s; why, in words."""
+    """A place in a log, before row `row`, where time does not go on.
+
+    `start` and `end` are the times on both sides, s; `why` says it in words; `missing` is the
+    number of missing rows, 0 where time jumps back.
+    """
 
     row: int
     start: float
     end: float
     why: str
-    missing: int  # rows; 0 where time jumps back
+    missing: int
 
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """t (n,) s, increasing; q, tau, q_dot, q_ddot, xi, xi_ref (n, 2), SI, at the joints, None where
-    not logged; step: s, the sampling period; cuts; said: what was done to the rows, as sentences.
+    """A log in SI units at the joints.
+
+    t (n,) s increases; q, tau, q_dot, q_ddot, xi, xi_ref are (n, 2), None where not logged; step is
+    the sampling period, s; notes say what was done to the rows.
     """
 
     t: np.ndarray
@@ -65,7 +79,7 @@ class Log:
 
 
 class Gauges(NamedTuple):
-    """How columns become coordinates at the joints: `Run.from_log`."""
+    """How columns become coordinates at the joints: the parameters of `from_log`."""
 
     counts_per_turn: Any = None
     gear_ratio: Any = 1.0
@@ -76,241 +90,199 @@ class Gauges(NamedTuple):
 AT_THE_JOINTS = Gauges()
 
 
+def wanted(robot: Robot) -> dict[str, Quantity]:
+    """Return the columns of a log with the headings they may have."""
+    angle, rate, acceleration, torque = (
+        RADIANS,
+        RADIANS_PER_SECOND,
+        RADIANS_PER_SECOND2,
+        NEWTON_METRES,
+    )
+    if not robot.turns:
+        angle, torque = METRES, {"n": 1.0, "mn": 1e-3}
+        rate, acceleration = {"m/s": 1.0, "mm/s": 1e-3}, {"m/s2": 1.0, "mm/s2": 1e-3}
+    current = {"a": 1.0, "ma": 1e-3}
+    columns = {"t": TIME}
+    for k, (joint, side) in enumerate(zip(robot.words.joints, ("left", "right")), 1):
+        positions = f"{joint} theta{k} theta{k}1 angle{k} position{k} pos{k} joint{k} motor{k}"
+        positions += f" encoder{k} enc{k} q_{side} {side}"
+        torques = f"torque{k} tau{k}1 effort{k} force{k} couple{k} current{k} i{k}"
+        torques += f" tau_{side} torque_{side}"
+        rates = f"{joint}_dot dq{k} qd{k} qdot{k} velocity{k} vel{k} speed{k} omega{k} vitesse{k}"
+        accelerations = f"{joint}_ddot ddq{k} qdd{k} qddot{k} acceleration{k} acc{k}"
+        columns[f"q{k}"] = Quantity(tuple(positions.split()), angle | COUNTS)
+        columns[f"tau{k}"] = Quantity(tuple(torques.split()), torque | current, False)
+        columns[f"q{k}_dot"] = Quantity(tuple(rates.split()), rate, False)
+        columns[f"q{k}_ddot"] = Quantity(tuple(accelerations.split()), acceleration, False)
+    for axis in "xy":
+        columns[axis] = Quantity((), METRES, False)
+        references = (f"{axis}_desired", f"{axis}d", f"ref_{axis}")
+        columns[f"{axis}_ref"] = Quantity(references, METRES, False)
+    return columns
+
+
 def read_log(
     source: TextFile | Mapping,
     robot: Robot,
     units: Mapping[str, str] | None = None,
     gauges: Gauges = AT_THE_JOINTS,
 ) -> Log:
-    """The Log in a CSV file or a mapping of arrays with the columns of `wanted`: t, q1, q2, ..."""
-    if units is not None and not (
-        isinstance(units, Mapping)
-        and all(isinstance(each, str) for pair in units.items() for each in pair)
-    ):
-        raise TypeError(f"units must be a dict {{name: unit}}, not {shown(units)}")
+    """Return the Log in a file or a mapping of arrays with the columns of `wanted`.
+
+    In a mapping, q (n, 2) may stand for q1 and q2, and so on.
+    """
     if isinstance(source, Mapping):
-        values, notes, name, lines = _arrays(source, robot, units or {}), (), "the log", None
-    elif isinstance(source, (str, os.PathLike)) or hasattr(source, "read"):
-        found = read(source, wanted(robot), units or {})
-        values, notes, name, lines = found.values, list(found.notes), found.name, found.lines
-        values["t"] = since_1970(values["t"], "t" in found.stated, notes)
-    else:
-        raise TypeError(
-            "a log is a Run, a CSV file or a mapping of arrays t, q1, q2, tau1, tau2, not"
-            f" {shown(source)}"
-        )
-    values["t"] = values["t"] + values.pop("t_ns", 0.0)
-    with named(name):
-        pairs = {name: _pair(values, *columns) for name, columns in PAIRS.items()}
-        return _cleaned(values["t"], _gauged(pairs, gauges, robot), robot, notes, name, lines)
+        source = _split_pairs(source)
+    table = read(source, wanted(robot), units, "the log")
+    with named(table.name):
+        pairs = {name: _pair(table.values, *columns) for name, columns in PAIRS.items()}
+        return _clean(table, _at_the_joints(pairs, gauges, robot), robot)
+
+
+def _split_pairs(arrays):
+    columns = {}
+    for name, array in arrays.items():
+        if name not in PAIRS or array is None:
+            columns[name] = array
+        elif np.ndim(array) == 2 and np.shape(array)[1] == 2:
+            columns |= zip(PAIRS[name], np.transpose(array))
+        else:
+            raise ValueError(f"{name} must have shape (n, 2), not {np.shape(array)}")
+    return columns
 
 
 def _pair(values, left, right):
-    if left not in values and right not in values:
+    there = [name for name in (left, right) if name in values]
+    if not there:
         return None
-    if left not in values or right not in values:
-        there, missing = (left, right) if left in values else (right, left)
-        raise ValueError(f"the log has {there}, but no {missing}")
+    if len(there) == 1:
+        missing = right if there == [left] else left
+        raise ValueError(f"the log has {there[0]}, but no {missing}")
     return np.stack([values[left], values[right]], axis=1)
 
 
-def _arrays(source, robot, units):
-    """{name: (n,)} of a mapping; q (n, 2) stands for q1 and q2, and so on."""
-    values, known = {}, wanted(robot)
-    aliases = {name: key for key, quantity in known.items() for name in (key, *quantity.names)}
-    for name, given in source.items():
-        if given is None:
-            continue
-        try:
-            array = np.array(given, dtype=float)
-        except (TypeError, ValueError, OverflowError):
-            raise ValueError(f"{name} must be numbers, not {shown(given)}") from None
-        if name in PAIRS:
-            if array.ndim != 2 or array.shape[1] != 2:
-                raise ValueError(f"{name} must have shape (n, 2), not {array.shape}")
-            values |= zip(PAIRS[name], array.T)
-        elif name in aliases:
-            if array.ndim != 1:
-                raise ValueError(f"{name} must have shape (n,), not {array.shape}")
-            values[aliases[name]] = array
-        else:
-            raise ValueError(f"no column {name!r}; the known ones are {', '.join(known)}")
-    for name, unit in units.items():
-        if name not in known or unit not in known[name].units:
-            of = ", ".join(known[name].units) if name in known else ", ".join(known)
-            raise ValueError(f"units: {name}={unit}: known are {of}")
-        if name in values:
-            values[name] = values[name] * known[name].units[unit]
-    for name in ("t", "q1", "q2"):
-        if name not in values:
-            raise ValueError(f"the log has no {name}")
-    for name, array in values.items():
-        if len(array) != len(values["t"]):
-            raise ValueError(f"{name} has {len(array)} rows, and t {len(values['t'])}")
-        finite_numbers(np.where(np.isfinite(array), array, 0.0), name)
-    return values
+def _for_both_motors(value, name):
+    if isinstance(value, (tuple, list)) or np.ndim(value):
+        return np.array(two_numbers(value, name))
+    return np.full(2, number(value, name))
 
 
-def _both(value, name):
-    """(left, right) of a number for both motors, or of two."""
-    several = isinstance(value, (tuple, list)) or (isinstance(value, np.ndarray) and value.ndim)
-    return two_numbers(value, name) if several else (number(value, name),) * 2
-
-
-def _gauged(pairs, gauges, robot):
-    """The pairs at the joints."""
-    counts, ratio, offset, constant = gauges
-    ratio = np.array(_both(ratio, "gear_ratio"))
-    if (np.abs(ratio) < 1e-9).any():  # so much that angles would overflow
+def _at_the_joints(pairs, gauges, robot):
+    ratio = _for_both_motors(gauges.gear_ratio, "gear_ratio")
+    if (np.abs(ratio) < 1e-9).any():  # beyond that, angles overflow
         raise ValueError(f"gear_ratio must not be 0, but is {ratio.tolist()}")
     scale = 1 / ratio
-    if counts is not None:
-        counts = np.array(
-            [positive(abs(each), "counts_per_turn") for each in _both(counts, "counts_per_turn")]
-        )
+    if gauges.counts_per_turn is not None:
+        counts = np.abs(_for_both_motors(gauges.counts_per_turn, "counts_per_turn"))
+        positive(float(counts.min()), "counts_per_turn")
         scale = scale * (2 * np.pi if robot.turns else 1.0) / counts
-    found = {
-        name: pairs[name] * scale for name in ("q", "q_dot", "q_ddot") if pairs[name] is not None
-    }
-    found["q"] += np.array(_both(offset, "offset"))
-    if pairs["tau"] is not None and constant is not None:
-        found["tau"] = pairs["tau"] * np.array(_both(constant, "torque_constant")) * ratio
-    return pairs | found
+    result = dict(pairs)
+    for name in ("q", "q_dot", "q_ddot"):
+        if pairs[name] is not None:
+            result[name] = pairs[name] * scale
+    result["q"] += _for_both_motors(gauges.offset, "offset")
+    if pairs["tau"] is not None and gauges.torque_constant is not None:
+        constant = _for_both_motors(gauges.torque_constant, "torque_constant")
+        result["tau"] = pairs["tau"] * constant * ratio
+    return result
 
 
-def _cleaned(t, pairs, robot, notes, name, lines):
-    notes, n = list(notes), len(t)
-    if n < 2:
-        raise ValueError(f"{name} has {n} rows: a motion needs more")
-
-    def at(row):
-        return f"row {row}" if lines is None else f"line {lines[row]}"
-
-    empty = ~np.isfinite(t)
-    if empty.any():
-        notes.append(
-            f"{empty.sum()} rows without a time were left out, the first"
-            f" {at(int(np.argmax(empty)))}"
-        )
-    lost = ~empty & ~np.isfinite(pairs["q"]).all(axis=1)
-    if lost.any():
-        notes.append(
-            f"{lost.sum()} rows without both joints' positions were left out, the first"
-            f" {at(int(np.argmax(lost)))}"
-        )
-    for key in ("q_dot", "q_ddot"):  # as some drivers fill what they do not know
-        if (
-            pairs[key] is not None
-            and not np.nan_to_num(pairs[key]).any()
-            and np.ptp(pairs["q"][~lost], axis=0).any()
-        ):
-            notes.append(
-                f"{' and '.join(PAIRS[key])} are 0 throughout, though the joints move: not used"
-            )
-            pairs = pairs | {key: None}
-    rows = np.flatnonzero(~empty & ~lost)
+def _clean(table: Columns, pairs, robot):
+    """Return the Log of the rows that have a time of their own and both joints."""
+    t, notes = table.values["t"], list(table.notes)
+    rows = np.arange(len(t))
+    for good, why in (
+        (np.isfinite(t), "without a time"),
+        (np.isfinite(pairs["q"]).all(axis=1), "without both joints' positions"),
+    ):
+        rows = _leave_out(table, rows, ~good[rows], f"rows {why}", notes)
+    again = np.diff(t[rows], prepend=np.nan) == 0
+    rows = _leave_out(table, rows, again, "rows that repeat the time of the row before", notes)
     if len(rows) < 2:
         raise ValueError(
-            f"{name} has {len(rows)} rows with a time and both joints: a motion needs more"
+            f"{table.name} has {len(rows)} rows with a time and both joints: a motion needs more"
         )
-    if (rank := order(t[rows])) is not None:
-        late = int(np.sum(np.diff(t[rows]) < 0))
-        notes.append(
-            f"{late} rows come later than rows of later times: all are put in the order of their"
-            " times"
-        )
-        rows = rows[rank]
-    again = np.concatenate([[False], np.diff(t[rows]) == 0])
-    if again.any():
-        notes.append(
-            f"{again.sum()} rows repeat the time of the row before and were left out, the first "
-            f"{at(rows[np.argmax(again)])}"
-        )
-        rows = rows[~again]
-    t, pairs = (
-        t[rows].copy(),
-        {key: None if pair is None else pair[rows] for key, pair in pairs.items()},
-    )
+    t = t[rows].copy()
+    pairs = {name: None if pair is None else pair[rows] for name, pair in pairs.items()}
     forward = np.diff(t)[np.diff(t) > 0]
     if not len(forward):
-        raise ValueError(f"{name}: its times never increase")
+        raise ValueError(f"{table.name}: its times never increase")
     step = float(np.median(forward))
-    if (far := np.abs(t) > 2.0**53 * step).any():  # no digit of it is left for a step
-        k = int(np.argmax(far))
-        raise ValueError(
-            f"{name}, {at(rows[k])}: t = {t[k]:.6g} s is no time of a log with rows every"
-            f" {step:.6g} s"
+    late = np.abs(t) > 2.0**53 * step  # no digit is left for a step
+    if late.any():
+        k = int(np.argmax(late))
+        raise table.error(
+            rows[k], f"t = {t[k]:.6g} s is no time of a log with rows every {step:.6g} s"
         )
-    cuts = _cuts(t, step, rows, at, notes)
+    cuts = _cut(t, step, [table.where(row) for row in rows], notes)
     if robot.turns:
-        _unwrap(pairs["q"], rows, at, notes)
+        jumps = (np.abs(np.diff(pairs["q"], axis=0)) > np.pi).any(axis=1)
+        if jumps.any():
+            notes.append(
+                f"q jumps by more than half a turn {jumps.sum()} times, the first at"
+                f" {table.where(rows[np.argmax(jumps) + 1])}: taken for whole turns"
+            )
+            pairs["q"] = np.unwrap(pairs["q"], axis=0)
     return Log(t, **pairs, step=step, cuts=tuple(cuts), notes=tuple(notes))
 
 
-def _cuts(t, step, rows, at, notes):
-    """Where rows are missing, or time begins again: then the times after it are moved on."""
+def _leave_out(table, rows, out, what, notes):
+    if out.any():
+        first = table.where(rows[np.argmax(out)])
+        notes.append(f"{out.sum()} {what} were left out, the first {first}")
+    return rows[~out]
+
+
+def _cut(t, step, where, notes):
+    """Return the Cuts; where time jumps back, move the later times on, in place."""
     cuts = []
     for k in np.flatnonzero((np.diff(t) < 0) | (np.diff(t) > LATE * step)) + 1:
         if t[k] < t[k - 1]:
             shift = t[k - 1] + 2 * step - t[k]
-            why = f"time jumps back from {t[k - 1]:.6g} to {t[k]:.6g} s at {at(rows[k])}"
+            why = f"time jumps back from {t[k - 1]:.6g} to {t[k]:.6g} s at {where[k]}"
             notes.append(f"{why}: taken for a restart, {shift:.6g} s are added from there on")
             t[k:] += shift
-            lack = 0
+            missing = 0
         else:
-            lack = max(round((t[k] - t[k - 1]) / step) - 1, 1)
-            why = f"{lack} row{'s' * (lack > 1)} missing before {at(rows[k])}"
-        cuts.append(Cut(int(k), float(t[k - 1]), float(t[k]), why, lack))
-    gaps = [cut for cut in cuts if cut.missing]
+            missing = max(round((t[k] - t[k - 1]) / step) - 1, 1)
+            why = f"{missing} rows missing before {where[k]}"
+        cuts.append(Cut(int(k), float(t[k - 1]), float(t[k]), why, missing))
+    gaps = [f"{cut.start:.6g} to {cut.end:.6g} s" for cut in cuts if cut.missing]
     if gaps:
-        where = ", ".join(f"{cut.start:.6g} to {cut.end:.6g} s" for cut in gaps[:3])
-        notes.append(
-            f"{len(gaps)} gaps in time are not bridged:"
-            f" {where}{' and more' if len(gaps) > 3 else ''}"
-        )
+        more = " and more" if len(gaps) > 3 else ""
+        notes.append(f"{len(gaps)} gaps in time are not bridged: {', '.join(gaps[:3])}{more}")
     return cuts
-
-
-def _unwrap(q, rows, at, notes):
-    """Take the jumps of an angle that was kept within a turn out of it, in place; over gaps too, as
-    whole turns are the same pose.
-    """
-    jumps = np.abs(np.diff(q, axis=0)) > np.pi
-    if jumps.any():
-        k = int(np.argmax(jumps.any(axis=1))) + 1
-        first = f"the first at {at(rows[k])}"
-        notes.append(
-            f"q jumps by more than half a turn {jumps.sum()} times, {first}: taken for whole turns"
-        )
-        q[:] = np.unwrap(q, axis=0)
 
 
 def evenly(
     t: np.ndarray, pairs: Mapping[str, np.ndarray], step: float
 ) -> tuple[np.ndarray, dict, float]:
-    """(times, pairs, largest distance of the times from an even grid in periods), of a stretch on
-    an even grid.
+    """Return a stretch on an even grid of times.
 
-    Where its times are off it, positions and the like by cubic splines through them, torques (tau,
-    ...) linearly; nan where they were not logged.
+    Where its times are off the grid, positions and their derivatives are interpolated by cubic
+    splines, torques (names that begin with tau) linearly; torques are nan where rows are missing.
+
+    Returns
+    -------
+    times, pairs, distance
+        The distance is the largest of the times from the grid, in sampling periods.
     """
     n = int(round((t[-1] - t[0]) / step)) + 1
     even = np.linspace(t[0], t[-1], n)
-    own = (t[-1] - t[0]) / max(n - 1, 1)
-    place = (t - t[0]) / max(own, 1e-300)
-    away = float(np.abs(place - np.round(place)).max())
-    if (n == len(t) and away <= UNEVEN) or len(t) < 4:
-        return (even, dict(pairs), away) if n == len(t) else (t, dict(pairs), away)
+    period = (t[-1] - t[0]) / max(n - 1, 1)
+    place = (t - t[0]) / max(period, 1e-300)
+    distance = float(np.abs(place - np.round(place)).max())
+    if len(t) < 4 or (n == len(t) and distance <= UNEVEN):
+        return even if n == len(t) else t, dict(pairs), distance
     before = np.clip(np.searchsorted(t, even, side="right") - 1, 0, len(t) - 2)
     lost = np.diff(t)[before] > LATE * step
     moved = {}
     for name, pair in pairs.items():
-        if name.startswith("tau") or not np.isfinite(pair).all():
+        is_torque = name.startswith("tau")
+        if is_torque or not np.isfinite(pair).all():
             moved[name] = np.stack([np.interp(even, t, column) for column in pair.T], axis=1)
         else:
-            from scipy.interpolate import CubicSpline  # only where a log asks for it
-
             moved[name] = CubicSpline(t, pair)(even)
-        if name.startswith("tau"):
+        if is_torque:
             moved[name][lost] = np.nan
-    return even, moved, away
+    return even, moved, distance

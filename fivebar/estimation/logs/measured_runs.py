@@ -1,6 +1,4 @@
-"""A log as a Run: positions as they were, rates by differentiation where none were logged, rows of
-nan in its gaps.
-"""
+"""Make a Run of a log: its positions, rates by differentiation, rows of nan in its gaps."""
 
 from __future__ import annotations
 
@@ -24,122 +22,8 @@ from .logs import Gauges, Log, evenly, read_log
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-APART = (
-    0.02  # of the bars, by which a logged end-effector and the joints' may be apart without a word
-)
-NEAR = 1e-6  # of det A, below which no rate of the end-effector is told
-
-
-def run_fields(log: Log, robot: Robot, assembly: int | None) -> dict:
-    """{field: value} of the Run of a log, but for its robot. assembly None: the mode that fits x
-    and y, or -1.
-    """
-    notes = list(log.notes)
-    q_dot = log.q_dot if log.q_dot is not None else rates_of(log)
-    assembly, xi = _placed(log, robot, assembly, notes)
-    pose = dgm(robot, log.q, assembly, unreachable="nan")
-    closes = np.isfinite(pose.xi).all(axis=1)
-    if not closes.all():
-        first = int(np.argmin(closes))
-        notes.append(
-            f"{(~closes).sum()} of {len(closes)} rows do not close the loop of this robot's bars,"
-            f" the first at {log.t[first]:.6g} s, q = ({log.q[first, 0]:.5g},"
-            f" {log.q[first, 1]:.5g}) {robot.words.unit}"
-        )
-    moves = closes & np.isfinite(q_dot).all(axis=1)
-    moves &= np.abs(np.where(closes, pose.det_A, 0.0)) > NEAR
-    kinetic = np.full(len(log.t), np.nan)
-    if moves.any():
-        kinetic[moves] = energy(dkm(dgm(robot, log.q[moves], assembly), q_dot[moves]))
-    tau = np.full_like(log.q, np.nan) if log.tau is None else log.tau
-    rows = {
-        "t": log.t,
-        "q": log.q,
-        "q_dot": q_dot,
-        "xi": xi,
-        "tau": tau,
-        "energy": kinetic,
-        "xi_ref": log.xi_ref,
-    }
-    events = _crossings(log, robot, pose, closes)
-    gaps = tuple((cut.start, cut.end, cut.why) for cut in log.cuts)
-    return {**_with_gaps(rows, log), "events": events, "gaps": gaps, "notes": tuple(notes)}
-
-
-def rates_of(log: Log) -> np.ndarray:
-    """q' (n, 2) of a log without: zero-phase derivatives between its gaps, at their ends of the
-    last whole window.
-    """
-    stretches = [
-        (part, *evenly(log.t[part], {"q": log.q[part]}, log.step)[:2]) for part in log.stretches
-    ]
-    cutoff = spectrum([pairs["q"] for _, _, pairs in stretches], log.step).cutoff
-    found = np.full(log.q.shape, np.nan)
-    for part, even, pairs in stretches:
-        q, high = pairs["q"], cutoff
-        while len(q) <= 2 * half_window(high, log.step) and high < HIGHEST / log.step:
-            high = min(2 * high, HIGHEST / log.step)
-        if len(q) <= 2 * half_window(high, log.step):
-            own = np.gradient(q, even, axis=0) if len(q) > 1 else np.zeros_like(q)
-        else:
-            own = derivatives(q, log.step, high, ends=True)[1]
-        t = log.t[part]
-        found[part] = (
-            np.stack([np.interp(t, even, column) for column in own.T], axis=1)
-            if len(t) > 1
-            else own
-        )
-    return found
-
-
-def _placed(log, robot, assembly, notes):
-    """(mode, end-effector (n, 2)): as logged, or by the joints."""
-    modes = (-1, 1) if assembly is None else (assembly,)
-    found = {mode: dgm(robot, log.q, mode, unreachable="nan").xi for mode in modes}
-    if log.xi is None:
-        return modes[0], found[modes[0]]
-    away = {mode: np.hypot(*(xi - log.xi).T) for mode, xi in found.items()}
-    mode = min(
-        modes,
-        key=lambda each: np.nanmedian(away[each]) if np.isfinite(away[each]).any() else np.inf,
-    )
-    typical = float(np.nanmedian(away[mode])) if np.isfinite(away[mode]).any() else 0.0
-    if typical > APART * max(robot.distal):
-        notes.append(
-            f"x and y are {1e3 * typical:.3g} mm (median) from where the joints say in assembly"
-            f" mode {mode:+d}: another mode, frame or other lengths; fb.calibrate tells"
-        )
-    lost = ~np.isfinite(log.xi)
-    return mode, np.where(lost, found[mode], log.xi)
-
-
-def _crossings(log, robot, pose, closes) -> list[tuple]:
-    """(t, type, name, modes before, after) of the legs' changes of mode between two rows."""
-    sines = np.stack([np.where(closes, each, np.nan) for each in pose.sines], axis=1)
-    cut = {own.row for own in log.cuts}
-    found = []
-    for k, leg in zip(*np.nonzero(sines[:-1] * sines[1:] < 0)):
-        if k + 1 in cut:
-            continue
-        share = sines[k, leg] / (sines[k, leg] - sines[k + 1, leg])
-        t = float(log.t[k] + share * (log.t[k + 1] - log.t[k]))
-        before, after = (
-            (*map(int, -np.sign(sines[row])), int(-np.sign(pose.det_A[row]))) for row in (k, k + 1)
-        )
-        found.append((t, Singularity.SERIAL, robot.words.sines[leg], before, after))
-    return found
-
-
-def _with_gaps(rows, log):
-    """The rows with one of nan in the middle of each cut."""
-    at, given = (
-        [cut.row for cut in log.cuts],
-        {name: values for name, values in rows.items() if values is not None},
-    )
-    between = {"t": [(cut.start + cut.end) / 2 for cut in log.cuts]}
-    return rows | {
-        name: np.insert(v, at, between.get(name, np.nan), axis=0) for name, v in given.items()
-    }
+NEAR = 1e-6  # |det A| below which no rate of the end-effector is computed
+OFF = 0.02  # share of a distal bar by which logged points may be off the joints' without a note
 
 
 def from_log(
@@ -158,14 +42,13 @@ def from_log(
     torque_constant: object = None,
     **more: ArrayLike,
 ) -> Run:
-    """Return the Run of a log: its rows as they are, differentiated, its gaps marked by rows of
-    nan.
+    """Return the Run of a log: its rows, differentiated, with a row of nan in each gap.
 
     Parameters
     ----------
-    t : (n,) array, mapping or CSV file
-        Times, s, together with the columns below. Or a mapping of columns, or a CSV file whose
-        header names units.
+    t : (n,) array, mapping or file
+        Times, s, together with the columns below. Or a mapping of columns, or a CSV or NPZ file
+        whose headings name units.
     q1, q2, tau1, tau2 : (n,) arrays
         Joint angles, rad, and torques, N m.
     robot : FiveBar or Biglide, optional
@@ -195,23 +78,125 @@ def from_log(
     ------
     ValueError
         The columns are no motion.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> t = [0.0, 0.01, 0.02, 0.03]
+    >>> run = fb.from_log(t, [0.0, 0.1, 0.2, 0.3], [0.0, 0.0, 0.0, 0.0])
+    >>> run.q_dot[1].round(6).tolist()
+    [10.0, 0.0]
     """
     source = t
-    if (
-        q1 is not None
-        or q2 is not None
-        or not (isinstance(t, (Mapping, str, PathLike)) or hasattr(t, "read"))
-    ):
-        source = {"t": t, "q1": q1, "q2": q2, "tau1": tau1, "tau2": tau2, **more}
-    elif more or tau1 is not None or tau2 is not None:
-        raise ValueError(
-            f"from_log: columns beside a file or a mapping: {', '.join([*more, 'tau1', 'tau2'])}"
-        )
+    whole = isinstance(t, (Mapping, str, PathLike)) or hasattr(t, "read")
+    columns = {"q1": q1, "q2": q2, "tau1": tau1, "tau2": tau2, **more}
+    if not whole:
+        source = {"t": t, **columns}
+    elif extra := [name for name, column in columns.items() if column is not None]:
+        raise ValueError(f"from_log: columns beside a file or a mapping: {', '.join(extra)}")
     robot = FiveBar() if robot is None else must_be_robot(robot, "robot")
-    log = read_log(
-        source, robot, units, Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
+    if assembly is not None:
+        assembly = modes(1)(assembly, "assembly")
+    gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
+    return _run_of(read_log(source, robot, units, gauges), robot, assembly)
+
+
+def _run_of(log, robot, assembly):
+    notes = list(log.notes)
+    q_dot = rates_of(log) if log.q_dot is None else log.q_dot
+    assembly, xi = _end_effector(log, robot, assembly, notes)
+    pose = dgm(robot, log.q, assembly, unreachable="nan")
+    closes = np.isfinite(pose.xi).all(axis=1)
+    if not closes.all():
+        k = int(np.argmin(closes))
+        notes.append(
+            f"{(~closes).sum()} of {len(closes)} rows do not close the loop of this robot's bars,"
+            f" the first at {log.t[k]:.6g} s, q = ({log.q[k, 0]:.5g}, {log.q[k, 1]:.5g})"
+            f" {robot.words.unit}"
+        )
+    regular = closes & (np.abs(np.where(closes, pose.det_A, 0.0)) > NEAR)
+    moves = regular & np.isfinite(q_dot).all(axis=1)
+    kinetic = np.full(len(log.t), np.nan)
+    if moves.any():
+        kinetic[moves] = energy(dkm(dgm(robot, log.q[moves], assembly), q_dot[moves]))
+    middles = [(cut.start + cut.end) / 2 for cut in log.cuts]
+    tau = np.full_like(log.q, np.nan) if log.tau is None else log.tau
+
+    def with_gaps(values, between=np.nan):
+        return np.insert(values, [cut.row for cut in log.cuts], between, axis=0)
+
+    return Run(
+        robot=robot,
+        t=with_gaps(log.t, middles),
+        q=with_gaps(log.q),
+        q_dot=with_gaps(q_dot),
+        xi=with_gaps(xi),
+        tau=with_gaps(tau),
+        energy=with_gaps(kinetic),
+        xi_ref=None if log.xi_ref is None else with_gaps(log.xi_ref),
+        events=_crossings(log, robot, pose, closes),
+        measured=Measured(
+            tuple((cut.start, cut.end, cut.why) for cut in log.cuts),
+            tuple(notes),
+            log.q_dot is not None,
+        ),
     )
-    fields = run_fields(log, robot, None if assembly is None else modes(1)(assembly, "assembly"))
-    events = tuple(Event(*each) for each in fields.pop("events"))
-    measured = Measured(fields.pop("gaps"), fields.pop("notes"), log.q_dot is not None)
-    return Run(robot=robot, **fields, events=events, measured=measured)
+
+
+def rates_of(log: Log) -> np.ndarray:
+    """Return q' (n, 2) of a log without rates, by derivatives between its gaps."""
+    pieces = [evenly(log.t[rows], {"q": log.q[rows]}, log.step) for rows in log.stretches]
+    own_cutoff = spectrum([pairs["q"] for _, pairs, _ in pieces], log.step).cutoff
+    highest = HIGHEST / log.step
+    result = np.full(log.q.shape, np.nan)
+    for rows, (even, pairs, _) in zip(log.stretches, pieces):
+        q, cutoff = pairs["q"], own_cutoff
+        while len(q) <= 2 * half_window(cutoff, log.step) and cutoff < highest:
+            cutoff = min(2 * cutoff, highest)
+        if len(q) > 2 * half_window(cutoff, log.step):
+            rates = derivatives(q, log.step, cutoff, ends=True)[1]
+        elif len(q) > 1:
+            rates = np.gradient(q, even, axis=0)
+        else:
+            rates = np.zeros_like(q)
+        for k in (0, 1):
+            result[rows, k] = np.interp(log.t[rows], even, rates[:, k])
+    return result
+
+
+def _end_effector(log, robot, assembly, notes):
+    """Return the assembly mode and the end-effector (n, 2), as logged or by the joints."""
+    candidates = (-1, 1) if assembly is None else (assembly,)
+    by_joints = {mode: dgm(robot, log.q, mode, unreachable="nan").xi for mode in candidates}
+    if log.xi is None:
+        return candidates[0], by_joints[candidates[0]]
+    typical = {}
+    for mode, xi in by_joints.items():
+        distance = np.hypot(*(xi - log.xi).T)
+        known = distance[np.isfinite(distance)]
+        typical[mode] = float(np.median(known)) if len(known) else np.inf
+    mode = min(candidates, key=lambda mode: typical[mode])
+    if np.inf > typical[mode] > OFF * max(robot.distal):
+        notes.append(
+            f"x and y are {1e3 * typical[mode]:.3g} mm (median) from where the joints say in"
+            f" assembly mode {mode:+d}: another mode, frame or other lengths; fb.calibrate tells"
+        )
+    return mode, np.where(np.isfinite(log.xi), log.xi, by_joints[mode])
+
+
+def _crossings(log, robot, pose, closes):
+    """Return the Events where a leg changes its mode between two rows."""
+    sines = np.stack([np.where(closes, sine, np.nan) for sine in pose.sines], axis=1)
+    cuts = {cut.row for cut in log.cuts}
+    events = []
+    for k, leg in zip(*np.nonzero(sines[:-1] * sines[1:] < 0)):
+        if k + 1 in cuts:
+            continue
+        share = sines[k, leg] / (sines[k, leg] - sines[k + 1, leg])
+        t = float(log.t[k] + share * (log.t[k + 1] - log.t[k]))
+        before, after = (
+            tuple(int(-np.sign(value)) for value in (*sines[row], pose.det_A[row]))
+            for row in (k, k + 1)
+        )
+        events.append(Event(t, Singularity.SERIAL, robot.words.sines[leg], before, after))
+    return tuple(events)

@@ -1,6 +1,4 @@
-"""A run, measured or simulated, beside a simulation of the same torques or of the same
-reference.
-"""
+"""Simulate a measured run again: under the same torques, or after the same reference."""
 
 from __future__ import annotations
 
@@ -27,16 +25,24 @@ from ...simulation.simulate import simulate
 from .derivatives import derivatives, spectrum
 from .logs import LATE
 
-KP, KD = 400.0, 40.0  # 1/s^2, 1/s, of the computed torque that follows a reference
-SHORTEST = 4  # rows between gaps that are replayed
-MOST_STEP = 1e-3  # s, from row to row of what is simulated under a controller
+SHORTEST = 4  # rows between gaps that are simulated
 
 
 @dataclass(frozen=True, eq=False)
 class Replay(Animated):
-    """measured: the run that was; simulated: a Run on its times, with xi of the measured as its
-    reference, so that its error is the difference; by: "torques" or "reference"; said: sentences on
-    where the simulation began anew, or ended.
+    """A run beside its simulation, from `replay`.
+
+    Attributes
+    ----------
+    measured : Run
+        The run as it was.
+    simulated : Run
+        The simulation at its times; its reference is the measured path, so its error is the
+        difference.
+    by : str
+        "torques" or "reference".
+    notes : tuple of str
+        Where nothing could be simulated, and why.
     """
 
     measured: Run
@@ -45,29 +51,18 @@ class Replay(Animated):
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        rms, most = self.figures["rms_error_m"], self.figures["max_error_m"]
-        return one_line(
-            "Replay",
-            f"of the {self.by}",
-            f"apart {1e6 * rms:.4g} um rms, {1e6 * most:.4g} um at most",
-        )
+        return one_line("Replay", f"of the {self.by}", self._size())
 
     def __str__(self) -> str:
         words = self.measured.robot.words
-        missed = self.tau_difference
-        rms = (
-            np.sqrt(np.nanmean(missed**2, axis=0))
-            if np.isfinite(missed).any()
-            else (np.nan, np.nan)
-        )
-        apart = [1e6 * self.figures[name] for name in ("rms_error_m", "max_error_m")]
-        return "\n".join(
-            [
-                f"replay of the {self.by}: apart {apart[0]:.4g} um rms, {apart[1]:.4g} um at most",
-                f"{words.effort}s apart {rms[0]:.3g} and {rms[1]:.3g} {words.effort_unit} rms",
-                *self.notes,
-            ]
-        )
+        known = self.tau_difference[np.isfinite(self.tau_difference).all(axis=1)]
+        rms = np.sqrt(np.mean(known**2, axis=0)) if len(known) else (np.nan, np.nan)
+        torques = f"{words.effort}s apart {rms[0]:.3g} and {rms[1]:.3g} {words.effort_unit} rms"
+        return "\n".join([f"replay of the {self.by}: {self._size()}", torques, *self.notes])
+
+    def _size(self):
+        rms, largest = 1e6 * self.figures["rms_error_m"], 1e6 * self.figures["max_error_m"]
+        return f"apart {rms:.4g} um rms, {largest:.4g} um at most"
 
     @property
     def difference(self) -> np.ndarray:
@@ -86,17 +81,13 @@ class Replay(Animated):
 
     @cached_property
     def figures(self) -> dict[str, float]:
-        """rms_error_m, max_error_m, final_error_m: distances of the end-effector, nan where nothing
-        was simulated.
-        """
-        size = np.hypot(*self.difference.T)
-        size = size[np.isfinite(size)]
-        if not len(size):
-            return dict.fromkeys(("rms_error_m", "max_error_m", "final_error_m"), float("nan"))
+        """rms_error_m, max_error_m, final_error_m: distances of the end-effector."""
+        distance = np.hypot(*self.difference.T)
+        distance = distance[np.isfinite(distance)]
         return {
-            "rms_error_m": float(np.sqrt(np.mean(size**2))),
-            "max_error_m": float(size.max()),
-            "final_error_m": float(size[-1]),
+            "rms_error_m": float(np.sqrt(np.mean(distance**2))),
+            "max_error_m": float(distance.max()),
+            "final_error_m": float(distance[-1]),
         }
 
     @property
@@ -105,22 +96,14 @@ class Replay(Animated):
         return {"measured": self.measured, "simulated": self.simulated}
 
     def to_csv(self, path: TextFile) -> None:
-        """Both on the times of the measured, SI units: its columns as of a run, the simulation's
-        with _sim.
-        """
-        names = (
-            "t",
-            *(
-                f"{name}{end}"
-                for end in ("", "_sim")
-                for name in columns(self.measured.robot, False)[1:9]
-            ),
-        )
+        """Write both runs at the measured times, SI units; the simulation's columns end in _sim."""
+        names = columns(self.measured.robot, False)[1:9]
+        header = ["t", *names, *(f"{name}_sim" for name in names)]
         table = [self.measured.t]
         for run in self.runs.values():
             table += [*run.q.T, *run.q_dot.T, *run.xi.T, *run.tau.T]
         about = {"robot": self.simulated.robot.parameters, "by": self.by}
-        write(path, "replay", about, names, np.column_stack(table).tolist())
+        write(path, "replay", about, header, np.column_stack(table).tolist())
 
 
 @takes(
@@ -156,6 +139,20 @@ def replay(
     -------
     Replay
         The run beside its simulation.
+
+    Raises
+    ------
+    ValueError
+        Nothing of the run can be simulated, or an option does not go with `by`.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> robot = fb.FiveBar()
+    >>> line = fb.line((0.09, 0.068), (0.08, 0.07), 0.1)
+    >>> run = fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), line, step=1e-3)
+    >>> fb.replay(run).figures["max_error_m"] < 1e-9
+    True
     """
     robot = run.robot if robot is None else robot
     if type(robot) is not type(run.robot):
@@ -163,45 +160,37 @@ def replay(
             f"replay: the run is of a {run.robot.words.title}, and robot is a {robot.words.title}"
         )
     if by == "torques" and controller is not None:
-        raise ValueError('replay: a controller follows a reference: it goes with by="reference"')
+        raise ValueError('replay: controller needs by="reference"')
     if by == "reference" and restart is not None:
-        raise ValueError(
-            'replay: restart is for by="torques", as a controller holds to its reference'
-        )
-    whole = (
-        np.isfinite(run.q).all(axis=1)
-        & np.isfinite(run.q_dot).all(axis=1)
-        & np.isfinite(run.xi).all(axis=1)
-    )
+        raise ValueError('replay: restart is for by="torques"')
+    needed = [run.q, run.q_dot, run.xi]
     if by == "torques":
         if not np.isfinite(run.tau).any():
-            raise ValueError(
-                'replay: this run has no torques; by="reference" follows where it went'
-            )
-        whole &= np.isfinite(run.tau).all(axis=1)
-    found = {name: np.full_like(run.q, np.nan) for name in ("q", "q_dot", "xi", "tau")}
-    energy, notes, events = np.full(len(run.t), np.nan), [], []
-    for first, end in _stretches(whole, run.t, restart if by == "torques" else None):
-        rows = slice(first, end)
+            raise ValueError('replay: this run has no torques; by="reference" needs none')
+        needed.append(run.tau)
+    known = np.isfinite(np.hstack(needed)).all(axis=1)
+    values = {name: np.full_like(run.q, np.nan) for name in ("q", "q_dot", "xi", "tau")}
+    values["energy"] = np.full(len(run.t), np.nan)
+    notes, events = [], []
+    for rows in _stretches(known, run.t, restart):
         try:
-            own = (_by_torques if by == "torques" else _by_reference)(run, robot, rows, controller)
+            if by == "torques":
+                simulated = _by_torques(run, robot, rows)
+            else:
+                simulated = _by_reference(run, robot, rows, controller)
         except (UnreachableError, SingularityError, ArithmeticError) as error:
-            notes.append(f"from {run.t[first]:.6g} s nothing was simulated: {error}")
+            notes.append(f"from {run.t[rows.start]:.6g} s nothing was simulated: {error}")
             continue
-        for name, values in found.items():
-            values[rows] = own[name]
-        energy[rows] = own["energy"]
-        events += own["events"]
-    if not np.isfinite(found["q"]).any():
-        raise ValueError(
-            "replay: nothing could be simulated: "
-            + (notes[0] if notes else "no stretch of the run is long enough")
-        )
+        _copy_rows(simulated, run, rows, values)
+        start = float(run.t[rows.start])
+        events += [event._replace(t=event.t + start) for event in simulated.events]
+    if not np.isfinite(values["q"]).any():
+        reason = notes[0] if notes else "no stretch of the run is long enough"
+        raise ValueError(f"replay: nothing could be simulated: {reason}")
     simulated = Run(
         robot=robot,
         t=run.t,
-        **found,
-        energy=energy,
+        **values,
         xi_ref=run.xi,
         torque_limit=run.torque_limit,
         events=tuple(events),
@@ -209,54 +198,50 @@ def replay(
     return Replay(run, simulated, by, tuple(notes))
 
 
-def _stretches(whole, t, restart):
-    """(first, end) rows in which time goes on, and no longer than restart."""
+def _stretches(known, t, restart):
+    """Yield the slices of rows in which time goes on, no longer than `restart`."""
     step = np.median(np.diff(t))
-    late = np.concatenate([[True], np.diff(t) > LATE * step])
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], whole.astype(int), [0]])))
+    late = np.diff(t, prepend=t[0]) > LATE * step
+    edges = np.flatnonzero(np.diff(known, prepend=False, append=False))
     for first, end in zip(edges[::2], edges[1::2]):
-        starts = [first, *(k for k in range(first + 1, end) if late[k])]
-        for a, b in zip(starts, [*starts[1:], end]):
-            while b - a >= SHORTEST:
-                last = (
-                    b
-                    if restart is None
-                    else min(b, max(int(np.searchsorted(t, t[a] + restart)) + 1, a + SHORTEST))
-                )
-                yield a, last
-                if last >= b:
+        starts = [first, *(first + 1 + np.flatnonzero(late[first + 1 : end])), end]
+        for start, stop in zip(starts, starts[1:]):
+            while stop - start >= SHORTEST:
+                last = stop
+                if restart is not None:
+                    after = int(np.searchsorted(t, t[start] + restart)) + 1
+                    last = min(stop, max(after, start + SHORTEST))
+                yield slice(int(start), int(last))
+                if last >= stop:
                     break
-                a = last
+                start = last
 
 
 def _start(run, robot, row):
-    """The state at a row: the joints as measured, in the assembly mode of the end-effector."""
+    """Return the state at a row, in the assembly mode of the measured end-effector."""
     poses = [dgm(robot, run.q[row], mode, unreachable="nan") for mode in (-1, 1)]
-    away = [np.hypot(*(pose.xi - run.xi[row])) for pose in poses]
-    if not np.isfinite(away).any():
+    distances = [np.hypot(*(pose.xi - run.xi[row])) for pose in poses]
+    if not np.isfinite(distances).any():
         raise UnreachableError(
             f"replay: at {run.t[row]:.6g} s this robot's bars do not close on the measured joints",
             float("nan"),
         )
-    return dkm(poses[int(np.nanargmin(away))], run.q_dot[row])
+    return dkm(poses[int(np.nanargmin(distances))], run.q_dot[row])
 
 
-def _by_torques(run, robot, rows, _):
+def _by_torques(run, robot, rows):
     t, tau = run.t[rows] - run.t[rows.start], run.tau[rows]
     step = float(t[-1] / (len(t) - 1))
     even = np.arange(len(t)) * step
-    if run.measured is not None:  # at its time, not from it on: held, it is the mean of both ends
+    if run.measured is not None:  # measured at a time, not held from it on: the mean of both ends
         tau = np.concatenate([(tau[1:] + tau[:-1]) / 2, tau[-1:]])
-    held = (
-        tau
-        if np.abs(t - even).max() < 0.01 * step
-        else np.stack([np.interp(even, t, each) for each in tau.T], axis=1)
-    )
+    if np.abs(t - even).max() >= 0.01 * step:
+        tau = np.stack([np.interp(even, t, column) for column in tau.T], axis=1)
 
     def torque(now, q, q_dot, reference):
-        return held[min(int(now / step + 0.5), len(held) - 1)]
+        return tau[min(int(now / step + 0.5), len(tau) - 1)]
 
-    found = simulate(
+    return simulate(
         robot,
         torque,
         duration=float(even[-1]),
@@ -264,71 +249,55 @@ def _by_torques(run, robot, rows, _):
         control_period=step,
         step=step,
     )
-    return _at(found, t, run, rows)
 
 
 def _by_reference(run, robot, rows, controller):
     t = run.t[rows] - run.t[rows.start]
     step = float(t[-1] / (len(t) - 1))
-    reference = _through(t, _smooth(run.xi[rows], step) if run.xi_ref is None else run.xi_ref[rows])
+    xi = _smooth(run.xi[rows], step) if run.xi_ref is None else run.xi_ref[rows]
     start = _start(run, robot, rows.start)
-    modes = tuple(int(mode) or -1 for mode in start.pose.working)
-    law = (
-        ComputedTorque(robot, KP, KD, modes, int(start.pose.assembly))
-        if controller is None
-        else controller
-    )
-    split = max(int(np.ceil(step / MOST_STEP - 1e-9)), 1)
-    found = simulate(
+    if controller is None:
+        working = tuple(int(mode) or -1 for mode in start.pose.working)
+        controller = ComputedTorque(robot, 400.0, 40.0, working, int(start.pose.assembly))
+    parts = max(int(np.ceil(step / 1e-3 - 1e-9)), 1)  # steps of at most 1 ms
+    return simulate(
         robot,
-        law,
-        reference,
+        controller,
+        _reference_through(t, xi),
         duration=float(t[-1]),
         start=start,
         control_period=step,
-        step=step / split,
+        step=step / parts,
     )
-    return _at(found, t, run, rows)
 
 
 def _smooth(xi, step):
-    """Positions without the noise of their encoders, whose accelerations would be large."""
+    """Return positions without the noise of their encoders, whose accelerations would be large."""
     if len(xi) < 50:
         return xi
-    found, _, _ = derivatives(xi, step, spectrum([xi], step).cutoff, ends=True)
-    return np.where(np.isfinite(found), found, xi)
+    smooth = derivatives(xi, step, spectrum([xi], step).cutoff, ends=True)[0]
+    return np.where(np.isfinite(smooth), smooth, xi)
 
 
-def _through(t, xi):
-    """A reference through the rows, by quintic splines, or cubic ones of few rows."""
-    degree = min(5, len(t) - 1)
-    splines = [make_splrep(t, column, k=degree, s=0) for column in xi.T]
-    both = [
-        spline.derivative(order) if order else spline for order in range(3) for spline in splines
-    ]
+def _reference_through(t, xi):
+    """Return the Trajectory of quintic splines through the rows, cubic ones of few rows."""
+    splines = [make_splrep(t, column, k=min(5, len(t) - 1), s=0) for column in xi.T]
+    for order in (1, 2):
+        splines += [spline.derivative(order) for spline in splines[:2]]
     return Trajectory(
-        0.0, float(t[-1]), lambda now: np.stack([spline(now) for spline in both], axis=-1)
+        0.0, float(t[-1]), lambda now: np.stack([spline(now) for spline in splines], axis=-1)
     )
 
 
-def _at(found, t, run, rows):
-    """Of a simulation what a run has, on the times of the log."""
-
-    def on(values):
-        return np.stack([np.interp(t, found.t, column) for column in values.T], axis=1)
-
-    events = [event._replace(t=event.t + float(run.t[rows.start])) for event in found.events]
-    turns = (
-        np.round((run.q[rows.start] - found.q[0]) / (2 * np.pi)) * 2 * np.pi
-        if run.robot.turns
-        else 0.0
-    )
-    at = np.minimum(np.searchsorted(found.t, t + 1e-9, side="right") - 1, len(found.t) - 1)
-    return {
-        "q": on(found.q) + turns,
-        "q_dot": on(found.q_dot),
-        "xi": on(found.xi),
-        "tau": found.tau[at],
-        "energy": np.interp(t, found.t, found.energy),
-        "events": events,
-    }
+def _copy_rows(simulated, run, rows, values):
+    """Copy a simulation, interpolated at the times of the run, into the rows of `values`."""
+    t = run.t[rows] - run.t[rows.start]
+    for name in ("q", "q_dot", "xi"):
+        for k, column in enumerate(getattr(simulated, name).T):
+            values[name][rows, k] = np.interp(t, simulated.t, column)
+    if run.robot.turns:
+        turns = np.round((run.q[rows.start] - simulated.q[0]) / (2 * np.pi))
+        values["q"][rows] += turns * 2 * np.pi
+    held = np.searchsorted(simulated.t, t + 1e-9, side="right") - 1
+    values["tau"][rows] = simulated.tau[np.minimum(held, len(simulated.t) - 1)]
+    values["energy"][rows] = np.interp(t, simulated.t, simulated.energy)

@@ -78,11 +78,11 @@ def _arrows(axes, found):
 
 def _numbers(axes, found):
     """Where no whole points are measured: predicted against measured numbers."""
-    from ...estimation.calibration.fit import misses
+    from ...estimation.calibration.fit import residuals
 
     measured = 1e3 * found.rows.numbers
     for p, colour, words in ((found.before, ORANGE, "before"), (found.p, BLUE, "after")):
-        off = 1e3 * misses(p, found.rows, found.assembly, derive=False)[0]
+        off = 1e3 * residuals(p, found.rows, found.assembly, derive=False)[0]
         axes.plot(measured, off, "o", ms=5, color=colour, label=f"miss {words}")
     finish(axes, 2, xlabel="measured (mm)", ylabel="predicted − measured (mm)", title="misses")
 
