@@ -37,7 +37,6 @@ def rows(found):
         "Time,x,y\n[ms],[mm],m\n0,90,0.068\n500,45.5,0.08\n",
         "t;x;y;note\ns;mm;mm;-\n0;90;68;a\n0,5;45,5;80;b\n",
         "%time,frame_id,x,y\n0,map,0.09,0.068\n0.5,map,0.0455,0.08\n",
-        "t,x,y\n0 sec,0.09,0.068\n0.5 sec,0.0455,0.08\n",
         "t,x,y\n1970-01-01 00:00:00,0.09,0.068\n1970-01-01T00:00:00.5Z,0.0455,0.08\n",
         '"t","x (mm)","y (cm)"\n"0","90","6,8"\n"0.5","45.5","8"\n',
     ],
@@ -81,7 +80,7 @@ def test_a_unit_may_be_given_for_what_the_heading_leaves_open():
 @pytest.mark.parametrize(
     "text, units, message",
     [
-        ("", (), "empty; needed a header with t, x, y (and perhaps q1)"),
+        ("", (), "empty; needed a header with t, x, y, q1"),
         ("0,0.09,0.068\n", (), "line 1: no header, but numbers"),
         ("t,x\n0,1\n", (), "line 1: no column y; found 't', 'x'"),
         ("t,x,y\n", (), "no rows under the header"),

@@ -75,7 +75,18 @@ class Quantity:
 
 
 TIME = Quantity(
-    ("time", "times", "timestamp", "stamp", "seconds", "temps", "zeit", "tiempo", "tempo"), SECONDS
+    (
+        "time",
+        "times",
+        "timestamp",
+        "stamp",
+        "seconds",
+        "temps",
+        "zeit",
+        "tiempo",
+        "tempo",
+    ),
+    SECONDS,
 )
 
 
@@ -169,7 +180,9 @@ def units_named(value: object, name: str) -> Mapping[str, str] | tuple[str, ...]
     else:
         words = (None,)
     if not all(isinstance(word, str) for word in words):
-        raise TypeError(f"{name} must be units, as 'mm', or {{name: unit}}, not {shown(value)}")
+        raise TypeError(
+            f"{name} must be units, as 'mm', or {{name: unit}}, not {shown(value)}"
+        )
     return value
 
 
@@ -184,7 +197,9 @@ def _units_by_name(units, wanted):
         unit = _unit(word)
         fitting = [k for k in wanted if unit in wanted[k].units and key in ("", k)]
         if not fitting:
-            known = dict.fromkeys(u for quantity in wanted.values() for u in quantity.units)
+            known = dict.fromkeys(
+                u for quantity in wanted.values() for u in quantity.units
+            )
             if key in wanted:
                 known = wanted[key].units
             what = f"{key}={word}" if key else word
@@ -209,14 +224,18 @@ def _from_arrays(arrays, wanted, units, name):
             )
         column = real_numbers(array, f"{name}[{heading!r}]")
         if column.ndim > 1:
-            raise ValueError(f"{name}[{heading!r}] must have shape (n,), not {column.shape}")
+            raise ValueError(
+                f"{name}[{heading!r}] must have shape (n,), not {column.shape}"
+            )
         factor = wanted[key].units[units[key]] if key in units else 1.0
         values[key] = np.where(np.isfinite(column), column, np.nan) * factor
     if missing := _missing(wanted, values):
         raise ValueError(f"{name} has no column {', '.join(missing)}")
     lengths = {key: len(column) for key, column in values.items() if column.ndim}
     if len(set(lengths.values())) != 1:
-        raise ValueError(f"the columns of {name} differ in length: {lengths or 'none is an array'}")
+        raise ValueError(
+            f"the columns of {name} differ in length: {lengths or 'none is an array'}"
+        )
     n = next(iter(lengths.values()))
     values = {key: np.broadcast_to(column, n).copy() for key, column in values.items()}
     rows = np.arange(1, n + 1)
@@ -233,10 +252,14 @@ def _from_text(file, wanted, units):
     if not rows:
         raise ValueError(f"{name}: empty; needed a header with {', '.join(wanted)}")
     above = lines[: rows[0][0] - 1]
-    comments = [(n, line.lstrip("#% ")) for n, line in above if line.startswith(("#", "%"))]
+    comments = [
+        (n, line.lstrip("#% ")) for n, line in above if line.startswith(("#", "%"))
+    ]
     first = rows[0][1]
     if any(map(_is_number, first.split(_delimiter(first)))):
-        if not comments or all(map(_is_number, re.split(r"[;,\t| ]+", comments[-1][1]))):
+        if not comments or all(
+            map(_is_number, re.split(r"[;,\t| ]+", comments[-1][1]))
+        ):
             raise ValueError(
                 f"{name}, line {rows[0][0]}: no header, but numbers; needed one with"
                 f" {', '.join(wanted)}"
@@ -244,7 +267,9 @@ def _from_text(file, wanted, units):
         rows.insert(0, comments[-1])
     (top, header), *rows = rows
     delimiter = _delimiter(header)
-    headings = [cell.strip() for cell in _cells(header, delimiter, f"{name}, line {top}")]
+    headings = [
+        cell.strip() for cell in _cells(header, delimiter, f"{name}, line {top}")
+    ]
     if rows:
         cells = _cells(rows[0][1], delimiter, f"{name}, line {rows[0][0]}")
         if row_of_units := _row_of_units(cells, wanted, len(headings)):
@@ -284,7 +309,9 @@ def _refuse_huge(values, lines, name, row_word):
 
 
 def _missing(wanted, there):
-    return [key for key, quantity in wanted.items() if quantity.needed and key not in there]
+    return [
+        key for key, quantity in wanted.items() if quantity.needed and key not in there
+    ]
 
 
 def _delimiter(line):
@@ -349,7 +376,9 @@ def _column_and_unit(heading, wanted, names, where):
         if unit in ("", "-"):
             return key, None
         known = ", ".join(wanted[key].units)
-        raise ValueError(f"{where}: column {heading!r}: {bracket[2]!r} is none of {known}")
+        raise ValueError(
+            f"{where}: column {heading!r}: {bracket[2]!r} is none of {known}"
+        )
     for separator in re.finditer(r"[\s_/,]+", heading):
         key = names.get(_plain(heading[: separator.start()]))
         unit = _unit(re.sub(r"^in\s+(?=\w)", "", heading[separator.end() :]))
@@ -380,8 +409,12 @@ def _match(headings, wanted, units, where):
         if unit := unit or units.get(key):
             own_units[key] = unit
     if missing := _missing(wanted, places):
-        words = "; ".join(" or ".join(dict.fromkeys([k, *wanted[k].names])) for k in missing)
-        raise ValueError(f"{where}: no column {words}; found {', '.join(map(repr, headings))}")
+        words = "; ".join(
+            " or ".join(dict.fromkeys([k, *wanted[k].names])) for k in missing
+        )
+        raise ValueError(
+            f"{where}: no column {words}; found {', '.join(map(repr, headings))}"
+        )
     return places, own_units, notes
 
 
@@ -391,10 +424,16 @@ def _numbers(rows, delimiter, width, places, name):
     comma = delimiter != "," and any("," in line for line in lines)
     if comma and not any("." in line for line in lines):
         lines = [line.replace(",", ".") for line in lines]
-    even = delimiter is None or all(line.count(delimiter) == width - 1 for line in lines)
+    even = delimiter is None or all(
+        line.count(delimiter) == width - 1 for line in lines
+    )
     try:  # all at once; cells that are wrong or missing are looked for below
         table = np.loadtxt(
-            lines, delimiter=delimiter, usecols=list(places.values()), comments=None, ndmin=2
+            lines,
+            delimiter=delimiter,
+            usecols=list(places.values()),
+            comments=None,
+            ndmin=2,
         )
         if even and np.isfinite(table).all():
             return table, comma
@@ -407,9 +446,13 @@ def _numbers(rows, delimiter, width, places, name):
         if len(cells) < width or any(cells[width:]):
             several = delimiter == "," and len(cells) >= 2 * width - 1
             hint = "; decimal commas need ; between the columns" if several else ""
-            raise ValueError(f"{where}: {len(cells)} cells, where the header has {width}{hint}")
+            raise ValueError(
+                f"{where}: {len(cells)} cells, where the header has {width}{hint}"
+            )
         comma |= any("," in cells[place] for place in places.values())
-        table[row] = [_number(cells[place], key, where) for key, place in places.items()]
+        table[row] = [
+            _number(cells[place], key, where) for key, place in places.items()
+        ]
     return table, comma
 
 

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from types import NoneType
-from typing import Any, TypeVar, get_args, get_type_hints
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
+from numpy import ndarray
 
 from ..base.tables import STRANGE, TextFile, whole_text, written
 from ..models.parameters import robot_of
-from ..models.robots import Biglide, FiveBar
+from ..models.robots import Biglide, FiveBar, Robot
 
 T = TypeVar("T")
 
 
-def write_json(path: TextFile, kind: str, result: object, **more: object) -> None:
+def write_json(path: TextFile, kind: str, content: object, **more: object) -> None:
     """Write a dataclass or a dict as JSON; nan and infinity, which JSON lacks, as null."""
     with written(path) as out:
-        json.dump({"fivebar": kind, **encode(result), **encode(more)}, out, indent=1)
+        json.dump({"fivebar": kind, **encode(content), **encode(more)}, out, indent=1)
         out.write("\n")
 
 
@@ -52,12 +53,10 @@ def encode(value: Any) -> Any:
         return {field.name: encode(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, dict):
         return {key: encode(each) for key, each in value.items()}
-    if isinstance(value, (np.ndarray, np.generic)):
+    if isinstance(value, (ndarray, np.generic)):
         return encode(value.tolist())
     if isinstance(value, (tuple, list)):
         return [encode(each) for each in value]
-    if isinstance(value, frozenset):
-        return sorted(value)
     if isinstance(value, float) and not np.isfinite(value):
         return None
     return value
@@ -65,30 +64,24 @@ def encode(value: Any) -> Any:
 
 def decode(kind: Any, value: Any) -> Any:
     """Return a value of this type, out of what `encode` made of it."""
-    options = [option for option in get_args(kind) if option is not NoneType]
-    if NoneType in get_args(kind):
+    origin, options = get_origin(kind), get_args(kind)
+    if NoneType in options:
         return None if value is None else decode(options[0], value)
-    if kind is np.ndarray:
+    if kind is ndarray:
         return _array(value)
-    if is_dataclass(kind) and kind is not FiveBar:
+    if kind in (FiveBar, Robot):
+        return robot_of(value)
+    if is_dataclass(kind):
         types = get_type_hints(kind)
         return kind(**{name: decode(types[name], value[name]) for name in types if name in value})
-    if FiveBar in (kind, *options):
-        return robot_of(value)
-    origin = getattr(kind, "__origin__", kind)
     if origin is dict:
-        items = {str(key): decode(options[1], each) for key, each in dict(value).items()}
-        return items
-    if origin in (tuple, frozenset):
-        if isinstance(value, str):
-            raise ValueError(f"{value!r} is no list")
-        return origin(decode(options[0], each) for each in value)
-    if origin is float and value is None:
-        return np.inf
-    if origin is float and isinstance(value, int):
-        value = float(value)
-    if not isinstance(value, origin):
-        raise ValueError(f"{value!r} is no {origin.__name__}")
+        return {key: decode(options[1], each) for key, each in value.items()}
+    if origin is tuple and isinstance(value, list):
+        return tuple(decode(options[0], each) for each in value)
+    if kind is float and (value is None or isinstance(value, int)):
+        return np.inf if value is None else float(value)
+    if not isinstance(value, origin or kind):
+        raise ValueError(f"{value!r} is no {kind}")
     return value
 
 
@@ -99,3 +92,12 @@ def _array(value):
     if array.dtype.kind not in "bif":
         raise ValueError("its arrays must be of numbers")
     return array
+
+
+def write_toml(path: TextFile, robot: Robot, sd: Mapping[str, float], comments: Iterable) -> None:
+    """Write a robot for `--robot FILE.toml`, under lines of comment, with standard deviations."""
+    with written(path) as out:
+        out.writelines(f"# {line}\n" for line in comments)
+        for name, value in robot.parameters.items():
+            known = f"  # sd {sd[name]:.2g}" if name in sd else ""
+            out.write(f"{name} = {list(value) if isinstance(value, tuple) else value!r}{known}\n")

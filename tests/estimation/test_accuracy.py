@@ -4,13 +4,29 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.estimation.calibration.measured_robot import LENGTHS
-from fivebar.estimation.calibration.poses import candidates, tip_gain
+from fivebar.estimation.calibration.measured_robot import LENGTHS, UNKNOWNS, seen, sizes, values_of
+from fivebar.estimation.calibration.poses import candidates
 from tests.benchmarks.calibration import GRID, against_quadratic
 from tests.helpers.twins import HOME, LAB, MODES, NOMINAL
 
 GEOMETRY = (*LENGTHS, "offset1", "offset2")
 NINE = (*GEOMETRY, "x0", "y0")
+
+
+def tip_gain(robot, q, assembly, unknown, working):
+    """Return the largest standard deviation of the tip over the workspace, after poses q."""
+    p, columns = values_of(robot), [UNKNOWNS.index(name) for name in unknown]
+    over = candidates(robot, 0.3, working, None)
+    size = sizes(robot, over.q, unknown)
+    own, everywhere = (
+        seen(p, readings, modes)[1][:, :, columns] * size
+        for readings, modes in ((q, assembly), (over.q, over.assembly))
+    )
+    information = np.einsum("nij,nik->jk", own, own)
+    if np.linalg.cond(information) > 1e20:
+        return np.inf
+    spread = np.einsum("nij,jk,nik->n", everywhere, np.linalg.inv(information), everywhere)
+    return np.sqrt(spread.max())
 
 
 @pytest.mark.parametrize("robot, unknown", [(LAB, GEOMETRY), (LAB, NINE), (NOMINAL, NINE)])

@@ -32,7 +32,7 @@ def test_a_file_of_a_calibration_comes_back(tmp_path):
         each[name][place] = 1e-320
     for content in ({"fivebar": "x"}, *bad):
         (tmp_path / "bad.json").write_text(json.dumps(content))
-        with pytest.raises(ValueError, match="bad.json: not a calibration"):
+        with pytest.raises(ValueError, match="bad.json: not a file of kind 'calibration"):
             fb.Calibration.from_json(tmp_path / "bad.json")
     found.to_toml(tmp_path / "robot.toml")
     from fivebar.cli.robot_options import robot_from

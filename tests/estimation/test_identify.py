@@ -97,7 +97,7 @@ def test_deviations_count_that_what_is_left_out_need_not_be_0():
     counts, t = np.ones((n, 2), bool), np.arange(n) * 1.0
     for _ in range(200):
         tau = W @ (1.0, 0.5, 2.0) + rng.normal(size=(n, 2))  # 0.5 is two of its standard deviations
-        rows = Rows(W, tau, counts, t, np.ones((n, 2)), (0,), (1.0, 1.0), (1.0, 1.0))
+        rows = Rows(W, tau, counts, t, np.ones((n, 2)), (0,), 1.0)
         full, last = fit(rows, [0, 1, 2]), fit(rows, [0, 2])
         sd = [np.sqrt(cov[0, 0]) for cov in (spread(full, [0, 2], last), last.cov)]
         inside += np.abs(last.theta[0] - 1.0) <= 2 * np.array(sd)
@@ -117,20 +117,6 @@ def test_a_simulated_robot_that_sticks_and_slips_comes_back():
         assert value == pytest.approx(getattr(robot, name), rel=3e-3)
     assert found.misfit < 1e-3 and found.validation is None
     assert found.robot.fs2 == pytest.approx(0.08, rel=2e-3)
-    log = {
-        "t": run.t,
-        "q": run.q,
-        "tau": run.tau,
-    }  # of which nothing says that its torques were held
-    elsewhere = fb.identify(known, log, unknown=unknown, validate=log)
-    assert (
-        elsewhere.values == pytest.approx(found.values, rel=1e-9)
-        and "held from its row" in elsewhere.notes[0]
-    )
-    again = fb.identify(
-        known, run, unknown=unknown, validate=log
-    )  # nor does the first log, which is another's
-    assert again.validation.misfit > 2 * elsewhere.validation.misfit
 
 
 def _lissajous(t):
@@ -242,7 +228,7 @@ def test_the_result_is_kept_and_shown(tmp_path):
     assert (tmp_path / "a.png").stat().st_size > 10_000
     with pytest.raises(ValueError, match="no rows to draw"):
         again.plot()
-    with pytest.raises(ValueError, match="not a file written by Identification.to_json"):
+    with pytest.raises(ValueError, match="not a file of kind 'identification'"):
         (tmp_path / "b.json").write_text("{}")
         fb.Identification.from_json(tmp_path / "b.json")
 

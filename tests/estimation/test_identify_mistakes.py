@@ -45,7 +45,7 @@ def spoilt(values, *rows):
         ),
         ({"q": np.full_like(Q, 0.3)}, {}, "q11 hardly moves"),
         ({"tau": None}, {}, "the log has no torques"),
-        ({"tau": 0 * TAU}, {}, "tau1 stays at its largest value"),
+        ({"tau": 0 * TAU}, {}, "torques stay at their largest value"),
         (
             {"q": spoilt(Q, 5000, 5001, 5002)},
             {},
@@ -53,8 +53,8 @@ def spoilt(values, *rows):
         ),
         ({}, {"unknown": ["mass"]}, "no parameter 'mass'; the torque is linear in zz1, zz2, m"),
         ({}, {"cutoff": 200.0}, "at most 83.33 Hz"),
-        ({"speed": T}, {}, "no column 'speed'; the known ones are t, q1"),
-        ({"q": Q[:-1]}, {}, "q1 has 12000 rows, and t 12001"),
+        ({"speed": T}, {}, "no column 'speed'"),
+        ({"q": Q[:-1]}, {}, "differ in length"),
         ({}, {"units": {"q1": "furlong"}}, "q1=furlong: known are rad, deg"),
         ({}, {"gear_ratio": 0.0}, "gear_ratio must not be 0"),
     ],
@@ -83,11 +83,10 @@ def test_too_slow_a_log_is_refused(every):
             {"tau": np.roll(TAU, 5, axis=0)},
             "the torques come (4.9|5)[0-9.]* ± 0.[0-9]+ ms too late",
         ),
-        ({"tau": TAU + [0.1, 0.0]}, "tau1 is off by 0.[01][0-9.]* ± .* sensor's zero"),
-        ({"tau": clipped(TAU)}, "stays at its largest value in .* these rows do not count"),
+        ({"tau": clipped(TAU)}, "stay at their largest value.* these rows do not count"),
         (
             {"tau": spoilt(TAU, 3000, 7000, 7001)},
-            "tau1 leaves its neighbours in 3 rows .* do not count",
+            "leave their neighbours in 3 rows .* do not count",
         ),
         ({"t": T + np.random.default_rng(0).uniform(-2e-4, 2e-4, len(T))}, "off an even grid"),
     ],
@@ -95,7 +94,7 @@ def test_too_slow_a_log_is_refused(every):
 def test_what_was_done_about_it_is_said(change, words):
     found = fb.identify(ROBOT, {**LOG, **change})
     assert (
-        set(found.chosen) == CASE.named | {"zz1", "zz2", "m"} or "late" in words or "zero" in words
+        set(found.chosen) == CASE.named | {"zz1", "zz2", "m"} or "late" in words
     )
     if words:
         assert any(re.search(words, sentence) for sentence in found.notes)
@@ -127,7 +126,7 @@ def test_a_model_that_does_not_have_all_of_the_robot_is_said_to_miss_more_than_n
 def test_other_lengths_and_other_robots():
     with pytest.raises(ValueError, match="do not close the loop.*fb.calibrate|misses|no robot has"):
         fb.identify(replace(ROBOT, l12=0.4 * ROBOT.l12, l22=0.4 * ROBOT.l22), LOG)
-    with pytest.raises(TypeError, match="a log is a Run, a CSV file or a mapping"):
+    with pytest.raises(TypeError, match="the log must be a CSV file"):
         fb.identify(ROBOT, 5)
     with pytest.raises(ValueError, match="at least one log"):
         fb.identify(ROBOT, [])

@@ -55,47 +55,12 @@ def test_a_wrong_column_is_named_and_mended(what):
     assert all(abs(found.values[name] - true[name]) < 5 * found.sd[name] for name in LENGTHS)
 
 
-@pytest.mark.parametrize("what", ["q2 in degrees", "q1 and q2 in degrees", "x in mm"])
-def test_a_wrong_unit_where_one_coordinate_is_measured(what):
-    rng = np.random.default_rng(13)
-    true = twin(rng, LAB, GEOMETRY)
-    data = measured(true, 25, rng, 1e-5)
-    del data["y"]
-    with pytest.raises(ValueError, match=f"a mistake in data: column {what}"):
-        fb.calibrate(LAB, COLUMNS[what](data), GEOMETRY)
-    q, points, assembly, _ = seen(true, poses(true, 20, rng))
-    far = 1e3 * np.hypot(*(points - np.roll(points, -1, axis=0)).T)
-    data = dict(
-        q1=q[:, 0], q2=q[:, 1], distance=far, to=np.roll(np.arange(20), -1) + 1, assembly=assembly
-    )
-    with pytest.raises(ValueError, match="a mistake in data: column distance in mm"):
-        fb.calibrate(LAB, data, GEOMETRY)
-
-
 def test_two_wrong_columns_are_both_named():
     _, data = data_of(2)
     with pytest.raises(
         ValueError, match="2 mistakes in data: column q2 in degrees.*; column y in mm"
     ):
         fb.calibrate(LAB, degrees(data, "q2") | dict(y=1e3 * data["y"]), FREE)
-
-
-def test_wrong_rows_are_named():
-    _, data = data_of(3)
-    data["q1"][4] = np.degrees(data["q1"][4])
-    data["x"][7] *= 1e3
-    data["x"][9], data["y"][9] = data["y"][9], data["x"][9]
-    with pytest.raises(ValueError) as error:
-        fb.calibrate(LAB, data, FREE)
-    for words in (
-        "3 mistakes",
-        "row 5: q1 in degrees",
-        "row 8: x in mm",
-        "row 10: x and y swapped",
-    ):
-        assert words in str(error.value)
-    found = fb.calibrate(LAB, data, FREE, mistakes="mend")
-    assert found.rms < 1.2e-4 and len(found.notes) == 3
 
 
 def test_modes_that_are_noted_wrong():
@@ -107,46 +72,8 @@ def test_modes_that_are_noted_wrong():
         match=r"a mistake in data: row 4: noted working \([+-]1, [+-]1\), but its angles and",
     ):
         fb.calibrate(LAB, data, FREE)
-    data["working2"] *= -1
-    with pytest.raises(
-        ValueError, match="column working2 with the wrong sign in 20 of 20 rows; row 4: noted"
-    ):
-        fb.calibrate(LAB, data, FREE)
-
-
-def test_a_row_alone_in_its_mode_is_pointed_at_where_no_modes_are_noted():
-    rng = np.random.default_rng(9)
-    true = twin(rng, LAB, GEOMETRY)
-    at_home = [pose for pose in poses(true, 60, rng, HOME) if pose.assembly == -1]
-    shown = [*at_home[:14], *poses(true, 1, rng, ((1, 1),))]
-    q, points, *_ = seen(true, shown)
-    data = dict(q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1])
-    (sentence,) = fb.calibrate(LAB, data, GEOMETRY).notes
-    assert (
-        sentence.startswith("row 15 is in working (+1, +1), assembly")
-        and "working (-1, -1)" in sentence
-    )
-    with pytest.raises(
-        ValueError, match="a mistake in data: column q1 in degrees.*; row 15 is in working"
-    ):
-        fb.calibrate(LAB, degrees(data, "q1"), GEOMETRY)
-
-
-@pytest.mark.parametrize(
-    "change, asked, words",
-    [
-        (dict(x0=0.2, y0=0.1, turn=0.5), GEOMETRY, "x0, y0, turn should be unknown, too"),
-        (dict(x0=0.2, y0=0.1), GEOMETRY, "x0, y0 should be unknown, too"),
-        (dict(offset1=0.8), LENGTHS, "offset1, offset2 should be unknown, too"),
-    ],
-)
-def test_unknowns_that_were_forgotten_are_named(change, asked, words):
-    rng = np.random.default_rng(10)
-    true = twin(rng, LAB, LENGTHS) | change
-    data = measured(true, 15, rng, 1e-5)
-    for how in ("raise", "mend"):  # there is nothing to mend in the rows
-        with pytest.raises(ValueError, match=f"a mistake in data: {words}"):
-            fb.calibrate(LAB, data, asked, mistakes=how)
+    mended = fb.calibrate(LAB, data, FREE, mistakes="mend")
+    assert len(mended.notes) == 1 and mended.rms < 1.2e-4
 
 
 def test_garbage_is_called_so():
@@ -156,35 +83,6 @@ def test_garbage_is_called_so():
         fb.calibrate(LAB, garbage, GEOMETRY)
     near = measured(twin(rng, LAB, LENGTHS, spread=6.0), 12, rng, 3e-3)
     assert "THE MISSES ARE LARGE" in str(fb.calibrate(LAB, near, LENGTHS))
-
-
-def test_a_heading_that_names_the_wrong_unit(tmp_path):
-    _, data = data_of(12)
-    rows = "\n".join(",".join(f"{v:.7f}" for v in row) for row in zip(*data.values()))
-    for head, words in (
-        ("q1,q2_deg,x,y", "q2 in rad, not"),
-        ("q1,q2,x (mm),y (mm)", "x and y in m, not"),
-    ):
-        (tmp_path / "a.csv").write_text(f"{head}\n{rows}\n")
-        with pytest.raises(
-            ValueError, match=f"a mistake in .*a.csv: column {words} in the unit that is stated"
-        ):
-            fb.calibrate(LAB, tmp_path / "a.csv", FREE)
-
-
-def test_a_mode_noted_wrong_where_one_coordinate_is_measured():
-    rng = np.random.default_rng(5)
-    true = twin(rng, LAB, LENGTHS)
-    q, points, assembly, _ = seen(true, poses(true, 16, rng))
-    data = dict(
-        q1=q[:, 0], q2=q[:, 1], x=points[:, 0], y=points[:, 1].copy(), assembly=assembly.copy()
-    )
-    far = int(
-        np.argmax(np.abs(points[:, 0] - fb.dgm(LAB, q, -assembly, unreachable="nan").xi[:, 0]))
-    )
-    data["y"][far], data["assembly"][far] = np.nan, -assembly[far]
-    with pytest.raises(ValueError, match=f"row {far + 1}: noted assembly"):
-        fb.calibrate(LAB, data, LENGTHS)
 
 
 def test_good_data_are_never_accused():

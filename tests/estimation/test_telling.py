@@ -26,7 +26,7 @@ def rank_in_50_digits(found):
         p = [mp.mpf(float(v)) for v in found.p]
         full = exact_jacobian(p, rows.q.tolist(), found.assembly.tolist())
         places = [UNKNOWNS.index(name) for name in found.unknown]
-        kept = [2 * n + axis for n, axis in zip(*rows.asked[:2])]
+        kept = [2 * n + axis for n, axis in zip(*rows.measured[:2])]
         size = sizes(found.nominal, rows.q, found.unknown)
         matrix = mp.matrix(
             [[full[r, k] * mp.mpf(float(s)) for k, s in zip(places, size)] for r in kept]

@@ -7,6 +7,7 @@ from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
+from numpy import ndarray
 
 from ...base.backend import real_numbers, wrap
 from ...base.checks import (
@@ -180,7 +181,7 @@ def known_names(unknown: Sequence[str], name: str = "unknown") -> tuple[str, ...
     return names
 
 
-def start_values(robot: FiveBar, start: Mapping[str, float]) -> np.ndarray:
+def start_values(robot: FiveBar, start: Mapping[str, float]) -> ndarray:
     """Return all UNKNOWNS (13,) of a robot with `start` over them; ValueError for impossible ones."""
     if not isinstance(start, Mapping):
         raise TypeError(f"start must be a mapping {{name: value}}, not {shown(start)}")

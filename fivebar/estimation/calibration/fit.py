@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy import ndarray
 from scipy.optimize import least_squares
 
 from .measured_robot import PLACE, UNKNOWNS, place, seen, sines_at
@@ -41,10 +42,10 @@ class Task:
     """
 
     rows: Rows
-    free: np.ndarray
-    start: np.ndarray
-    size: np.ndarray
-    weight: np.ndarray
+    free: ndarray
+    start: ndarray
+    size: ndarray
+    weight: ndarray
     bounds: Mapping | None = None
     loss: str = "linear"
 
@@ -57,14 +58,14 @@ class Task:
         """Mean bar of the start, m."""
         return float(np.mean(np.abs(self.start[:4])))
 
-    def at(self, z: np.ndarray) -> np.ndarray:
+    def at(self, z: ndarray) -> ndarray:
         """Return all values with the unknowns moved from their start by z sizes."""
         p = self.start.copy()
         p[self.free] += z * self.size
         return p
 
 
-def residuals(p: np.ndarray, rows: Rows, assembly: np.ndarray, derive: bool = True) -> tuple:
+def residuals(p: ndarray, rows: Rows, assembly: ndarray, derive: bool = True) -> tuple:
     """Return predicted minus measured numbers (m,), m, and their derivatives by UNKNOWNS (m, 13).
 
     Without `derive` the derivatives are None.
@@ -88,7 +89,7 @@ def residuals(p: np.ndarray, rows: Rows, assembly: np.ndarray, derive: bool = Tr
     return predicted - rows.numbers, jacobian
 
 
-def noted_assembly(p: np.ndarray, rows: Rows) -> np.ndarray:
+def noted_assembly(p: ndarray, rows: Rows) -> ndarray:
     """Return the assembly mode (n,) that a row notes, or that its working modes leave.
 
     It is 0 where both modes or none would do.
@@ -96,15 +97,13 @@ def noted_assembly(p: np.ndarray, rows: Rows) -> np.ndarray:
     fits = []
     for side in (-1, 1):
         at = place(p, rows.q, np.full(len(rows), side))
-        with np.errstate(invalid="ignore"):
-            working = -np.sign(np.stack(at.sines, axis=-1))
-        as_noted = (rows.working == 0) | (working == rows.working)
-        fits.append(as_noted.all(axis=1) & np.isfinite(at.xi[0]))
+        as_noted = (rows.working == 0) | (-np.sign(at.sines) == rows.working)
+        fits.append(as_noted.all(axis=1) & np.isfinite(at.xi))
     only = fits[1].astype(np.int8) - fits[0].astype(np.int8)
     return np.where(rows.assembly, rows.assembly, only)
 
 
-def assembly_modes(p: np.ndarray, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+def assembly_modes(p: ndarray, rows: Rows) -> tuple[ndarray, ndarray]:
     """Return the assembly mode (n,) of each row, and where (n,) it is uncertain.
 
     At a measured point it is the point's own, else as noted, else that of the nearer pose.
@@ -130,7 +129,7 @@ def assembly_modes(p: np.ndarray, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
     return modes.astype(np.int8), uncertain
 
 
-def solve(task: Task, p: np.ndarray, assembly: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def solve(task: Task, p: ndarray, assembly: ndarray) -> tuple[ndarray, ndarray]:
     """Return the values (13,) of least weighted squares from p, and which unknowns are at a bound.
 
     Combinations that the rows do not tell stay as near to the start as they can. Bounds count only
@@ -211,7 +210,7 @@ def _polish(off, slope, z):
     return z
 
 
-def spectrum(jacobian: np.ndarray) -> tuple:
+def spectrum(jacobian: ndarray) -> tuple:
     """Return a scaled Jacobian's left vectors, singular values, right vectors (k, k), and its noise.
 
     Singular values below the last are rounding.
@@ -224,7 +223,7 @@ def spectrum(jacobian: np.ndarray) -> tuple:
     return left, s, right, ROUNDING * max(m, k) * s[0]
 
 
-def loss_slopes(loss: str, off: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def loss_slopes(loss: str, off: ndarray) -> tuple[ndarray, ndarray]:
     """Return a robust loss's psi(r) and psi'(r) at residuals (m,), scaled by their own scatter."""
     scatter = max(1.4826 * float(np.median(np.abs(off))), 1e-300)
     step = 1e-6 * scatter

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy import ndarray
 
 from .measured_robot import METRES, PLACE, UNITS, UNKNOWNS, place, seen
 
@@ -16,7 +17,7 @@ SMALL = 1e-6  # of a null vector's largest entry: taken for 0
 STEP = {"m": (1e-3, "mm"), "rad": (np.pi / 180, "deg"), "": (1.0, "")}
 
 
-def plainest(null: np.ndarray) -> np.ndarray:
+def plainest(null: ndarray) -> ndarray:
     """Return the reduced basis (k, n) of the rows of `null` (k, n), the fewest entries first.
 
     Each vector has an unknown of its own, and its largest entry is 1.
@@ -30,10 +31,11 @@ def plainest(null: np.ndarray) -> np.ndarray:
     largest = np.abs(rows).max(axis=1, keepdims=True)
     rows[np.abs(rows) < SMALL * largest] = 0.0
     rows /= np.take_along_axis(rows, np.abs(rows).argmax(axis=1)[:, None], axis=1)
-    return rows[np.argsort(np.count_nonzero(rows, axis=1), kind="stable")]
+    entries = rows != 0
+    return rows[np.lexsort((entries.argmax(axis=1), entries.sum(axis=1)))]
 
 
-def combination(vector: np.ndarray, names: Sequence[str], sizes: np.ndarray, p: np.ndarray) -> str:
+def combination(vector: ndarray, names: Sequence[str], sizes: ndarray, p: ndarray) -> str:
     """Return in words what of its unknowns the data do tell; the vector is in units of sizes."""
     steps = {name: vector[k] * sizes[k] for k, name in enumerate(names) if vector[k]}
     named = listed(steps)
@@ -70,7 +72,7 @@ def listed(words) -> str:
 
 
 def weak_combinations(
-    sd: np.ndarray, vectors: np.ndarray, names: Sequence[str], sds: dict[str, float]
+    sd: ndarray, vectors: ndarray, names: Sequence[str], sds: dict[str, float]
 ) -> tuple[str, ...]:
     """Return sentences on combinations (k, n) whose standard deviation (k,) is above 0.1 sizes."""
     sentences = []
@@ -85,7 +87,7 @@ def weak_combinations(
     return tuple(sentences)
 
 
-def remedy(found: Calibration, vector: np.ndarray) -> str:
+def remedy(found: Calibration, vector: ndarray) -> str:
     """Return the easiest measurement that would tell a null vector, or which unknown to measure.
 
     Each measurement is tried: its derivatives along the vector must not be 0.
@@ -111,7 +113,10 @@ def _remedies(found):
     same_modes = (modes[:, None] == noted[None]).all(axis=2).any(axis=1)
     slopes = seen(found.p, q, modes[:, 2])[1]
     for axis in axes:
-        yield "poses in other places of the same modes would tell", slopes[same_modes, axis]
+        yield (
+            "poses in other places of the same modes would tell",
+            slopes[same_modes, axis],
+        )
     for axis in {0, 1} - axes if axes else ():
         yield f"measuring {'xy'[axis]}, too, would tell", slopes[same_modes, axis]
     if axes:
@@ -122,9 +127,15 @@ def _remedies(found):
     gaps = points - np.roll(points, 1, axis=0)
     along = gaps / np.maximum(np.hypot(*gaps.T), 1e-300)[:, None]
     ruler = np.einsum("ni,nij->nj", along, by_robot - np.roll(by_robot, 1, axis=0))
-    yield "a distance between two of its points by a ruler (columns distance, to) would tell", ruler
+    yield (
+        "a distance between two of its points by a ruler (columns distance, to) would tell",
+        ruler,
+    )
     if not axes:
-        yield "points x, y in a measuring frame would tell", slopes.reshape(-1, len(UNKNOWNS))
+        yield (
+            "points x, y in a measuring frame would tell",
+            slopes.reshape(-1, len(UNKNOWNS)),
+        )
 
 
 def _poses(p):
@@ -134,8 +145,8 @@ def _poses(p):
     q, modes = [np.zeros((0, 2))], [np.zeros((0, 3), int)]
     for side in (-1, 1):
         at = place(p, readings, np.full(len(theta), side))
-        sines = np.nan_to_num([*at.sines, at.det])
-        good = np.flatnonzero((np.abs(sines) > 0.2).all(axis=0))[:250]
+        sines = np.nan_to_num(np.column_stack([at.sines, at.det]))
+        good = np.flatnonzero((np.abs(sines) > 0.2).all(axis=1))[:250]
         q.append(readings[good])
-        modes.append(-np.sign(sines[:, good]).T.astype(int))
+        modes.append(-np.sign(sines[good]).astype(int))
     return np.concatenate(q), np.concatenate(modes)

@@ -12,9 +12,10 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy import ndarray
 
 from ...base.checks import LONGEST, SHORTEST
-from ...models.dyads import RRR, cross, dot
+from ...models.dyads import RRR
 from ...models.robots import FiveBar
 
 LENGTHS = ("l11", "l12", "l21", "l22", "d")
@@ -24,10 +25,11 @@ UNKNOWNS = (*LENGTHS, *READING, *FRAME)
 PLACE = {name: k for k, name in enumerate(UNKNOWNS)}
 METRES = (*LENGTHS, "x0", "y0")
 UNITS = dict.fromkeys(METRES, "m") | dict.fromkeys(("offset1", "offset2", "turn"), "rad")
+SIDES = np.array([-1.0, 1.0])  # of the legs
 NEUTRAL = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0])  # READING and FRAME
 
 
-def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> np.ndarray:
+def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> ndarray:
     """Return the values (13,) of a robot in its own frame, with `more` over them."""
     p = np.concatenate([[getattr(robot, name) for name in LENGTHS], NEUTRAL])
     for name, value in (more or {}).items():
@@ -35,12 +37,12 @@ def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> np.nda
     return p
 
 
-def robot_with(robot: FiveBar, p: np.ndarray) -> FiveBar:
+def robot_with(robot: FiveBar, p: ndarray) -> FiveBar:
     """Return the robot with the lengths among the values; its masses stay."""
     return replace(robot, **{name: float(p[PLACE[name]]) for name in LENGTHS})
 
 
-def sizes(robot: FiveBar, q: np.ndarray, names: Sequence[str] = UNKNOWNS) -> np.ndarray:
+def sizes(robot: FiveBar, q: ndarray, names: Sequence[str] = UNKNOWNS) -> ndarray:
     """Return by how much each unknown moves a point about as far as the others.
 
     The mean bar for lengths, 1 rad for angles, 1 over the largest reading for ratios.
@@ -52,96 +54,99 @@ def sizes(robot: FiveBar, q: np.ndarray, names: Sequence[str] = UNKNOWNS) -> np.
     return np.array([known.get(name, 1.0) for name in names])
 
 
-def length_ok(p: np.ndarray) -> bool:
+def length_ok(p: ndarray) -> bool:
     """Return whether a robot can have these lengths; the scale is limited as a bar is."""
     bars = p[[0, 1, 2, 3, 12]]
     return bool((bars >= SHORTEST).all() and (bars <= LONGEST).all() and 0 <= p[4] <= LONGEST)
 
 
 class Placed(NamedTuple):
-    """Poses: points in the robot's frame, unit vectors along cranks and bars, and det A."""
+    """Poses, in complex numbers x + i y of the robot's frame.
 
-    xi: tuple
-    cranks: tuple
-    bars: tuple
-    det: np.ndarray
+    xi (n,): points; cranks, bars (n, 2): unit vectors of both legs; det (n,): det A.
+    """
+
+    xi: ndarray
+    cranks: ndarray
+    bars: ndarray
+    det: ndarray
 
     @property
-    def sines(self) -> list[np.ndarray]:
-        """Sines of both legs' Type 1."""
-        return [cross(crank, bar) for crank, bar in zip(self.cranks, self.bars)]
+    def sines(self) -> ndarray:
+        """Sines (n, 2) of both legs' Type 1."""
+        return cross(self.cranks, self.bars)
+
+
+def dot(a, b):
+    return (a.conj() * b).real
+
+
+def cross(a, b):
+    return (a.conj() * b).imag
+
+
+def as_complex(points: ndarray) -> ndarray:
+    """Return x + i y of points (..., 2)."""
+    return points[..., 0] + 1j * points[..., 1]
+
+
+def as_pairs(z: ndarray) -> ndarray:
+    """Return points (..., 2) of complex numbers."""
+    return np.stack([z.real, z.imag], axis=-1)
 
 
 def _cranks(p, q):
-    """Return the unit vectors along the cranks and the elbows, in the robot's frame."""
-    cranks, elbows = [], []
-    for leg, side in enumerate((-1, 1)):
-        crank, offset, ratio = p[2 * leg], p[5 + leg], p[7 + leg]
-        angle = ratio * q[:, leg] + offset
-        c, s = np.cos(angle), np.sin(angle)
-        cranks.append((c, s))
-        elbows.append((side * p[4] / 2 + crank * c, crank * s))
-    return cranks, elbows
+    """Return the unit vectors along the cranks and the elbows, complex (n, 2)."""
+    cranks = np.exp(1j * (p[7:9].T * q + p[5:7].T))
+    return cranks, p[4:5].T / 2 * SIDES + p[0:4:2].T * cranks
 
 
-def place(p: np.ndarray, q: np.ndarray, assembly: np.ndarray) -> Placed:
+def place(p: ndarray, q: ndarray, assembly: ndarray) -> Placed:
     """Return the poses at readings q (n, 2), in the robot's frame.
 
     They are nan where the robot does not close, and in a Type-2 singularity, where no derivative
     exists.
     """
-    cranks, ((x1, y1), (x2, y2)) = _cranks(p, q)
+    cranks, elbows = _cranks(p, q)
     l11, l12, l21, l22, d = p[:5]
+    span = elbows[:, 1] - elbows[:, 0]
     size = abs(d) + abs(l11) + abs(l21)
     with np.errstate(invalid="ignore", divide="ignore"):
-        dyad = RRR((x2 - x1, y2 - y1), l12, l22, -assembly, size)
+        dyad = RRR((span.real, span.imag), l12, l22, -assembly, size)
         det = np.where(dyad.sine, dyad.sine, np.nan)
-        c, s = dyad.first
-        xi = x1 + l12 * c + 0 * det, y1 + l12 * s + 0 * det
-        return Placed(xi, tuple(cranks), (dyad.first, dyad.second), det)
+        bars = np.stack([x + 1j * y for x, y in (dyad.first, dyad.second)], axis=1)
+        return Placed(elbows[:, 0] + l12 * bars[:, 0] + 0 * det, cranks, bars, det)
 
 
-def _columns(leg):
-    """Return the places of a leg's crank, bar, d, offset and ratio among UNKNOWNS."""
-    return 2 * leg, 2 * leg + 1, 4, 5 + leg, 7 + leg
-
-
-def slopes(p: np.ndarray, q: np.ndarray, at: Placed) -> np.ndarray:
-    """Return d xi / d UNKNOWNS (n, 2, 13) in the robot's frame.
+def slopes(p: ndarray, q: ndarray, at: Placed) -> ndarray:
+    """Return d xi / d UNKNOWNS (n, 13), complex, in the robot's frame.
 
     A d xi = u_i2 . dP_i + d l_i2, AMORO eq. 13 with the lengths of the bars derived, too.
     """
-    result = np.zeros((len(q), 2, len(UNKNOWNS)))
-    (c1, s1), (c2, s2) = at.bars
+    result = np.zeros((len(q), len(UNKNOWNS)), complex)
     with np.errstate(invalid="ignore", divide="ignore"):
-        columns_of_inverse = np.array([[s2, -c2], [-s1, c1]]) / at.det
-    for leg, side in enumerate((-1, 1)):
-        u, crank = at.bars[leg], at.cranks[leg]
-        by_angle = p[2 * leg] * cross(crank, u)  # the entry of B
-        by_ratio = by_angle * q[:, leg]
-        entries = dot(u, crank), 1.0, side / 2 * u[0], by_angle, by_ratio
-        for column, entry in zip(_columns(leg), entries):
-            result[:, :, column] += (columns_of_inverse[leg] * entry).T
+        columns = at.bars[:, ::-1] * (-1j, 1j) / at.det[:, None]  # of the inverse of A
+        result[:, 0:4:2] = columns * dot(at.bars, at.cranks)
+        result[:, 1:4:2] = columns
+        result[:, 4] = (columns * SIDES / 2 * at.bars.real).sum(axis=1)
+        result[:, 5:7] = columns * p[0:4:2] * at.sines
+        result[:, 7:9] = result[:, 5:7] * q
     return result
 
 
-def frame(p: np.ndarray, xi: tuple) -> np.ndarray:
-    """Return points of the robot's frame in the measuring one, (x0, y0) + scale R(turn) xi."""
+def frame(p: ndarray, xi: ndarray) -> ndarray:
+    """Return points of the robot's frame in the measuring one, complex."""
     x0, y0, turn, scale = p[9:]
-    x, y = xi
-    c, s = scale * np.cos(turn), scale * np.sin(turn)
-    return np.stack([x0 + c * x - s * y, y0 + s * x + c * y], axis=-1)
+    return x0 + 1j * y0 + scale * np.exp(1j * turn) * xi
 
 
-def unframe(p: np.ndarray, points: np.ndarray) -> tuple:
-    """Return the components of measured points in the robot's frame."""
+def unframe(p: ndarray, z: ndarray) -> ndarray:
+    """Return points of the measuring frame in the robot's, complex."""
     x0, y0, turn, scale = p[9:]
-    x, y = points[..., 0] - x0, points[..., 1] - y0
-    c, s = np.cos(turn) / scale, np.sin(turn) / scale
-    return c * x + s * y, c * y - s * x
+    return (z - (x0 + 1j * y0)) * np.exp(-1j * turn) / scale
 
 
-def seen(p: np.ndarray, q: np.ndarray, assembly: np.ndarray, derive: bool = True) -> tuple:
+def seen(p: ndarray, q: ndarray, assembly: ndarray, derive: bool = True) -> tuple:
     """Return points in the measuring frame (n, 2) and their derivatives by UNKNOWNS (n, 2, 13).
 
     Without `derive` the derivatives are None.
@@ -149,63 +154,60 @@ def seen(p: np.ndarray, q: np.ndarray, assembly: np.ndarray, derive: bool = True
     at = place(p, q, assembly)
     points = frame(p, at.xi)
     if not derive:
-        return points, None
-    turn, scale = p[11:]
-    c, s = scale * np.cos(turn), scale * np.sin(turn)
-    x, y = np.moveaxis(slopes(p, q, at), 1, 0)
-    outer = np.stack([c * x - s * y, s * x + c * y], axis=1)
-    from_origin = points - p[9:11]
-    outer[:, 0, 9] = outer[:, 1, 10] = 1.0
-    outer[:, 0, 11] = -from_origin[:, 1]
-    outer[:, 1, 11] = from_origin[:, 0]
-    outer[:, :, 12] = from_origin / scale
-    return points, outer
+        return as_pairs(points), None
+    x0, y0, turn, scale = p[9:]
+    from_origin = points - (x0 + 1j * y0)
+    derived = scale * np.exp(1j * turn) * slopes(p, q, at)
+    derived[:, 9:11] = 1.0, 1j
+    derived[:, 11] = 1j * from_origin
+    derived[:, 12] = from_origin / scale
+    return as_pairs(points), np.stack([derived.real, derived.imag], axis=1)
 
 
-def bars_off(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _bars_to(p, q, points):
+    """Return the distal bars' lengths and unit vectors, drawn to measured points.
+
+    The cranks' unit vectors (n, 2) and the points (n, 1) come, too, in the robot's frame.
+    """
+    cranks, elbows = _cranks(p, q)
+    z = unframe(p, as_complex(points))[:, None]
+    length = np.abs(z - elbows)
+    with np.errstate(invalid="ignore"):  # where nothing is measured
+        return length, (z - elbows) / np.where(length, length, 1.0), cranks, z
+
+
+def bars_off(p: ndarray, q: ndarray, points: ndarray) -> tuple[ndarray, ndarray]:
     """Return by how much each distal bar misses the measured points, and its derivatives.
 
     scale (|xi - P_i| - l_i2), (n, 2), measured m, and (n, 2, 13). It needs no mode, and no point is
     out of reach: so a calibration begins with it, and looks for mistakes with it. The scale keeps a
     robot that shrinks as its picture grows from missing by less.
     """
-    cranks, elbows = _cranks(p, q)
-    x, y = unframe(p, points)
-    off, derived = np.empty(q.shape), np.zeros((*q.shape, len(UNKNOWNS)))
+    length, u, cranks, z = _bars_to(p, q, points)
     turn, scale = p[11:]
-    c, s = np.cos(turn) / scale, np.sin(turn) / scale
-    for leg, side in enumerate((-1, 1)):
-        elbow, crank = elbows[leg], cranks[leg]
-        (ux, uy), length = _unit(x - elbow[0], y - elbow[1])
-        off[:, leg] = length - p[2 * leg + 1]
-        by_angle = -p[2 * leg] * cross(crank, (ux, uy))
-        by_ratio = by_angle * q[:, leg]
-        entries = -dot((ux, uy), crank), -1.0, -side / 2 * ux, by_angle, by_ratio
-        for column, entry in zip(_columns(leg), entries):
-            derived[:, leg, column] = entry
-        derived[:, leg, 9] = -(c * ux - s * uy)
-        derived[:, leg, 10] = -(s * ux + c * uy)
-        derived[:, leg, 11] = ux * y - uy * x
-        derived[:, leg, 12] = -dot((ux, uy), (x, y)) / scale
+    off = length - p[1:4:2]
+    by_angle = -p[0:4:2] * cross(cranks, u)
+    shift = np.exp(-1j * turn) / scale
+    leg = np.arange(2)
+    derived = np.zeros((*q.shape, len(UNKNOWNS)))
+    derived[:, leg, 2 * leg] = -dot(u, cranks)
+    derived[:, leg, 2 * leg + 1] = -1.0
+    derived[:, leg, 4] = -SIDES / 2 * u.real
+    derived[:, leg, 5 + leg] = by_angle
+    derived[:, leg, 7 + leg] = by_angle * q
+    derived[:, :, 9] = -dot(u, shift)
+    derived[:, :, 10] = -dot(u, 1j * shift)
+    derived[:, :, 11] = -dot(u, 1j * z)
+    derived[:, :, 12] = -dot(u, z) / scale
     derived *= scale
     derived[:, :, 12] += off
     return scale * off, derived
 
 
-def _unit(x, y):
-    """Return the unit vector along (x, y), and its length."""
-    length = np.hypot(x, y)
-    divisor = np.where(length, length, 1.0)
-    return (x / divisor, y / divisor), length
-
-
-def sines_at(p: np.ndarray, q: np.ndarray, points: np.ndarray) -> np.ndarray:
+def sines_at(p: ndarray, q: ndarray, points: ndarray) -> ndarray:
     """Return the sines (n, 3) of both legs' Type 1 and of Type 2, bars drawn to measured points.
 
     Minus their signs are the working modes and the assembly mode.
     """
-    cranks, elbows = _cranks(p, q)
-    x, y = unframe(p, points)
-    units = [_unit(x - elbow_x, y - elbow_y)[0] for elbow_x, elbow_y in elbows]
-    legs = [cross(crank, unit) for crank, unit in zip(cranks, units)]
-    return np.stack([*legs, cross(*units)], axis=-1)
+    _, u, cranks, _ = _bars_to(p, q, points)
+    return np.column_stack([cross(cranks, u), cross(u[:, 0], u[:, 1])])

@@ -10,16 +10,25 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from numpy import ndarray
 
 from ...base.backend import wrap
-from .fit import Task, assembly_modes, residuals
+from .fit import Task
 from .measured_robot import PLACE, bars_off, sines_at
 from .rows import Rows
-from .starts import COUNTS_PER_TURN, SUSPECT, begin, doubt, first, median_error, settled, wide_legs
+from .starts import (
+    COUNTS_PER_TURN,
+    SUSPECT,
+    begin,
+    doubt,
+    first,
+    median_error,
+    settled,
+    wide_legs,
+)
 
 DEG = np.pi / 180
 FALLS = 0.15  # to this share the errors fall where a mistake is found
-CRUDE = 0.15  # of a mean bar: where predictions before any fit miss by more, a unit is wrong
 MOST = 20  # changes that are looked at closely
 
 
@@ -37,10 +46,6 @@ def _swapped_readings(rows):
 
 def _swapped_points(rows):
     return replace(rows, points=rows.points[:, ::-1].copy())
-
-
-def _distances_in_mm(rows):
-    return replace(rows, distance=rows.distance * 1e-3)
 
 
 READINGS: dict[str, Callable[[Rows], Rows]] = {
@@ -62,14 +67,13 @@ POINTS: dict[str, Callable[[Rows], Rows]] = {
 }
 
 
-def find_mistakes(task: Task, sigma: float) -> tuple[list[str], Task, np.ndarray]:
+def find_mistakes(task: Task, sigma: float) -> tuple[list[str], Task, ndarray]:
     """Return the mistakes found, the task with them put right, and values (13,) to begin with.
 
     `sigma` is a typical standard deviation, m, 0 where it is not known.
     """
     if task.rows.whole.sum() < 4:
-        found, task = _wrong_unit(task)
-        return found, task, begin(task)
+        return [], task, begin(task)
     found: list[str] = []
     limit = max(SUSPECT * task.bar, 5 * sigma)
     p = begin(task, far=False)
@@ -139,36 +143,9 @@ def _counts(task):
         return {}
     names = " and ".join(name for name, wide in zip(("q1", "q2"), legs) if wide)
     return {
-        f"{names} in counts, {counts} a turn": _readings(
-            *np.where(legs, 2 * np.pi / counts, 1.0)
-        )
+        f"{names} in counts, {counts} a turn": _readings(*np.where(legs, 2 * np.pi / counts, 1.0))
         for counts in COUNTS_PER_TURN
     }
-
-
-def _wrong_unit(task):
-    """Return the wrong unit of single coordinates or of distances, and the changed task.
-
-    Predictions from the start are compared: they are nearer than a wrong unit.
-    """
-
-    def off(changes):
-        own = _changed(task, changes)
-        p = begin(own)
-        assembly = assembly_modes(p, own.rows)[0]
-        error = np.abs(residuals(p, own.rows, np.where(assembly, assembly, -1), False)[0])
-        return float(np.median(np.where(np.isfinite(error), error, np.inf)))
-
-    before = off([])
-    if before < CRUDE * task.bar:
-        return [], task
-    changes = READINGS | POINTS | {"distance in mm": _distances_in_mm}
-    after = {words: off([change]) for words, change in changes.items()}
-    best = min(after, key=lambda words: after[words])
-    if after[best] > min(FALLS * before, CRUDE * task.bar):
-        return [], task
-    sizes = f"({1e3 * after[best]:.3g} mm off then, {1e3 * before:.3g} mm as it is; medians)"
-    return [f"column {best}? {sizes}"], _changed(task, [changes[best]])
 
 
 def _wrong_modes(task, p, sigma):

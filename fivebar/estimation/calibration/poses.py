@@ -9,9 +9,19 @@ from itertools import combinations
 from types import MappingProxyType
 
 import numpy as np
+from numpy import ndarray
 
 from ...base.backend import check_modes, finite_numbers, real_numbers
-from ...base.checks import instance, number, one_of, positive, shown, strings, takes, whole
+from ...base.checks import (
+    instance,
+    number,
+    one_of,
+    positive,
+    shown,
+    strings,
+    takes,
+    whole,
+)
 from ...base.presentation import Plotted
 from ...base.representation import one_line
 from ...base.tables import TextFile, written
@@ -48,11 +58,11 @@ class MeasurementPoses(Plotted):
     """
 
     pose: Pose
-    q: np.ndarray
+    q: ndarray
     unknown: tuple[str, ...]
     criterion: str
     worst_tip: float
-    unit_sd: np.ndarray
+    unit_sd: ndarray
 
     def __repr__(self) -> str:
         modes = np.unique(np.column_stack([self.working, self.assembly]), axis=0)
@@ -65,15 +75,15 @@ class MeasurementPoses(Plotted):
         )
 
     @property
-    def xi(self) -> np.ndarray:
+    def xi(self) -> ndarray:
         return self.pose.xi
 
     @property
-    def working(self) -> np.ndarray:
+    def working(self) -> ndarray:
         return self.pose.working
 
     @property
-    def assembly(self) -> np.ndarray:
+    def assembly(self) -> ndarray:
         return self.pose.assembly
 
     def sd(self, sigma: float) -> dict[str, float]:

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ...base.backend import finite_numbers
 from ...base.checks import shown
 from ...base.presentation import Plotted
 from ...base.representation import aligned, one_line
+
 
 @dataclass(frozen=True, eq=False)
 class Repeatability(Plotted):
@@ -20,42 +22,45 @@ class Repeatability(Plotted):
     points (poses, n, 2) m: attained; commanded (poses, 2) m, or None. All lengths in m.
     """
 
-    points: np.ndarray
-    commanded: np.ndarray | None = None
+    points: ndarray
+    commanded: ndarray | None = None
 
     def __repr__(self) -> str:
         poses, n = self.points.shape[:2]
         return one_line(
-            "Repeatability", f"{poses} poses", f"{n} cycles", f"RP = {1e3 * self.RP.max():.4g} mm"
+            "Repeatability",
+            f"{poses} poses",
+            f"{n} cycles",
+            f"RP = {1e3 * self.RP.max():.4g} mm",
         )
 
     @cached_property
-    def barycentre(self) -> np.ndarray:
+    def barycentre(self) -> ndarray:
         """(poses, 2) mean attained point."""
         return self.points.mean(axis=1)
 
     @cached_property
-    def distances(self) -> np.ndarray:
+    def distances(self) -> ndarray:
         """(poses, n) of the attained points to their barycentre."""
         return np.hypot(*np.moveaxis(self.points - self.barycentre[:, None], 2, 0))
 
     @cached_property
-    def mean(self) -> np.ndarray:
+    def mean(self) -> ndarray:
         """(poses,) mean of the distances."""
         return self.distances.mean(axis=1)
 
     @cached_property
-    def sd(self) -> np.ndarray:
+    def sd(self) -> ndarray:
         """(poses,) standard deviation of the distances, with n - 1."""
         return self.distances.std(axis=1, ddof=1)
 
     @cached_property
-    def RP(self) -> np.ndarray:
+    def RP(self) -> ndarray:
         """(poses,) repeatability: mean + 3 sd of the distances."""
         return self.mean + 3 * self.sd
 
     @cached_property
-    def AP(self) -> np.ndarray | None:
+    def AP(self) -> ndarray | None:
         """(poses,) accuracy: from the commanded point to the barycentre; None where nothing was
         commanded.
         """

@@ -7,22 +7,25 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy import ndarray
 from scipy.special import chdtrc, ndtri, stdtrit
 
 from ...base.backend import HUGE, sign
 from ...base.checks import number
 from ...base.presentation import Plotted
 from ...base.representation import one_line
-from ...base.tables import TextFile, written
+from ...base.tables import TextFile
 from ...models.dyads import SINGULAR
 from ...models.robots import FiveBar
-from ..saving import read_json, write_json
+from ..saving import read_json, write_json, write_toml
 from .fit import Task, loss_slopes, residuals, solve, spectrum
 from .indistinguishable import combination, plainest, remedy, weak_combinations
 from .measured_robot import (
     FRAME,
     PLACE,
     READING,
+    as_complex,
+    as_pairs,
     frame,
     length_ok,
     place,
@@ -71,13 +74,13 @@ class Calibration(Plotted):
     nominal: FiveBar
     unknown: tuple[str, ...]
     rows: Rows = field(repr=False)
-    assembly: np.ndarray
-    start: np.ndarray
-    p: np.ndarray
-    weight: np.ndarray
+    assembly: ndarray
+    start: ndarray
+    p: ndarray
+    weight: ndarray
     absolute: bool
     loss: str = "linear"
-    held: np.ndarray | None = None
+    held: ndarray | None = None
     notes: tuple[str, ...] = ()
     bounds: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
@@ -116,7 +119,7 @@ class Calibration(Plotted):
         return np.zeros(len(self.unknown), bool) if self.held is None else self.held
 
     @cached_property
-    def sizes(self) -> np.ndarray:
+    def sizes(self) -> ndarray:
         """Sizes (k,) by which the unknowns are compared: the mean bar, 1 rad, 1 over readings."""
         return sizes(self.nominal, self.rows.q, self.unknown)
 
@@ -139,10 +142,9 @@ class Calibration(Plotted):
         return self._spectrum[3]
 
     @cached_property
-    def working(self) -> np.ndarray:
+    def working(self) -> ndarray:
         """Working modes (n, 2) of the rows, int8, 0 where the robot does not close."""
-        sines = place(self.p, self.rows.q, self.assembly).sines
-        return np.stack([-sign(sine, SINGULAR) for sine in sines], axis=-1)
+        return -sign(place(self.p, self.rows.q, self.assembly).sines, SINGULAR)
 
     @property
     def dof(self) -> int:
@@ -167,7 +169,7 @@ class Calibration(Plotted):
         return float(psi @ psi) / self.dof / max(float(np.mean(slope)), 1e-3) ** 2
 
     @cached_property
-    def covariance(self) -> np.ndarray:
+    def covariance(self) -> ndarray:
         """(k, k) of the unknowns, SI, of what the data tell; what they do not tell: see `sd`."""
         _, s, right, rank = self._spectrum
         scaled = right[:rank].T / s[:rank]
@@ -189,7 +191,7 @@ class Calibration(Plotted):
         return null[np.abs(null[:, ~self._held]).max(axis=1, initial=0.0) > 1e-9]
 
     @cached_property
-    def correlation(self) -> np.ndarray:
+    def correlation(self) -> ndarray:
         """(k, k) of the unknowns, 0 where one has no variance."""
         deviation = np.sqrt(np.diag(self.covariance))
         scale = np.where(deviation > 0, deviation, np.inf)
@@ -232,12 +234,12 @@ class Calibration(Plotted):
         return {name: profile(self, name, far) for name in self.unknown}
 
     @cached_property
-    def residuals(self) -> np.ndarray:
+    def residuals(self) -> ndarray:
         """Measured minus predicted points (n, 2), m; nan where not measured."""
         return self.rows.points - self.predict(self.rows.q, self.assembly)
 
     @cached_property
-    def before(self) -> np.ndarray:
+    def before(self) -> ndarray:
         """The start (13,), with the unknown part of the frame laid on the points anew."""
         names, p = [name for name in self.unknown if name in FRAME], self.start.copy()
         places = [PLACE[name] for name in names]
@@ -254,7 +256,7 @@ class Calibration(Plotted):
         return solve(Task(self.rows, places, p, size, self.weight), p, self.assembly)[0]
 
     @cached_property
-    def residuals_before(self) -> np.ndarray:
+    def residuals_before(self) -> ndarray:
         """Measured minus predicted points (n, 2) with the values `before`."""
         return self.rows.points - seen(self.before, self.rows.q, self.assembly, derive=False)[0]
 
@@ -323,7 +325,7 @@ class Calibration(Plotted):
         off = residuals(p, self.rows, self.assembly, derive=False)[0] * self.weight
         return float(np.nan_to_num(off @ off, nan=np.inf))
 
-    def predict(self, q: Any, assembly: Any = -1) -> np.ndarray:
+    def predict(self, q: Any, assembly: Any = -1) -> ndarray:
         """Return points (*batch, 2) in the measuring frame at readings q (*batch, 2).
 
         They are nan where the robot does not close.
@@ -332,21 +334,21 @@ class Calibration(Plotted):
         modes = np.broadcast_to(np.asarray(assembly), q.shape[:-1]).ravel()
         return seen(self.p, q.reshape(-1, 2), modes, derive=False)[0].reshape(q.shape)
 
-    def angles(self, q: Any) -> np.ndarray:
+    def angles(self, q: Any) -> ndarray:
         """Return true angles, rad, of readings q (*batch, 2)."""
         return np.asarray(q, float) * self.p[7:9] + self.p[5:7]
 
-    def readings(self, angles: Any) -> np.ndarray:
+    def readings(self, angles: Any) -> ndarray:
         """Return readings (*batch, 2) at true angles, rad: what to command for q of `igm`."""
         return (np.asarray(angles, float) - self.p[5:7]) / self.p[7:9]
 
-    def to_frame(self, xi: Any) -> np.ndarray:
+    def to_frame(self, xi: Any) -> ndarray:
         """Return points (*batch, 2) of the robot's frame in the measuring one."""
-        return frame(self.p, tuple(np.moveaxis(np.asarray(xi, float), -1, 0)))
+        return as_pairs(frame(self.p, as_complex(np.asarray(xi, float))))
 
-    def to_robot(self, points: Any) -> np.ndarray:
+    def to_robot(self, points: Any) -> ndarray:
         """Return points (*batch, 2) of the measuring frame in the robot's."""
-        return np.stack(unframe(self.p, np.asarray(points, float)), axis=-1)
+        return as_pairs(unframe(self.p, as_complex(np.asarray(points, float))))
 
     def to_json(self, path: TextFile) -> None:
         """Write all of it; `from_json` reads it back."""
@@ -365,13 +367,9 @@ class Calibration(Plotted):
 
     def to_toml(self, path: TextFile) -> None:
         """Write the robot for `--robot FILE.toml`; offsets and frame stand there as a comment."""
-        with written(path) as out:
-            out.write("# A calibrated robot, SI units; how it was read and measured:\n")
-            for name in (*READING, *FRAME):
-                out.write(f"# {name} = {float(self.p[PLACE[name]])!r}\n")
-            for name, value in self.robot.parameters.items():
-                known = f"  # sd {self.sd[name]:.2g}" if name in self.sd else ""
-                out.write(f"{name} = {list(value) if isinstance(value, tuple) else value!r}{known}\n")
+        values = [f"{name} = {float(self.p[PLACE[name]])!r}" for name in (*READING, *FRAME)]
+        title = "A calibrated robot, SI units; how it was read and measured:"
+        write_toml(path, self.robot, self.sd, [title, *values])
 
 
 def _check(found):

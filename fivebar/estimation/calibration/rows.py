@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy import ndarray
 
 from ...base.columns import COUNTS, METRES, NO_UNIT, RADIANS, Quantity, read
 from ...base.tables import FilePath, named
@@ -51,13 +52,13 @@ class Rows:
         What was converted and left out.
     """
 
-    q: np.ndarray
-    points: np.ndarray
-    working: np.ndarray
-    assembly: np.ndarray
-    distance: np.ndarray
-    to: np.ndarray
-    sigma: np.ndarray
+    q: ndarray
+    points: ndarray
+    working: ndarray
+    assembly: ndarray
+    distance: ndarray
+    to: ndarray
+    sigma: ndarray
     where: tuple[str, ...]
     notes: tuple[str, ...] = ()
 
@@ -65,7 +66,7 @@ class Rows:
         return len(self.q)
 
     @cached_property
-    def whole(self) -> np.ndarray:
+    def whole(self) -> ndarray:
         """(n,) where both coordinates of the point are measured."""
         return np.isfinite(self.points).all(axis=1)
 
@@ -75,17 +76,17 @@ class Rows:
         return (*np.nonzero(np.isfinite(self.points)), np.flatnonzero(self.to >= 0))
 
     @cached_property
-    def row_of(self) -> np.ndarray:
+    def row_of(self) -> ndarray:
         """The row of each residual."""
         return np.concatenate([self.measured[0], self.measured[2]])
 
     @cached_property
-    def numbers(self) -> np.ndarray:
+    def numbers(self) -> ndarray:
         """All measured numbers, m, in the order of the residuals."""
         row, axis, far = self.measured
         return np.concatenate([self.points[row, axis], self.distance[far]])
 
-    def without(self, out: np.ndarray) -> Rows:
+    def without(self, out: ndarray) -> Rows:
         """Return the rows but those (n,) bool; a distance to one of these is left out, too."""
         kept = np.flatnonzero(~out)
         new = np.full(len(self) + 1, -1)
@@ -102,7 +103,7 @@ class Rows:
 def rows_of(
     data: Mapping | FilePath,
     units: Mapping[str, str] | Sequence[str] = (),
-    weights: np.ndarray | None = None,
+    weights: ndarray | None = None,
 ) -> Rows:
     """Return the Rows of a file or a mapping of arrays.
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy import ndarray
 from scipy.optimize import least_squares
 
 from .fit import Task, noted_assembly
-from .measured_robot import PLACE, bars_off, frame, place, seen, unframe
+from .measured_robot import PLACE, as_complex, as_pairs, bars_off, place, seen, unframe
 
 SUSPECT = 5e-3  # of a mean bar: where the legs miss the points by more, something is wrong
 MUCH = 8.0  # rad: while it is measured, a motor of a five-bar turns no more
@@ -16,7 +17,7 @@ COUNTS_PER_TURN = (
 )  # fmt: skip
 
 
-def begin(task: Task, far: bool = True) -> np.ndarray:
+def begin(task: Task, far: bool = True) -> ndarray:
     """Return values (13,) to begin with, by the points alone; a bad row or two do not matter.
 
     Where the start leads nowhere, usual encoders are tried for free ratios, and with `far` a whole
@@ -32,7 +33,7 @@ def begin(task: Task, far: bool = True) -> np.ndarray:
     return best
 
 
-def first(task: Task) -> np.ndarray:
+def first(task: Task) -> ndarray:
     """Return the start, or the start with the frame that fits best, whichever misses least."""
     return _least_doubtful(task, [task.start, *_framed(task, task.start)])
 
@@ -41,14 +42,14 @@ def _least_doubtful(task, tried):
     return min(tried, key=lambda p: doubt(task, p))
 
 
-def median_error(task: Task, p: np.ndarray) -> float:
+def median_error(task: Task, p: ndarray) -> float:
     """Return the median distance by which the legs miss the whole points, m; inf for nan."""
     rows = task.rows
     off = bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0]
     return float(np.nan_to_num(np.median(np.hypot(*off.T)), nan=np.inf))
 
 
-def doubt(task: Task, p: np.ndarray) -> float:
+def doubt(task: Task, p: ndarray) -> float:
     """Return `median_error` with penalties, by which starts are compared.
 
     The penalties are for lengths far from the start's (no five-bar is built so wrong), and for
@@ -57,12 +58,13 @@ def doubt(task: Task, p: np.ndarray) -> float:
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.abs(np.log(p[:5] / task.start[:5]))[task.start[:5] > 0]
     strange = task.bar * np.maximum(np.nan_to_num(change, nan=np.inf) - 0.4, 0.0).max()
-    spread = np.std(unframe(p, task.rows.points[task.rows.whole]), axis=1).max()
+    points = as_pairs(unframe(p, as_complex(task.rows.points[task.rows.whole])))
+    spread = np.std(points, axis=0).max()
     crowded = max(1.0, 0.5 * task.bar / max(spread, 1e-300))
     return (median_error(task, p) / p[PLACE["scale"]] + strange) * crowded
 
 
-def settled(task: Task, p: np.ndarray) -> np.ndarray:
+def settled(task: Task, p: ndarray) -> ndarray:
     """Return robust least squares of the legs' errors from these values, weakly held to them."""
     rows, bar, hold = task.rows, task.bar, 1e-5
     q, points = rows.q[rows.whole], rows.points[rows.whole]
@@ -114,7 +116,7 @@ def _counted(task):
     return _with_frames(task, 7, np.array(ratios) - 1)
 
 
-def wide_legs(task: Task, free: bool = True) -> np.ndarray:
+def wide_legs(task: Task, free: bool = True) -> ndarray:
     """Return which legs (2,) have readings that no motor turns through, and a free ratio (or not)."""
     ratios_free = np.array([name in task.names for name in ("ratio1", "ratio2")])
     return (np.ptp(task.rows.q, axis=0) > MUCH) & (ratios_free == free)
@@ -143,10 +145,8 @@ def _framed(task, start):
     for side in (-1, 1):
         p = _laid(rows, start.copy(), free, np.where(noted, noted, side))
         for _ in range(4):
-            distances = []
-            for mode in (-1, 1):
-                points = frame(p, place(p, rows.q, np.full(len(rows), mode)).xi)
-                distances.append(np.hypot(*(points - rows.points).T))
+            both = [seen(p, rows.q, np.full(len(rows), mode), False)[0] for mode in (-1, 1)]
+            distances = np.linalg.norm(np.array(both) - rows.points, axis=2)
             left, right = np.nan_to_num(distances, nan=np.inf)
             p = _laid(rows, p, free, np.where(left <= right, -1, 1))
         starts.append(p)
@@ -154,9 +154,8 @@ def _framed(task, start):
 
 
 def _laid(rows, p, free, mode):
-    xi = place(p, rows.q, mode).xi
-    robot = xi[0] + 1j * xi[1]
-    camera = rows.points[:, 0] + 1j * rows.points[:, 1]
+    robot = place(p, rows.q, mode).xi
+    camera = as_complex(rows.points)
     good = np.isfinite(robot) & np.isfinite(camera)
     if good.sum() < 2:
         return p

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ...base.backend import finite_numbers, is_symbolic
@@ -39,9 +40,9 @@ class TipError(Plotted):
 
     pose: Pose
     names: tuple[str, ...]
-    tolerances: np.ndarray
-    jacobian: np.ndarray
-    drawn: np.ndarray = field(repr=False)
+    tolerances: ndarray
+    jacobian: ndarray
+    drawn: ndarray = field(repr=False)
     distribution: str = "normal"
 
     def __repr__(self) -> str:
@@ -55,24 +56,24 @@ class TipError(Plotted):
         )
 
     @cached_property
-    def covariance(self) -> np.ndarray:
+    def covariance(self) -> ndarray:
         """(n, 2, 2), m^2, to first order: J diag(tolerance^2) J', of even distributions a third."""
         variance = self.tolerances**2 / (3.0 if self.distribution == "uniform" else 1.0)
         return np.einsum("nik,k,njk->nij", self.jacobian, variance, self.jacobian)
 
     @cached_property
-    def sd(self) -> np.ndarray:
+    def sd(self) -> ndarray:
         """(n,) RMS distance from where it should be, m, to first order."""
         return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2))
 
     @cached_property
-    def monte_carlo_sd(self) -> np.ndarray:
+    def monte_carlo_sd(self) -> ndarray:
         """(n,) the same of the drawn robots that close, bias included; nan where none does."""
         total, count = np.nansum(self.drawn**2, axis=(1, 2)), self._closed.sum(axis=1)
         return np.sqrt(np.where(count, total / np.maximum(count, 1), np.nan))
 
     @cached_property
-    def bias(self) -> np.ndarray:
+    def bias(self) -> ndarray:
         """(n, 2) mean error of the drawn robots, m: 0 to first order."""
         count = np.maximum(self._closed.sum(axis=1), 1)[:, None]
         return np.nansum(self.drawn, axis=1) / count
@@ -82,18 +83,18 @@ class TipError(Plotted):
         return np.isfinite(self.drawn[..., 0])
 
     @property
-    def open(self) -> np.ndarray:
+    def open(self) -> ndarray:
         """(n,) share of drawn robots that cannot take the pose's motor angles at all."""
         return 1 - self._closed.mean(axis=1)
 
     @cached_property
-    def radius(self) -> np.ndarray:
+    def radius(self) -> ndarray:
         """(n,) within which 95 % of all drawn robots are, m; inf where more do not close."""
         size = np.nan_to_num(np.hypot(*np.moveaxis(self.drawn, 2, 0)), nan=np.inf)
         return np.quantile(size, 0.95, axis=1, method="higher")
 
     @cached_property
-    def worst(self) -> np.ndarray:
+    def worst(self) -> ndarray:
         """(n,) farthest error, m, to first order, with every parameter within its tolerance."""
         angle = np.linspace(0, np.pi, 720, endpoint=False)
         along = np.stack([np.cos(angle), np.sin(angle)])
@@ -101,7 +102,7 @@ class TipError(Plotted):
         return np.abs(moves).sum(axis=2).max(axis=1)
 
     @cached_property
-    def shares(self) -> dict[str, np.ndarray]:
+    def shares(self) -> dict[str, ndarray]:
         """Part (n,) of the variance that each tolerance makes, to first order."""
         parts = (self.jacobian**2).sum(axis=1) * self.tolerances**2
         total = np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
@@ -169,7 +170,10 @@ def tip_error(
     pose = poses if isinstance(poses, Pose) else igm(robot, _points(poses), working)
     if pose.robot != robot:
         raise ValueError("poses must be of the same robot")
-    q, assembly = np.atleast_2d(pose.q).reshape(-1, 2), np.atleast_1d(pose.assembly).ravel()
+    q, assembly = (
+        np.atleast_2d(pose.q).reshape(-1, 2),
+        np.atleast_1d(pose.assembly).ravel(),
+    )
     if not np.isfinite(q).all() or (assembly == 0).any():
         raise ValueError(
             "poses must be reached, and off Type-2 singularities: there the tip is not held at all"

@@ -16,12 +16,13 @@ from __future__ import annotations
 
 import casadi
 import numpy as np
+from numpy import ndarray
 
 from ...models.compiled import minimized
 from ...models.robots import Robot
 
 
-def consistent(robot: Robot, names: list[str], theta: np.ndarray, cov: np.ndarray) -> np.ndarray:
+def consistent(robot: Robot, names: list[str], theta: ndarray, cov: ndarray) -> ndarray:
     """Return the parameters (p,) nearest to theta, by its covariance, that bodies can have."""
     scale = np.maximum(np.abs(theta), np.sqrt(np.diag(cov)))
     p = casadi.SX.sym("p", len(names))
@@ -52,7 +53,11 @@ def consistent(robot: Robot, names: list[str], theta: np.ndarray, cov: np.ndarra
         payload = payload - at_end
     bounds.append(payload / mass)
     bounds += [p[k] for k, name in enumerate(names) if name[0] == "f"]
-    problem = {"x": casadi.vertcat(p, *extra), "f": objective, "g": casadi.vertcat(*bounds)}
+    problem = {
+        "x": casadi.vertcat(p, *extra),
+        "f": objective,
+        "g": casadi.vertcat(*bounds),
+    }
     start = np.concatenate([np.maximum(theta / scale, 0.1), np.tile([0.2, 0.1], len(extra))])
     options = {"ipopt.tol": 1e-10}
     found, stats = minimized("bodies", problem, options, x0=start, lbg=1e-9, ubg=np.inf)

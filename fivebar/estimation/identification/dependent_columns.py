@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy import ndarray
 
 from ...models.geometry import dgm
 from ...models.robots import Robot
@@ -15,7 +16,7 @@ EXACT, NEARLY = 1e-7, 2e-4
 
 
 def independent(
-    W: np.ndarray, columns: list[int], tolerance: float
+    W: ndarray, columns: list[int], tolerance: float
 ) -> tuple[list[int], dict[int, dict[int, float]]]:
     """Return the columns of W (n, 2, p) that are told, and the others as sums of these.
 
@@ -44,7 +45,7 @@ def independent(
     return kept, folded
 
 
-def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> np.ndarray:
+def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> ndarray:
     """Return W of motions through poses all over the workspace in these modes."""
     rng = np.random.default_rng(16)
     reach = np.pi if robot.turns else sum(robot.distal) + 1e-9

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy import ndarray
 from scipy.ndimage import binary_opening, median_filter
 from scipy.signal import firwin, upfirdn
 
@@ -27,11 +28,11 @@ class Rows:
     as noisy; breaks: first row of each piece; gain: of white noise from a sample to a row.
     """
 
-    W: np.ndarray
-    tau: np.ndarray
-    counts: np.ndarray
-    t: np.ndarray
-    cover: np.ndarray
+    W: ndarray
+    tau: ndarray
+    counts: ndarray
+    t: ndarray
+    cover: ndarray
     breaks: tuple[int, ...]
     gain: float
 
@@ -67,7 +68,7 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
     return Rows(*joined, tuple(breaks), float(np.linalg.norm(kernel)))
 
 
-def spikes(column: np.ndarray) -> np.ndarray:
+def spikes(column: ndarray) -> ndarray:
     """Return where (n,) a few rows leave those around them, as no step or peak of a motion does.
 
     They are far from the median of the 7 rows about them: 30 times the usual distance and a quarter
@@ -84,7 +85,7 @@ def spikes(column: np.ndarray) -> np.ndarray:
     return found & (found.mean() <= 0.01)
 
 
-def at_limit(tau: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def at_limit(tau: ndarray, low: ndarray, high: ndarray) -> ndarray:
     """Return where torques (n, 2) stay at an extreme value (2,) for 3 rows or more."""
     near = 1e-9 * np.maximum(np.maximum(np.abs(low), np.abs(high)), 1e-300)
     flat = (np.abs(tau - high) <= near) | (np.abs(tau - low) <= near)

@@ -9,13 +9,14 @@ lower one is the cure.
 from __future__ import annotations
 
 import numpy as np
+from numpy import ndarray
 
 from .regression import Fit
 from .regressor import regressor
 from .samples import Samples, noise_gain
 
 
-def bias(found: list[Samples], columns: list[int], full: Fit) -> np.ndarray:
+def bias(found: list[Samples], columns: list[int], full: Fit) -> ndarray:
     """Return by how many standard deviations each value (p,) is off."""
     inertia = np.zeros((len(columns), len(columns)))
     for sample in found:

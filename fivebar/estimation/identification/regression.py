@@ -17,6 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy import ndarray
 from scipy.linalg import cho_factor, cho_solve
 
 from .filtering import Rows
@@ -34,14 +35,14 @@ class Fit:
     motor's rows; misfit: rms of both motors' residuals in units of the torques' own rms.
     """
 
-    theta: np.ndarray
-    cov: np.ndarray
-    residual: np.ndarray
-    sigma: np.ndarray
+    theta: ndarray
+    cov: ndarray
+    residual: ndarray
+    sigma: ndarray
     misfit: float
 
 
-def fit(rows: Rows, columns: list[int], tau: np.ndarray | None = None) -> Fit:
+def fit(rows: Rows, columns: list[int], tau: ndarray | None = None) -> Fit:
     """Return least squares of these columns, each motor weighted by its own residuals.
 
     `tau` stands in place of the rows' own.
@@ -78,7 +79,7 @@ def _solve(flat):
     return np.linalg.solve(R, Q.T @ flat[:, -1]) / scales, R, scales
 
 
-def triangle(flat: np.ndarray) -> np.ndarray:
+def triangle(flat: ndarray) -> ndarray:
     """Return R of the QR decomposition of a tall matrix (n, p), by blocks of rows."""
     rows, columns = flat.shape
     if rows <= max(BLOCK, 2 * columns):
@@ -107,7 +108,7 @@ def price(rows: int, candidates: int) -> float:
 
 
 def smallest(
-    theta: np.ndarray, cov: np.ndarray, optional: list[int], each: float, forbidden=()
+    theta: ndarray, cov: ndarray, optional: list[int], each: float, forbidden=()
 ) -> list[int]:
     """Return the optional columns that the set of lowest cost keeps.
 
@@ -132,7 +133,7 @@ def smallest(
         out = best
 
 
-def left_out_cost(theta: np.ndarray, cov: np.ndarray, left_out: list[int]) -> float:
+def left_out_cost(theta: ndarray, cov: ndarray, left_out: list[int]) -> float:
     """Return theta_R^T C_RR^-1 theta_R."""
     if not left_out:
         return 0.0
@@ -142,7 +143,7 @@ def left_out_cost(theta: np.ndarray, cov: np.ndarray, left_out: list[int]) -> fl
     return float(part @ cho_solve(cho_factor(block + 1e-12 * np.eye(len(left_out))), part))
 
 
-def spread(full: Fit, kept: list[int], last: Fit) -> np.ndarray:
+def spread(full: Fit, kept: list[int], last: Fit) -> ndarray:
     """Return the covariance (k, k) of the kept parameters where the others may not be 0.
 
     Leaving out moves a value by b and its variance from that of the full model to that of the last

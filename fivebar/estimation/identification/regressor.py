@@ -2,50 +2,46 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
-from functools import cache, lru_cache
+from dataclasses import replace
+from functools import lru_cache
 
 import casadi
 import numpy as np
+from numpy import ndarray
 
 from ...models.compiled import Buffered
 from ...models.dynamics import inverse_dynamics
 from ...models.geometry import dgm
 from ...models.kinematics import dkm, dkm2
-from ...models.robots import Robot
+from ...models.robots import Biglide, FiveBar, Robot
 
-FEW, BLOCK = 200, 2000  # rows that are evaluated at once, in short motions and in long ones
+FEW, BLOCK = (
+    200,
+    2000,
+)  # rows that are evaluated at once, in short motions and in long ones
+
+
+LADDER = {
+    FiveBar: {
+        "masses": ("zz1", "zz2", "m"),
+        "gravity": ("mx11", "my11", "mx21", "my21"),
+        "viscous friction": ("fv1", "fv2"),
+        "dry friction": ("fs1", "fs2"),
+        "turning bars": FiveBar.turning_names,
+        "elbows' friction": ("fv12", "fv22"),
+    },
+    Biglide: {
+        "masses": ("mf1", "mf2", "m"),
+        "viscous friction": ("fv1", "fv2"),
+        "dry friction": ("fs1", "fs2"),
+        "turning bars": Biglide.turning_names,
+    },
+}
 
 
 def ladder(robot: Robot) -> dict[str, tuple[str, ...]]:
     """Return the parameters in which the torque is linear, by kind of physics, the simplest first."""
-    return _ladder(type(robot))
-
-
-@cache
-def _ladder(kind):
-    lab = [f.name for f in fields(kind)[: kind.lab]]
-    rungs = {
-        "masses": tuple(name for name in lab if name[0] != "l" and name != "d"),
-        "gravity": (),
-        "viscous friction": (),
-        "dry friction": (),
-        "turning bars": kind.turning_names,
-        "elbows' friction": (),
-    }
-    for f in fields(kind)[kind.lab :]:
-        name = f.name
-        if name == "gravity" or name in kind.turning_names:
-            continue
-        rung = "viscous friction"
-        if name[0] == "m":
-            rung = "gravity"
-        elif len(name) == 4:
-            rung = "elbows' friction"
-        elif name.startswith("fs"):
-            rung = "dry friction"
-        rungs[rung] += (name,)
-    return rungs
+    return LADDER[type(robot)]
 
 
 def linear_names(robot: Robot) -> tuple[str, ...]:
@@ -65,9 +61,7 @@ def _function(robot, assembly, block):
     return casadi.Function("W", [q, q_dot, q_ddot], casadi.cse([W])).map(block)
 
 
-def regressor(
-    robot: Robot, q: np.ndarray, q_dot: np.ndarray, q_ddot: np.ndarray, assembly: int
-) -> np.ndarray:
+def regressor(robot: Robot, q: ndarray, q_dot: ndarray, q_ddot: ndarray, assembly: int) -> ndarray:
     """Return W (n, 2, p) of motions (n, 2), columns as `linear_names`; nan where nothing closes.
 
     Of the robot, only lengths and gravity count.

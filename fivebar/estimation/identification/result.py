@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy import ndarray
 
 from ...base.presentation import Plotted
 from ...base.representation import one_line, table
-from ...base.tables import TextFile, written
+from ...base.tables import TextFile
 from ...models.robots import Robot
-from ..saving import encode, read_json, write_json
+from ..saving import encode, read_json, write_json, write_toml
 
 KIND = "identification"
 
@@ -29,9 +30,9 @@ class Validation:
 
     misfit: float
     ratio: tuple[float, ...]
-    t: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    tau: np.ndarray = field(default_factory=_no_rows)
-    predicted: np.ndarray = field(default_factory=_no_rows)
+    t: ndarray = field(default_factory=lambda: np.zeros(0))
+    tau: ndarray = field(default_factory=_no_rows)
+    predicted: ndarray = field(default_factory=_no_rows)
 
     def __repr__(self) -> str:
         missed = f"misses {100 * self.misfit:.3g} % of the torque"
@@ -88,12 +89,12 @@ class Identification(Plotted):
     misfit: float
     p_value: float
     cutoff: float
-    correlation: np.ndarray
+    correlation: ndarray
     bodies: bool = False
     validation: Validation | None = None
-    t: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    tau: np.ndarray = field(default_factory=_no_rows)
-    predicted: np.ndarray = field(default_factory=_no_rows)
+    t: ndarray = field(default_factory=lambda: np.zeros(0))
+    tau: ndarray = field(default_factory=_no_rows)
+    predicted: ndarray = field(default_factory=_no_rows)
 
     def __repr__(self) -> str:
         second = ""
@@ -135,7 +136,10 @@ class Identification(Plotted):
 
     def _unit(self, name):
         words = self.robot.words
-        friction = {"fv": f"{words.effort_unit} s/{words.unit}", "fs": words.effort_unit}
+        friction = {
+            "fv": f"{words.effort_unit} s/{words.unit}",
+            "fs": words.effort_unit,
+        }
         return {"zz": "kg m²", "mx": "kg m", "my": "kg m", **friction}.get(name[:2], "kg")
 
     @property
@@ -158,9 +162,4 @@ class Identification(Plotted):
 
     def to_toml(self, path: TextFile) -> None:
         """Write the robot as a file that `fivebar ... --robot FILE.toml` reads."""
-        with written(path) as out:
-            out.write("# identified by fivebar; SI units\n")
-            for name, value in self.robot.parameters.items():
-                shown = list(value) if isinstance(value, tuple) else value
-                known = f"  # ± {self.sd[name]:.2g}" if name in self.sd else ""
-                out.write(f"{name} = {shown!r}{known}\n")
+        write_toml(path, self.robot, self.sd, ["identified by fivebar; SI units"])

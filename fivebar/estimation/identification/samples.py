@@ -123,9 +123,7 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
                     " rows do not count"
                 )
         pieces.append((t, W, tau, good & ~off & ~limited & np.isfinite(tau)))
-    return Samples(
-        robot, pieces, motion, log.step, cutoff, found.noise, tuple(notes), assembly
-    )
+    return Samples(robot, pieces, motion, log.step, cutoff, found.noise, tuple(notes), assembly)
 
 
 def _even_stretches(log, held, notes):
@@ -246,7 +244,9 @@ def _refuse_open(q, robot, assembly, words):
     converted = dgm(robot, factor * q[np.isfinite(q).all(axis=1)], assembly, unreachable="nan")
     largest = 2 * np.pi if robot.turns else 4 * max(robot.distal)
     if np.nanmax(np.abs(q)) > largest and np.isfinite(converted.xi).all(axis=1).mean() > 0.999:
-        raise ValueError(f'{words}; as {unit} all of them do: units={{"q1": "{unit}", "q2": "{unit}"}}')
+        raise ValueError(
+            f'{words}; as {unit} all of them do: units={{"q1": "{unit}", "q2": "{unit}"}}'
+        )
     raise ValueError(
         f"{words}: are its lengths, and the zeros of q (offset), those of the robot on the table?"
         " fb.calibrate tells"

@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
+from numpy import ndarray
 
 from ...models.dynamics import dynamic_model
 from ...models.geometry import dgm
@@ -32,7 +33,7 @@ def explain(
     assembly: int,
     cutoff: float | None,
     columns: list[int],
-    known: np.ndarray,
+    known: ndarray,
     misfit: float,
     impossible: Callable,
 ) -> None:
@@ -93,13 +94,11 @@ def _suspicions(robot, assembly, log) -> Iterator[tuple[str, int, Robot, Log]]:
 
 def _exchanged(log, *names):
     pairs = {name: getattr(log, name) for name in names}
-    return replace(
-        log, **{name: pair[:, ::-1] for name, pair in pairs.items() if pair is not None}
-    )
+    return replace(log, **{name: pair[:, ::-1] for name, pair in pairs.items() if pair is not None})
 
 
 def beyond_the_model(
-    robot: Robot, sample: Samples, chosen: list[int], theta: np.ndarray, last: Fit
+    robot: Robot, sample: Samples, chosen: list[int], theta: ndarray, last: Fit
 ) -> list[str]:
     """Return sentences on what the log shows besides the model.
 

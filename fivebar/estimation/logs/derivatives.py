@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy import ndarray
 from numpy.polynomial import chebyshev
 
 DEGREE = 6
@@ -43,9 +44,11 @@ class Spectrum:
     fast: float
 
 
-def spectrum(pieces: Sequence[np.ndarray], step: float) -> Spectrum:
+def spectrum(pieces: Sequence[ndarray], step: float) -> Spectrum:
     """Return the Spectrum of the pieces (n, 2) of a motion, in rows `step` s apart."""
-    from scipy.signal import welch  # half a second to load, and a simulated run needs none of it
+    from scipy.signal import (
+        welch,
+    )  # half a second to load, and a simulated run needs none of it
 
     rate = 1 / step
     window = max(16, min(4096, 2 * max(map(len, pieces)) // 8))
@@ -77,7 +80,7 @@ def spectrum(pieces: Sequence[np.ndarray], step: float) -> Spectrum:
 
 
 @lru_cache(maxsize=32)
-def kernels(cutoff: float) -> tuple[np.ndarray, ...]:
+def kernels(cutoff: float) -> tuple[ndarray, ...]:
     """Return the weights of rows -n..n for position, rate and acceleration per row.
 
     `cutoff` is in cycles a row.
@@ -109,8 +112,8 @@ def half_window(cutoff: float, step: float) -> int:
 
 
 def derivatives(
-    q: np.ndarray, step: float, cutoff: float, ends: bool = False
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    q: ndarray, step: float, cutoff: float, ends: bool = False
+) -> tuple[ndarray, ndarray, ndarray]:
     """Return (q, q', q''), (n, 2), of a piece in rows `step` s apart.
 
     The first and last `half_window` rows are nan; with `ends` they come from the polynomials of the

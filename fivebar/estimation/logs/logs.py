@@ -1,5 +1,4 @@
-"""Read a log of a robot's joints and torques, clean its rows, and cut it where time stops or jumps.
-"""
+"""Read a log of a robot's joints and torques, clean its rows, and cut it where time stops or jumps."""
 
 from __future__ import annotations
 
@@ -8,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy import ndarray
 from scipy.interpolate import CubicSpline
 
 from ...base.checks import number, positive, two_numbers
@@ -60,13 +60,13 @@ class Log:
     the sampling period, s; notes say what was done to the rows.
     """
 
-    t: np.ndarray
-    q: np.ndarray
-    tau: np.ndarray | None
-    q_dot: np.ndarray | None
-    q_ddot: np.ndarray | None
-    xi: np.ndarray | None
-    xi_ref: np.ndarray | None
+    t: ndarray
+    q: ndarray
+    tau: ndarray | None
+    q_dot: ndarray | None
+    q_ddot: ndarray | None
+    xi: ndarray | None
+    xi_ref: ndarray | None
     step: float
     cuts: tuple[Cut, ...]
     notes: tuple[str, ...]
@@ -197,7 +197,7 @@ def _clean(table: Columns, pairs, robot):
     ):
         rows = _leave_out(table, rows, ~good[rows], f"rows {why}", notes)
     again = np.diff(t[rows], prepend=np.nan) == 0
-    rows = _leave_out(table, rows, again, "rows that repeat the time of the row before", notes)
+    rows = _leave_out(table, rows, again, "rows with the time of the row before", notes)
     if len(rows) < 2:
         raise ValueError(
             f"{table.name} has {len(rows)} rows with a time and both joints: a motion needs more"
@@ -212,7 +212,8 @@ def _clean(table: Columns, pairs, robot):
     if late.any():
         k = int(np.argmax(late))
         raise table.error(
-            rows[k], f"t = {t[k]:.6g} s is no time of a log with rows every {step:.6g} s"
+            rows[k],
+            f"t = {t[k]:.6g} s is no time of a log with rows every {step:.6g} s",
         )
     cuts = _cut(t, step, [table.where(row) for row in rows], notes)
     if robot.turns:
@@ -254,9 +255,7 @@ def _cut(t, step, where, notes):
     return cuts
 
 
-def evenly(
-    t: np.ndarray, pairs: Mapping[str, np.ndarray], step: float
-) -> tuple[np.ndarray, dict, float]:
+def evenly(t: ndarray, pairs: Mapping[str, ndarray], step: float) -> tuple[ndarray, dict, float]:
     """Return a stretch on an even grid of times.
 
     Where its times are off the grid, positions and their derivatives are interpolated by cubic

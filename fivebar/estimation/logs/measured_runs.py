@@ -7,6 +7,7 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy import ndarray
 
 from ...base.checks import modes
 from ...base.checks import robot as must_be_robot
@@ -143,7 +144,7 @@ def _run_of(log, robot, assembly):
     )
 
 
-def rates_of(log: Log) -> np.ndarray:
+def rates_of(log: Log) -> ndarray:
     """Return q' (n, 2) of a log without rates, by derivatives between its gaps."""
     pieces = [evenly(log.t[rows], {"q": log.q[rows]}, log.step) for rows in log.stretches]
     own_cutoff = spectrum([pairs["q"] for _, pairs, _ in pieces], log.step).cutoff

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy import ndarray
 from scipy.interpolate import make_splrep
 
 from ...base.checks import a_callable, one_of, optional, positive, takes
@@ -61,21 +62,24 @@ class Replay(Animated):
         return "\n".join([f"replay of the {self.by}: {self._size()}", torques, *self.notes])
 
     def _size(self):
-        rms, largest = 1e6 * self.figures["rms_error_m"], 1e6 * self.figures["max_error_m"]
+        rms, largest = (
+            1e6 * self.figures["rms_error_m"],
+            1e6 * self.figures["max_error_m"],
+        )
         return f"apart {rms:.4g} um rms, {largest:.4g} um at most"
 
     @property
-    def difference(self) -> np.ndarray:
+    def difference(self) -> ndarray:
         """xi simulated - measured, (n, 2) m, nan in gaps."""
         return self.simulated.xi - self.measured.xi
 
     @property
-    def q_difference(self) -> np.ndarray:
+    def q_difference(self) -> ndarray:
         """q simulated - measured, (n, 2) rad."""
         return self.measured.robot.joint_difference(self.simulated.q - self.measured.q)
 
     @property
-    def tau_difference(self) -> np.ndarray:
+    def tau_difference(self) -> ndarray:
         """tau simulated - measured, (n, 2) N m."""
         return self.simulated.tau - self.measured.tau
 
@@ -285,7 +289,9 @@ def _reference_through(t, xi):
     for order in (1, 2):
         splines += [spline.derivative(order) for spline in splines[:2]]
     return Trajectory(
-        0.0, float(t[-1]), lambda now: np.stack([spline(now) for spline in splines], axis=-1)
+        0.0,
+        float(t[-1]),
+        lambda now: np.stack([spline(now) for spline in splines], axis=-1),
     )
 
 
