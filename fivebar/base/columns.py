@@ -21,9 +21,26 @@ from .backend import HUGE, real_numbers
 from .checks import shown
 from .tables import TextFile, arrays_in, whole_text
 
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
-METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254}
-RADIANS = {"rad": 1.0, "deg": math.pi / 180, "mrad": 1e-3, "rev": 2 * math.pi}
+SECONDS = {
+    "s": 1.0,
+    "ms": 1e-3,
+    "us": 1e-6,
+    "ns": 1e-9,
+    "min": 60.0,
+}
+METRES = {
+    "m": 1.0,
+    "mm": 1e-3,
+    "cm": 1e-2,
+    "um": 1e-6,
+    "in": 0.0254,
+}
+RADIANS = {
+    "rad": 1.0,
+    "deg": math.pi / 180,
+    "mrad": 1e-3,
+    "rev": 2 * math.pi,
+}
 RADIANS_PER_SECOND = {
     "rad/s": 1.0,
     "deg/s": math.pi / 180,
@@ -31,7 +48,12 @@ RADIANS_PER_SECOND = {
     "rev/s": 2 * math.pi,
 }
 RADIANS_PER_SECOND2 = {"rad/s2": 1.0, "deg/s2": math.pi / 180}
-NEWTON_METRES = {"nm": 1.0, "mnm": 1e-3, "ncm": 1e-2, "kgcm": 0.0980665}
+NEWTON_METRES = {
+    "nm": 1.0,
+    "mnm": 1e-3,
+    "ncm": 1e-2,
+    "kgcm": 0.0980665,
+}
 COUNTS = {"counts": 1.0}
 NO_UNIT = {"1": 1.0}
 
@@ -164,7 +186,12 @@ def read(
             f"{name} must be a CSV file, an NPZ file or a mapping of arrays, not {shown(source)}"
         )
     if str(source).endswith(".npz"):
-        return _from_arrays(arrays_in(source), wanted, named_units, str(source))
+        return _from_arrays(
+            arrays_in(source),
+            wanted,
+            named_units,
+            str(source),
+        )
     return _from_text(source, wanted, named_units)
 
 
@@ -181,7 +208,7 @@ def units_named(value: object, name: str) -> Mapping[str, str] | tuple[str, ...]
         words = (None,)
     if not all(isinstance(word, str) for word in words):
         raise TypeError(
-            f"{name} must be units, as 'mm', or {{name: unit}}, not {shown(value)}"
+            f"{name} must be units in words, as mm, or {{name: unit}}, not {shown(value)}"
         )
     return value
 
@@ -197,9 +224,7 @@ def _units_by_name(units, wanted):
         unit = _unit(word)
         fitting = [k for k in wanted if unit in wanted[k].units and key in ("", k)]
         if not fitting:
-            known = dict.fromkeys(
-                u for quantity in wanted.values() for u in quantity.units
-            )
+            known = dict.fromkeys(u for quantity in wanted.values() for u in quantity.units)
             if key in wanted:
                 known = wanted[key].units
             what = f"{key}={word}" if key else word
@@ -224,23 +249,26 @@ def _from_arrays(arrays, wanted, units, name):
             )
         column = real_numbers(array, f"{name}[{heading!r}]")
         if column.ndim > 1:
-            raise ValueError(
-                f"{name}[{heading!r}] must have shape (n,), not {column.shape}"
-            )
+            raise ValueError(f"{name}[{heading!r}] must have shape (n,), not {column.shape}")
         factor = wanted[key].units[units[key]] if key in units else 1.0
         values[key] = np.where(np.isfinite(column), column, np.nan) * factor
     if missing := _missing(wanted, values):
         raise ValueError(f"{name} has no column {', '.join(missing)}")
     lengths = {key: len(column) for key, column in values.items() if column.ndim}
     if len(set(lengths.values())) != 1:
-        raise ValueError(
-            f"the columns of {name} differ in length: {lengths or 'none is an array'}"
-        )
+        raise ValueError(f"the columns of {name} differ in length: {lengths or 'none is an array'}")
     n = next(iter(lengths.values()))
     values = {key: np.broadcast_to(column, n).copy() for key, column in values.items()}
     rows = np.arange(1, n + 1)
     _refuse_huge(values, rows, name, "row")
-    return Columns(name, values, rows, (), frozenset(units) & frozenset(values), "row")
+    return Columns(
+        name,
+        values,
+        rows,
+        (),
+        frozenset(units) & frozenset(values),
+        "row",
+    )
 
 
 def _from_text(file, wanted, units):
@@ -252,13 +280,14 @@ def _from_text(file, wanted, units):
     if not rows:
         raise ValueError(f"{name}: empty; needed a header with {', '.join(wanted)}")
     above = lines[: rows[0][0] - 1]
-    comments = [
-        (n, line.lstrip("#% ")) for n, line in above if line.startswith(("#", "%"))
-    ]
+    comments = [(n, line.lstrip("#% ")) for n, line in above if line.startswith(("#", "%"))]
     first = rows[0][1]
     if any(map(_is_number, first.split(_delimiter(first)))):
         if not comments or all(
-            map(_is_number, re.split(r"[;,\t| ]+", comments[-1][1]))
+            map(
+                _is_number,
+                re.split(r"[;,\t| ]+", comments[-1][1]),
+            )
         ):
             raise ValueError(
                 f"{name}, line {rows[0][0]}: no header, but numbers; needed one with"
@@ -267,11 +296,13 @@ def _from_text(file, wanted, units):
         rows.insert(0, comments[-1])
     (top, header), *rows = rows
     delimiter = _delimiter(header)
-    headings = [
-        cell.strip() for cell in _cells(header, delimiter, f"{name}, line {top}")
-    ]
+    headings = [cell.strip() for cell in _cells(header, delimiter, f"{name}, line {top}")]
     if rows:
-        cells = _cells(rows[0][1], delimiter, f"{name}, line {rows[0][0]}")
+        cells = _cells(
+            rows[0][1],
+            delimiter,
+            f"{name}, line {rows[0][0]}",
+        )
         if row_of_units := _row_of_units(cells, wanted, len(headings)):
             headings = [
                 f"{heading} [{unit}]" if unit else heading
@@ -309,9 +340,7 @@ def _refuse_huge(values, lines, name, row_word):
 
 
 def _missing(wanted, there):
-    return [
-        key for key, quantity in wanted.items() if quantity.needed and key not in there
-    ]
+    return [key for key, quantity in wanted.items() if quantity.needed and key not in there]
 
 
 def _delimiter(line):
@@ -322,7 +351,13 @@ def _cells(line, delimiter, where):
     if delimiter is None:
         return line.split()
     try:
-        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+        return next(
+            csv.reader(
+                [line],
+                delimiter=delimiter,
+                skipinitialspace=True,
+            )
+        )
     except csv.Error as error:
         raise ValueError(f"{where}: {error}: {line[:40]!r}...") from None
 
@@ -370,18 +405,25 @@ def _column_and_unit(heading, wanted, names, where):
         return names[_plain(heading)], None
     bracket = re.fullmatch(r"(.*?)\s*[(\[{<]\s*(.*?)\s*[)\]}>]", heading)
     if bracket and _plain(bracket[1]) in names:
-        key, unit = names[_plain(bracket[1])], _unit(bracket[2])
+        key, unit = (
+            names[_plain(bracket[1])],
+            _unit(bracket[2]),
+        )
         if unit in wanted[key].units:
             return key, unit
         if unit in ("", "-"):
             return key, None
         known = ", ".join(wanted[key].units)
-        raise ValueError(
-            f"{where}: column {heading!r}: {bracket[2]!r} is none of {known}"
-        )
+        raise ValueError(f"{where}: column {heading!r}: {bracket[2]!r} is none of {known}")
     for separator in re.finditer(r"[\s_/,]+", heading):
         key = names.get(_plain(heading[: separator.start()]))
-        unit = _unit(re.sub(r"^in\s+(?=\w)", "", heading[separator.end() :]))
+        unit = _unit(
+            re.sub(
+                r"^in\s+(?=\w)",
+                "",
+                heading[separator.end() :],
+            )
+        )
         if key and unit in wanted[key].units:
             return key, unit
     return None, None
@@ -409,12 +451,8 @@ def _match(headings, wanted, units, where):
         if unit := unit or units.get(key):
             own_units[key] = unit
     if missing := _missing(wanted, places):
-        words = "; ".join(
-            " or ".join(dict.fromkeys([k, *wanted[k].names])) for k in missing
-        )
-        raise ValueError(
-            f"{where}: no column {words}; found {', '.join(map(repr, headings))}"
-        )
+        words = "; ".join(" or ".join(dict.fromkeys([k, *wanted[k].names])) for k in missing)
+        raise ValueError(f"{where}: no column {words}; found {', '.join(map(repr, headings))}")
     return places, own_units, notes
 
 
@@ -424,9 +462,7 @@ def _numbers(rows, delimiter, width, places, name):
     comma = delimiter != "," and any("," in line for line in lines)
     if comma and not any("." in line for line in lines):
         lines = [line.replace(",", ".") for line in lines]
-    even = delimiter is None or all(
-        line.count(delimiter) == width - 1 for line in lines
-    )
+    even = delimiter is None or all(line.count(delimiter) == width - 1 for line in lines)
     try:  # all at once; cells that are wrong or missing are looked for below
         table = np.loadtxt(
             lines,
@@ -446,13 +482,9 @@ def _numbers(rows, delimiter, width, places, name):
         if len(cells) < width or any(cells[width:]):
             several = delimiter == "," and len(cells) >= 2 * width - 1
             hint = "; decimal commas need ; between the columns" if several else ""
-            raise ValueError(
-                f"{where}: {len(cells)} cells, where the header has {width}{hint}"
-            )
+            raise ValueError(f"{where}: {len(cells)} cells, where the header has {width}{hint}")
         comma |= any("," in cells[place] for place in places.values())
-        table[row] = [
-            _number(cells[place], key, where) for key, place in places.items()
-        ]
+        table[row] = [_number(cells[place], key, where) for key, place in places.items()]
     return table, comma
 
 

@@ -10,7 +10,12 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import (
+    Callable,
+    Iterable,
+    Iterator,
+    Sequence,
+)
 from contextlib import contextmanager
 from functools import cached_property
 from itertools import chain, count
@@ -38,7 +43,13 @@ STRANGE = (
 DPI = 200  # of pictures
 _NUMBERS = count()  # of files being written: threads may write one at the same time
 _PART = re.compile(r"\..{1,40}\.\d+-\d+\.part(\.\w+)?", re.DOTALL)
-FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS
+FULL = (
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EFBIG,
+    errno.EIO,
+    errno.EROFS,
+)
 WORDS = 120  # letters of a file's own that a message repeats
 
 
@@ -68,7 +79,9 @@ def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFil
         )
     if isinstance(file, (str, os.PathLike)) and "\0" in os.fsdecode(file):
         raise OSError(
-            errno.EINVAL, "no file's name has a zero byte in it", os.fspath(file)
+            errno.EINVAL,
+            "no file's name has a zero byte in it",
+            os.fspath(file),
         )
     return file
 
@@ -83,9 +96,7 @@ def whole_text(file: TextFile, what: str, most: int | None = None) -> tuple[str,
     if not isinstance(file_or_path(file, "read"), (str, os.PathLike)):
         text = file.read()
         if not isinstance(text, str):
-            raise TypeError(
-                f"{what} is read from a text file, but {file!r} is open for bytes"
-            )
+            raise TypeError(f"{what} is read from a text file, but {file!r} is open for bytes")
         return text.removeprefix("\ufeff"), str(getattr(file, "name", "the open file"))
     name = os.fspath(file)
     with open(file, "rb") as opened:
@@ -137,11 +148,7 @@ def saved(figure: Figure, file: BinaryFile | None, **options: Any) -> Figure:
         kind = {}
         if not hasattr(file_or_path(file, "write"), "write"):
             root, end = os.path.splitext(os.fspath(file))
-            file, kind = (
-                (file, {"format": end[1:]})
-                if end
-                else (f"{root}.png", {"format": "png"})
-            )
+            file, kind = (file, {"format": end[1:]}) if end else (f"{root}.png", {"format": "png"})
         with written(file, binary=True) as out:
             figure.savefig(out, **({"dpi": DPI} | kind | options))
     return figure
@@ -157,9 +164,7 @@ def written(file: TextFile | BinaryFile, binary: bool = False) -> Iterator[IO]:
         return
     with (
         replaced(file) as part,
-        open(part, "wb")
-        if binary
-        else open(part, "w", newline="", encoding="utf-8") as out,
+        open(part, "wb") if binary else open(part, "w", newline="", encoding="utf-8") as out,
     ):
         yield out
 
@@ -178,7 +183,8 @@ def replaced(file: FilePath, end: str = "") -> Iterator[str]:
         path
         if direct
         else os.path.join(
-            place, f".{name[:40]}.{os.getpid()}-{next(_NUMBERS)}.part{end}"
+            place,
+            f".{name[:40]}.{os.getpid()}-{next(_NUMBERS)}.part{end}",
         )
     )
     try:
@@ -225,21 +231,20 @@ def write(
 def opened(file: TextFile) -> Iterator[Table]:
     """The Table in a file, given by its path or open as text; ValueError for what is no text."""
     if isinstance(file_or_path(file, "read"), (str, os.PathLike)):
-        with open(file, newline="", encoding="utf-8") as text, opened(text) as table:
+        with (
+            open(file, newline="", encoding="utf-8") as text,
+            opened(text) as table,
+        ):
             yield table
         return
     if not hasattr(file, "encoding"):
-        raise TypeError(
-            f"a table is read from a text file, but {file!r} is open for bytes"
-        )
+        raise TypeError(f"a table is read from a text file, but {file!r} is open for bytes")
     name = getattr(file, "name", "the open file")
     try:
         yield Table(file, name)
     except (UnicodeDecodeError, csv.Error) as error:
         binary = ", but a binary one" if b"\0" in getattr(error, "object", b"") else ""
-        raise ValueError(
-            f"{name}: not a CSV text file in UTF-8{binary} ({error})"
-        ) from None
+        raise ValueError(f"{name}: not a CSV text file in UTF-8{binary} ({error})") from None
 
 
 class Table:
@@ -248,27 +253,27 @@ class Table:
     """
 
     def __init__(self, file: IO[str], name: str):
-        self.name, self.first = name, next(file, "").removeprefix("\ufeff")
-        # Comments become empty lines: they may hold half a pair of quotes.
-        lines = (
-            "\n" if line.startswith("#") else line for line in chain([self.first], file)
+        self.name, self.first = (
+            name,
+            next(file, "").removeprefix("\ufeff"),
         )
+        # Comments become empty lines: they may hold half a pair of quotes.
+        lines = ("\n" if line.startswith("#") else line for line in chain([self.first], file))
         self._reader = csv.reader(lines)
         self._cells = filter(None, self._reader)
 
     def about(
-        self, kind: str, what: str, parse: Callable[[Any], Any] = lambda about: about
+        self,
+        kind: str,
+        what: str,
+        parse: Callable[[Any], Any] = lambda about: about,
     ) -> Any:
         """What `parse` makes of the JSON in the first line, which must speak of this kind; what:
         the file expected.
         """
         found = re.match(r"# fivebar (.+?), SI units: ", self.first)
         if found is None or found[1] != kind:
-            instead = (
-                f"a fivebar {found[1]}"
-                if found
-                else f"it begins with {_short(self.first)!r}"
-            )
+            instead = f"a fivebar {found[1]}" if found else f"it begins with {_short(self.first)!r}"
             raise ValueError(
                 f"{self.name}, line 1: not {what}: {instead if self.first else 'it is empty'}"
             )
@@ -282,9 +287,7 @@ class Table:
     def header(self) -> list[str]:
         """The names of the columns, each of them once."""
         names = [name.strip() for name in next(self._cells, ())]
-        if twice := [
-            name for name in dict.fromkeys(names) if name and names.count(name) > 1
-        ]:
+        if twice := [name for name in dict.fromkeys(names) if name and names.count(name) > 1]:
             raise self.error(f"two columns are called {_short(', '.join(twice))}")
         return names
 
@@ -315,10 +318,7 @@ class Table:
         finite: refuse inf and nan; else they may be anywhere but among the times.
         """
         wanted, table = (
-            [
-                (k, name, finite or name == names[0])
-                for k, name in zip(self.places(names), names)
-            ],
+            [(k, name, finite or name == names[0]) for k, name in zip(self.places(names), names)],
             [],
         )
         for cells in self.rows():
@@ -326,9 +326,7 @@ class Table:
             if row[0] < 0:
                 raise self.error(f"time must not be negative, but is {row[0]:g}")
             if table and row[0] <= table[-1][0]:
-                raise self.error(
-                    f"time must increase, but {row[0]:g} follows {table[-1][0]:g}"
-                )
+                raise self.error(f"time must increase, but {row[0]:g} follows {table[-1][0]:g}")
             table.append(row)
         if not table:
             raise ValueError(f"{self.name}: no rows under the header")

@@ -1,11 +1,8 @@
-"""`fivebar calibrate`: lengths, joint readings and measuring frame of a robot as built, from a CSV
-of measurements.
-"""
+"""`fivebar calibrate`: lengths, readings and measuring frame of a robot, from measured points."""
 
 from __future__ import annotations
 
 import json
-import math
 import sys
 from argparse import _SubParsersAction
 from pathlib import Path
@@ -89,21 +86,23 @@ def _calibrate(arguments):
         raise UsageError("calibrate knows five-bars only, and --robot is a biglide")
     if arguments.mend and arguments.keep:
         raise UsageError("--mend and --keep: give one")
-    start = dict(_pair(word, "--start") for word in arguments.start)
-    bounds = {
-        name: _limits(limits, name)
-        for name, limits in (_split(w, "--bounds") for w in arguments.bounds)
-    }
-    unknown = tuple(
-        name for word in arguments.unknown or DEFAULT for name in word.split(",") if name
-    )
+    if arguments.loss not in LOSSES:
+        raise UsageError(f"--loss must be one of {', '.join(LOSSES)}, not {arguments.loss!r}")
+    words = " ".join(arguments.unknown or DEFAULT).replace(",", " ")
+    unknown = tuple(words.split())
+    start, bounds = {}, {}
+    for word in arguments.start:
+        name, value = _split(word, "=", "--start")
+        start[name] = _number(value, f"--start {name}")
+    for word in arguments.bounds:
+        name, limits = _split(word, "=", "--bounds")
+        ends = _split(limits, ":", f"--bounds {name}")
+        bounds[name] = tuple(_number(end, f"--bounds {name}") for end in ends)
     try:
         known_names(unknown, "--unknown")
         known_names(tuple(start) or DEFAULT, "--start")
     except ValueError as error:
         raise UsageError(error) from None
-    if arguments.loss not in LOSSES:
-        raise UsageError(f"--loss must be one of {', '.join(LOSSES)}, not {arguments.loss!r}")
     found = calibrate(
         robot,
         arguments.data,
@@ -120,73 +119,46 @@ def _calibrate(arguments):
     if profiles:
         lines = [f"{name}: {low:.9g} to {high:.9g}" for name, (low, high) in profiles.items()]
         text += "\n\n95 % intervals by profile likelihood, SI units:\n" + "\n".join(lines)
-    if arguments.json:
-        print(json.dumps(_as_json(found, profiles), indent=2))
-    else:
-        print(text)
-    if arguments.out:
-        arguments.out.mkdir(parents=True, exist_ok=True)
-        found.plot(arguments.out / "calibration.png")
-        found.to_json(arguments.out / "calibration.json")
-        found.to_toml(arguments.out / "robot.toml")
-        with written(arguments.out / "calibration.txt") as file:
+    print(json.dumps(_as_json(found, profiles), indent=2) if arguments.json else text)
+    if folder := arguments.out:
+        folder.mkdir(parents=True, exist_ok=True)
+        names = "calibration.png", "calibration.json", "calibration.txt", "robot.toml"
+        files = [folder / name for name in names]
+        found.plot(files[0])
+        found.to_json(files[1])
+        with written(files[2]) as file:
             file.write(text + "\n")
-        names = ("calibration.png", "calibration.json", "calibration.txt", "robot.toml")
-        print(
-            *(arguments.out / name for name in names),
-            sep="\n",
-            file=sys.stderr if arguments.json else sys.stdout,
-        )
+        found.to_toml(files[3])
+        print(*files, sep="\n", file=sys.stderr if arguments.json else sys.stdout)
 
 
 def _as_json(found, profiles):
-    def plain(x):
-        return float(x) if math.isfinite(x) else None
+    from ..estimation.saving import encode
 
-    def pairs(intervals):
-        return {name: [plain(x) for x in pair] for name, pair in intervals.items()}
-
-    return {
-        "values": found.values,
-        "sd": {name: plain(sd) for name, sd in found.sd.items()},
-        "intervals_95": pairs(found.intervals()),
-        "profile_95": pairs(profiles),
-        "rank": found.rank,
-        "indistinguishable": found.indistinguishable,
-        "weakly_identified": found.weakly_identified,
+    names = (
+        "values sd rank indistinguishable weakly_identified dof p_value fits outliers notes robot"
+        " correlation"
+    )
+    table = {name: getattr(found, name) for name in names.split()}
+    table |= {
+        "intervals_95": found.intervals(),
+        "profile_95": profiles,
         "rows": len(found.rows),
         "rms_m": found.rms,
-        "rms_before_m": plain(found.rms_before),
-        "leave_one_out_m": plain(found.leave_one_out),
+        "rms_before_m": found.rms_before,
+        "leave_one_out_m": found.leave_one_out,
         "chi2": found.chi2 if found.absolute else None,
-        "dof": found.dof,
-        "p_value": found.p_value,
-        "fits": found.fits,
-        "outliers": found.outliers,
-        "notes": found.notes,
-        "robot": found.robot.parameters,
-        "correlation": found.correlation.tolist(),
-        "residuals_m": [[plain(x) for x in row] for row in found.residuals],
+        "residuals_m": found.residuals,
     }
+    return encode(table)
 
 
-def _split(word, option):
-    name, equals, value = word.partition("=")
-    if not equals:
-        raise UsageError(f"{option}: {word!r} should be NAME=VALUE")
+def _split(word, mark, option):
+    name, there, value = word.partition(mark)
+    if not there:
+        form = "NAME=VALUE" if mark == "=" else "LOW:HIGH"
+        raise UsageError(f"{option}: {word!r} should be {form}")
     return name, value
-
-
-def _pair(word, option):
-    name, value = _split(word, option)
-    return name, _number(value, f"{option} {name}")
-
-
-def _limits(text, name):
-    low, colon, high = text.partition(":")
-    if not colon:
-        raise UsageError(f"--bounds {name}: {text!r} should be LOW:HIGH")
-    return _number(low, f"--bounds {name}"), _number(high, f"--bounds {name}")
 
 
 def _number(text, what):

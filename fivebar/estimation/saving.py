@@ -6,12 +6,23 @@ import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from types import NoneType
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import (
+    Any,
+    TypeVar,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 from numpy import ndarray
 
-from ..base.tables import STRANGE, TextFile, whole_text, written
+from ..base.tables import (
+    STRANGE,
+    TextFile,
+    whole_text,
+    written,
+)
 from ..models.parameters import robot_of
 from ..models.robots import Biglide, FiveBar, Robot
 
@@ -21,11 +32,24 @@ T = TypeVar("T")
 def write_json(path: TextFile, kind: str, content: object, **more: object) -> None:
     """Write a dataclass or a dict as JSON; nan and infinity, which JSON lacks, as null."""
     with written(path) as out:
-        json.dump({"fivebar": kind, **encode(content), **encode(more)}, out, indent=1)
+        json.dump(
+            {
+                "fivebar": kind,
+                **encode(content),
+                **encode(more),
+            },
+            out,
+            indent=1,
+        )
         out.write("\n")
 
 
-def read_json(path: TextFile, kind: str, cls: type[T], check: Callable[[T], Any]) -> T:
+def read_json(
+    path: TextFile,
+    kind: str,
+    cls: type[T],
+    check: Callable[[T], Any],
+) -> T:
     """Return the dataclass that `write_json` wrote; ValueError for another file.
 
     Fields that the file lacks have their defaults. `check` refuses impossible results.
@@ -94,7 +118,12 @@ def _array(value):
     return array
 
 
-def write_toml(path: TextFile, robot: Robot, sd: Mapping[str, float], comments: Iterable) -> None:
+def write_toml(
+    path: TextFile,
+    robot: Robot,
+    sd: Mapping[str, float],
+    comments: Iterable,
+) -> None:
     """Write a robot for `--robot FILE.toml`, under lines of comment, with standard deviations."""
     with written(path) as out:
         out.writelines(f"# {line}\n" for line in comments)

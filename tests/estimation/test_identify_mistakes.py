@@ -46,11 +46,7 @@ def spoilt(values, *rows):
         ({"q": np.full_like(Q, 0.3)}, {}, "q11 hardly moves"),
         ({"tau": None}, {}, "the log has no torques"),
         ({"tau": 0 * TAU}, {}, "torques stay at their largest value"),
-        (
-            {"q": spoilt(Q, 5000, 5001, 5002)},
-            {},
-            "q1 leaves its neighbours in 3 rows, the first at 5 s: leave",
-        ),
+        ({"q": spoilt(Q, 5000, 5001, 5002)}, {}, "far off their neighbours"),
         ({}, {"unknown": ["mass"]}, "no parameter 'mass'; the torque is linear in zz1, zz2, m"),
         ({}, {"cutoff": 200.0}, "at most 83.33 Hz"),
         ({"speed": T}, {}, "no column 'speed'"),
@@ -71,7 +67,7 @@ def test_gravity_that_the_robot_does_not_have_is_named():
 
 @pytest.mark.parametrize("every", [100, 300])
 def test_too_slow_a_log_is_refused(every):
-    with pytest.raises(ValueError, match="samples a second cannot follow|are left"):
+    with pytest.raises(ValueError, match="sampling rate cannot follow|are left"):
         fb.identify(ROBOT, {name: values[::every] for name, values in LOG.items()})
 
 
@@ -93,9 +89,7 @@ def test_too_slow_a_log_is_refused(every):
 )
 def test_what_was_done_about_it_is_said(change, words):
     found = fb.identify(ROBOT, {**LOG, **change})
-    assert (
-        set(found.chosen) == CASE.named | {"zz1", "zz2", "m"} or "late" in words
-    )
+    assert set(found.chosen) == CASE.named | {"zz1", "zz2", "m"} or "late" in words
     if words:
         assert any(re.search(words, sentence) for sentence in found.notes)
     assert found.values["m"] == pytest.approx(CASE.robot.m, rel=0.03 if "late" in words else 0.01)

@@ -316,7 +316,7 @@ CASES = {
         dict(
             robot=ROBOT, log=LOG, validate=None, unknown=["zz1", "zz2", "m"], assembly=-1, cutoff=None,
             consistent=False, units=None, counts_per_turn=None, gear_ratio=1.0, offset=(0.0, 0.0), torque_constant=None,
-        ), 20.0, ("the log", "a log", "the model misses", "hardly", "rows", "samples a second", "known are", *LOG,
+        ), 20.0, ("the log", "a log", "the model misses", "hardly", "rows", "sampling rate", "known are", *LOG,
                   *WORDS_OF_FILES),
         options={"log": [{"t": [0, 1]}, {"t": np.arange(9.0), "q": np.ones((9, 2)), "tau": np.ones((9, 2))}, RUN]},
     ),

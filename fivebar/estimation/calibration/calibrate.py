@@ -25,14 +25,34 @@ from ...base.checks import (
 )
 from ...base.tables import FilePath
 from ...models.robots import FiveBar
-from .fit import LOSSES, Task, assembly_modes, residuals, solve
-from .measured_robot import PLACE, UNKNOWNS, length_ok, sizes, values_of
+from .fit import (
+    LOSSES,
+    Task,
+    assembly_modes,
+    residuals,
+    solve,
+)
+from .measured_robot import (
+    PLACE,
+    UNKNOWNS,
+    length_ok,
+    sizes,
+    values_of,
+)
 from .mistakes import find_mistakes
 from .result import Calibration
 from .rows import rows_of
 from .starts import begin
 
-DEFAULT = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
+DEFAULT = (
+    "l11",
+    "l12",
+    "l21",
+    "l22",
+    "d",
+    "offset1",
+    "offset2",
+)
 
 
 @takes(
@@ -113,18 +133,33 @@ def calibrate(
     """
     unknown = known_names(unknown)
     p0 = start_values(robot, start)
-    rows = rows_of(data, units, None if weights is None else _relative_weights(weights))
+    rows = rows_of(
+        data,
+        units,
+        None if weights is None else _relative_weights(weights),
+    )
     free = np.array([PLACE[name] for name in unknown])
     relative = weights is not None
     absolute = sigma is not None or (not relative and bool(np.isfinite(rows.sigma).any()))
     weight = _weight(rows, sigma, relative)
     size = sizes(robot, rows.q, unknown)
-    task = Task(rows, free, p0, size, weight, _bounds(bounds, unknown), loss)
+    task = Task(
+        rows,
+        free,
+        p0,
+        size,
+        weight,
+        _bounds(bounds, unknown),
+        loss,
+    )
     wrong = []
     if mistakes == "keep":
         p = begin(task)
     else:
-        wrong, task, p = find_mistakes(task, float(np.median(1 / weight)) if absolute else 0.0)
+        wrong, task, p = find_mistakes(
+            task,
+            float(np.median(1 / weight)) if absolute else 0.0,
+        )
     if wrong and mistakes == "raise":
         what = "a mistake" if len(wrong) == 1 else f"{len(wrong)} mistakes"
         where = "data" if isinstance(data, Mapping) else data
@@ -148,7 +183,10 @@ def calibrate(
     task, p, held = _with_possible_lengths(task, p, assembly)
     turns = [k for k in free if UNKNOWNS[k] in ("offset1", "offset2", "turn")]
     p[turns] = p0[turns] + wrap(p[turns] - p0[turns])  # whole turns mean nothing
-    notes = [*task.rows.notes, *(f"put right: {words}" for words in wrong)]
+    notes = [
+        *task.rows.notes,
+        *(f"put right: {words}" for words in wrong),
+    ]
     if names := _names_of(task.rows, uncertain & needed):
         notes.append(f"assembly mode uncertain, the nearer one was taken: {names}")
     return Calibration(
@@ -182,7 +220,7 @@ def known_names(unknown: Sequence[str], name: str = "unknown") -> tuple[str, ...
 
 
 def start_values(robot: FiveBar, start: Mapping[str, float]) -> ndarray:
-    """Return all UNKNOWNS (13,) of a robot with `start` over them; ValueError for impossible ones."""
+    """Return all UNKNOWNS (13,) of a robot with `start` over them."""
     if not isinstance(start, Mapping):
         raise TypeError(f"start must be a mapping {{name: value}}, not {shown(start)}")
     if start:
@@ -261,7 +299,7 @@ def _reaching(task, p, assembly):
 
 
 def _with_possible_lengths(task, p, assembly):
-    """Return task, values and held unknowns of `solve`, within bounds where lengths fall below 0."""
+    """Return task, values and held unknowns of `solve`, bounded where lengths fall below 0."""
     values, held = solve(task, p, assembly)
     if length_ok(values):
         return task, values, held

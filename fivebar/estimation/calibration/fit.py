@@ -10,7 +10,13 @@ import numpy as np
 from numpy import ndarray
 from scipy.optimize import least_squares
 
-from .measured_robot import PLACE, UNKNOWNS, place, seen, sines_at
+from .measured_robot import (
+    PLACE,
+    UNKNOWNS,
+    place,
+    seen,
+    sines_at,
+)
 from .rows import Rows
 
 LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
@@ -65,7 +71,12 @@ class Task:
         return p
 
 
-def residuals(p: ndarray, rows: Rows, assembly: ndarray, derive: bool = True) -> tuple:
+def residuals(
+    p: ndarray,
+    rows: Rows,
+    assembly: ndarray,
+    derive: bool = True,
+) -> tuple:
     """Return predicted minus measured numbers (m,), m, and their derivatives by UNKNOWNS (m, 13).
 
     Without `derive` the derivatives are None.
@@ -85,7 +96,12 @@ def residuals(p: ndarray, rows: Rows, assembly: ndarray, derive: bool = True) ->
             slopes[:, :, 9:] = 0.0
             along = gap / np.where(length, length, 1.0)[:, None]
             by_gap = slopes[far] - slopes[to]
-            jacobian = np.concatenate([jacobian, np.einsum("ni,nij->nj", along, by_gap)])
+            jacobian = np.concatenate(
+                [
+                    jacobian,
+                    np.einsum("ni,nij->nj", along, by_gap),
+                ]
+            )
     return predicted - rows.numbers, jacobian
 
 
@@ -177,7 +193,10 @@ def solve(task: Task, p: ndarray, assembly: ndarray) -> tuple[ndarray, ndarray]:
 
 
 def _box(task):
-    low, high = np.full(len(task.free), -np.inf), np.full(len(task.free), np.inf)
+    low, high = (
+        np.full(len(task.free), -np.inf),
+        np.full(len(task.free), np.inf),
+    )
     for k, name in enumerate(task.names):
         if task.bounds and name in task.bounds:
             limits = np.array(task.bounds[name], float)
@@ -211,9 +230,9 @@ def _polish(off, slope, z):
 
 
 def spectrum(jacobian: ndarray) -> tuple:
-    """Return a scaled Jacobian's left vectors, singular values, right vectors (k, k), and its noise.
+    """Return left vectors, singular values and right vectors (k, k) of a scaled Jacobian.
 
-    Singular values below the last are rounding.
+    The last of the four results is the singular value below which all is rounding.
     """
     m, k = jacobian.shape
     left, s, right = np.linalg.svd(jacobian, full_matrices=m < k)

@@ -8,13 +8,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy import ndarray
 
-from .measured_robot import METRES, PLACE, UNITS, UNKNOWNS, place, seen
+from .measured_robot import (
+    METRES,
+    PLACE,
+    UNITS,
+    UNKNOWNS,
+    place,
+    seen,
+)
 
 if TYPE_CHECKING:
     from .result import Calibration
 
 SMALL = 1e-6  # of a null vector's largest entry: taken for 0
-STEP = {"m": (1e-3, "mm"), "rad": (np.pi / 180, "deg"), "": (1.0, "")}
+STEP = {
+    "m": (1e-3, "mm"),
+    "rad": (np.pi / 180, "deg"),
+    "": (1.0, ""),
+}
 
 
 def plainest(null: ndarray) -> ndarray:
@@ -35,7 +46,12 @@ def plainest(null: ndarray) -> ndarray:
     return rows[np.lexsort((entries.argmax(axis=1), entries.sum(axis=1)))]
 
 
-def combination(vector: ndarray, names: Sequence[str], sizes: ndarray, p: ndarray) -> str:
+def combination(
+    vector: ndarray,
+    names: Sequence[str],
+    sizes: ndarray,
+    p: ndarray,
+) -> str:
     """Return in words what of its unknowns the data do tell; the vector is in units of sizes."""
     steps = {name: vector[k] * sizes[k] for k, name in enumerate(names) if vector[k]}
     named = listed(steps)
@@ -72,7 +88,10 @@ def listed(words) -> str:
 
 
 def weak_combinations(
-    sd: ndarray, vectors: ndarray, names: Sequence[str], sds: dict[str, float]
+    sd: ndarray,
+    vectors: ndarray,
+    names: Sequence[str],
+    sds: dict[str, float],
 ) -> tuple[str, ...]:
     """Return sentences on combinations (k, n) whose standard deviation (k,) is above 0.1 sizes."""
     sentences = []
@@ -118,15 +137,25 @@ def _remedies(found):
             slopes[same_modes, axis],
         )
     for axis in {0, 1} - axes if axes else ():
-        yield f"measuring {'xy'[axis]}, too, would tell", slopes[same_modes, axis]
+        yield (
+            f"measuring {'xy'[axis]}, too, would tell",
+            slopes[same_modes, axis],
+        )
     if axes:
-        yield "poses in other modes, too, would tell", slopes.reshape(-1, len(UNKNOWNS))
+        yield (
+            "poses in other modes, too, would tell",
+            slopes.reshape(-1, len(UNKNOWNS)),
+        )
     own = np.concatenate([found.p[:9], [0.0, 0.0, 0.0, 1.0]])  # a ruler knows no frame
     points, by_robot = seen(own, q, modes[:, 2])
     by_robot[:, :, 9:] = 0.0
     gaps = points - np.roll(points, 1, axis=0)
     along = gaps / np.maximum(np.hypot(*gaps.T), 1e-300)[:, None]
-    ruler = np.einsum("ni,nij->nj", along, by_robot - np.roll(by_robot, 1, axis=0))
+    ruler = np.einsum(
+        "ni,nij->nj",
+        along,
+        by_robot - np.roll(by_robot, 1, axis=0),
+    )
     yield (
         "a distance between two of its points by a ruler (columns distance, to) would tell",
         ruler,

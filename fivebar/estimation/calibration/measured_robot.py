@@ -39,10 +39,17 @@ def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> ndarra
 
 def robot_with(robot: FiveBar, p: ndarray) -> FiveBar:
     """Return the robot with the lengths among the values; its masses stay."""
-    return replace(robot, **{name: float(p[PLACE[name]]) for name in LENGTHS})
+    return replace(
+        robot,
+        **{name: float(p[PLACE[name]]) for name in LENGTHS},
+    )
 
 
-def sizes(robot: FiveBar, q: ndarray, names: Sequence[str] = UNKNOWNS) -> ndarray:
+def sizes(
+    robot: FiveBar,
+    q: ndarray,
+    names: Sequence[str] = UNKNOWNS,
+) -> ndarray:
     """Return by how much each unknown moves a point about as far as the others.
 
     The mean bar for lengths, 1 rad for angles, 1 over the largest reading for ratios.
@@ -50,7 +57,10 @@ def sizes(robot: FiveBar, q: ndarray, names: Sequence[str] = UNKNOWNS) -> ndarra
     largest = np.max(np.abs(np.nan_to_num(q)), axis=0, initial=0.0)
     ratios = 1 / np.where(largest > 0, largest, 1.0)
     bar = (robot.l11 + robot.l12 + robot.l21 + robot.l22) / 4
-    known = dict.fromkeys(METRES, bar) | {"ratio1": ratios[0], "ratio2": ratios[1]}
+    known = dict.fromkeys(METRES, bar) | {
+        "ratio1": ratios[0],
+        "ratio2": ratios[1],
+    }
     return np.array([known.get(name, 1.0) for name in names])
 
 
@@ -114,8 +124,16 @@ def place(p: ndarray, q: ndarray, assembly: ndarray) -> Placed:
     with np.errstate(invalid="ignore", divide="ignore"):
         dyad = RRR((span.real, span.imag), l12, l22, -assembly, size)
         det = np.where(dyad.sine, dyad.sine, np.nan)
-        bars = np.stack([x + 1j * y for x, y in (dyad.first, dyad.second)], axis=1)
-        return Placed(elbows[:, 0] + l12 * bars[:, 0] + 0 * det, cranks, bars, det)
+        bars = np.stack(
+            [x + 1j * y for x, y in (dyad.first, dyad.second)],
+            axis=1,
+        )
+        return Placed(
+            elbows[:, 0] + l12 * bars[:, 0] + 0 * det,
+            cranks,
+            bars,
+            det,
+        )
 
 
 def slopes(p: ndarray, q: ndarray, at: Placed) -> ndarray:
@@ -146,7 +164,12 @@ def unframe(p: ndarray, z: ndarray) -> ndarray:
     return (z - (x0 + 1j * y0)) * np.exp(-1j * turn) / scale
 
 
-def seen(p: ndarray, q: ndarray, assembly: ndarray, derive: bool = True) -> tuple:
+def seen(
+    p: ndarray,
+    q: ndarray,
+    assembly: ndarray,
+    derive: bool = True,
+) -> tuple:
     """Return points in the measuring frame (n, 2) and their derivatives by UNKNOWNS (n, 2, 13).
 
     Without `derive` the derivatives are None.
@@ -173,7 +196,12 @@ def _bars_to(p, q, points):
     z = unframe(p, as_complex(points))[:, None]
     length = np.abs(z - elbows)
     with np.errstate(invalid="ignore"):  # where nothing is measured
-        return length, (z - elbows) / np.where(length, length, 1.0), cranks, z
+        return (
+            length,
+            (z - elbows) / np.where(length, length, 1.0),
+            cranks,
+            z,
+        )
 
 
 def bars_off(p: ndarray, q: ndarray, points: ndarray) -> tuple[ndarray, ndarray]:

@@ -79,7 +79,11 @@ def find_mistakes(task: Task, sigma: float) -> tuple[list[str], Task, ndarray]:
     p = begin(task, far=False)
     if doubt(task, p) >= limit:
         changes = POINTS | READINGS | _counts(task)
-        found, task = _wrong_columns(task, p, {(words,): [f] for words, f in changes.items()})
+        found, task = _wrong_columns(
+            task,
+            p,
+            {(words,): [f] for words, f in changes.items()},
+        )
         p = begin(task)
     if not found and doubt(task, p) >= limit:  # far offsets are likelier than two mistakes
         pairs = {}
@@ -111,7 +115,10 @@ def _wrong_columns(task, before, changes):
     """
     tasks = {words: _changed(task, each) for words, each in changes.items()}
     starts = {words: first(each) for words, each in tasks.items()}
-    near = sorted(changes, key=lambda words: doubt(tasks[words], starts[words]))[:MOST]
+    near = sorted(
+        changes,
+        key=lambda words: doubt(tasks[words], starts[words]),
+    )[:MOST]
     ends = {words: settled(tasks[words], starts[words]) for words in near}
     doubts = {words: doubt(tasks[words], ends[words]) for words in near}
     least = min(doubts.values())
@@ -123,7 +130,10 @@ def _wrong_columns(task, before, changes):
     best = min(alike, key=lambda words: round(turned[words], 1))
     if turned[best] > 1.0 and doubt(task, begin(task)) < limit:
         return [], task  # motors and a frame may lie anywhere
-    after, now = median_error(tasks[best], ends[best]), median_error(task, before)
+    after, now = (
+        median_error(tasks[best], ends[best]),
+        median_error(task, before),
+    )
     sizes = (
         f"(the bars miss the points by {1e3 * after:.3g} mm then, by {1e3 * now:.3g} mm as it is;"
         " medians)"
@@ -152,7 +162,10 @@ def _wrong_modes(task, p, sigma):
     """Return the rows whose modes are others than they note, and the task with the right ones."""
     rows = task.rows
     if doubt(task, p) > max(4 * SUSPECT * task.bar, 20 * sigma):
-        return [], task  # of what fits nothing no modes are known
+        return (
+            [],
+            task,
+        )  # of what fits nothing no modes are known
     sines = np.nan_to_num(sines_at(p, rows.q, rows.points))
     off = np.full(len(rows), np.inf)
     off[rows.whole] = np.hypot(*bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0].T)

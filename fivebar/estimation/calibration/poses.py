@@ -11,7 +11,11 @@ from types import MappingProxyType
 import numpy as np
 from numpy import ndarray
 
-from ...base.backend import check_modes, finite_numbers, real_numbers
+from ...base.backend import (
+    check_modes,
+    finite_numbers,
+    real_numbers,
+)
 from ...base.checks import (
     instance,
     number,
@@ -65,7 +69,10 @@ class MeasurementPoses(Plotted):
     unit_sd: ndarray
 
     def __repr__(self) -> str:
-        modes = np.unique(np.column_stack([self.working, self.assembly]), axis=0)
+        modes = np.unique(
+            np.column_stack([self.working, self.assembly]),
+            axis=0,
+        )
         return one_line(
             "MeasurementPoses",
             f"{len(self.q)} poses",
@@ -88,7 +95,12 @@ class MeasurementPoses(Plotted):
 
     def sd(self, sigma: float) -> dict[str, float]:
         """Return the standard deviations to expect of numbers measured to sigma, m."""
-        return dict(zip(self.unknown, (positive(sigma, "sigma") * self.unit_sd).tolist()))
+        return dict(
+            zip(
+                self.unknown,
+                (positive(sigma, "sigma") * self.unit_sd).tolist(),
+            )
+        )
 
     def to_csv(self, path: TextFile) -> None:
         """Write the poses as `calibrate` reads them, with x and y to be filled in.
@@ -100,7 +112,16 @@ class MeasurementPoses(Plotted):
             lines = csv.writer(out)
             lines.writerow(header)
             for k, (q, xi) in enumerate(zip(self.q.tolist(), self.xi.tolist())):
-                lines.writerow([*q, "", "", *self.working[k], self.assembly[k], *xi])
+                lines.writerow(
+                    [
+                        *q,
+                        "",
+                        "",
+                        *self.working[k],
+                        self.assembly[k],
+                        *xi,
+                    ]
+                )
 
 
 @takes(
@@ -178,7 +199,11 @@ def measurement_poses(
     chosen = _exchanged(jacobian, n)
     for _ in range(2 if n > 1 and criterion == "tip" else 0):
         chosen = _for_the_tip(jacobian, chosen)
-    order = _tour(robot, pose.q[chosen], np.column_stack([pose.working, pose.assembly])[chosen])
+    order = _tour(
+        robot,
+        pose.q[chosen],
+        np.column_stack([pose.working, pose.assembly])[chosen],
+    )
     chosen = [chosen[k] for k in order]
     s, tolerance = spectrum(jacobian[chosen].reshape(-1, len(columns)))[1::2]
     if (s <= tolerance).any():
@@ -188,18 +213,31 @@ def measurement_poses(
     xi, modes = pose.xi[chosen], pose.working[chosen]
     found = igm(robot, xi, modes)
     sd = size * np.sqrt(np.diag(covariance))
-    return MeasurementPoses(found, (found.q - p[5:7]) / p[7:9], unknown, criterion, worst, sd)
+    return MeasurementPoses(
+        found,
+        (found.q - p[5:7]) / p[7:9],
+        unknown,
+        criterion,
+        worst,
+        sd,
+    )
 
 
 def candidates(
-    robot: FiveBar, margin: float, modes: Sequence, window: Sequence[float] | None
+    robot: FiveBar,
+    margin: float,
+    modes: Sequence,
+    window: Sequence[float] | None,
 ) -> Pose:
     """Return poses on a grid over the workspace in these working modes, off singularities."""
     reach = [robot.l11 + robot.l12, robot.l21 + robot.l22]
     low = max(-robot.d / 2 - reach[0], robot.d / 2 - reach[1])
     high = min(robot.d / 2 + reach[1], reach[0] - robot.d / 2)
     box = (low, high, -min(reach), min(reach)) if window is None else _window(window)
-    x, y = np.meshgrid(np.linspace(*box[:2], SIDE), np.linspace(*box[2:], SIDE))
+    x, y = np.meshgrid(
+        np.linspace(*box[:2], SIDE),
+        np.linspace(*box[2:], SIDE),
+    )
     points = np.stack([x.ravel(), y.ravel()], axis=-1)
     kept = []
     for mode in modes:
@@ -219,7 +257,10 @@ def candidates(
 def _modes(working):
     if working is None:
         return MODES
-    found = check_modes(np.atleast_2d(real_numbers(working, "working")), "working")
+    found = check_modes(
+        np.atleast_2d(real_numbers(working, "working")),
+        "working",
+    )
     if found.ndim != 2 or found.shape[1] != 2 or not len(found):
         raise ValueError(
             f"working must be pairs of +1 and -1, some of {MODES}, not {shown(working)}"
@@ -250,7 +291,7 @@ def _spread(jacobian, covariance):
 
 
 def _exchanged(jacobian, n):
-    """Return n candidates of greatest det of the information: greedy, then exchanges while one gains."""
+    """Return n candidates of the greatest det of the information, by greedy steps and exchanges."""
     k = jacobian.shape[2]
     information, chosen = 1e-6 * np.eye(k), []
     for _ in range(n):
@@ -268,7 +309,10 @@ def _exchanged(jacobian, n):
             gain[chosen] = -1.0
             best = int(np.argmax(gain))
             if gain[best] > now * (1 + 1e-9):
-                information, moved = rest + jacobian[best].T @ jacobian[best], True
+                information, moved = (
+                    rest + jacobian[best].T @ jacobian[best],
+                    True,
+                )
                 chosen[place] = best
         if not moved:
             break
@@ -290,10 +334,18 @@ def _for_the_tip(jacobian, chosen):
     chosen = list(chosen)
     information = 1e-9 * np.eye(k) + sum(j.T @ j for j in jacobian[chosen])
     worst = np.argsort(-_spread(jacobian, np.linalg.inv(information)))
-    judged = jacobian[np.union1d(worst[:50], np.arange(0, count, max(1, count // 150)))]
+    judged = jacobian[
+        np.union1d(
+            worst[:50],
+            np.arange(0, count, max(1, count // 150)),
+        )
+    ]
     offered = np.union1d(np.arange(0, count, max(1, count // 400)), chosen)
     least = _spread(judged, np.linalg.inv(information)).max()
-    flat, candidates_ = judged.reshape(-1, k), jacobian[offered]
+    flat, candidates_ = (
+        judged.reshape(-1, k),
+        jacobian[offered],
+    )
     rounds = 1 if len(chosen) > 20 else 3
     for place in [*range(len(chosen))] * rounds:
         own = jacobian[chosen[place]]
@@ -310,7 +362,10 @@ def _for_the_tip(jacobian, chosen):
         ends[np.isin(offered, chosen)] = np.inf
         best = int(np.argmin(ends))
         if ends[best] < least * (1 - 1e-6):
-            least, chosen[place] = ends[best], int(offered[best])
+            least, chosen[place] = (
+                ends[best],
+                int(offered[best]),
+            )
             information = rest + candidates_[best].T @ candidates_[best]
     return chosen
 

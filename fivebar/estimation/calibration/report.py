@@ -26,11 +26,17 @@ def report(found: Calibration) -> str:
     lines = [*_fit(found), "", *_table(found), ""]
     if found.indistinguishable:
         lines.append("not told apart by these data:")
-    sentences = [*found.indistinguishable, *found.weakly_identified]
+    sentences = [
+        *found.indistinguishable,
+        *found.weakly_identified,
+    ]
     lines += [f"- {sentence}" for sentence in sentences] or ["all unknowns are told apart"]
     if found.outliers:
         rows = (f"{where} (p = {p:.1g})" for where, p in found.outliers.items())
-        lines += ["", f"off all other rows: {', '.join(rows)}"]
+        lines += [
+            "",
+            f"off all other rows: {', '.join(rows)}",
+        ]
     notes = list(found.notes)
     if found.held is not None and found.held.any():
         held = (name for name, out in zip(found.unknown, found.held) if out)
@@ -41,14 +47,26 @@ def report(found: Calibration) -> str:
 
 
 def _fit(found):
-    coordinates, distances = len(found.rows.measured[0]), len(found.rows.measured[2])
+    coordinates, distances = (
+        len(found.rows.measured[0]),
+        len(found.rows.measured[2]),
+    )
     counted = [f"{coordinates} coordinates"] if coordinates else []
     if distances:
         counted.append(f"{distances} distances")
-    modes = Counter(map(tuple, np.column_stack([found.working, found.assembly]).tolist()))
+    modes = Counter(
+        map(
+            tuple,
+            np.column_stack([found.working, found.assembly]).tolist(),
+        )
+    )
     listed = ", ".join(
         f"({left:+d}, {right:+d}) {assembly:+d}: {count}"
-        for (left, right, assembly), count in modes.most_common()
+        for (
+            left,
+            right,
+            assembly,
+        ), count in modes.most_common()
     )
     alone = found.leave_one_out
     left_out = f"{1e3 * alone:.4g} mm" if np.isfinite(alone) else "unknown"
@@ -67,7 +85,10 @@ def _fit(found):
         return lines
     chance = f"chi2 = {found.chi2:.4g} for {found.dof} degrees of freedom, p = {found.p_value:.2g}"
     if found.fits:
-        return [*lines, f"{chance}: the model fits to the sigma given"]
+        return [
+            *lines,
+            f"{chance}: the model fits to the sigma given",
+        ]
     times = np.sqrt(found.chi2 / found.dof)
     return [
         *lines,
@@ -77,16 +98,39 @@ def _fit(found):
 
 
 def _table(found):
-    rows = [["", "unit", "before", "found", "sd", "95 % from", "to"]]
+    rows = [
+        [
+            "",
+            "unit",
+            "before",
+            "found",
+            "sd",
+            "95 % from",
+            "to",
+        ]
+    ]
     intervals = found.intervals()
     for name, value in found.values.items():
         factor, unit = shown_in(name)
         sd = factor * found.sd[name]
         known = np.isfinite(sd)
         digits = int(np.clip(1 - np.floor(np.log10(sd)), 0, 9)) if known and sd > 0 else 4
-        numbers = [factor * found.start[PLACE[name]], factor * value]
+        numbers = [
+            factor * found.start[PLACE[name]],
+            factor * value,
+        ]
         if known:
-            numbers += [sd, *(factor * limit for limit in intervals[name])]
+            numbers += [
+                sd,
+                *(factor * limit for limit in intervals[name]),
+            ]
         cells = [f"{number:.{digits}f}" for number in numbers]
-        rows.append([name, unit, *cells, *([] if known else ["not told", "", ""])])
+        rows.append(
+            [
+                name,
+                unit,
+                *cells,
+                *([] if known else ["not told", "", ""]),
+            ]
+        )
     return aligned(rows, 2)

@@ -19,7 +19,12 @@ from ...models.dyads import SINGULAR
 from ...models.robots import FiveBar
 from ..saving import read_json, write_json, write_toml
 from .fit import Task, loss_slopes, residuals, solve, spectrum
-from .indistinguishable import combination, plainest, remedy, weak_combinations
+from .indistinguishable import (
+    combination,
+    plainest,
+    remedy,
+    weak_combinations,
+)
 from .measured_robot import (
     FRAME,
     PLACE,
@@ -144,7 +149,10 @@ class Calibration(Plotted):
     @cached_property
     def working(self) -> ndarray:
         """Working modes (n, 2) of the rows, int8, 0 where the robot does not close."""
-        return -sign(place(self.p, self.rows.q, self.assembly).sines, SINGULAR)
+        return -sign(
+            place(self.p, self.rows.q, self.assembly).sines,
+            SINGULAR,
+        )
 
     @property
     def dof(self) -> int:
@@ -224,7 +232,10 @@ class Calibration(Plotted):
         far = float(ndtri(tail) if self.absolute else stdtrit(max(self.dof, 1), tail))
         if method == "linear":
             return {
-                name: (value - far * self.sd[name], value + far * self.sd[name])
+                name: (
+                    value - far * self.sd[name],
+                    value + far * self.sd[name],
+                )
                 for name, value in self.values.items()
             }
         if self.loss != "linear":
@@ -241,7 +252,10 @@ class Calibration(Plotted):
     @cached_property
     def before(self) -> ndarray:
         """The start (13,), with the unknown part of the frame laid on the points anew."""
-        names, p = [name for name in self.unknown if name in FRAME], self.start.copy()
+        names, p = (
+            [name for name in self.unknown if name in FRAME],
+            self.start.copy(),
+        )
         places = [PLACE[name] for name in names]
         p[places] = self.p[places]
         return self._fitted(names, p)
@@ -253,12 +267,24 @@ class Calibration(Plotted):
             return p
         places = np.array([PLACE[name] for name in names])
         size = sizes(self.nominal, self.rows.q, names)
-        return solve(Task(self.rows, places, p, size, self.weight), p, self.assembly)[0]
+        return solve(
+            Task(self.rows, places, p, size, self.weight),
+            p,
+            self.assembly,
+        )[0]
 
     @cached_property
     def residuals_before(self) -> ndarray:
         """Measured minus predicted points (n, 2) with the values `before`."""
-        return self.rows.points - seen(self.before, self.rows.q, self.assembly, derive=False)[0]
+        return (
+            self.rows.points
+            - seen(
+                self.before,
+                self.rows.q,
+                self.assembly,
+                derive=False,
+            )[0]
+        )
 
     @cached_property
     def rms(self) -> float:
@@ -268,7 +294,12 @@ class Calibration(Plotted):
     @cached_property
     def rms_before(self) -> float:
         """RMS with the values `before`, of the rows that these reach."""
-        off = residuals(self.before, self.rows, self.assembly, derive=False)[0]
+        off = residuals(
+            self.before,
+            self.rows,
+            self.assembly,
+            derive=False,
+        )[0]
         good = np.isfinite(off)
         return float(np.sqrt(np.mean(off[good] ** 2))) if good.any() else np.inf
 
@@ -291,12 +322,22 @@ class Calibration(Plotted):
     def leave_one_out(self) -> float:
         """RMS, m, with which each row is predicted by the others; inf where a row stands alone."""
         left = self._spectrum[0][:, : self.rank]
-        return leave_one_out_error(self._residuals[0], left, self.rows.row_of, self.weight)
+        return leave_one_out_error(
+            self._residuals[0],
+            left,
+            self.rows.row_of,
+            self.weight,
+        )
 
     @cached_property
     def outliers(self) -> dict[str, float]:
         """{row: p} of outlying rows, p the probability of that by chance in any row, below 1 %."""
-        found = outlying_rows(*self._residuals, self.rank, self.rows.row_of, self.absolute)
+        found = outlying_rows(
+            *self._residuals,
+            self.rank,
+            self.rows.row_of,
+            self.absolute,
+        )
         return {self.rows.where[row]: p for row, p in found.items()}
 
     @cached_property
@@ -321,7 +362,10 @@ class Calibration(Plotted):
         p = self.p.copy()
         for name, value in held.items():
             p[PLACE[name]] = value
-        p = self._fitted([name for name in self.unknown if name not in held], p)
+        p = self._fitted(
+            [name for name in self.unknown if name not in held],
+            p,
+        )
         off = residuals(p, self.rows, self.assembly, derive=False)[0] * self.weight
         return float(np.nan_to_num(off @ off, nan=np.inf))
 

@@ -7,14 +7,25 @@ from numpy import ndarray
 from scipy.optimize import least_squares
 
 from .fit import Task, noted_assembly
-from .measured_robot import PLACE, as_complex, as_pairs, bars_off, place, seen, unframe
+from .measured_robot import (
+    PLACE,
+    as_complex,
+    as_pairs,
+    bars_off,
+    place,
+    seen,
+    unframe,
+)
 
 SUSPECT = 5e-3  # of a mean bar: where the legs miss the points by more, something is wrong
 MUCH = 8.0  # rad: while it is measured, a motor of a five-bar turns no more
-COUNTS_PER_TURN = (
-    400, 500, 512, 600, 800, 1000, 1024, 1200, 1600, 2000, 2048, 2400, 2500, 3200, 3600, 4000, 4096, 5000, 6400,
-    8000, 8192, 10000, 12800, 16384, 20000, 32768, 36000, 40000, 65536,
-)  # fmt: skip
+COUNTS_PER_TURN = tuple(
+    int(word)
+    for word in (
+        "400 500 512 600 800 1000 1024 1200 1600 2000 2048 2400 2500 3200 3600 4000 4096 5000 6400"
+        " 8000 8192 10000 12800 16384 20000 32768 36000 40000 65536"
+    ).split()
+)
 
 
 def begin(task: Task, far: bool = True) -> ndarray:
@@ -79,7 +90,12 @@ def settled(task: Task, p: ndarray) -> ndarray:
         return values
 
     def off(z):
-        return np.concatenate([bars_off(moved(z), q, points)[0].ravel() / bar, hold * z])
+        return np.concatenate(
+            [
+                bars_off(moved(z), q, points)[0].ravel() / bar,
+                hold * z,
+            ]
+        )
 
     def slope(z):
         jacobian = bars_off(moved(z), q, points)[1][:, :, task.free].reshape(-1, count)
@@ -117,7 +133,7 @@ def _counted(task):
 
 
 def wide_legs(task: Task, free: bool = True) -> ndarray:
-    """Return which legs (2,) have readings that no motor turns through, and a free ratio (or not)."""
+    """Return which legs (2,) have readings that no motor turns through; ratio free, or not."""
     ratios_free = np.array([name in task.names for name in ("ratio1", "ratio2")])
     return (np.ptp(task.rows.q, axis=0) > MUCH) & (ratios_free == free)
 
@@ -143,7 +159,12 @@ def _framed(task, start):
     noted = noted_assembly(start, rows)
     starts = []
     for side in (-1, 1):
-        p = _laid(rows, start.copy(), free, np.where(noted, noted, side))
+        p = _laid(
+            rows,
+            start.copy(),
+            free,
+            np.where(noted, noted, side),
+        )
         for _ in range(4):
             both = [seen(p, rows.q, np.full(len(rows), mode), False)[0] for mode in (-1, 1)]
             distances = np.linalg.norm(np.array(both) - rows.points, axis=2)
@@ -168,7 +189,10 @@ def _laid(rows, p, free, mode):
             if "scale" in free:
                 p[PLACE["scale"]] = abs(slope) or 1.0
         rest = camera - p[12] * np.exp(1j * p[11]) * robot
-        p[9], p[10] = np.median(rest.real), np.median(rest.imag)
+        p[9], p[10] = (
+            np.median(rest.real),
+            np.median(rest.imag),
+        )
     elif "turn" in free:
         p[PLACE["turn"]] = np.angle(np.vdot(robot, camera - p[9] - 1j * p[10]))
     return p

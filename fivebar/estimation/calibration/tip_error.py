@@ -11,7 +11,14 @@ from numpy import ndarray
 from numpy.typing import ArrayLike
 
 from ...base.backend import finite_numbers, is_symbolic
-from ...base.checks import instance, not_negative, one_of, shown, takes, whole
+from ...base.checks import (
+    instance,
+    not_negative,
+    one_of,
+    shown,
+    takes,
+    whole,
+)
 from ...base.presentation import Plotted
 from ...base.representation import one_line
 from ...models.geometry import Pose, igm
@@ -59,7 +66,12 @@ class TipError(Plotted):
     def covariance(self) -> ndarray:
         """(n, 2, 2), m^2, to first order: J diag(tolerance^2) J', of even distributions a third."""
         variance = self.tolerances**2 / (3.0 if self.distribution == "uniform" else 1.0)
-        return np.einsum("nik,k,njk->nij", self.jacobian, variance, self.jacobian)
+        return np.einsum(
+            "nik,k,njk->nij",
+            self.jacobian,
+            variance,
+            self.jacobian,
+        )
 
     @cached_property
     def sd(self) -> ndarray:
@@ -69,7 +81,10 @@ class TipError(Plotted):
     @cached_property
     def monte_carlo_sd(self) -> ndarray:
         """(n,) the same of the drawn robots that close, bias included; nan where none does."""
-        total, count = np.nansum(self.drawn**2, axis=(1, 2)), self._closed.sum(axis=1)
+        total, count = (
+            np.nansum(self.drawn**2, axis=(1, 2)),
+            self._closed.sum(axis=1),
+        )
         return np.sqrt(np.where(count, total / np.maximum(count, 1), np.nan))
 
     @cached_property
@@ -90,7 +105,10 @@ class TipError(Plotted):
     @cached_property
     def radius(self) -> ndarray:
         """(n,) within which 95 % of all drawn robots are, m; inf where more do not close."""
-        size = np.nan_to_num(np.hypot(*np.moveaxis(self.drawn, 2, 0)), nan=np.inf)
+        size = np.nan_to_num(
+            np.hypot(*np.moveaxis(self.drawn, 2, 0)),
+            nan=np.inf,
+        )
         return np.quantile(size, 0.95, axis=1, method="higher")
 
     @cached_property
@@ -98,7 +116,11 @@ class TipError(Plotted):
         """(n,) farthest error, m, to first order, with every parameter within its tolerance."""
         angle = np.linspace(0, np.pi, 720, endpoint=False)
         along = np.stack([np.cos(angle), np.sin(angle)])
-        moves = np.einsum("nik,id->ndk", self.jacobian * self.tolerances, along)
+        moves = np.einsum(
+            "nik,id->ndk",
+            self.jacobian * self.tolerances,
+            along,
+        )
         return np.abs(moves).sum(axis=2).max(axis=1)
 
     @cached_property
@@ -180,7 +202,10 @@ def tip_error(
         )
     if len(q) * samples > 2e7:
         raise ValueError(f"{len(q)} poses times {samples} samples: at most 2e7 together")
-    p, columns = values_of(robot), np.array([PLACE[name] for name in names])
+    p, columns = (
+        values_of(robot),
+        np.array([PLACE[name] for name in names]),
+    )
     at, jacobian = seen(p, q, assembly)
     draw = np.random.default_rng(seed)
     shape = len(names), samples
@@ -191,10 +216,22 @@ def tip_error(
     drawn = np.empty((len(q), samples, 2))
     for k in range(len(q)):
         readings = np.tile(q[k], (samples, 1))
-        points = seen(robots, readings, np.full(samples, assembly[k]), derive=False)[0]
+        points = seen(
+            robots,
+            readings,
+            np.full(samples, assembly[k]),
+            derive=False,
+        )[0]
         drawn[k] = points - at[k]
     drawn[:, impossible] = np.nan
-    return TipError(pose, names, sizes, jacobian[:, :, columns], drawn, distribution)
+    return TipError(
+        pose,
+        names,
+        sizes,
+        jacobian[:, :, columns],
+        drawn,
+        distribution,
+    )
 
 
 def _points(poses):

@@ -1,4 +1,4 @@
-"""Motions that tell most of a robot's masses and friction: Fourier series of least condition number.
+"""Motions that tell most of a robot's masses and friction: Fourier series.
 
     q_i(t) = c_i + sum_k a_ik sin(k w t) + b_ik cos(k w t)
     sum_k k a_ik = 0        sum_k k^2 b_ik = 0        w = 2 pi / period
@@ -48,7 +48,10 @@ from .identify import sought_names
 from .regressor import linear_names, regressor
 
 SAMPLES = 120  # rows of a motion in the search
-BEST, STEPS = 3, 250  # random shapes that are improved, and trials of each
+BEST, STEPS = (
+    3,
+    250,
+)  # random shapes that are improved, and trials of each
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -81,7 +84,10 @@ class Excitation(Trajectory):
 
     def __repr__(self) -> str:
         words = self.robot.words
-        rate, torque = max(self.peaks["rate"]), max(self.peaks["torque"])
+        rate, torque = (
+            max(self.peaks["rate"]),
+            max(self.peaks["torque"]),
+        )
         return one_line(
             "Excitation",
             f"{self.duration:g} s",
@@ -101,7 +107,14 @@ class Excitation(Trajectory):
             "assembly": self.assembly,
         }
         rows = np.column_stack([t, xi, xi_dot, self.joints(t)[0]]).tolist()
-        header = ("t", "x", "y", "x_dot", "y_dot", *self.robot.words.joints)
+        header = (
+            "t",
+            "x",
+            "y",
+            "x_dot",
+            "y_dot",
+            *self.robot.words.joints,
+        )
         write(path, "exciting trajectory", about, header, rows)
 
 
@@ -123,14 +136,28 @@ class _Series:
         k = omega * np.arange(1, self.coefficients.shape[1] // 2 + 1)
         angle = np.multiply.outer(t, k)
         s, c = np.sin(angle), np.cos(angle)
-        waves = [s, c], [k * c, -k * s], [-k * k * s, -k * k * c]
+        waves = (
+            [s, c],
+            [k * c, -k * s],
+            [-k * k * s, -k * k * c],
+        )
         q, q_dot, q_ddot = (np.concatenate(each, axis=-1) @ self.coefficients.T for each in waves)
         return self.centre + q, q_dot, q_ddot
 
     def __call__(self, t):
         q, q_dot, q_ddot = self.joints(np.asarray(t, dtype=float))
-        acc = dkm2(dkm(dgm(self.robot, q, self.assembly), q_dot), q_ddot)
-        return np.concatenate([acc.rates.pose.xi, acc.rates.xi_dot, acc.xi_ddot], axis=-1)
+        acc = dkm2(
+            dkm(dgm(self.robot, q, self.assembly), q_dot),
+            q_ddot,
+        )
+        return np.concatenate(
+            [
+                acc.rates.pose.xi,
+                acc.rates.xi_dot,
+                acc.xi_ddot,
+            ],
+            axis=-1,
+        )
 
 
 @takes(
@@ -213,8 +240,21 @@ def exciting_trajectory(
         delay=2,
         leave=False,
     ) as bar:
-        search = _Search(robot, period, harmonics, limits, margin, working, assembly, told, bar)
-        shape = _best(search, [search.random(rng) for _ in range(starts)])
+        search = _Search(
+            robot,
+            period,
+            harmonics,
+            limits,
+            margin,
+            working,
+            assembly,
+            told,
+            bar,
+        )
+        shape = _best(
+            search,
+            [search.random(rng) for _ in range(starts)],
+        )
     if shape is None:
         raise ValueError(
             f"no motion was found within these limits, of working modes {working} and assembly mode"
@@ -226,11 +266,21 @@ def exciting_trajectory(
     for _ in range(200):
         if search.keeps(*series.joints(t)):
             break
-        series = _Series(robot, assembly, period, series.centre, 0.98 * series.coefficients)
+        series = _Series(
+            robot,
+            assembly,
+            period,
+            series.centre,
+            0.98 * series.coefficients,
+        )
     q, q_dot, q_ddot = series.joints(t)
     pose = dgm(robot, q, assembly)
     tau = inverse_dynamics(dkm2(dkm(pose, q_dot), q_ddot))
-    peaks = {"rate": q_dot, "acceleration": q_ddot, "torque": tau}
+    peaks = {
+        "rate": q_dot,
+        "acceleration": q_ddot,
+        "torque": tau,
+    }
     return Excitation(
         0.0,
         period * cycles,
@@ -262,7 +312,14 @@ def _best(search, shapes):
         return None
     options = {"maxfev": STEPS, "adaptive": True}
     for shape in list(ranked):
-        ranked.append(minimize(search.cost, shape, method="Nelder-Mead", options=options).x)
+        ranked.append(
+            minimize(
+                search.cost,
+                shape,
+                method="Nelder-Mead",
+                options=options,
+            ).x
+        )
     return min(ranked, key=search.cost)
 
 
@@ -272,14 +329,30 @@ class _Search:
     A shape is a centre (2,) and numbers for the coefficients that rest at both ends.
     """
 
-    def __init__(self, robot, period, harmonics, limits, margin, working, assembly, told, bar):
+    def __init__(
+        self,
+        robot,
+        period,
+        harmonics,
+        limits,
+        margin,
+        working,
+        assembly,
+        told,
+        bar,
+    ):
         self.robot, self.period, self.limits, self.margin = (
             robot,
             period,
             limits,
             margin,
         )
-        self.working, self.assembly, self.told, self.bar = working, assembly, told, bar
+        self.working, self.assembly, self.told, self.bar = (
+            working,
+            assembly,
+            told,
+            bar,
+        )
         self.widest = 1.0 if robot.turns else sum(robot.distal)
         k = np.arange(1, harmonics + 1.0)
         self.at_rest = [null_space(row[None]) for row in (k, k * k)]
@@ -302,7 +375,10 @@ class _Search:
         sines, cosines = self.at_rest
         centre, rest = shape[:2], shape[2:].reshape(2, -1)
         cut = sines.shape[1]
-        parts = [rest[:, :cut] @ sines.T, rest[:, cut:] @ cosines.T]
+        parts = [
+            rest[:, :cut] @ sines.T,
+            rest[:, cut:] @ cosines.T,
+        ]
         coefficients = np.concatenate(parts, axis=1)
         k = np.tile(np.arange(1, len(sines) + 1), 2)
         size = np.linalg.norm(coefficients / np.sqrt(k)) + 1e-300
@@ -323,7 +399,10 @@ class _Search:
         torque = np.inf if self.limits[2] is None else self.limits[2]
         for part in zip(*(np.resize(values, shape) for values in (q, q_dot, q_ddot))):
             (rows,) = self.call(*part)
-            signed = -rows[:, :3] * (self.assembly, *self.working)
+            signed = -rows[:, :3] * (
+                self.assembly,
+                *self.working,
+            )
             if not ((signed >= self.margin).all() and (np.abs(rows[:, 3:]) <= torque).all()):
                 return False
         return True

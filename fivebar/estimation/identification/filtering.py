@@ -46,7 +46,11 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
     width = min(1.5 * cutoff * step, 0.9)
     half = int(np.ceil((RIPPLE - 7.95) / (2.285 * np.pi * width) / 2))  # Kaiser's estimate
     window = "kaiser", 0.1102 * (RIPPLE - 8.7)
-    kernel = firwin(2 * half + 1, min(1.25 * cutoff * step * 2, 0.95), window=window)
+    kernel = firwin(
+        2 * half + 1,
+        min(1.25 * cutoff * step * 2, 0.95),
+        window=window,
+    )
     first = -half % down  # so that a kept row is at a sample
     parts, breaks, rows = [], [], 0
     for t, W, tau, counts in pieces:
@@ -61,7 +65,15 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
         cover = out[..., -1]
         keep = cover > 0.2
         scale = np.where(keep, 1 / np.sqrt(np.where(keep, cover, 1.0)), 0.0)
-        parts.append((scale[..., None] * out[..., :-2], scale * out[..., -2], keep, t[at], cover))
+        parts.append(
+            (
+                scale[..., None] * out[..., :-2],
+                scale * out[..., -2],
+                keep,
+                t[at],
+                cover,
+            )
+        )
         breaks.append(rows)
         rows += len(at)
     joined = (np.concatenate(part) for part in zip(*parts))
@@ -77,7 +89,11 @@ def spikes(column: ndarray) -> ndarray:
     known = np.isfinite(column)
     if known.sum() < 7:
         return np.zeros(len(column), dtype=bool)
-    filled = np.interp(np.arange(len(column)), np.flatnonzero(known), column[known])
+    filled = np.interp(
+        np.arange(len(column)),
+        np.flatnonzero(known),
+        column[known],
+    )
     smooth = median_filter(filled, 7, mode="nearest")
     distance = np.abs(filled - smooth)
     limit = max(30.0 * np.median(distance), 0.25 * np.ptp(smooth))

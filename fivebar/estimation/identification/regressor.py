@@ -40,7 +40,7 @@ LADDER = {
 
 
 def ladder(robot: Robot) -> dict[str, tuple[str, ...]]:
-    """Return the parameters in which the torque is linear, by kind of physics, the simplest first."""
+    """Return the parameters in which the torque is linear, by kind of physics."""
     return LADDER[type(robot)]
 
 
@@ -61,7 +61,13 @@ def _function(robot, assembly, block):
     return casadi.Function("W", [q, q_dot, q_ddot], casadi.cse([W])).map(block)
 
 
-def regressor(robot: Robot, q: ndarray, q_dot: ndarray, q_ddot: ndarray, assembly: int) -> ndarray:
+def regressor(
+    robot: Robot,
+    q: ndarray,
+    q_dot: ndarray,
+    q_ddot: ndarray,
+    assembly: int,
+) -> ndarray:
     """Return W (n, 2, p) of motions (n, 2), columns as `linear_names`; nan where nothing closes.
 
     Of the robot, only lengths and gravity count.

@@ -1,4 +1,4 @@
-"""An identification: a robot, how sure its values are, what was left out, what a log cannot tell."""
+"""An identification: a robot, how sure its values are, and what a log cannot tell."""
 
 from __future__ import annotations
 
@@ -36,7 +36,10 @@ class Validation:
 
     def __repr__(self) -> str:
         missed = f"misses {100 * self.misfit:.3g} % of the torque"
-        return one_line("Validation", f"{missed}, {max(self.ratio):.3g} times the noise")
+        return one_line(
+            "Validation",
+            f"{missed}, {max(self.ratio):.3g} times the noise",
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +103,12 @@ class Identification(Plotted):
         second = ""
         if self.validation is not None:
             second = f"{max(self.validation.ratio):.3g} times the noise in a second run"
-        return one_line("Identification", " ".join(self.chosen), self._missed(self.misfit), second)
+        return one_line(
+            "Identification",
+            " ".join(self.chosen),
+            self._missed(self.misfit),
+            second,
+        )
 
     def _missed(self, misfit):
         return f"misses {100 * misfit:.3g} % of the {self.robot.words.effort}s"
@@ -140,7 +148,12 @@ class Identification(Plotted):
             "fv": f"{words.effort_unit} s/{words.unit}",
             "fs": words.effort_unit,
         }
-        return {"zz": "kg m²", "mx": "kg m", "my": "kg m", **friction}.get(name[:2], "kg")
+        return {
+            "zz": "kg m²",
+            "mx": "kg m",
+            "my": "kg m",
+            **friction,
+        }.get(name[:2], "kg")
 
     @property
     def table(self) -> dict:
@@ -162,4 +175,9 @@ class Identification(Plotted):
 
     def to_toml(self, path: TextFile) -> None:
         """Write the robot as a file that `fivebar ... --robot FILE.toml` reads."""
-        write_toml(path, self.robot, self.sd, ["identified by fivebar; SI units"])
+        write_toml(
+            path,
+            self.robot,
+            self.sd,
+            ["identified by fivebar; SI units"],
+        )

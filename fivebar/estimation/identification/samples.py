@@ -14,7 +14,12 @@ from ...base.tables import file_or_path
 from ...models.geometry import dgm
 from ...models.robots import Robot
 from ...simulation.run import Run
-from ..logs.derivatives import HIGHEST, derivatives, half_window, spectrum
+from ..logs.derivatives import (
+    HIGHEST,
+    derivatives,
+    half_window,
+    spectrum,
+)
 from ..logs.logs import Gauges, Log, evenly, read_log
 from .filtering import Rows, at_limit, filtered, spikes
 from .regressor import linear_names, regressor
@@ -46,7 +51,12 @@ class Samples:
         return filtered(self.pieces, self.step, self.cutoff)
 
 
-def log_of(source: object, robot: Robot, units: Mapping | None, gauges: Gauges) -> tuple[Log, bool]:
+def log_of(
+    source: object,
+    robot: Robot,
+    units: Mapping | None,
+    gauges: Gauges,
+) -> tuple[Log, bool]:
     """Return the Log of a Run, a file or a mapping, and whether its torques are held.
 
     Those of a simulated run are held from each time to the next.
@@ -59,11 +69,18 @@ def log_of(source: object, robot: Robot, units: Mapping | None, gauges: Gauges) 
         raise ValueError(
             f"the run is of a {source.robot.words.title}, and robot is a {robot.words.title}"
         )
-    columns = {"t": source.t, "q": source.q, "tau": source.tau}
+    columns = {
+        "t": source.t,
+        "q": source.q,
+        "tau": source.tau,
+    }
     if source.measured is not None and source.measured.rates:
         columns["q_dot"] = source.q_dot
     known = np.isfinite(source.q).all(axis=1)  # gaps are rows of nan
-    log = read_log({name: values[known] for name, values in columns.items()}, robot)
+    log = read_log(
+        {name: values[known] for name, values in columns.items()},
+        robot,
+    )
     return log, source.measured is None
 
 
@@ -72,7 +89,13 @@ def _is_a_run(path):
         return file.read(14) == b"# fivebar run,"
 
 
-def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | None) -> Samples:
+def samples(
+    log: Log,
+    held: bool,
+    robot: Robot,
+    assembly: int,
+    cutoff: float | None,
+) -> Samples:
     """Return the Samples of a log.
 
     `held`: a torque stays from its row to the next. `cutoff`, Hz; None: where the motion sinks into
@@ -83,7 +106,12 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
     notes = list(log.notes)
     stretches = _even_stretches(log, held, notes)
     found = spectrum([pairs["q"] for _, pairs in stretches], log.step)
-    _refuse_fast(found, stretches, 1 / log.step)
+    if found.fast > 0.02:
+        raise ValueError(
+            f"{100 * found.fast:.0f} % of the acceleration is at frequencies above"
+            f" {HIGHEST / log.step:.3g} Hz, which the sampling rate cannot follow: log faster, move"
+            " slower, or leave out rows that are far off their neighbours"
+        )
     cutoff = found.cutoff if cutoff is None else cutoff
     highest = HIGHEST / log.step
     if not 0 < cutoff <= highest * (1 + 1e-9):
@@ -99,14 +127,14 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
             f"the longest stretch without a gap has {longest} rows, and derivatives at a cut-off of"
             f" {cutoff:.3g} Hz need {least}: log longer, or give a higher cutoff"
         )
-    lost = sum(len(t) for t, _ in stretches) - sum(len(t) for t, _ in long)
-    if lost:
-        notes.append(f"{lost} rows in stretches shorter than {least} rows do not count")
     motion = [_rates(pairs, log.step, cutoff) for _, pairs in long]
     _refuse_still(motion, found.noise, cutoff, log.step, robot)
     regressors = _regressors(motion, robot, assembly, least // 2, notes)
     torques = np.concatenate([pairs["tau"] for _, pairs in long])
-    lowest, highest_tau = np.nanmin(torques, axis=0), np.nanmax(torques, axis=0)
+    lowest, highest_tau = (
+        np.nanmin(torques, axis=0),
+        np.nanmax(torques, axis=0),
+    )
     pieces = []
     for (t, pairs), (W, good) in zip(long, regressors):
         tau = pairs["tau"]
@@ -114,7 +142,10 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
         limited = at_limit(tau, lowest, highest_tau)
         for out, words in (
             (off, "leave their neighbours"),
-            (limited, "stay at their largest value, as if cut off,"),
+            (
+                limited,
+                "stay at their largest value, as if cut off,",
+            ),
         ):
             rows = np.flatnonzero(out.any(axis=1))
             if len(rows):
@@ -122,8 +153,24 @@ def samples(log: Log, held: bool, robot: Robot, assembly: int, cutoff: float | N
                     f"torques {words} in {len(rows)} rows (the first at {t[rows[0]]:.6g} s): these"
                     " rows do not count"
                 )
-        pieces.append((t, W, tau, good & ~off & ~limited & np.isfinite(tau)))
-    return Samples(robot, pieces, motion, log.step, cutoff, found.noise, tuple(notes), assembly)
+        pieces.append(
+            (
+                t,
+                W,
+                tau,
+                good & ~off & ~limited & np.isfinite(tau),
+            )
+        )
+    return Samples(
+        robot,
+        pieces,
+        motion,
+        log.step,
+        cutoff,
+        found.noise,
+        tuple(notes),
+        assembly,
+    )
 
 
 def _even_stretches(log, held, notes):
@@ -131,7 +178,10 @@ def _even_stretches(log, held, notes):
     parts, bridged = [log.stretches[0]], 0
     for cut, part in zip(log.cuts, log.stretches[1:]):
         if cut.missing and cut.end - cut.start < (BRIDGED + 1.5) * log.step:
-            parts[-1], bridged = slice(parts[-1].start, part.stop), bridged + 1
+            parts[-1], bridged = (
+                slice(parts[-1].start, part.stop),
+                bridged + 1,
+            )
         else:
             parts.append(part)
     if bridged:
@@ -140,7 +190,7 @@ def _even_stretches(log, held, notes):
         )
     stretches, uneven = [], 0.0
     for part in parts:
-        logged = {name: getattr(log, name) for name in ("q", "tau", "q_dot", "q_ddot")}
+        logged = {name: getattr(log, name) for name in ("q", "tau", "q_dot")}
         pairs = {name: pair[part] for name, pair in logged.items() if pair is not None}
         if held:  # the mean about each row
             tau = pairs["tau"]
@@ -156,36 +206,16 @@ def _even_stretches(log, held, notes):
     return stretches
 
 
-def _refuse_fast(found, stretches, rate):
-    """Refuse a motion that the sampling rate cannot follow, as one with spikes."""
-    if found.fast <= 0.02:
-        return
-    for t, pairs in stretches:
-        off = np.stack([spikes(column) for column in pairs["q"].T], axis=1)
-        for k in np.flatnonzero(off.any(axis=0)):
-            raise ValueError(
-                f"q{k + 1} leaves its neighbours in {off[:, k].sum()} rows, the first at"
-                f" {t[np.argmax(off[:, k])]:.6g} s: leave these rows out of the log"
-            )
-    raise ValueError(
-        f"{100 * found.fast:.0f} % of the acceleration is at frequencies above"
-        f" {HIGHEST * rate:.3g} Hz, which {rate:.4g} samples a second cannot follow: log faster, or"
-        " move slower"
-    )
-
-
 def _rates(pairs, step, cutoff):
     """Return (q, q', q''): the same polynomials of what was logged, else their derivatives."""
     q, q_dot, q_ddot = derivatives(pairs["q"], step, cutoff)
     if "q_dot" in pairs:
         q_dot, q_ddot, _ = derivatives(pairs["q_dot"], step, cutoff)
-    if "q_ddot" in pairs:
-        q_ddot, _, _ = derivatives(pairs["q_ddot"], step, cutoff)
     return q, q_dot, q_ddot
 
 
 def noise_gain(step: float, cutoff: float) -> float:
-    """Return the accelerations below the cut-off that white noise of 1 in positions makes, 1/s^2."""
+    """Return the acceleration below the cut-off that white noise of 1 in q makes, 1/s^2."""
     return float(np.sqrt(2 * step * (2 * np.pi * cutoff) ** 4 * cutoff / 5))
 
 
@@ -196,23 +226,31 @@ def _refuse_still(motion, noise, cutoff, step, robot):
     rounding = 1e-9 * (2 * np.pi * cutoff) ** 2 * np.maximum(np.nanmax(np.abs(q), axis=0), 1e-6)
     by_noise = np.array(noise) * noise_gain(step, cutoff)
     for k in np.flatnonzero(~(rms > np.maximum(10.0 * by_noise, rounding))):
-        unit = robot.words.unit
         raise ValueError(
-            f"{robot.words.joints[k]} hardly moves: over {np.nanmax(q[:, k]) - np.nanmin(q[:, k]):.3g}"
-            f" {unit}, with accelerations of {rms[k]:.3g} {unit}/s² where its noise alone makes"
-            f" {by_noise[k]:.3g}: move both motors"
+            f"{robot.words.joints[k]} hardly moves: its accelerations of {rms[k]:.3g}"
+            f" {robot.words.unit}/s² are as its noise makes, {by_noise[k]:.3g}: move both motors"
         )
 
 
 def _regressors(motion, robot, assembly, n, notes):
     """Return W (n, 2, p) of each stretch, and where (n, 2) a motor's row may count."""
     names = linear_names(robot)
-    rms = np.sqrt(np.nanmean(np.concatenate([q_dot for _, q_dot, _ in motion]) ** 2, axis=0))
+    rms = np.sqrt(
+        np.nanmean(
+            np.concatenate([q_dot for _, q_dot, _ in motion]) ** 2,
+            axis=0,
+        )
+    )
     result = []
     total = near = open_ = 0
     for q, q_dot, q_ddot in motion:
         known = np.isfinite(q).all(axis=1)
-        pose = dgm(robot, np.where(known[:, None], q, 0.0), assembly, unreachable="nan")
+        pose = dgm(
+            robot,
+            np.where(known[:, None], q, 0.0),
+            assembly,
+            unreachable="nan",
+        )
         closes = np.isfinite(pose.xi).all(axis=1)
         singular = closes & (np.abs(np.where(closes, pose.det_A, 0.0)) < SINGULAR)
         total += known.sum()
@@ -220,13 +258,21 @@ def _regressors(motion, robot, assembly, n, notes):
         open_ += (known & ~closes).sum()
         W = regressor(robot, q, q_dot, q_ddot, assembly)
         good = known & closes & ~singular & np.isfinite(W).all(axis=(1, 2))
-        creeps = binary_dilation(~(np.abs(q_dot) > CREEPING * rms), np.ones((2 * n - 1, 1)))
+        creeps = binary_dilation(
+            ~(np.abs(q_dot) > CREEPING * rms),
+            np.ones((2 * n - 1, 1)),
+        )
         for k, name in enumerate(("fs1", "fs2")):
             W[:, k, names.index(name)] = np.sign(np.nan_to_num(q_dot[:, k]))
         result.append((np.nan_to_num(W), good[:, None] & ~creeps))
     open_words = f"{open_} of {total} rows do not close the loop of this robot's bars"
     if open_ > 0.02 * total:
-        _refuse_open(np.concatenate([q for q, _, _ in motion]), robot, assembly, open_words)
+        _refuse_open(
+            np.concatenate([q for q, _, _ in motion]),
+            robot,
+            assembly,
+            open_words,
+        )
     if open_:
         notes.append(f"{open_words} and do not count")
     if near:
@@ -240,13 +286,10 @@ def _regressors(motion, robot, assembly, n, notes):
 
 def _refuse_open(q, robot, assembly, words):
     """Say why poses do not close: degrees, or other lengths."""
-    unit, factor = ("deg", np.pi / 180) if robot.turns else ("mm", 1e-3)
-    converted = dgm(robot, factor * q[np.isfinite(q).all(axis=1)], assembly, unreachable="nan")
-    largest = 2 * np.pi if robot.turns else 4 * max(robot.distal)
-    if np.nanmax(np.abs(q)) > largest and np.isfinite(converted.xi).all(axis=1).mean() > 0.999:
-        raise ValueError(
-            f'{words}; as {unit} all of them do: units={{"q1": "{unit}", "q2": "{unit}"}}'
-        )
+    radians = np.radians(q[np.isfinite(q).all(axis=1)])
+    closes = np.isfinite(dgm(robot, radians, assembly, unreachable="nan").xi).all(axis=1)
+    if robot.turns and np.nanmax(np.abs(q)) > 2 * np.pi and closes.mean() > 0.999:
+        raise ValueError(f'{words}; as deg all of them do: units={{"q1": "deg", "q2": "deg"}}')
     raise ValueError(
         f"{words}: are its lengths, and the zeros of q (offset), those of the robot on the table?"
         " fb.calibrate tells"

@@ -51,7 +51,10 @@ def explain(
         (robot, names, fit) -> names of values that no robot has.
     """
     log, held = max(logs, key=lambda pair: len(pair[0].t))
-    least, reason = (0.4 if misfit > POOR else 1.6) * misfit, ""
+    least, reason = (
+        (0.4 if misfit > POOR else 1.6) * misfit,
+        "",
+    )
     for suspicion, mode, other_robot, changed in _suspicions(robot, assembly, log):
         try:
             rows = samples(changed, held, other_robot, mode, cutoff).rows
@@ -64,7 +67,11 @@ def explain(
             wrong = [f"tau{k + 1}" for k in (0, 1) if signs[k] < 0]
             if wrong:
                 reasons.append(f"the sign of {' and '.join(wrong)} is the other one")
-            tau = np.where(rows.counts, rows.tau * np.array(signs) - rows.W @ known, 0.0)
+            tau = np.where(
+                rows.counts,
+                rows.tau * np.array(signs) - rows.W @ known,
+                0.0,
+            )
             found = fit(rows, told, tau)
             score = found.misfit * (1 + 0.5 * len(reasons))
             if reasons and score < least and not impossible(robot, names, found):
@@ -83,22 +90,50 @@ def _suspicions(robot, assembly, log) -> Iterator[tuple[str, int, Robot, Log]]:
     yield "", assembly, robot, log
     efforts = f"the {robot.words.effort}s of the two motors are exchanged"
     yield efforts, assembly, robot, _exchanged(log, "tau")
-    yield f"the assembly mode is {-assembly:+d}", -assembly, robot, log
+    yield (
+        f"the assembly mode is {-assembly:+d}",
+        -assembly,
+        robot,
+        log,
+    )
     joints = f"{' and '.join(robot.words.joints)} are exchanged"
-    yield joints, assembly, robot, _exchanged(log, "q", "q_dot", "q_ddot")
-    for x, y in ((0.0, -9.81), (0.0, 9.81), (9.81, 0.0), (-9.81, 0.0), (0.0, 0.0)):
+    yield (
+        joints,
+        assembly,
+        robot,
+        _exchanged(log, "q", "q_dot"),
+    )
+    for x, y in (
+        (0.0, -9.81),
+        (0.0, 9.81),
+        (9.81, 0.0),
+        (-9.81, 0.0),
+        (0.0, 0.0),
+    ):
         if (x, y) != robot.gravity:
             other = replace(robot, gravity=(x, y))
-            yield f"gravity is ({x:g}, {y:g}) m/s²", assembly, other, log
+            yield (
+                f"gravity is ({x:g}, {y:g}) m/s²",
+                assembly,
+                other,
+                log,
+            )
 
 
 def _exchanged(log, *names):
     pairs = {name: getattr(log, name) for name in names}
-    return replace(log, **{name: pair[:, ::-1] for name, pair in pairs.items() if pair is not None})
+    return replace(
+        log,
+        **{name: pair[:, ::-1] for name, pair in pairs.items() if pair is not None},
+    )
 
 
 def beyond_the_model(
-    robot: Robot, sample: Samples, chosen: list[int], theta: ndarray, last: Fit
+    robot: Robot,
+    sample: Samples,
+    chosen: list[int],
+    theta: ndarray,
+    last: Fit,
 ) -> list[str]:
     """Return sentences on what the log shows besides the model.
 
@@ -131,7 +166,10 @@ def beyond_the_model(
     columns = list(range(len(chosen) + 1))
     if independent(rows.W, columns, 1e-3)[0] == columns:
         shifted = fit(rows, columns)
-        late, sd = -shifted.theta[-1], np.sqrt(shifted.cov[-1, -1])
+        late, sd = (
+            -shifted.theta[-1],
+            np.sqrt(shifted.cov[-1, -1]),
+        )
         effect = abs(late) * np.linalg.norm(rows.W[:, :, -1])
         if abs(late) > 6.0 * sd and effect > 2e-3 * np.linalg.norm(rows.tau):
             word = "late" if late > 0 else "early"
@@ -156,9 +194,21 @@ def _noise(robot, sample):
     """
     q = [own[0][counts.any(axis=1)] for own, (*_, counts) in zip(sample.motion, sample.pieces)]
     q = np.concatenate(q)
-    M, _ = dynamic_model(dkm(dgm(robot, q[:: max(len(q) // 100, 1)], sample.assembly), (0.0, 0.0)))
+    M, _ = dynamic_model(
+        dkm(
+            dgm(
+                robot,
+                q[:: max(len(q) // 100, 1)],
+                sample.assembly,
+            ),
+            (0.0, 0.0),
+        )
+    )
     by_q = np.array(sample.noise) * noise_gain(sample.step, sample.cutoff)
     tau = max((tau for _, _, tau, _ in sample.pieces), key=len)
     fourth = np.diff(tau[np.isfinite(tau).all(axis=1)], 4, axis=0)
     noise = np.median(np.abs(fourth), axis=0) / 0.6745 / np.sqrt(70.0) if len(fourth) else 0.0
-    return np.hypot(noise * sample.rows.gain, np.sqrt(np.mean(M**2, axis=0)) @ by_q)
+    return np.hypot(
+        noise * sample.rows.gain,
+        np.sqrt(np.mean(M**2, axis=0)) @ by_q,
+    )

@@ -56,7 +56,13 @@ def spectrum(pieces: Sequence[ndarray], step: float) -> Spectrum:
     for piece in pieces:
         if len(piece) >= window + 2:
             second = np.diff(piece, 2, axis=0)
-            f, density = welch(second, rate, nperseg=window, axis=0, detrend=False)
+            f, density = welch(
+                second,
+                rate,
+                nperseg=window,
+                axis=0,
+                detrend=False,
+            )
             power = power + len(piece) * density
             weight += len(piece)
     if not weight:
@@ -74,9 +80,17 @@ def spectrum(pieces: Sequence[ndarray], step: float) -> Spectrum:
     fast = signal[f > HIGHEST * rate].sum(axis=0) / total
     share = np.cumsum(signal, axis=0) / total
     nearly_all = max(f[np.argmax(column >= 1 - 1e-4)] for column in share.T)
-    cutoff = np.clip(min(1.2 * highest, 4.0 * nearly_all), 4 * f[1], HIGHEST * rate)
+    cutoff = np.clip(
+        min(1.2 * highest, 4.0 * nearly_all),
+        4 * f[1],
+        HIGHEST * rate,
+    )
     noise = np.sqrt(floor * rate / 2)
-    return Spectrum(float(cutoff), (float(noise[0]), float(noise[1])), float(fast.max()))
+    return Spectrum(
+        float(cutoff),
+        (float(noise[0]), float(noise[1])),
+        float(fast.max()),
+    )
 
 
 @lru_cache(maxsize=32)
@@ -133,7 +147,10 @@ def derivatives(
     if ends:
         window = np.arange(-n, n + 1) / n
         first, last = slice(0, n), slice(-n, None)
-        for outer, whole in ((first, q[: 2 * n + 1]), (last, q[-2 * n - 1 :])):
+        for outer, whole in (
+            (first, q[: 2 * n + 1]),
+            (last, q[-2 * n - 1 :]),
+        ):
             basis = chebyshev.chebfit(window, whole, DEGREE)
             for order in range(3):
                 slope = chebyshev.chebder(basis, order)

@@ -1,4 +1,4 @@
-"""Read a log of a robot's joints and torques, clean its rows, and cut it where time stops or jumps."""
+"""Read a log of a robot: clean its rows, and cut it where rows are missing or time jumps."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from ...base.columns import (
     NEWTON_METRES,
     RADIANS,
     RADIANS_PER_SECOND,
-    RADIANS_PER_SECOND2,
     TIME,
     Columns,
     Quantity,
@@ -32,7 +31,6 @@ PAIRS = {
     "q": ("q1", "q2"),
     "tau": ("tau1", "tau2"),
     "q_dot": ("q1_dot", "q2_dot"),
-    "q_ddot": ("q1_ddot", "q2_ddot"),
     "xi": ("x", "y"),
     "xi_ref": ("x_ref", "y_ref"),
 }
@@ -56,7 +54,7 @@ class Cut(NamedTuple):
 class Log:
     """A log in SI units at the joints.
 
-    t (n,) s increases; q, tau, q_dot, q_ddot, xi, xi_ref are (n, 2), None where not logged; step is
+    t (n,) s increases; q, tau, q_dot, xi, xi_ref are (n, 2), None where not logged; step is
     the sampling period, s; notes say what was done to the rows.
     """
 
@@ -64,7 +62,6 @@ class Log:
     q: ndarray
     tau: ndarray | None
     q_dot: ndarray | None
-    q_ddot: ndarray | None
     xi: ndarray | None
     xi_ref: ndarray | None
     step: float
@@ -74,7 +71,11 @@ class Log:
     @property
     def stretches(self) -> list[slice]:
         """The rows between the cuts."""
-        edges = [0, *(cut.row for cut in self.cuts), len(self.t)]
+        edges = [
+            0,
+            *(cut.row for cut in self.cuts),
+            len(self.t),
+        ]
         return [slice(a, b) for a, b in zip(edges, edges[1:]) if b > a]
 
 
@@ -92,15 +93,17 @@ AT_THE_JOINTS = Gauges()
 
 def wanted(robot: Robot) -> dict[str, Quantity]:
     """Return the columns of a log with the headings they may have."""
-    angle, rate, acceleration, torque = (
+    angle, rate, torque = (
         RADIANS,
         RADIANS_PER_SECOND,
-        RADIANS_PER_SECOND2,
         NEWTON_METRES,
     )
     if not robot.turns:
-        angle, torque = METRES, {"n": 1.0, "mn": 1e-3}
-        rate, acceleration = {"m/s": 1.0, "mm/s": 1e-3}, {"m/s2": 1.0, "mm/s2": 1e-3}
+        angle, rate, torque = (
+            METRES,
+            {"m/s": 1.0, "mm/s": 1e-3},
+            {"n": 1.0, "mn": 1e-3},
+        )
     current = {"a": 1.0, "ma": 1e-3}
     columns = {"t": TIME}
     for k, (joint, side) in enumerate(zip(robot.words.joints, ("left", "right")), 1):
@@ -109,14 +112,16 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
         torques = f"torque{k} tau{k}1 effort{k} force{k} couple{k} current{k} i{k}"
         torques += f" tau_{side} torque_{side}"
         rates = f"{joint}_dot dq{k} qd{k} qdot{k} velocity{k} vel{k} speed{k} omega{k} vitesse{k}"
-        accelerations = f"{joint}_ddot ddq{k} qdd{k} qddot{k} acceleration{k} acc{k}"
         columns[f"q{k}"] = Quantity(tuple(positions.split()), angle | COUNTS)
         columns[f"tau{k}"] = Quantity(tuple(torques.split()), torque | current, False)
         columns[f"q{k}_dot"] = Quantity(tuple(rates.split()), rate, False)
-        columns[f"q{k}_ddot"] = Quantity(tuple(accelerations.split()), acceleration, False)
     for axis in "xy":
         columns[axis] = Quantity((), METRES, False)
-        references = (f"{axis}_desired", f"{axis}d", f"ref_{axis}")
+        references = (
+            f"{axis}_desired",
+            f"{axis}d",
+            f"ref_{axis}",
+        )
         columns[f"{axis}_ref"] = Quantity(references, METRES, False)
     return columns
 
@@ -177,7 +182,7 @@ def _at_the_joints(pairs, gauges, robot):
         positive(float(counts.min()), "counts_per_turn")
         scale = scale * (2 * np.pi if robot.turns else 1.0) / counts
     result = dict(pairs)
-    for name in ("q", "q_dot", "q_ddot"):
+    for name in ("q", "q_dot"):
         if pairs[name] is not None:
             result[name] = pairs[name] * scale
     result["q"] += _for_both_motors(gauges.offset, "offset")
@@ -193,11 +198,20 @@ def _clean(table: Columns, pairs, robot):
     rows = np.arange(len(t))
     for good, why in (
         (np.isfinite(t), "without a time"),
-        (np.isfinite(pairs["q"]).all(axis=1), "without both joints' positions"),
+        (
+            np.isfinite(pairs["q"]).all(axis=1),
+            "without both joints' positions",
+        ),
     ):
         rows = _leave_out(table, rows, ~good[rows], f"rows {why}", notes)
     again = np.diff(t[rows], prepend=np.nan) == 0
-    rows = _leave_out(table, rows, again, "rows with the time of the row before", notes)
+    rows = _leave_out(
+        table,
+        rows,
+        again,
+        "rows with the time of the row before",
+        notes,
+    )
     if len(rows) < 2:
         raise ValueError(
             f"{table.name} has {len(rows)} rows with a time and both joints: a motion needs more"
@@ -224,7 +238,13 @@ def _clean(table: Columns, pairs, robot):
                 f" {table.where(rows[np.argmax(jumps) + 1])}: taken for whole turns"
             )
             pairs["q"] = np.unwrap(pairs["q"], axis=0)
-    return Log(t, **pairs, step=step, cuts=tuple(cuts), notes=tuple(notes))
+    return Log(
+        t,
+        **pairs,
+        step=step,
+        cuts=tuple(cuts),
+        notes=tuple(notes),
+    )
 
 
 def _leave_out(table, rows, out, what, notes):
@@ -247,7 +267,15 @@ def _cut(t, step, where, notes):
         else:
             missing = max(round((t[k] - t[k - 1]) / step) - 1, 1)
             why = f"{missing} rows missing before {where[k]}"
-        cuts.append(Cut(int(k), float(t[k - 1]), float(t[k]), why, missing))
+        cuts.append(
+            Cut(
+                int(k),
+                float(t[k - 1]),
+                float(t[k]),
+                why,
+                missing,
+            )
+        )
     gaps = [f"{cut.start:.6g} to {cut.end:.6g} s" for cut in cuts if cut.missing]
     if gaps:
         more = " and more" if len(gaps) > 3 else ""
@@ -272,14 +300,25 @@ def evenly(t: ndarray, pairs: Mapping[str, ndarray], step: float) -> tuple[ndarr
     place = (t - t[0]) / max(period, 1e-300)
     distance = float(np.abs(place - np.round(place)).max())
     if len(t) < 4 or (n == len(t) and distance <= UNEVEN):
-        return even if n == len(t) else t, dict(pairs), distance
-    before = np.clip(np.searchsorted(t, even, side="right") - 1, 0, len(t) - 2)
+        return (
+            even if n == len(t) else t,
+            dict(pairs),
+            distance,
+        )
+    before = np.clip(
+        np.searchsorted(t, even, side="right") - 1,
+        0,
+        len(t) - 2,
+    )
     lost = np.diff(t)[before] > LATE * step
     moved = {}
     for name, pair in pairs.items():
         is_torque = name.startswith("tau")
         if is_torque or not np.isfinite(pair).all():
-            moved[name] = np.stack([np.interp(even, t, column) for column in pair.T], axis=1)
+            moved[name] = np.stack(
+                [np.interp(even, t, column) for column in pair.T],
+                axis=1,
+            )
         else:
             moved[name] = CubicSpline(t, pair)(even)
         if is_torque:

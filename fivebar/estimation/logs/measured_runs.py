@@ -17,7 +17,12 @@ from ...models.kinematics import dkm
 from ...models.robots import FiveBar, Robot
 from ...simulation.run import Event, Measured, Run
 from ...singularities.margins import Singularity
-from .derivatives import HIGHEST, derivatives, half_window, spectrum
+from .derivatives import (
+    HIGHEST,
+    derivatives,
+    half_window,
+    spectrum,
+)
 from .logs import Gauges, Log, evenly, read_log
 
 if TYPE_CHECKING:
@@ -90,7 +95,13 @@ def from_log(
     """
     source = t
     whole = isinstance(t, (Mapping, str, PathLike)) or hasattr(t, "read")
-    columns = {"q1": q1, "q2": q2, "tau1": tau1, "tau2": tau2, **more}
+    columns = {
+        "q1": q1,
+        "q2": q2,
+        "tau1": tau1,
+        "tau2": tau2,
+        **more,
+    }
     if not whole:
         source = {"t": t, **columns}
     elif extra := [name for name, column in columns.items() if column is not None]:
@@ -99,7 +110,11 @@ def from_log(
     if assembly is not None:
         assembly = modes(1)(assembly, "assembly")
     gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
-    return _run_of(read_log(source, robot, units, gauges), robot, assembly)
+    return _run_of(
+        read_log(source, robot, units, gauges),
+        robot,
+        assembly,
+    )
 
 
 def _run_of(log, robot, assembly):
@@ -119,12 +134,22 @@ def _run_of(log, robot, assembly):
     moves = regular & np.isfinite(q_dot).all(axis=1)
     kinetic = np.full(len(log.t), np.nan)
     if moves.any():
-        kinetic[moves] = energy(dkm(dgm(robot, log.q[moves], assembly), q_dot[moves]))
+        kinetic[moves] = energy(
+            dkm(
+                dgm(robot, log.q[moves], assembly),
+                q_dot[moves],
+            )
+        )
     middles = [(cut.start + cut.end) / 2 for cut in log.cuts]
     tau = np.full_like(log.q, np.nan) if log.tau is None else log.tau
 
     def with_gaps(values, between=np.nan):
-        return np.insert(values, [cut.row for cut in log.cuts], between, axis=0)
+        return np.insert(
+            values,
+            [cut.row for cut in log.cuts],
+            between,
+            axis=0,
+        )
 
     return Run(
         robot=robot,
@@ -187,7 +212,10 @@ def _end_effector(log, robot, assembly, notes):
 
 def _crossings(log, robot, pose, closes):
     """Return the Events where a leg changes its mode between two rows."""
-    sines = np.stack([np.where(closes, sine, np.nan) for sine in pose.sines], axis=1)
+    sines = np.stack(
+        [np.where(closes, sine, np.nan) for sine in pose.sines],
+        axis=1,
+    )
     cuts = {cut.row for cut in log.cuts}
     events = []
     for k, leg in zip(*np.nonzero(sines[:-1] * sines[1:] < 0)):
@@ -199,5 +227,13 @@ def _crossings(log, robot, pose, closes):
             tuple(int(-np.sign(value)) for value in (*sines[row], pose.det_A[row]))
             for row in (k, k + 1)
         )
-        events.append(Event(t, Singularity.SERIAL, robot.words.sines[leg], before, after))
+        events.append(
+            Event(
+                t,
+                Singularity.SERIAL,
+                robot.words.sines[leg],
+                before,
+                after,
+            )
+        )
     return tuple(events)

@@ -10,7 +10,13 @@ import numpy as np
 from numpy import ndarray
 from scipy.interpolate import make_splrep
 
-from ...base.checks import a_callable, one_of, optional, positive, takes
+from ...base.checks import (
+    a_callable,
+    one_of,
+    optional,
+    positive,
+    takes,
+)
 from ...base.checks import robot as must_be_robot
 from ...base.errors import SingularityError, UnreachableError
 from ...base.presentation import Animated
@@ -59,7 +65,13 @@ class Replay(Animated):
         known = self.tau_difference[np.isfinite(self.tau_difference).all(axis=1)]
         rms = np.sqrt(np.mean(known**2, axis=0)) if len(known) else (np.nan, np.nan)
         torques = f"{words.effort}s apart {rms[0]:.3g} and {rms[1]:.3g} {words.effort_unit} rms"
-        return "\n".join([f"replay of the {self.by}: {self._size()}", torques, *self.notes])
+        return "\n".join(
+            [
+                f"replay of the {self.by}: {self._size()}",
+                torques,
+                *self.notes,
+            ]
+        )
 
     def _size(self):
         rms, largest = (
@@ -97,17 +109,38 @@ class Replay(Animated):
     @property
     def runs(self) -> dict[str, Run]:
         """{"measured": Run, "simulated": Run}."""
-        return {"measured": self.measured, "simulated": self.simulated}
+        return {
+            "measured": self.measured,
+            "simulated": self.simulated,
+        }
 
     def to_csv(self, path: TextFile) -> None:
         """Write both runs at the measured times, SI units; the simulation's columns end in _sim."""
         names = columns(self.measured.robot, False)[1:9]
-        header = ["t", *names, *(f"{name}_sim" for name in names)]
+        header = [
+            "t",
+            *names,
+            *(f"{name}_sim" for name in names),
+        ]
         table = [self.measured.t]
         for run in self.runs.values():
-            table += [*run.q.T, *run.q_dot.T, *run.xi.T, *run.tau.T]
-        about = {"robot": self.simulated.robot.parameters, "by": self.by}
-        write(path, "replay", about, header, np.column_stack(table).tolist())
+            table += [
+                *run.q.T,
+                *run.q_dot.T,
+                *run.xi.T,
+                *run.tau.T,
+            ]
+        about = {
+            "robot": self.simulated.robot.parameters,
+            "by": self.by,
+        }
+        write(
+            path,
+            "replay",
+            about,
+            header,
+            np.column_stack(table).tolist(),
+        )
 
 
 @takes(
@@ -182,7 +215,11 @@ def replay(
                 simulated = _by_torques(run, robot, rows)
             else:
                 simulated = _by_reference(run, robot, rows, controller)
-        except (UnreachableError, SingularityError, ArithmeticError) as error:
+        except (
+            UnreachableError,
+            SingularityError,
+            ArithmeticError,
+        ) as error:
             notes.append(f"from {run.t[rows.start]:.6g} s nothing was simulated: {error}")
             continue
         _copy_rows(simulated, run, rows, values)
@@ -208,7 +245,11 @@ def _stretches(known, t, restart):
     late = np.diff(t, prepend=t[0]) > LATE * step
     edges = np.flatnonzero(np.diff(known, prepend=False, append=False))
     for first, end in zip(edges[::2], edges[1::2]):
-        starts = [first, *(first + 1 + np.flatnonzero(late[first + 1 : end])), end]
+        starts = [
+            first,
+            *(first + 1 + np.flatnonzero(late[first + 1 : end])),
+            end,
+        ]
         for start, stop in zip(starts, starts[1:]):
             while stop - start >= SHORTEST:
                 last = stop
@@ -240,7 +281,10 @@ def _by_torques(run, robot, rows):
     if run.measured is not None:  # measured at a time, not held from it on: the mean of both ends
         tau = np.concatenate([(tau[1:] + tau[:-1]) / 2, tau[-1:]])
     if np.abs(t - even).max() >= 0.01 * step:
-        tau = np.stack([np.interp(even, t, column) for column in tau.T], axis=1)
+        tau = np.stack(
+            [np.interp(even, t, column) for column in tau.T],
+            axis=1,
+        )
 
     def torque(now, q, q_dot, reference):
         return tau[min(int(now / step + 0.5), len(tau) - 1)]
@@ -262,7 +306,13 @@ def _by_reference(run, robot, rows, controller):
     start = _start(run, robot, rows.start)
     if controller is None:
         working = tuple(int(mode) or -1 for mode in start.pose.working)
-        controller = ComputedTorque(robot, 400.0, 40.0, working, int(start.pose.assembly))
+        controller = ComputedTorque(
+            robot,
+            400.0,
+            40.0,
+            working,
+            int(start.pose.assembly),
+        )
     parts = max(int(np.ceil(step / 1e-3 - 1e-9)), 1)  # steps of at most 1 ms
     return simulate(
         robot,
