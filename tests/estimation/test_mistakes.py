@@ -6,7 +6,7 @@ import pytest
 import fivebar as fb
 from fivebar.cli import main
 from fivebar.estimation.calibration.measured_robot import FRAME, LENGTHS
-from tests.helpers.twins import HOME, LAB, measured, poses, seen, twin
+from tests.helpers.twins import LAB, measured, poses, seen, twin
 
 GEOMETRY = (*LENGTHS, "offset1", "offset2")
 FREE = (*GEOMETRY, *FRAME[:3])

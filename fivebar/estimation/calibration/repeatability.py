@@ -123,7 +123,7 @@ def repeatability(points: ArrayLike, commanded: ArrayLike | None = None) -> Repe
     >>> import fivebar as fb
     >>> points = [(0, 0.1), (2e-5, 0.1), (0, 0.10002), (1e-5, 0.09999)]
     >>> fb.repeatability(points).RP.round(9).tolist()
-    [2.3246e-05]
+    [2.6804e-05]
     """
     found = finite_numbers(points, "points")
     if found.ndim not in (2, 3) or found.shape[-1] != 2 or found.shape[-2] < 2 or not len(found):
