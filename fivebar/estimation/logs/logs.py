@@ -167,7 +167,7 @@ def _pair(values, left, right):
 
 
 def _for_both_motors(value, name):
-    if isinstance(value, (tuple, list)) or np.ndim(value):
+    if isinstance(value, (tuple, list, ndarray)) and np.ndim(value):
         return np.array(two_numbers(value, name))
     return np.full(2, number(value, name))
 
