@@ -1,5 +1,5 @@
-"""A web page in one file, for any browser and without a network: the head and style that all pages
-share.
+"""A web page in one file, for any browser and without a network: what scenes, linked pages and the
+live page share.
 """
 
 from __future__ import annotations
@@ -10,14 +10,36 @@ from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 
+from ..base.tables import TextFile, written
+
 HERE = Path(__file__).parent
 
 
-def document(folder: Path, title: str, scripts: str = "'unsafe-inline'", **parts: str) -> str:
-    """The page whose body, with `parts` to fill in, and own style are page.html and page.css of
-    this folder.
+class WebPage:
+    """A page, complete: its title and `html`; in a notebook it shows itself."""
 
-    scripts: which the page's policy lets run.
+    title: str
+    html: str
+
+    def save(self, path: TextFile) -> None:
+        """Write the page (HTML in UTF-8), whole or not at all.
+
+        Parameters
+        ----------
+        path : str, path or text file
+            Where to write it.
+        """
+        with written(path) as file:
+            file.write(self.html)
+
+    def _repr_html_(self) -> str:
+        return framed(self.html, self.title, 760)
+
+
+def document(folder: Path, title: str, scripts: str = "'unsafe-inline'", **parts: str) -> str:
+    """Return the page whose body and own style are page.html and page.css of this folder.
+
+    scripts: which the page's policy lets run; parts: what is filled into its body.
     """
     title = html.escape(title)
     body = Template((folder / "page.html").read_text("utf-8")).substitute(title=title, **parts)
@@ -27,8 +49,13 @@ def document(folder: Path, title: str, scripts: str = "'unsafe-inline'", **parts
     )
 
 
+def script(folder: Path, *names: str) -> str:
+    """Return the JavaScript in these files of a folder."""
+    return "\n".join((folder / f"{name}.js").read_text("utf-8") for name in names)
+
+
 def framed(page: str, title: str, height: int, style: str = "") -> str:
-    """HTML of a frame with this page, so many pixels high, for a notebook."""
+    """Return HTML of a frame with this page, so many pixels high, for a notebook."""
     return (
         f'<iframe style="width:100%;height:{height}px;border:0;{style}"'
         f' title="{html.escape(title)}" srcdoc="{html.escape(page)}"></iframe>'
@@ -36,16 +63,15 @@ def framed(page: str, title: str, height: int, style: str = "") -> str:
 
 
 def as_json(content: dict) -> str:
-    """JSON for a script element: "<" could only be in a string, and escaped no text can end the
-    element.
+    """Return JSON for a script element.
+
+    "<" could only be in a string, and escaped no text can end the element.
     """
     return json.dumps(content, allow_nan=False).replace("<", "\\u003c")
 
 
 def library(name: str, purpose: str) -> Path:
-    """The folder of an installed package of which only files for the browser are wanted: it is
-    found, not imported.
-    """
+    """Return the folder of an installed package, of which only files for the browser are wanted."""
     package = find_spec(name)
     if package is None:
         raise ImportError(f"{purpose}: pip install {name}")

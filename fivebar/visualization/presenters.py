@@ -16,37 +16,37 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from .pages import Page
-    from .play.live import Live
+    from .play.live import LivePage
     from .view import Scene
 
 # Class name -> module in `plot` and its function (result, **options) -> Figure.
 PLOTS = {
-    "Calibration": ("calibration", "calibrated"),
-    "Comparison": ("comparison", "comparison"),
-    "Design": ("designs", "design_picture"),
-    "Front": ("designs", "front_picture"),
-    "Identification": ("identification", "identification"),
-    "MeasurementPoses": ("accuracy", "toured"),
-    "Path": ("drawing", "path_picture"),
-    "Plan": ("plans", "planned"),
-    "Repeatability": ("accuracy", "repeated"),
-    "Replay": ("replays", "replayed"),
-    "Run": ("runs", "tracking"),
-    "Study": ("linkages", "study_figure"),
-    "Sweep": ("designs", "sweep_picture"),
-    "TimedPath": ("timed_paths", "timed"),
-    "TipError": ("accuracy", "tip_errors"),
+    "Calibration": "calibration.calibrated",
+    "Comparison": "comparison.comparison",
+    "Design": "designs.design_picture",
+    "Front": "designs.front_picture",
+    "Identification": "identification.identification",
+    "MeasurementPoses": "accuracy.toured",
+    "Path": "drawing.path_picture",
+    "Plan": "plans.planned",
+    "Repeatability": "accuracy.repeated",
+    "Replay": "replays.replayed",
+    "Run": "runs.tracking",
+    "Study": "linkages.study_figure",
+    "Sweep": "designs.sweep_picture",
+    "TimedPath": "timed_paths.timed",
+    "TipError": "accuracy.tip_errors",
 }
 
 
 def plot(result: Any, path: BinaryFile | None, **options: Any) -> Figure:
     """Draw a result; write the figure to `path` if given."""
-    module, name = PLOTS[type(result).__name__]
+    module, name = PLOTS[type(result).__name__].split(".")
     draw = getattr(import_module(f".plot.{module}", __package__), name)
     return saved(draw(result, **options), path)
 
 
-def page(result: Any, path: Any, show: object, title: str | None) -> Page | Live | None:
+def page(result: Any, path: Any, show: object, title: str | None) -> Page | LivePage | None:
     """Make the page of a result: of a Design its live page, of a Front a table with a picture, else
     linked plots.
     """

@@ -30,8 +30,8 @@ class Skeleton:
     leg's from the base outwards; grounded: points fixed to the base; actuated: joints that a motor
     turns or moves; traced: the point whose path is drawn, or None; rails: pairs of points between
     which a straight guide is; blocks: (i, j, joint), both ends of a block that slides on a guide
-    and the joint on it; names: a text for each point, or empty; called: what each
-    link is called, or empty: then each leg has a hue, not each link a colour.
+    and the joint on it; names: a text for each point, or empty; link_names: one for each link, or
+    empty: then each leg has a hue, not each link a colour.
     """
 
     points: np.ndarray
@@ -42,44 +42,30 @@ class Skeleton:
     rails: tuple = ()
     blocks: tuple = ()
     names: tuple = ()
-    called: tuple = ()
-
-    def __post_init__(self):
-        count = self.points.shape[1]
-        groups = {"bars": self.bars, "rails": self.rails, "blocks": self.blocks}
-        named = [
-            (f"{name}[{k}]", each) for name, group in groups.items() for k, each in enumerate(group)
-        ]
-        named += [("grounded", self.grounded), ("actuated", self.actuated)]
-        for name, joints in [*named, ("traced", () if self.traced is None else (self.traced,))]:
-            for joint in joints:
-                if joint not in range(count):
-                    raise ValueError(
-                        f"{name} names joint {joint}, but points has joints 0 to {count - 1}"
-                    )
+    link_names: tuple = ()
 
     def at(self, samples: np.ndarray | slice) -> Skeleton:
-        """The body in some of its poses."""
+        """Return the body in some of its poses."""
         return replace(self, points=self.points[samples])
 
     def span(self, pair: tuple) -> np.ndarray:
-        """From the first to the second of two points, (m, 2) m."""
+        """Return the vector from the first to the second of two points, (m, 2) m."""
         return self.points[:, pair[1]] - self.points[:, pair[0]]
 
     @cached_property
-    def ends(self) -> set:
+    def _ends(self):
         """Points that only mark the ends of guides and blocks."""
         return {point for pair in (*self.rails, *self.blocks) for point in pair[:2]}
 
     @property
     def joints(self) -> list:
         """All other points."""
-        return [point for point in range(self.points.shape[1]) if point not in self.ends]
+        return [point for point in range(self.points.shape[1]) if point not in self._ends]
 
     @property
     def feet(self) -> list:
         """Joints that are fixed to the base."""
-        return [joint for joint in self.grounded if joint not in self.ends]
+        return [joint for joint in self.grounded if joint not in self._ends]
 
     @property
     def travelling(self) -> set:
@@ -99,49 +85,47 @@ class Skeleton:
         """(depth, leg) of each bar: how many bars are between it and the nearest fixed joint, and
         which one that is.
         """
-        fixed = [
-            j
-            for j in dict.fromkeys([*self.grounded, *self.actuated])
-            if any(j in bar for bar in self.bars)
-        ]
-        roots = fixed or dict.fromkeys(bar[0] for bar in self.bars)
-        reached, legs = {joint: (0, leg) for leg, joint in enumerate(roots)}, {}
-        while wave := {
-            b: min(reached[joint] for joint in bar if joint in reached)
-            for b, bar in enumerate(self.bars)
-            if b not in legs and not reached.keys().isdisjoint(bar)
-        }:
-            legs |= wave
+        jointed = {joint for bar in self.bars for joint in bar}
+        fixed = [j for j in dict.fromkeys([*self.grounded, *self.actuated]) if j in jointed]
+        roots = fixed or dict.fromkeys(first for first, _ in self.bars)
+        reached = {joint: (0, leg) for leg, joint in enumerate(roots)}
+        legs = {}
+        for _ in self.bars:  # one bar further out each time
+            wave = {}
+            for b, (i, j) in enumerate(self.bars):
+                nearest = [reached[joint] for joint in (i, j) if joint in reached]
+                if b not in legs and nearest:
+                    wave[b] = min(nearest)
             for b, (depth, leg) in wave.items():
                 for joint in self.bars[b]:
                     reached.setdefault(joint, (depth + 1, leg))
+            legs |= wave
         return [legs.get(b, (0, 0)) for b in range(len(self.bars))]
 
     @cached_property
     def links(self) -> list:
         """For each bar the number of its link: three bars that close a triangle are one."""
-        links = list(range(len(self.bars)))
-        for three in combinations(range(len(self.bars)), 3):
-            if len({joint for b in three for joint in self.bars[b]}) == 3:
-                first = min(links[b] for b in three)
-                links = [first if link in [links[b] for b in three] else link for link in links]
-        return [sorted(set(links)).index(link) for link in links]
+        links = np.arange(len(self.bars))
+        for three in map(list, combinations(links, 3)):
+            if len(set(np.take(self.bars, three, axis=0).ravel())) == 3:
+                links[np.isin(links, links[three])] = links[three].min()
+        return np.unique(links, return_inverse=True)[1].tolist()
 
     @property
     def colours(self) -> list[str]:
         """For each bar."""
-        if self.called:
+        if self.link_names:
             return [LINKS[link % len(LINKS)] for link in self.links]
         return [LEGS[leg % len(LEGS)][depth % 2] for depth, leg in self.legs]
 
     @property
     def key(self) -> dict[str, list[str]]:
         """What the colours of the bars say: {link or leg: its colours}."""
-        whose = self.links if self.called else [leg for _, leg in self.legs]
-        words, key = self.called or ("left leg", "right leg"), {}
-        for number, colour in dict.fromkeys(zip(whose, self.colours)):
-            if number < len(words):
-                key.setdefault(words[number], []).append(colour)
+        numbers = self.links if self.link_names else [leg for _, leg in self.legs]
+        names, key = self.link_names or ("left leg", "right leg"), {}
+        for number, colour in dict.fromkeys(zip(numbers, self.colours)):
+            if number < len(names):
+                key.setdefault(names[number], []).append(colour)
         return key
 
     @property
@@ -154,27 +138,23 @@ class Skeleton:
 
 
 def robot_body(robot: Robot, pivots: np.ndarray, xi: np.ndarray) -> Skeleton:
-    """The body of a robot from its elbows or feet (m, 2, 2) m and its end-effector (m, 2) m.
+    """Return the body of a robot from its elbows or feet (m, 2, 2) m and end-effector (m, 2) m.
 
     Guides, which have no ends, are as long as these poses need.
     """
     points = joint_points(robot, pivots, xi)
     if robot.turns:
-        return Skeleton(
-            points, ((0, 1), (1, 2), (4, 3), (3, 2)), grounded=(0, 4), actuated=(0, 4), traced=2
-        )
+        bars = (0, 1), (1, 2), (4, 3), (3, 2)
+        return Skeleton(points, bars, grounded=(0, 4), actuated=(0, 4), traced=2)
     bar = max(robot.distal)
-    low, high = (
-        np.fmin.reduce(pivots[..., 1].ravel()) - 0.3 * bar,
-        np.fmax.reduce(pivots[..., 1].ravel()) + 0.3 * bar,
-    )
-    rails = [
-        np.broadcast_to((drive.x, end), xi.shape) for drive in robot.drives for end in (low, high)
-    ]
-    blocks = [
-        foot + (0, side * 0.07 * bar) for foot in np.moveaxis(pivots, 1, 0) for side in (-1, 1)
-    ]
-    points = np.concatenate([points, np.stack([*rails, *blocks], axis=1)], axis=1)
+    low = np.fmin.reduce(pivots[..., 1], axis=None) - 0.3 * bar
+    high = np.fmax.reduce(pivots[..., 1], axis=None) + 0.3 * bar
+    left, right = (np.full(len(xi), drive.x) for drive in robot.drives)
+    rails = [(left, 0 * left + low), (left, 0 * left + high)]
+    rails += [(right, 0 * right + low), (right, 0 * right + high)]
+    half = np.array([0, 0.07 * bar])
+    blocks = np.concatenate([pivots - half, pivots + half], axis=1)[:, [0, 2, 1, 3]]
+    points = np.concatenate([points, np.moveaxis(rails, -1, 0), blocks], axis=1)
     return Skeleton(
         points,
         ((0, 1), (2, 1)),
@@ -187,48 +167,52 @@ def robot_body(robot: Robot, pivots: np.ndarray, xi: np.ndarray) -> Skeleton:
 
 
 def run_body(run: Run) -> Skeleton:
-    """The body of a robot at all samples of its Run."""
+    """Return the body of a robot at all samples of its Run."""
     return robot_body(run.robot, elbows(run.robot, run.q), run.xi)
 
 
 def pose_body(poses: Iterable[Pose]) -> Skeleton:
-    """The body of one robot in poses or batches of poses, one after the other."""
+    """Return the body of one robot in poses or batches of poses, one after the other."""
     poses = list(poses)
     pivots = np.concatenate([pose.elbows.reshape(-1, 2, 2) for pose in poses])
-    return robot_body(
-        poses[0].robot, pivots, np.concatenate([pose.xi.reshape(-1, 2) for pose in poses])
-    )
+    xi = np.concatenate([pose.xi.reshape(-1, 2) for pose in poses])
+    return robot_body(poses[0].robot, pivots, xi)
 
 
 def measured_pose(robot: Robot, q: np.ndarray, xi: np.ndarray) -> Pose:
-    """The pose of joints q (m, 2) and end-effector xi (m, 2) as they were simulated, singular or
-    not.
+    """Return the pose of joints q (m, 2) and end-effector xi (m, 2) as they were simulated,
+    singular or not.
     """
-    spans = np.moveaxis(xi[:, None] - elbows(robot, q), -1, 0)
-    phi = np.arctan2(spans[1], spans[0]).T
+    x, y = np.moveaxis(xi[:, None] - elbows(robot, q), -1, 0)
+    phi = np.arctan2(y, x).T
     passive = [drive.relative(*angles) for drive, *angles in zip(robot.drives, phi, q.T)]
     return four_joint_pose(robot, tuple(q.T), tuple(passive))
 
 
 def study_body(study: Study) -> Skeleton:
-    """The body of a linkage at all samples of its Study."""
-    chain, known = study.motion.chain, study.motion.points
-    begins = [chain.points[first] for first, _ in chain.bars]
-    called = [
-        name for begin in begins for name, link in chain.links.items() if link.origin is begin
-    ]
+    """Return the body of a linkage at all samples of its Study."""
+    chain, names = study.motion.chain, study.motion.points
+    links = []
+    for begin, _ in chain.bars:
+        origin = chain.points[begin]
+        links += [name for name, link in chain.links.items() if link.origin is origin]
+    links = tuple(dict.fromkeys(links))
+    texts = tuple("" if name in chain.marks else name for name in names)
+    return Skeleton(study.points(), **chain_parts(chain), names=texts, link_names=links)
 
-    def index(names):
-        return tuple(map(known.index, names))
 
-    return Skeleton(
-        study.points(),
-        tuple(map(index, chain.bars)),
-        index(chain.grounded),
-        index(chain.actuated),
-        known.index(chain.traced),
-        tuple(map(index, chain.rails)),
-        tuple(map(index, chain.blocks)),
-        tuple("" if name in chain.marks else name for name in known),
-        tuple(dict.fromkeys(called)),
-    )
+def chain_parts(chain: object) -> dict:
+    """Return bars, rails and so on of a linkage's chain by the numbers of its points."""
+    index = {name: k for k, name in enumerate(chain.points)}
+
+    def numbers(names):
+        return tuple(index[name] for name in names)
+
+    return {
+        "bars": tuple(map(numbers, chain.bars)),
+        "grounded": numbers(chain.grounded),
+        "actuated": numbers(chain.actuated),
+        "traced": index[chain.traced],
+        "rails": tuple(map(numbers, chain.rails)),
+        "blocks": tuple(map(numbers, chain.blocks)),
+    }

@@ -4,6 +4,7 @@ loci are called.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,8 +13,6 @@ from ..singularities.maps import SIGNED
 from ..singularities.margins import Singularity
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from ..models.robots import Robot
     from ..singularities.locus import Locus
     from ..singularities.maps import Map
@@ -23,20 +22,13 @@ COLOURS = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#00
 BLUE, ORANGE, GREEN, PINK, AMBER, SKY, BLACK = COLOURS
 DASHES = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1, 2)))
 LEFT, RIGHT = BLUE, ORANGE  # legs, and what is of their motors
-LEGS = (
-    (BLUE, SKY),
-    (ORANGE, AMBER),
-    (GREEN, "#7FCEB9"),
-)  # a hue for each leg, its bars dark and light by turns
+SIDES = ("left", LEFT), ("right", RIGHT)
+# A hue for each leg, its bars dark and light by turns.
+LEGS = (BLUE, SKY), (ORANGE, AMBER), (GREEN, "#7FCEB9")
 LINKS = BLUE, ORANGE, GREEN, AMBER, SKY, BLACK  # of a linkage; pink is left to the path
 PATH, REFERENCE = PINK, GREEN
 INK, BASE, GUIDE, PALE = "#222222", "#888888", "#d9d9d9", "#8a939c"
 LENGTHS = "l11", "l12", "l21", "l22", "l1", "l2", "d"
-PREFIXES = (
-    (1e-6, 1e9, "n"),
-    (1e-3, 1e6, "µ"),
-    (1.0, 1e3, "m"),
-)  # below so many units, so many of these to one
 
 TYPE_1, ACROSS, TYPE_3 = "Type 1: a leg in line", "Type 1: a bar across its guide", "Type 3"
 TYPE_2 = {
@@ -52,7 +44,7 @@ POINTS = {
 
 
 def locus_words(piece: Locus) -> str:
-    """What a piece of the loci is called in a legend."""
+    """Return what a piece of the loci is called in a legend."""
     if len(piece.points) > 1:
         return TYPE_2.get(piece.kind, ACROSS if piece.unbounded else TYPE_1)
     return POINTS.get(piece.type, TYPE_3)
@@ -63,71 +55,68 @@ class Scale(NamedTuple):
     low to high.
     """
 
+    words: str
     palette: str
     low: float
     high: float
     logarithmic: bool = False
     factor: float = 1.0  # what is shown of a value
-    words: str = ""
 
 
 def field_scale(data: Map) -> Scale:
-    """The Scale of a Map, with the field in words."""
+    """Return the Scale of a Map, with the field in words."""
     field, words = data.field, data.description
     if field in SIGNED:
-        return Scale("diverging", -1.0, 1.0, words=words)
+        return Scale(words, "diverging", -1.0, 1.0)
     if field == "transmission_angle":
-        return Scale("falling", 0.0, 90.0, factor=180 / np.pi, words=words.replace("rad", "deg"))
+        return Scale(words.replace("rad", "deg"), "falling", 0.0, 90.0, factor=180 / np.pi)
     if field.startswith("condition"):
-        return Scale("rising", 1.0, 100.0, logarithmic=True, words=words)
+        return Scale(words, "rising", 1.0, 100.0, logarithmic=True)
     finite = data.values[np.isfinite(data.values)]
     high = float(np.quantile(finite, 0.95)) if finite.size else 0.0
-    return Scale(
-        "rising" if field == "manipulability" else "falling", 0.0, high or 1.0, words=words
-    )
+    return Scale(words, "rising" if field == "manipulability" else "falling", 0.0, high or 1.0)
 
 
 def largest_of(values: np.ndarray) -> float:
-    """The size of the largest that is a number, 0 where none is."""
-    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+    """Return the size of the largest that is a number, 0 where none is."""
+    return float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
 
 
 def readable(largest: float, unit: str) -> tuple[float, str]:
-    """Factor and name of the unit in which numbers up to `largest` read well."""
-    return next(
-        ((scale, prefix + unit) for limit, scale, prefix in PREFIXES if 0 < largest < limit),
-        (1.0, unit),
-    )
+    """Return factor and name of the unit in which numbers up to `largest` read well."""
+    for limit, prefix in ((1e-6, "n"), (1e-3, "µ"), (1.0, "m")):
+        if 0 < largest < limit:
+            return 1e3 / limit, prefix + unit
+    return 1.0, unit
 
 
 def length(metres: float) -> str:
-    """A length in the unit in which it reads well."""
+    """Return a length in the unit in which it reads well."""
     scale, unit = readable(metres, "m")
     return f"{scale * metres:.2f} {unit}"
 
 
 def robot_title(robot: Robot) -> str:
-    """What a robot is called over a picture, with its lengths in mm."""
-    *bars, base = (1e3 * value for name, value in robot.parameters.items() if name in LENGTHS)
-    each = (
-        f"all bars {bars[0]:.4g}"
-        if len(set(bars)) == 1
-        else f"bars {', '.join(f'{bar:.4g}' for bar in bars)}"
-    )
-    return f"{robot.words.title}, {each} mm, base {base:.4g} mm"
+    """Return what a robot is called over a picture, with its lengths in mm."""
+    *bars, base = (f"{1e3 * x:.4g}" for name, x in robot.parameters.items() if name in LENGTHS)
+    lengths = f"all bars {bars[0]}" if len(set(bars)) == 1 else f"bars {', '.join(bars)}"
+    return f"{robot.words.title}, {lengths} mm, base {base} mm"
+
+
+def signs(*modes: int) -> str:
+    """Return modes as pictures write them."""
+    return ", ".join(f"{mode:+d}" for mode in modes).replace("-", "−")
+
+
+def names_of(show: str | Iterable[str]) -> tuple[str, ...]:
+    """Return the names in `show`, one or several; raises TypeError for what is neither."""
+    names = (show,) if isinstance(show, str) or not isinstance(show, Iterable) else tuple(show)
+    for name in names:
+        if not isinstance(name, str):
+            raise TypeError(f"show must be a name or several, not {name!r}")
+    return names
 
 
 def of_unit(unit: str) -> str:
-    """A unit as pictures write it."""
+    """Return a unit as pictures write it."""
     return unit.replace("^2", "²")
-
-
-def finish(axes: Axes, columns: int, **words) -> None:
-    """Labels, title and limits of a panel, a pale grid, and its legend under it."""
-    axes.set(**words)
-    axes.grid(alpha=0.25)
-    pad = (
-        5 if axes.get_xlabel() else 2.5
-    )  # in letters, so that it clears the labels whatever the panel's height
-    place = dict(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=pad)
-    axes.legend(ncols=columns, fontsize=8, frameon=False, **place)

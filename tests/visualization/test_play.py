@@ -9,7 +9,7 @@ from axe_playwright_python.base import AXE_FILE_PATH
 
 import fivebar as fb
 from fivebar.cli import main
-from fivebar.visualization.play import Live
+from fivebar.visualization.play import LivePage
 
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle, until, visit
@@ -316,7 +316,7 @@ def test_without_scripts_it_says_so(browser, path):  # noqa: F811
 
 def test_python_says_the_same(tmp_path, capsys):
     live = fb.play(UNEQUAL)
-    assert isinstance(live, Live) and repr(live).startswith("<Live page: five-bar robot, #l11=")
+    assert isinstance(live, LivePage) and repr(live).startswith("<Live page: five-bar robot, #l11=")
     assert live._repr_html_().count("<iframe") == 1
     with pytest.raises(ValueError, match="another robot"):
         fb.play(ROBOT, live.pose)

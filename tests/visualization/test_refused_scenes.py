@@ -8,7 +8,6 @@ import pytest
 import fivebar as fb
 from fivebar import linkages
 from fivebar.visualization import view
-from fivebar.visualization.skeleton import Skeleton
 from fivebar.visualization.view.frames import choose
 
 from .conftest import ROBOT
@@ -23,7 +22,7 @@ def test_names_are_known_and_fit_the_motion(run):
             ["trace", "sparkle"],
             "nothing named 'sparkle' can be shown; the known names are trace, reference, loci",
         ),
-        (study, ["loci"], "a slider-crank, guide held has no 'loci' to show, but trace, velocity"),
+        (study, ["loci"], "a slider-crank, guide held has no 'loci' to show"),
         (free, ["ghost"], "no reference, so no 'ghost'"),
         (free, "reference", "no reference, so no 'reference'"),
     ]:
@@ -48,7 +47,6 @@ def test_names_are_known_and_fit_the_motion(run):
         ([0.0], np.zeros((1, 2)), "has 1 samples: a motion needs at least 2"),
         ([0, 1, np.nan], np.zeros((3, 2)), r"t\[2\] is nan, not finite"),
         ([0, 1, 1], np.zeros((3, 2)), r"t\[2\] = 1.0 is not after t\[1\] = 1.0"),
-        ([[0, 1]], np.zeros((1, 2)), r"t has shape \(1, 2\), not \(n,\)"),
         ([0, 1, 2], np.zeros((2, 2)), "t has 3 samples and the motion 2"),
         ([0, 1, 2], np.full((3, 2), np.nan), "all 3 samples are not numbers: nothing can be drawn"),
     ],
@@ -56,14 +54,3 @@ def test_names_are_known_and_fit_the_motion(run):
 def test_motions_that_cannot_be_drawn(t, numbers, message):
     with pytest.raises(ValueError, match=message):
         choose(t, numbers)
-
-
-def test_joints_that_do_not_exist():
-    for words, message in [
-        ({"bars": ((0, 1), (1, 3))}, r"bars\[1\] names joint 3, but points has joints 0 to 2"),
-        ({"bars": (), "grounded": (-1,)}, "grounded names joint -1"),
-        ({"bars": (), "traced": 3}, "traced names joint 3"),
-        ({"bars": (), "blocks": ((0, 5, 1),)}, r"blocks\[0\] names joint 5"),
-    ]:
-        with pytest.raises(ValueError, match=message):
-            Skeleton(np.zeros((2, 3, 2)), **words)

@@ -10,10 +10,10 @@ import fivebar as fb
 from fivebar import linkages
 from fivebar.study.pitfalls import crossing
 from fivebar.visualization import view
-from fivebar.visualization.crossings import crossings
+from fivebar.visualization.loci import crossings
 from fivebar.visualization.view import shows, sources
 from fivebar.visualization.view.frames import MOST, choose
-from fivebar.visualization.view.layers import Area, Arrows, Ghost, Line, Turning
+from fivebar.visualization.view.layers import Area, Arrows, Ghost, LineLayer, TurningArrows
 from fivebar.visualization.view.solids import dashed
 
 from .conftest import ROBOT, long_run
@@ -107,7 +107,7 @@ def test_bar_forces_without_inertia_of_the_drives_move_the_end_effector():
 def test_torques_turn_as_the_motors_do(run):
     scene = view.scene(ROBOT, run, "torques")
     tau = run.tau[scene.machines[0].frames.index]
-    for leg, layer in enumerate(layers(scene, Turning)):
+    for leg, layer in enumerate(layers(scene, TurningArrows)):
         np.testing.assert_allclose(
             layer.sweeps(), np.radians(300) * tau[:, leg] / np.abs(tau).max()
         )
@@ -123,11 +123,11 @@ def test_loci_are_singular_and_change_with_the_working_modes(crossing_run):
     )
     assert len({event.after[:2] for event in free.events}) > 1
     scene = view.scene(ROBOT, free, "loci")
-    lines = layers(scene, Line)
+    lines = layers(scene, LineLayer)
     assert all(line.good is not None for line in lines)
     shown = np.stack([line.good for line in lines if line.dash is None])
     assert (shown.sum(axis=0) == 1).all(), "one mode's loci at a time"
-    for line in layers(view.scene(ROBOT, crossing_run, "loci"), Line):
+    for line in layers(view.scene(ROBOT, crossing_run, "loci"), LineLayer):
         points = np.concatenate([path for path in line.paths if np.ptp(path, axis=0).max() > 0.01])
         pose = fb.igm(ROBOT, points * (1 - 1e-9), (-1, -1), unreachable="nan")
         margins = np.nanmin(np.abs([*pose.sines, pose.det_A]), axis=0)
@@ -181,7 +181,9 @@ def test_plans_show_their_own_torques_and_forces():
     np.testing.assert_array_equal(machine.body.points[:, machine.body.traced], xi)
     velocity, acceleration, *forces = layers(scene, Arrows)
     np.testing.assert_array_equal([velocity.vectors, acceleration.vectors], [xi_dot, xi_ddot])
-    np.testing.assert_array_equal([layer.values for layer in layers(scene, Turning)], plan.tau(t).T)
+    np.testing.assert_array_equal(
+        [layer.values for layer in layers(scene, TurningArrows)], plan.tau(t).T
+    )
     u = plan.accelerations(t).rates.pose.A
     for leg, layer in enumerate(forces):
         expected = plan.bar_forces(t)[:, leg, None] * u[:, leg]
@@ -222,7 +224,7 @@ def test_samples_that_are_not_numbers_are_a_gap():
         1,
     ]
     assert scene.notes[0].startswith("11 of 201 samples are not numbers")
-    (trace,) = layers(scene, Line)
+    (trace,) = layers(scene, LineLayer)
     assert len(trace.paths) == 3 and all(np.isfinite(path).all() for path in trace.paths)
 
 
@@ -236,8 +238,8 @@ def test_only_what_is_not_known_is_left_out(run, tmp_path):
     lost = {"tau": (index >= 100) & (index < 200), "q_dot": (index >= 250) & (index < 300)}
     lost["xi_ref"] = (index >= 300) & (index < 350) | (index >= 400)
     for layer, full in zip(layers(scene), layers(whole)):
-        if isinstance(layer, (Arrows, Turning, Ghost)):
-            name = {Ghost: "mechanism", Arrows: "vectors", Turning: "values"}[type(layer)]
+        if isinstance(layer, (Arrows, TurningArrows, Ghost)):
+            name = {Ghost: "mechanism", Arrows: "vectors", TurningArrows: "values"}[type(layer)]
             values, expected = (getattr(x, name).reshape(len(index), -1) for x in (layer, full))
             missing = {"velocity": lost["q_dot"], "ghost": lost["xi_ref"]}.get(
                 layer.name, lost["tau"]
@@ -246,7 +248,7 @@ def test_only_what_is_not_known_is_left_out(run, tmp_path):
                 missing = lost["tau"] | lost["q_dot"]
             np.testing.assert_allclose(values[~missing], expected[~missing], atol=1e-12)
             assert np.isnan(values[missing]).all(), layer.name
-    (reference,) = (layer for layer in layers(scene, Line) if layer.name == "reference")
+    (reference,) = (layer for layer in layers(scene, LineLayer) if layer.name == "reference")
     assert len(reference.paths) == 2
     nothing = replace(run, tau=tau * np.nan, q_dot=q_dot * np.nan, xi_ref=xi_ref * np.nan)
     scene = view.scene(ROBOT, nothing, view.SHOWS)
@@ -284,7 +286,7 @@ def test_linkages_slide_where_they_do(held):
 def test_lines_without_ends_are_drawn_where_the_biglide_is():
     reference = fb.line((0.0, 5.2), (0.06, 5.25), 2.0)
     scene = view.scene(fb.Biglide(), reference, "loci")
-    for line in layers(scene, Line):
+    for line in layers(scene, LineLayer):
         assert [sorted(path[:, 1]) for path in line.paths] == [
             pytest.approx([4.86, 5.39], abs=0.01)
         ] * len(line.paths)
@@ -375,7 +377,11 @@ def lab(colour, seen):
 @pytest.mark.parametrize("cones", MACHADO)
 def test_colours_of_a_scene_are_told_apart_by_the_colour_blind(run, cones):
     (machine,) = view.scene(ROBOT, run, view.SHOWS).machines
-    lines = {layer.colour for layer in machine.layers if isinstance(layer, (Line, Arrows, Turning))}
+    lines = {
+        layer.colour
+        for layer in machine.layers
+        if isinstance(layer, (LineLayer, Arrows, TurningArrows))
+    }
     names = sorted(lines | set(machine.body.colours))
     seen = np.stack([lab(name, np.array(MACHADO[cones])) for name in names])
     apart = np.linalg.norm(seen[:, None] - seen, axis=2) + 100 * np.eye(len(names))

@@ -2,6 +2,6 @@
 themselves.
 """
 
-from .live import Live, play
+from .live import LivePage, play
 
-__all__ = ["Live", "play"]
+__all__ = ["LivePage", "play"]

@@ -14,44 +14,28 @@ from scipy.integrate import DOP853
 
 from ...base.checks import instance, optional, takes
 from ...base.representation import one_line
-from ...base.tables import written
 from ...linkages import FourBar, SixBarPress, SliderCrank
 from ...models.geometry import Pose, dgm, igm
 from ...models.named_robots import ROBOTS
 from ...models.robots import FiveBar
-from ..document import as_json, document, framed
-from ..pages.document import script
+from .. import pages
+from ..document import WebPage, as_json, document, script
 from ..style import LEGS, LINKS
 from .functions import BEYOND, INERTIAS, LENGTHS, models
 from .mechanisms import address_of, digits, mechanisms, straight_lines
 
 if TYPE_CHECKING:
-    from ...base.tables import TextFile
     from ...linkages.motion import Linkage
 
 HERE = Path(__file__).parent
 PARTS = (
-    "loci",
-    "field",
-    "robot",
-    "pens",
-    "draw",
-    "sketch",
-    "motion",
-    "fragment",
-    "five",
-    "hands",
-    "five_controls",
-    "linkage",
-    "bench",
-    "bench_controls",
-    "bench_hands",
-    "start",
-)
+    "loci field robot pens draw sketch motion fragment five hands five_controls linkage bench"
+    " bench_controls bench_hands start"
+).split()
 
 
 @dataclass(frozen=True, eq=False)
-class Live:
+class LivePage(WebPage):
     """The live page of a robot in a pose, or of a linkage; in a notebook it shows itself, `save`
     writes its file.
 
@@ -61,12 +45,11 @@ class Live:
     subject: FiveBar | Linkage
     pose: Pose | None
     fragment: str
+    title = "live page"
 
     def __repr__(self) -> str:
-        title = (
-            self.subject.words.title if isinstance(self.subject, FiveBar) else self.subject.title
-        )
-        return one_line("Live page", title, self.fragment)
+        words = self.subject.words if isinstance(self.subject, FiveBar) else self.subject
+        return one_line("Live page", words.title, self.fragment)
 
     @property
     def html(self) -> str:
@@ -74,16 +57,6 @@ class Live:
         if self.pose is not None:
             return _page(as_json(_content(self.subject, self.pose, "")))
         return _page(as_json(_content(FiveBar(), _start(FiveBar()), self.fragment)))
-
-    def save(self, path: TextFile) -> None:
-        """Write the page (HTML in UTF-8), whole or not at all. path: a path or an open text
-        file.
-        """
-        with written(path) as file:
-            file.write(self.html)
-
-    def _repr_html_(self):
-        return framed(self.html, "live page", 760)
 
 
 @takes(
@@ -94,22 +67,44 @@ def play(
     robot: FiveBar | Linkage | None = None,
     pose: Pose | None = None,
     branch: int | tuple[int, int] | None = None,
-) -> Live:
-    """The live page of a five-bar: drag it, slide its lengths, and the exact singularity loci
-    follow: Live.
+) -> LivePage:
+    """Return the live page of a five-bar or a linkage: drag it, and slide its lengths.
 
-    One file for any browser, without a network; it computes with these models, written out in
-    JavaScript.
-    robot: None is the AMORO robot; dry friction is left out there; or a linkage, whose ground is
-        laid on the x axis.
-    pose: in which it begins, of this robot (None: one far from singularities). branch: of a
-    linkage. ValueError for a pose that is another robot's, no single one, or at a singularity, and
-    for a linkage that the page does not have.
+    One file for any browser, without a network. It computes with these models, written out in
+    JavaScript; the exact singularity loci follow.
+
+    Parameters
+    ----------
+    robot : FiveBar or linkage, optional
+        The AMORO robot by default. Dry friction is left out there; the ground of a linkage is laid
+        on the x axis.
+    pose : Pose, optional
+        In which the robot begins; one far from singularities by default.
+    branch : int or tuple of int, optional
+        Of a linkage.
+
+    Returns
+    -------
+    LivePage
+        It shows itself in a notebook; `save` writes its file.
+
+    Raises
+    ------
+    ValueError
+        For a pose that is another robot's, no single one, or at a singularity, and for a linkage
+        that the page does not have.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> robot = fb.FiveBar()
+    >>> fb.play(robot, fb.dgm(robot, (0.0, 0.0))).pose.q
+    array([0., 0.])
     """
     if robot is not None and not isinstance(robot, FiveBar):
         if pose is not None:
             raise ValueError(f"pose is a robot's: with a {robot.title} leave it out")
-        return Live(robot, None, address_of(robot, branch))
+        return LivePage(robot, None, address_of(robot, branch))
     if branch is not None:
         raise ValueError("branch is a linkage's: a robot's pose says its modes")
     robot = robot or (pose.robot if pose is not None else FiveBar())
@@ -118,11 +113,8 @@ def play(
     elif pose.robot != robot:
         raise ValueError(f"pose is of another robot: {pose.robot}, not {robot}")
     if pose.xi.shape != (2,) or not np.isfinite(pose.det_A) or not all(pose.working):
-        raise ValueError(
-            "pose must be a single one that closes, away from Type 1: the page's working modes are"
-            " signs"
-        )
-    return Live(robot, pose, _fragment(robot, pose))
+        raise ValueError("pose must be a single one that closes, away from Type 1")
+    return LivePage(robot, pose, _fragment(robot, pose))
 
 
 def _fragment(robot, pose):
@@ -130,23 +122,16 @@ def _fragment(robot, pose):
     numbers |= dict(zip(("gx", "gy", "x", "y"), (*robot.gravity, *pose.xi.tolist())))
     numbers |= {name: x for name in BEYOND if name != "gravity" and (x := getattr(robot, name))}
     signs = "".join("+" if mode > 0 else "-" for mode in pose.working)
-    return (
-        "#" + "&".join(f"{name}={digits(x)}" for name, x in numbers.items()) + f"&working={signs}"
-    )
+    return f"#{'&'.join(f'{name}={digits(x)}' for name, x in numbers.items())}&working={signs}"
 
 
 def _content(robot, pose, opening):
-    tableau = {
-        "A": [row[:k].tolist() for k, row in enumerate(DOP853.A[:12])],
-        "B": DOP853.B.tolist(),
-        "C": DOP853.C[:12].tolist(),
-        "E3": DOP853.E3.tolist(),
-        "E5": DOP853.E5.tolist(),
-    }
+    rows = {"A": [row[:k].tolist() for k, row in enumerate(DOP853.A[:12])]}
+    rows |= {name: getattr(DOP853, name).tolist() for name in ("B", "E3", "E5")}
     return {
         "title": "Five-bar, live",
         "opening": opening,
-        "tableau": tableau,
+        "tableau": rows | {"C": DOP853.C[:12].tolist()},
         "presets": _presets(),
         "kinds": mechanisms()[1],
         "legs": LEGS[:2],
@@ -158,21 +143,21 @@ def _content(robot, pose, opening):
 
 @lru_cache(maxsize=1)
 def _presets():
-    named = {name: each for name, each in ROBOTS.items() if each.robot.turns}
     return {
-        name: _parameters(each.robot, _start(each.robot)) | {"source": each.source}
-        for name, each in named.items()
+        name: _parameters(known.robot, _start(known.robot)) | {"source": known.source}
+        for name, known in ROBOTS.items()
+        if known.robot.turns
     }
 
 
 def _parameters(robot, pose):
     scalars = (*LENGTHS, *INERTIAS, *BEYOND)
-    own = {name: getattr(robot, name) for name in scalars if name != "gravity"}
-    own |= {"gravity": list(robot.gravity), "dry": bool(robot.fs1 or robot.fs2)}
-    size = sum(own[name] for name in LENGTHS)
+    values = {name: getattr(robot, name) for name in scalars if name != "gravity"}
+    values |= {"gravity": list(robot.gravity), "dry": bool(robot.fs1 or robot.fs2)}
+    size = sum(values[name] for name in LENGTHS)
     digit = 10 ** np.floor(np.log10(size / 5))
     return {
-        "robot": own,
+        "robot": values,
         "xi": pose.xi.tolist(),
         "working": pose.working.tolist(),
         "wanted": float(digit * np.round(size / 5 / digit)),
@@ -197,12 +182,8 @@ def _start(robot):
 @lru_cache(maxsize=4)
 def _page(content):
     """The page around this JSON; only a script of this very text is run by the browser."""
-    code = "\n".join(
-        ["", '"use strict";', script("common"), models(), *(_own(name) for name in PARTS), ""]
-    )
+    shared = Path(pages.__file__).parent
+    parts = "", '"use strict";', script(shared, "common"), models(), script(HERE, *PARTS), ""
+    code = "\n".join(parts)
     policy = f"'sha256-{b64encode(hashlib.sha256(code.encode()).digest()).decode()}'"
     return document(HERE, "Five-bar, live", policy, content=content, code=code)
-
-
-def _own(name):
-    return (HERE / f"{name}.js").read_text("utf-8")

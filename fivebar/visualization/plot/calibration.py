@@ -7,139 +7,110 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from ...estimation.calibration.fit import residuals
 from ...estimation.calibration.measured_robot import FRAME, PLACE, UNITS
 from ...estimation.calibration.report import shown_in
-from ..style import BLUE, GREEN, INK, ORANGE, PALE, finish, readable
+from ..style import BLUE, GREEN, INK, ORANGE, PALE, readable
+from .panels import draw_line, finish, new_figure, plane
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ...estimation.calibration.result import Calibration
 
 ARROW = 0.08  # of the picture's width: the longest arrow
 
 
-def calibrated(found: Calibration) -> Figure:
-    """Figure of a Calibration: misses before and after as arrows, misses by row, change of each
+def calibrated(result: Calibration) -> Figure:
+    """Draw a Calibration: misses before and after as arrows, misses by row, change of each
     unknown.
     """
-    figure = Figure(figsize=(12.5, 7.2), layout="constrained")
+    figure = new_figure(12.5, 7.2)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.25, 1))
+    known = np.isfinite(result.rows.points)
     left = figure.add_subplot(grid[:, 0])
-    if np.isfinite(found.rows.points).all(axis=1).any():
-        _arrows(left, found)
-    else:
-        _numbers(left, found)
-    _rows(figure.add_subplot(grid[0, 1]), found)
-    _unknowns(figure.add_subplot(grid[1, 1]), found)
+    (_arrows if known.all(axis=1).any() else _numbers)(left, result)
+    (_rows if known.any() else _numbers)(figure.add_subplot(grid[0, 1]), result)
+    _unknowns(figure.add_subplot(grid[1, 1]), result)
     return figure
 
 
-def _arrows(axes, found):
-    whole = found.rows.whole
-    points = 1e3 * found.rows.points[whole]
-    width = max(float(np.ptp(points, axis=0).max()), 1e-9)
-    for off, colour, words in (
-        (-found.residuals_before[whole], ORANGE, "before"),
-        (-found.residuals[whole], BLUE, "after"),
-    ):
-        longest = float(np.nanmax(np.hypot(*off.T), initial=0.0))
-        factor = _round(ARROW * width / (1e3 * longest)) if longest > 1e-15 else 1.0
+def _arrows(axes, result):
+    rows = result.rows
+    points = rows.points[rows.whole]
+    width = max(float(np.ptp(points, axis=0).max()), 1e-12)
+    before, after = result.residuals_before[rows.whole], result.residuals[rows.whole]
+    for miss, colour, words in ((before, ORANGE, "before"), (after, BLUE, "after")):
+        longest = float(np.nanmax(np.hypot(*miss.T), initial=0.0))
+        factor = _round_down(ARROW * width / longest) if longest > 1e-15 else 1.0
         scale, unit = readable(longest, "m")
-        axes.quiver(
-            *points.T,
-            *(1e3 * factor * off.T),
-            angles="xy",
-            scale_units="xy",
-            scale=1,
-            width=0.003,
-            color=colour,
-            label=f"miss {words}, × {factor:g}: longest {scale * longest:.3g} {unit}",
-            zorder=4,
-        )
-    axes.plot(*points.T, "o", ms=4, mfc="white", color=INK, label="measured", zorder=3)
-    for row in np.flatnonzero(whole):
-        if found.rows.where[row] in found.outliers:
-            place = 1e3 * found.rows.points[row]
-            axes.plot(*place, "o", ms=13, mfc="none", color=ORANGE, zorder=5)
-            axes.annotate(
-                found.rows.where[row], place, textcoords="offset points", xytext=(8, 6), fontsize=8
-            )
-    axes.set_aspect("equal")
+        label = f"miss {words}, × {factor:g}: longest {scale * longest:.3g} {unit}"
+        units = dict(angles="xy", scale_units="xy", scale=1, width=0.003)
+        arrows = 1e3 * np.column_stack([points, -factor * miss])
+        axes.quiver(*arrows.T, color=colour, label=label, zorder=4, **units)
+    draw_line(axes, points, "o", ms=4, mfc="white", color=INK, label="measured", zorder=3)
+    place = dict(textcoords="offset points", xytext=(8, 6), fontsize=8)
+    for row in np.flatnonzero(rows.whole):
+        if rows.where[row] in result.outliers:
+            draw_line(axes, rows.points[row], "o", ms=13, mfc="none", color=ORANGE, zorder=5)
+            axes.annotate(rows.where[row], 1e3 * rows.points[row], **place)
     axes.margins(0.12)
-    finish(
-        axes,
-        2,
-        xlabel="x (mm)",
-        ylabel="y (mm)",
-        title="predicted − measured, from the measured point",
-    )
+    plane(axes, 2, "predicted − measured, from the measured point")
 
 
-def _numbers(axes, found):
+def _numbers(axes, result):
     """Where no whole points are measured: predicted against measured numbers."""
-    from ...estimation.calibration.fit import residuals
-
-    measured = 1e3 * found.rows.numbers
-    for p, colour, words in ((found.before, ORANGE, "before"), (found.p, BLUE, "after")):
-        off = 1e3 * residuals(p, found.rows, found.assembly, derive=False)[0]
-        axes.plot(measured, off, "o", ms=5, color=colour, label=f"miss {words}")
+    measured = 1e3 * result.rows.numbers
+    for p, colour, words in ((result.before, ORANGE, "before"), (result.p, BLUE, "after")):
+        miss = 1e3 * residuals(p, result.rows, result.assembly, derive=False)[0]
+        axes.plot(measured, miss, "o", ms=5, color=colour, label=f"miss {words}")
     finish(axes, 2, xlabel="measured (mm)", ylabel="predicted − measured (mm)", title="misses")
 
 
-def _rows(axes, found):
-    size = np.sqrt(np.nansum(found.residuals**2, axis=1))
-    if not np.isfinite(found.rows.points).any():
-        return _numbers(axes, found)
+def _rows(axes, result):
+    size = np.sqrt(np.nansum(result.residuals**2, axis=1))
     scale, unit = readable(float(size.max()), "m")
     number = np.arange(1, len(size) + 1)
-    out = np.array([where in found.outliers for where in found.rows.where])
+    out = np.isin(result.rows.where, list(result.outliers))
     axes.vlines(number, 0, scale * size, color=PALE, lw=1)
     axes.plot(number[~out], scale * size[~out], "o", ms=4, color=BLUE, label="miss of a row")
     if out.any():
-        axes.plot(
-            number[out], scale * size[out], "D", ms=6, color=ORANGE, label="off all other rows"
-        )
-    axes.axhline(
-        scale * found.rms,
-        color=INK,
-        lw=1,
-        ls="--",
-        label=f"RMS of a coordinate {scale * found.rms:.3g} {unit}",
-    )
+        style = dict(ms=6, color=ORANGE, label="off all other rows")
+        axes.plot(number[out], scale * size[out], "D", **style)
+    label = f"RMS of a coordinate {scale * result.rms:.3g} {unit}"
+    axes.axhline(scale * result.rms, color=INK, lw=1, ls="--", label=label)
     title = "rows"
-    if found.p_value is not None:
-        title += f"; p = {found.p_value:.2g}: the model {'fits' if found.fits else 'does not fit'}"
+    if result.p_value is not None:
+        verdict = "fits" if result.fits else "does not fit"
+        title = f"rows; p = {result.p_value:.2g}: the model {verdict}"
     finish(axes, 3, xlabel="row", ylabel=f"miss ({unit})", title=title)
 
 
-def _unknowns(axes, found):
+def _unknowns(axes, result):
     """Changes in their own units: mm, deg, and per mille of ratios and scale."""
-    names = [name for name in found.unknown if name not in FRAME] or list(found.unknown)
-    intervals = found.intervals()
+    names = [name for name in result.unknown if name not in FRAME] or list(result.unknown)
+    intervals, labels = result.intervals(), []
+    interval = dict(color=BLUE, lw=3, solid_capstyle="butt", zorder=2)
+    axes.plot([], [], "o-", color=BLUE, lw=3, label="estimate, with its 95 % interval")
     for k, name in enumerate(names):
-        start = found.start[PLACE[name]]
+        start = result.start[PLACE[name]]
         factor = shown_in(name)[0] if name in UNITS else 1e3 / abs(start)
-        change = factor * (found.values[name] - start)
-        if np.isfinite(found.sd[name]):
-            low, high = (factor * (limit - start) for limit in intervals[name])
-            axes.plot([low, high], [k, k], color=BLUE, lw=3, solid_capstyle="butt", zorder=2)
+        change = factor * (result.values[name] - start)
+        if np.isfinite(result.sd[name]):
+            axes.plot(factor * np.subtract(intervals[name], start), [k, k], **interval)
             axes.plot(change, k, "o", color=BLUE, ms=6, zorder=3)
         else:
-            axes.plot(change, k, "X", color=ORANGE, ms=8, zorder=3)
-    axes.plot([], [], "o-", color=BLUE, lw=3, label="found, with its 95 % interval")
-    if any(not np.isfinite(found.sd[name]) for name in names):
-        axes.plot([], [], "X", color=ORANGE, ls="none", label="not told by these data")
+            label = "not determined by these data"
+            axes.plot(change, k, "X", color=ORANGE, ms=8, zorder=3, label=label)
+        labels.append(f"{name} ({shown_in(name)[1] or '1/1000'})")
     axes.axvline(0, color=GREEN, lw=1.2, label="before")
-    labels = [f"{name} ({shown_in(name)[1] or '1/1000'})" for name in names]
     axes.set_yticks(range(len(names)), labels)
     axes.invert_yaxis()
     finish(axes, 3, xlabel="change", title="unknowns of the robot")
 
 
-def _round(factor):
-    """The nearest of 1, 2, 5 times a power of ten below."""
+def _round_down(factor):
+    """The next of 1, 2, 5 times a power of ten below."""
     power = 10.0 ** np.floor(np.log10(max(factor, 1e-9)))
-    return power * max(
-        (step for step in (1, 2, 5) if step * power <= factor * (1 + 1e-9)), default=1
-    )
+    return power * (5 if factor >= 5 * power else 2 if factor >= 2 * power else 1)

@@ -7,80 +7,81 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
-from ..style import COLOURS, INK, finish, largest_of, readable
+from ..style import COLOURS, INK, SIDES, largest_of, readable
+from .panels import finish, new_figure, over_time
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ...simulation.comparison import Comparison
 
 
 def comparison(compared: Comparison) -> Figure:
-    """Figure of a Comparison: errors, both motors' torques with their time at the limit, solve
-    times where there are.
+    """Draw a Comparison: errors, both motors' torques with their time at the limit, solve times
+    where there are.
 
     Later runs are drawn thinner, so that one under another is seen.
     """
     runs = compared.runs
-    styles = {
-        name: dict(color=COLOURS[k % len(COLOURS)], lw=1.2 + 1.8 * (1 - (k + 1) / len(runs)))
-        for k, name in enumerate(runs)
-    }
+    widths = np.linspace(3.0, 1.2, len(runs) + 1)[1:]
+    styles = [
+        dict(color=COLOURS[k % len(COLOURS)], lw=width, label=name)
+        for k, (name, width) in enumerate(zip(runs, widths))
+    ]
     logs = {name: run.log for name, run in runs.items() if getattr(run, "log", None) is not None}
-    figure = Figure(figsize=(12, 7.5), layout="constrained")
+    figure = new_figure(12, 7.5)
     grid = figure.add_gridspec(2, 2)
-    above = figure.add_subplot(grid[0, 0] if logs else grid[0, :])
-    _errors(above, compared, styles)
-    for motor, side in enumerate(("left", "right")):
-        _torques(figure.add_subplot(grid[1, motor], sharex=above), runs, styles, motor, side)
+    top = figure.add_subplot(grid[0, 0] if logs else grid[0, :])
+    _errors(top, compared, styles)
+    for motor, (side, _) in enumerate(SIDES):
+        axes = figure.add_subplot(grid[1, motor], sharex=top)
+        ylabel = _torques(axes, list(runs.values()), styles, motor)
+        over_time(axes, 3, ylabel, f"{side} motor")
     if logs:
-        _solve_times(figure.add_subplot(grid[0, 1]), logs, styles)
+        colours = {style["label"]: style["color"] for style in styles}
+        _solve_times(figure.add_subplot(grid[0, 1]), logs, colours)
     return figure
 
 
 def _errors(axes, compared, styles):
-    for name, run in compared.runs.items():
-        size, rms = np.linalg.norm(run.error, axis=1), compared.figures[name]["rms_error_m"]
+    for (name, run), style in zip(compared.runs.items(), styles):
+        rms = compared.figures[name]["rms_error_m"]
         scale, unit = readable(rms, "m")
         # In powers of ten; a nanometre is finer than any robot.
-        axes.semilogy(
-            run.t,
-            1e6 * np.maximum(size, 1e-9),
-            **styles[name],
-            label=f"{name}, RMS {scale * rms:.3g} {unit}",
-        )
-    axes.margins(x=0)
+        size = 1e6 * np.maximum(np.linalg.norm(run.error, axis=1), 1e-9)
+        label = f"{name}, RMS {scale * rms:.3g} {unit}"
+        axes.semilogy(run.t, size, **style | {"label": label})
     title = "tracking error of the end-effector"
-    finish(axes, 3, xlabel="time (s)", ylabel="distance from reference (µm)", title=title)
+    over_time(axes, 3, "distance from reference (µm)", title)
 
 
-def _torques(axes, runs, styles, motor, side):
-    words = next(iter(runs.values())).robot.words
-    scale, unit = readable(max(largest_of(run.tau) for run in runs.values()), words.effort_unit)
-    for name, run in runs.items():
-        label = name
+def _torques(axes, runs, styles, motor):
+    words = runs[0].robot.words
+    scale, unit = readable(max(largest_of(run.tau) for run in runs), words.effort_unit)
+    for run, style in zip(runs, styles):
         if run.torque_limit is not None:
-            full = run.saturated[:-1, motor]
-            label += f", at the limit {np.diff(run.t)[full].sum():.2f} s"
-        axes.step(run.t, scale * run.tau[:, motor], where="post", **styles[name], label=label)
-    for limit in sorted({run.torque_limit for run in runs.values()} - {None}):
-        for sign in (-1, 1):
-            axes.axhline(sign * scale * limit, color=INK, lw=1, ls=":")
-    axes.margins(x=0)
-    finish(axes, 3, xlabel="time (s)", ylabel=f"{words.effort} ({unit})", title=f"{side} motor")
+            time = np.diff(run.t)[run.saturated[:-1, motor]].sum()
+            style = style | {"label": f"{style['label']}, at the limit {time:.2f} s"}
+        axes.step(run.t, scale * run.tau[:, motor], where="post", **style)
+    for limit in {run.torque_limit for run in runs} - {None}:
+        for sign in (-scale, scale):
+            axes.axhline(sign * limit, color=INK, lw=1, ls=":")
+    return f"{words.effort} ({unit})"
 
 
-def _solve_times(axes, logs, styles):
+def _solve_times(axes, logs, colours):
     times = {name: 1e6 * log.solve_time for name, log in logs.items()}
     together = np.concatenate(list(times.values()))
     bins = np.geomspace(together.min(), together.max() * 1.001, 60)
     for name, us in times.items():
-        colour, median, slow = styles[name]["color"], np.median(us), np.percentile(us, 99)
-        axes.hist(us, bins, color=colour, alpha=0.6, label=f"{name}, {len(us)} steps")
-        axes.axvline(median, color=colour, lw=1.4, label=f"median {median:.0f} µs")
-        axes.axvline(slow, color=colour, lw=1.4, ls="--", label=f"99 % below {slow:.0f} µs")
+        style = dict(color=colours[name], lw=1.4)
+        median, slow = np.percentile(us, (50, 99))
+        axes.hist(us, bins, color=colours[name], alpha=0.6, label=f"{name}, {len(us)} steps")
+        axes.axvline(median, label=f"median {median:.0f} µs", **style)
+        axes.axvline(slow, ls="--", label=f"99 % below {slow:.0f} µs", **style)
     axes.set_xscale("log")
-    for axis in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
-        axis(LogFormatter(labelOnlyBase=False, minor_thresholds=(1.5, 0.5)))
+    for set_formatter in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
+        set_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(1.5, 0.5)))
     finish(axes, 3, xlabel="time of a control step (µs)", ylabel="steps", title="solve time")

@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 
 from ...models.geometry import igm
 from ..skeleton import pose_body
-from ..style import GUIDE, INK, REFERENCE, finish, readable
-from .maps import PALETTES
-from .plans import draw_loci
-from .pose_panels import draw_robot
+from ..style import GUIDE, INK, REFERENCE, readable, signs
+from .panels import PALETTES, draw_line, draw_loci, draw_robot, new_figure, plane
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ...models.robots import Robot
     from ...paths.curve import Path
 
@@ -26,53 +25,55 @@ WIDTH = 12.0  # in
 def drawing(
     robot: Robot,
     working: tuple[int, int],
-    asked: Sequence[np.ndarray],
+    desired: Sequence[np.ndarray],
     drawn: Sequence[np.ndarray],
     errors: Sequence[np.ndarray],
     title: str = "",
 ) -> Figure:
-    """Figure of strokes asked for and drawn, lists of (n, 2) m, with errors, (n,) m, of what was
-    drawn.
+    """Return the figure of desired and drawn strokes, beside the robot where it begins.
 
-    Left the robot where it begins, with its singularities in these working modes; right the
-    strokes, those drawn in the colour of their error.
+    Parameters
+    ----------
+    robot, working
+        The robot and its working modes, whose singularities are drawn.
+    desired, drawn : sequence of (n, 2) arrays
+        Strokes in m.
+    errors : sequence of (n,) arrays
+        Errors of what was drawn, m, shown by colour.
+    title : str
+        Text over the figure.
+
+    Returns
+    -------
+    Figure
+        Left the robot; right the strokes, desired over drawn.
     """
-    everything = np.concatenate([*asked, *drawn])
-    low, high = everything.min(axis=0), everything.max(axis=0)
-    pad = 0.06 * float((high - low).max())
-    shape = float((high - low + 2 * pad)[1] / (high - low + 2 * pad)[0])
-    figure = Figure(
-        figsize=(WIDTH, min(max(0.62 * WIDTH * 2 * shape + 1.6, 5.0), 11.0)), layout="constrained"
-    )
+    points = 1e3 * np.concatenate([*desired, *drawn])
+    low, high = points.min(axis=0), points.max(axis=0)
+    pad = 0.06 * (high - low).max()
+    low, high = low - pad, high + pad
+    width, height = high - low
+    shape = 1.24 * WIDTH * height / width + 1.6
+    figure = new_figure(WIDTH, float(np.clip(shape, 5.0, 11.0)))
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
-    _place(figure.add_subplot(grid[:, 0]), robot, working, asked)
-    above, below = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
-    for stroke in asked:
-        above.plot(*(1e3 * stroke.T), color=REFERENCE, lw=1.6, solid_capstyle="round")
-    largest = max((float(each.max()) for each in errors), default=0.0)
+    _robot(figure.add_subplot(grid[:, 0]), robot, working, desired)
+    top, bottom = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
+    for stroke in desired:
+        draw_line(top, stroke, color=REFERENCE, lw=1.6, solid_capstyle="round")
+    largest = max((float(error.max()) for error in errors), default=0.0)
     scale, unit = readable(largest, "m")
-    segments, colours = [], []
+    segments, colours = [], [np.empty(0)]
     for stroke, error in zip(drawn, errors):
-        points = 1e3 * stroke
-        segments += list(np.stack([points[:-1], points[1:]], axis=1))
+        segments += list(1e3 * np.stack([stroke[:-1], stroke[1:]], axis=1))
         colours.append(scale * np.maximum(error[:-1], error[1:]))
     lines = LineCollection(segments, cmap=PALETTES["lines"].reversed(), lw=1.8, capstyle="round")
-    if colours:
-        lines.set_array(np.concatenate(colours))
-        lines.set_clim(0.0, scale * largest or 1.0)
-    below.add_collection(lines)
-    figure.colorbar(lines, ax=below, label=f"error ({unit})", fraction=0.05, pad=0.02)
-    for axes, words in (
-        (above, "asked"),
-        (below, f"drawn by the simulated robot, at most {scale * largest:.3g} {unit} off"),
-    ):
-        axes.set(
-            xlim=1e3 * np.array([low[0] - pad, high[0] + pad]),
-            ylim=1e3 * np.array([low[1] - pad, high[1] + pad]),
-        )
-        axes.set_aspect("equal")
-        axes.grid(alpha=0.25)
-        axes.set(xlabel="x (mm)", ylabel="y (mm)", title=words)
+    lines.set(array=np.concatenate(colours), clim=(0.0, scale * largest or 1.0))
+    bottom.add_collection(lines)
+    figure.colorbar(lines, ax=bottom, label=f"error ({unit})", fraction=0.05, pad=0.02)
+    error = f"drawn by the simulated robot, at most {scale * largest:.3g} {unit} off"
+    for axes, words in ((top, "asked"), (bottom, error)):
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+        plane(axes, title=words)
     if title:
         figure.suptitle(title)
     return figure
@@ -81,41 +82,29 @@ def drawing(
 def path_picture(path: Path) -> Figure:
     """Draw a Path: strokes, dotted lines where the pen is up, and the points of rest."""
     piece, share = np.meshgrid(np.arange(len(path.pieces)), np.linspace(0, 1, 33), indexing="ij")
-    lengths = np.array([each.length for each in path.pieces])
-    pieces = path.on(piece, share * lengths[:, None])[0]
+    lengths = np.array([piece.length for piece in path.pieces])
+    points = path.on(piece, share * lengths[:, None])[0]
     rests = path(np.array([stop.s for stop in path.stops]))[0]
     pen = np.array(path.pen)
-    wide, high = np.maximum(np.ptp(pieces.reshape(-1, 2), axis=0), 1e-12)
-    figure = Figure(figsize=(7, min(max(7 * high / wide, 1.5), 7) + 1.2), layout="constrained")
+    width, height = np.maximum(np.ptp(points.reshape(-1, 2), axis=0), 1e-12)
+    figure = new_figure(7, min(max(7 * height / width, 1.5), 7) + 1.2)
     axes = figure.add_subplot()
-    for down, style in (
-        (True, dict(color=REFERENCE, lw=1.6)),
-        (False, dict(color=INK, lw=0.8, ls=(0, (1, 2)))),
-    ):
-        label = "pen down" if down else "pen up"
-        axes.add_collection(
-            LineCollection(
-                1e3 * pieces[pen == down], label=label if (pen == down).any() else None, **style
-            )
-        )
-    axes.plot(*(1e3 * rests.T), "o", color=INK, ms=3, ls="none", label="rests")
+    pen_up = dict(color=INK, lw=0.8, ls=(0, (1, 2)), label="pen up")
+    for down, style in ((True, dict(color=REFERENCE, lw=1.6, label="pen down")), (False, pen_up)):
+        if (pen == down).any():
+            axes.add_collection(LineCollection(1e3 * points[pen == down], **style))
+    draw_line(axes, rests, "o", color=INK, ms=3, ls="none", label="rests")
     axes.autoscale()
-    axes.set_aspect("equal")
-    finish(axes, 3, xlabel="x (mm)", ylabel="y (mm)")
+    plane(axes, 3)
     return figure
 
 
-def _place(axes, robot, working, asked):
-    start = igm(robot, asked[0][0], working)
-    draw_robot(axes, pose_body([start]), 0)
-    for stroke in asked:
-        axes.plot(*(1e3 * stroke.T), color=REFERENCE, lw=1.0, zorder=5)
+def _robot(axes, robot, working, desired):
+    start = igm(robot, desired[0][0], working)
+    draw_robot(axes, pose_body([start]))
+    for stroke in desired:
+        draw_line(axes, stroke, color=REFERENCE, lw=1.0, zorder=5)
     draw_loci(axes, robot, tuple(working))
-    axes.plot(
-        *(1e3 * start.xi), "o", color=INK, mfc=GUIDE, ms=5, zorder=6, label="pen, where it begins"
-    )
-    axes.set_aspect("equal")
-    signs = ", ".join(f"{sign:+d}" for sign in working).replace("-", "−")
-    finish(
-        axes, 3, xlabel="x (mm)", ylabel="y (mm)", title=f"the robot, in working modes ({signs})"
-    )
+    pen = dict(color=INK, mfc=GUIDE, ms=5, zorder=6, label="pen, where it begins")
+    draw_line(axes, start.xi, "o", **pen)
+    plane(axes, 3, f"the robot, in working modes ({signs(*working)})")

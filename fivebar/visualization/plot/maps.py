@@ -7,9 +7,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
-from matplotlib.figure import Figure
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
@@ -17,9 +15,9 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
 
 from ...singularities.aspects import aspects
-from ...singularities.loci import singularity_loci
-from ...singularities.maps import SIGNED, turned_into
+from ...singularities.maps import SIGNED
 from ...singularities.margins import Singularity
+from ..loci import map_loci
 from ..style import (
     ACROSS,
     ALONG,
@@ -32,33 +30,20 @@ from ..style import (
     TYPE_2,
     TYPE_3,
     field_scale,
-    locus_words,
+    signs,
 )
+from .panels import PALETTES, new_figure
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
     from ...singularities.maps import Map
 
-
-def _part(name, low, high):
-    return LinearSegmentedColormap.from_list(
-        name, colormaps[name](np.linspace(low, high, 257)), 257
-    )
-
-
-# Both keep their order for colour-blind eyes; without their darkest ends, on which no line would be
-# seen.
-PALETTES = {"diverging": _part("PuOr", 0.14, 0.86), "rising": _part("cividis", 0.35, 1.0)}
-PALETTES["falling"] = PALETTES["rising"].reversed()
-PALETTES["lines"] = _part("viridis", 0.0, 0.78)  # without the yellow, which is not seen on white
-OUTSIDE = "#ececec"
 HALO = [withStroke(linewidth=3.0, foreground="white")]
 # Lines differ by their dashes, so that they are told apart in any colours.
-_LINE, _POINT = (
-    dict(color=INK, lw=1.5),
-    dict(color=INK, marker="x", ms=5.5, mew=1.4, ls="none", zorder=4),
-)
+_LINE = dict(color=INK, lw=1.5)
+_POINT = dict(color=INK, marker="x", ms=5.5, mew=1.4, ls="none", zorder=4)
 STYLES = {
     TYPE_1: _LINE | dict(ls="-"),
     ACROSS: _LINE | dict(ls="-"),
@@ -78,182 +63,124 @@ STYLES = {
 def singularity_map(
     data: Map, path: ArrayLike | None = None, dexterous: tuple | None = None
 ) -> Figure:
-    """Figure of a maps.Map: four working modes in task space, mm, or both assembly modes in joint
-    space, degrees (mm).
+    """Return the figure of a singularity map: a panel for each mode, in mm or degrees.
 
-    path: points (n, 2) of the map's own space, m or rad, drawn on all panels; dexterous: regions of
-    `fb.dexterous`, drawn and numbered in place of the aspects. `savefig` writes it (PNG, SVG, PDF).
+    Parameters
+    ----------
+    data : Map
+        From `fb.singularity_map`.
+    path : (n, 2) array, optional
+        Points of the map's own space, m or rad, drawn on all panels.
+    dexterous : sequence of regions, optional
+        Of `fb.dexterous`, drawn and numbered in place of the aspects.
+
+    Returns
+    -------
+    Figure
+        Four working modes in task space, or both assembly modes in joint space.
     """
     task, turns = data.space == "task", data.robot.turns
     scale, unit = (1e3, "mm") if task or not turns else (180 / np.pi, "deg")
-    extent = [scale * limit for axis in (data.x, data.y) for limit in (axis[0], axis[-1])]
-    height = np.clip((extent[3] - extent[2]) / (extent[1] - extent[0]), 0.4, 2.0)
-    figure = Figure(
-        figsize=(9.6, 1.0 + (2 if task else 1) * (0.35 + 3.75 * height)), layout="constrained"
-    )
-    panels = figure.subplots(2 if task else 1, 2, sharex=True, sharey=True)
-    regions = (
-        (dexterous if dexterous is not None else aspects(data.robot)) if task and turns else None
-    )
-    name = "aspect" if dexterous is None else "region"
+    x, y = scale * data.x, scale * data.y
+    width, height = np.ptp(x), np.ptp(y)
+    rows = 2 if task else 1
+    figure = new_figure(9.6, 1.0 + rows * (0.35 + 3.75 * np.clip(height / width, 0.4, 2.0)))
+    panels = figure.subplots(rows, 2, sharex=True, sharey=True)
+    regions = None
+    if task and turns:
+        regions = aspects(data.robot) if dexterous is None else dexterous
     shown = field_scale(data)
     norm = (LogNorm if shown.logarithmic else Normalize)(shown.low, shown.high)
     colours = dict(cmap=PALETTES[shown.palette], norm=norm, interpolation="bilinear", zorder=0)
+    # The image's borders are half a step beyond the outer nodes, the middles of its pixels.
+    half_x, half_y = width / (len(x) - 1) / 2, height / (len(y) - 1) / 2
+    borders = x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y
     values = np.minimum(shown.factor * data.values, 1e12)  # inf, too, has a colour
     known = {}
-    for axes, mode, layer in zip(panels.flat, data.modes, values):
-        borders = _to_borders(extent, layer.shape)
-        image = axes.imshow(layer, origin="lower", extent=borders, **colours)
-        axes.set(xlim=extent[:2], ylim=extent[2:], facecolor=OUTSIDE)
-        axes.set_aspect("equal")
-        (_task_loci if task else _joint_loci)(axes, data, mode, scale, known)
-        own = [a for a in regions or () if a.working == mode]
-        for region in own if dexterous is not None else ():
-            _outline(axes, region, scale, known)
-        _aspect_numbers(axes, own, scale)
+    for k, (axes, mode) in enumerate(zip(panels.flat, data.modes)):
+
+        def draw(words, points, axes=axes, **style):
+            known.setdefault(words, STYLES[words])
+            axes.plot(*(scale * np.asarray(points)).T, label=words, **STYLES[words] | style)
+
+        image = axes.imshow(values[k], origin="lower", extent=borders, **colours)
+        axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]), facecolor="#ececec", aspect="equal")
+        for words, layers, points in map_loci(data):
+            if k in layers:
+                draw(words, points)
+        for drive in data.robot.drives if task else ():
+            if turns:
+                draw("base joint", [(drive.x, drive.y)])
+            else:
+                draw("guide", [(drive.x, data.y[0]), (drive.x, data.y[-1])])
+        here = [region for region in regions or () if region.working == mode]
+        for region in here:
+            if dexterous is not None:
+                _hatch(axes, region, scale)
+                for loop in region.polygons:
+                    closed = np.concatenate([loop, loop[:1]])
+                    draw(DEXTEROUS, closed, zorder=3.5, path_effects=HALO)
+            _number(axes, region, scale)
         if path is not None:
-            _path(axes, scale * np.asarray(path, dtype=float), known)
-        axes.set_title(_title(data, mode, regions, name), fontsize=10)
-        axes.label_outer()
-    across, up = ("x", "y") if task else (f"$q_{{{name[1:]}}}$" for name in data.robot.words.joints)
+            path = np.asarray(path, dtype=float)
+            draw(ALONG, path, path_effects=HALO, zorder=5)
+            for place, marker in ((0, "o"), (-1, "s")):
+                end = dict(color=GREEN, mec="white", ms=7, zorder=5.5)
+                axes.plot(*(scale * path[place]), marker, **end)
+        title = f"working modes ({signs(*mode)})" if task else f"assembly mode {signs(mode)}"
+        if regions is not None:
+            title += _numbers("aspect" if dexterous is None else "region", here)
+        axes.set_title(title, fontsize=10)
+    names = "xy" if task else [f"$q_{{{name[1:]}}}$" for name in data.robot.words.joints]
     for axes in panels.flat:
-        subplot = axes.get_subplotspec()
-        axes.set_xlabel(f"{across} ({unit})") if subplot.is_last_row() else None
-        axes.set_ylabel(f"{up} ({unit})") if subplot.is_first_col() else None
+        axes.set(xlabel=f"{names[0]} ({unit})", ylabel=f"{names[1]} ({unit})")
+        axes.label_outer()
         if unit == "deg":
-            axes.xaxis.set_major_locator(_degrees(extent[1] - extent[0]))
-            axes.yaxis.set_major_locator(_degrees(extent[3] - extent[2]))
+            axes.xaxis.set_major_locator(_degrees(width))
+            axes.yaxis.set_major_locator(_degrees(height))
     extend = "neither" if data.field in (*SIGNED, "transmission_angle") else "max"
     figure.colorbar(image, ax=panels, label=shown.words, shrink=0.85, pad=0.02, extend=extend)
     handles = [Line2D([], [], label=words, **style) for words, style in known.items()]
-    figure.legend(
-        handles=handles,
-        loc="outside lower center",
-        ncols=3,
-        fontsize=9,
-        frameon=False,
-        handlelength=3.2,
-    )
+    place = dict(loc="outside lower center", ncols=3, handlelength=3.2)
+    figure.legend(handles=handles, fontsize=9, frameon=False, **place)
     return figure
 
 
-def _to_borders(extent, shape):
-    """The image's borders: half a step beyond the outer nodes, which are the middles of its
-    pixels.
-    """
-    dx, dy = (
-        (extent[1] - extent[0]) / (shape[1] - 1) / 2,
-        (extent[3] - extent[2]) / (shape[0] - 1) / 2,
-    )
-    return extent[0] - dx, extent[1] + dx, extent[2] - dy, extent[3] + dy
-
-
-def _title(data, mode, regions, name):
-    if data.space == "joint":
-        return f"assembly mode {mode:+d}".replace("-", "−")
-    modes = f"working modes ({mode[0]:+d}, {mode[1]:+d})".replace("-", "−")
-    if regions is None:
-        return modes
-    numbers = [str(a.number) for a in regions if a.working == mode]
-    listed = (
-        f"{name}s {numbers[0]} to {numbers[-1]}" if len(numbers) > 1 else " ".join([name, *numbers])
-    )
+def _numbers(name, regions):
+    numbers = [str(region.number) for region in regions]
     if not numbers:
-        listed = f"no {name}"
-    return f"{modes}: {listed}"
+        return f": no {name}"
+    return (
+        f": {name} {numbers[0]}"
+        if len(numbers) == 1
+        else f": {name}s {numbers[0]} to {numbers[-1]}"
+    )
 
 
-def _draw(axes, known, words, points, **style):
-    known.setdefault(words, STYLES[words])
-    axes.plot(*points.T, label=words, **STYLES[words] | style)
-
-
-def _task_loci(axes, data, mode, scale, known):
-    loci = singularity_loci(data.robot)
-    for piece in loci.task:
-        if mode in piece.working:
-            _draw(axes, known, locus_words(piece), scale * piece.drawn(data.y[0], data.y[-1]))
-    threes = [
-        xi
-        for xi, own in zip(loci.type3.xi, loci.type3.working)
-        if all(o in (0, m) for o, m in zip(own, mode))
-    ]
-    if threes:
-        _draw(axes, known, TYPE_3, scale * np.array(threes))
-    for drive in data.robot.drives:
-        if data.robot.turns:
-            _draw(axes, known, "base joint", scale * np.array([[drive.x, drive.y]]))
-        else:
-            _draw(
-                axes,
-                known,
-                "guide",
-                scale * np.array([(drive.x, y) for y in (data.y[0], data.y[-1])]),
-            )
-
-
-def _joint_loci(axes, data, mode, scale, known):
-    """The loci of this assembly mode; as angles they repeat with every turn."""
-    loci = singularity_loci(data.robot)
-    own = [piece for piece in loci.joint if mode in piece.assembly]
-    if not data.robot.turns:
-        for piece in own:
-            _draw(axes, known, locus_words(piece), scale * piece.drawn(data.x[0], data.x[-1]))
+def _number(axes, region, scale):
+    """A region's number where it has most clearance, with a leader where it would cover it."""
+    x, y = scale * region.point
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    if not (left < x < right and low < y < high):
         return
-    for words, points in [
-        *((locus_words(p), p.points) for p in own),
-        *((TYPE_3, q[None]) for q in loci.type3.q),
-    ]:
-        for turned in turned_into(data, points):
-            _draw(axes, known, words, scale * turned)
+    width = right - left
+    box = dict(boxstyle="circle,pad=0.25", fc="white", ec=INK, lw=0.8)
+    text = dict(ha="center", va="center", fontsize=9, fontweight="bold", bbox=box, color=INK)
+    away = 0
+    if scale * region.clearance <= 0.03 * width:
+        away = 34 if x >= (left + right) / 2 - 0.01 * width else -34
+        text["arrowprops"] = dict(arrowstyle="-", color=INK, lw=0.8, shrinkA=0, shrinkB=0)
+    place = dict(xytext=(away, 0), textcoords="offset points", zorder=6)
+    axes.annotate(str(region.number), (x, y), **place, **text)
 
 
-def _aspect_numbers(axes, regions, scale):
-    """Each number at its aspect's roomiest point, with a leader where it would cover the aspect."""
-    width = np.ptp(axes.get_xlim())
-    for aspect in regions:
-        x, y = scale * aspect.point
-        if not (
-            axes.get_xlim()[0] < x < axes.get_xlim()[1]
-            and axes.get_ylim()[0] < y < axes.get_ylim()[1]
-        ):
-            continue
-        box = dict(boxstyle="circle,pad=0.25", fc="white", ec=INK, lw=0.8)
-        text = dict(
-            ha="center", va="center", fontsize=9, fontweight="bold", bbox=box, zorder=6, color=INK
-        )
-        if scale * aspect.clearance > 0.03 * width:
-            axes.text(x, y, str(aspect.number), **text)
-        else:
-            towards = (34 if x >= sum(axes.get_xlim()) / 2 - 0.01 * width else -34, 0)
-            arrow = dict(arrowstyle="-", color=INK, lw=0.8, shrinkA=0, shrinkB=0)
-            axes.annotate(
-                str(aspect.number),
-                (x, y),
-                towards,
-                textcoords="offset points",
-                arrowprops=arrow,
-                **text,
-            )
-
-
-def _outline(axes, region, scale, known):
-    """The exact border, what is inside hatched."""
-    loops = [scale * np.concatenate([loop, loop[:1]]) for loop in region.polygons]
-    codes = [[Path.MOVETO, *[Path.LINETO] * (len(loop) - 1)] for loop in loops]
-    inside = Path(np.concatenate(loops), np.concatenate(codes))
-    axes.add_patch(PathPatch(inside, fc="none", ec=PINK, lw=0, hatch="//", alpha=0.6, zorder=2.5))
-    for loop in loops:
-        _draw(axes, known, DEXTEROUS, loop, zorder=3.5, path_effects=HALO)
-
-
-def _path(axes, points, known):
-    _draw(axes, known, ALONG, points, path_effects=HALO, zorder=5)
-    axes.plot(*points[0], "o", color=GREEN, mec="white", ms=7, zorder=5.5)
-    axes.plot(*points[-1], "s", color=GREEN, mec="white", ms=7, zorder=5.5)
+def _hatch(axes, region, scale):
+    """What is inside the exact border."""
+    paths = [Path(scale * np.concatenate([loop, loop[:1]])) for loop in region.polygons]
+    style = dict(fc="none", ec=PINK, lw=0, hatch="//", alpha=0.6, zorder=2.5)
+    axes.add_patch(PathPatch(Path.make_compound_path(*paths), **style))
 
 
 def _degrees(width):
-    return MultipleLocator(
-        next((step for step in (1, 5, 15, 30, 45, 90) if width / step <= 9), 180)
-    )
+    steps = [step for step in (1, 5, 15, 30, 45, 90) if width / step <= 9]
+    return MultipleLocator(steps[0] if steps else 180)

@@ -4,37 +4,42 @@ to singular.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
+from ..loci import crossings
 from ..skeleton import robot_body
-from ..style import INK, LEFT, REFERENCE, RIGHT, finish, readable
-from .pose_panels import around, draw_robot
+from ..style import INK, REFERENCE, SIDES
+from .panels import (
+    LOCI,
+    draw_line,
+    draw_loci,
+    draw_robot,
+    draw_torques,
+    finish,
+    mark_crossing,
+    new_figure,
+    over_time,
+    plane,
+    set_window,
+)
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-    from ...models.robots import Robot, Words
     from ...planning.plans import Plan
-
-LOCI = {
-    Singularity.SERIAL: dict(color="0.55", lw=1.2, ls="-", label="Type 1"),
-    Singularity.PARALLEL: dict(color="0.35", lw=1.2, ls=(0, (6, 2.5)), label="Type 2"),
-}
 
 
 def planned(plan: Plan) -> Figure:
-    """Figure of a Plan: path with the robot at both ends, torques, sines of both legs and det A.
+    """Draw a Plan: path with the robot at both ends, torques, sines of both legs and det A.
 
     Where its modes are free, the loci are those of any modes, and the four bars' angles stand
     between.
     """
     free = plan.problem.working is None
-    figure = Figure(figsize=(12, 9 if free else 7), layout="constrained")
+    figure = new_figure(12, 9 if free else 7)
     grid = figure.add_gridspec(2 + free, 2, width_ratios=(1, 1.1))
     # Every interval at both of its ends: torques may jump from one to the next.
     k, sigma = np.meshgrid(np.arange(len(plan.pieces.xi)), np.linspace(0, 1, 21), indexing="ij")
@@ -42,161 +47,85 @@ def planned(plan: Plan) -> Figure:
     t = plan.pieces.knots[k] + sigma * plan.pieces.widths[k]
     motion = plan.pieces.motion(k, sigma)
     pose = plan.accelerations(t).rates.pose
-    # Once, too, where a node is on the singularity.
-    crossings = {
-        kind: [i for margin in own for i in np.flatnonzero(np.diff(margin >= 0))]
-        for kind, own in ((Singularity.SERIAL, pose.sines), (Singularity.PARALLEL, [pose.det_A]))
-    }
-    _path(figure.add_subplot(grid[:, 0]), plan, pose, crossings)
-    above = figure.add_subplot(grid[0, 1])
-    _torques(above, plan, t, motion[:, -2:])
-    below = figure.add_subplot(grid[-1, 1], sharex=above)
-    _sines(below, plan, t, pose)
-    rows = [above, below]
+    crossed = [(Singularity(kind), place) for _, kind, _, place, _ in crossings(t, pose)]
+    _path(figure.add_subplot(grid[:, 0]), plan, pose, crossed)
+    top = figure.add_subplot(grid[0, 1])
+    _torques(top, plan, t, motion[:, -2:])
+    bottom = figure.add_subplot(grid[-1, 1], sharex=top)
+    _sines(bottom, plan, t, pose)
+    rows = [top, bottom]
     if free:
-        rows.append(figure.add_subplot(grid[1, 1], sharex=above))
+        rows.append(figure.add_subplot(grid[1, 1], sharex=top))
         _bars(rows[-1], plan, t, motion[:, :4])
     for axes in rows:
-        for kind, places in crossings.items():
-            for i in places:
-                axes.axvline(t[i], **LOCI[kind] | dict(label=None, lw=0.8, color=INK))
+        for kind, place in crossed:
+            mark_crossing(axes, t[place], kind)
     return figure
 
 
 def _bars(axes, plan, t, bars):
-    words = plan.robot.words
-    scale, unit = (180 / np.pi, "deg") if plan.robot.turns else (1e3, "mm")
-    for leg, (name, colour) in enumerate(zip(words.joints, (LEFT, RIGHT))):
-        axes.plot(
-            t, scale * bars[:, 2 * leg], color=colour, lw=1.4, label=f"$q_{{{name[1:]}}}$ ({unit})"
-        )
+    turns, names = plan.robot.turns, plan.robot.words.joints
+    scale, unit = (180 / np.pi, "deg") if turns else (1e3, "mm")
+    for leg, (name, (_, colour)) in enumerate(zip(names, SIDES)):
+        style = dict(color=colour, lw=1.4)
+        label = f"$q_{{{name[1:]}}}$ ({unit})"
+        axes.plot(t, scale * bars[:, 2 * leg], label=label, **style)
         label = rf"$\phi_{leg + 1}$ (deg)"
-        axes.plot(
-            t,
-            180 / np.pi * bars[:, 2 * leg + 1],
-            color=colour,
-            lw=1.4,
-            ls=(0, (1.2, 1.2)),
-            label=label,
-        )
+        axes.plot(t, np.degrees(bars[:, 2 * leg + 1]), ls=(0, (1.2, 1.2)), label=label, **style)
     axes.margins(x=0)
     finish(axes, 4, title="the four bars: proximal solid, distal dotted")
 
 
-def _path(axes, plan, pose, crossings):
+def _path(axes, plan, pose, crossed):
     xi = pose.xi
     body = robot_body(plan.robot, pose.elbows, xi)
     draw_robot(axes, body, 0, alpha=0.35)
     draw_robot(axes, body, -1)
-    low, high = around(np.concatenate([*body.points[[0, -1]][:, body.joints], xi]))
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    draw_loci(axes, plan.robot, plan.problem.working, (low[1], high[1]))
-    axes.plot(*(1e3 * xi.T), color=REFERENCE, lw=2.2, label="planned path", zorder=3)
-    axes.plot(*(1e3 * xi[0]), "o", color=REFERENCE, mec="white", ms=8, zorder=4)
-    axes.plot(*(1e3 * xi[-1]), "s", color=REFERENCE, mec="white", ms=8, zorder=4)
-    for i, (conditions, _) in enumerate(plan.problem.stops[1:-1]):
-        label = "via" if i == 0 else None
-        axes.plot(
-            *(1e3 * _point(plan, conditions[0])),
-            "D",
-            color=INK,
-            mfc="white",
-            ms=7,
-            zorder=4,
-            label=label,
-        )
+    ends = set_window(axes, np.concatenate([*body.points[[0, -1]][:, body.joints], xi]))
+    draw_loci(axes, plan.robot, plan.problem.working, ends)
+    draw_line(axes, xi, color=REFERENCE, lw=2.2, label="planned path", zorder=3)
+    for place, marker in ((0, "o"), (-1, "s")):
+        draw_line(axes, xi[place], marker, color=REFERENCE, mec="white", ms=8, zorder=4)
+    mark = dict(color=INK, ls="none", zorder=4)
+    if vias := [conditions[0] for conditions, _ in plan.problem.stops[1:-1]]:
+        # A stop is a point or the four bars.
+        still = [np.concatenate([at, np.zeros(2 * len(at))]) for at in vias]
+        points = [plan.problem.accelerations(motion).rates.pose.xi for motion in still]
+        draw_line(axes, points, "D", mfc="white", ms=7, label="via", **mark)
     for kind, marker in ((Singularity.SERIAL, "+"), (Singularity.PARALLEL, "x")):
-        places = 1e3 * xi[crossings[kind]]
-        if len(places):
+        if places := [place for other, place in crossed if other == kind]:
             label = f"crossing of {LOCI[kind]['label']}"
-            axes.plot(*places.T, marker, color=INK, ms=9, mew=1.6, ls="none", zorder=5, label=label)
-    axes.set_aspect("equal")
-    finish(
-        axes,
-        3 if crossings[Singularity.SERIAL] else 5,
-        xlabel="x (mm)",
-        ylabel="y (mm)",
-        title="path, with the robot at start (pale) and goal",
-    )
-
-
-def draw_loci(axes: Axes, robot: Robot, working: tuple | None, ends: tuple | None = None) -> None:
-    """The loci of these working modes (None: of all), each type named once; ends: y, mm, of those
-    that have no ends, which are left out without.
-    """
-    known = set()
-    for piece in singularity_loci(robot).task:
-        if (
-            working in (None, *piece.working)
-            and len(piece.points) > 1
-            and (ends or not piece.unbounded)
-        ):
-            style = LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL]
-            label = style["label"] if style["label"] not in known else None
-            known.add(style["label"])
-            points = piece.drawn(ends[0] / 1e3, ends[1] / 1e3) if ends else piece.points
-            axes.plot(*(1e3 * points).T, **(style | {"label": label}), zorder=0)
-
-
-def _point(plan, at):
-    """The end-effector at a stop, which is a point or the four bars."""
-    at = np.array(at)
-    motion = np.concatenate([at, np.zeros(2 * len(at))])
-    return plan.problem.accelerations(motion).rates.pose.xi
-
-
-def draw_torques(
-    axes: Axes, words: Words, t: np.ndarray, tau: np.ndarray, limits: Any, limit: str
-) -> str:
-    """Torques (n, 2) and their limits, the first of these named `limit`; gives the unit."""
-    most = limits.torque or (0.0, 0.0)
-    scale, unit = readable(max(np.abs(tau).max(), *most), words.effort_unit)
-    for leg, (name, colour) in enumerate((("left", LEFT), ("right", RIGHT))):
-        axes.plot(t, scale * tau[:, leg], color=colour, lw=1.4, label=name)
-        for side in (-1, 1) if most[leg] else ():
-            label = limit if (leg, side) == (0, 1) else None
-            axes.axhline(side * scale * most[leg], color=INK, lw=1, ls=":", label=label)
-    return unit
+            draw_line(axes, xi[places], marker, ms=9, mew=1.6, label=label, **mark)
+    plane(axes, 4, "path, with the robot at start (pale) and goal")
 
 
 def _torques(axes, plan, t, tau):
-    own = plan.robot.words
-    unit = draw_torques(
-        axes,
-        own,
-        t,
-        tau,
-        plan.problem.constraints,
-        f"limit, met {100 * plan.saturated:.0f} % of the time",
-    )
+    words = plan.robot.words
+    limit = f"limit, met {100 * plan.saturated:.0f} % of the time"
+    ylabel = draw_torques(axes, words, t, tau, plan.problem.constraints, limit)
     for knot in plan.pieces.knots:
-        axes.plot(
-            [knot, knot], [0, 0.025], color="0.5", lw=0.6, transform=axes.get_xaxis_transform()
-        )
+        axes.axvline(knot, 0, 0.025, color="0.5", lw=0.6)
     weights = {name: weight for name, weight in plan.problem.weights.items() if weight}
-    words = " + ".join(
-        f"{weight:g} {name}" if len(weights) > 1 else name for name, weight in weights.items()
-    )
+    goal = " + ".join(weights)
+    if len(weights) > 1:
+        goal = " + ".join(f"{weight:g} {name}" for name, weight in weights.items())
     axes.margins(x=0)
-    title = f"{own.effort}s for least {words}; {len(plan.pieces.xi)} intervals (ticks)"
-    finish(axes, 4, ylabel=f"{own.effort} ({unit})", title=title)
+    title = f"{words.effort}s for least {goal}; {len(plan.pieces.xi)} intervals (ticks)"
+    finish(axes, 4, ylabel=ylabel, title=title)
 
 
 def _sines(axes, plan, t, pose):
-    limits = plan.problem.constraints
-    names = (
-        (r"$\sin q_{12}$", r"$\sin q_{22}$")
-        if plan.robot.turns
-        else (r"$\sin \phi_1$", r"$\sin \phi_2$")
-    )
-    for leg, (name, colour) in enumerate(zip(names, (LEFT, RIGHT))):
-        axes.plot(t, pose.sines[leg], color=colour, lw=1.4, label=name)
+    limits, names = plan.problem.constraints, (r"\phi_1", r"\phi_2")
+    if plan.robot.turns:
+        names = "q_{12}", "q_{22}"
+    limit = dict(lw=1, ls=":")
+    for leg, (name, (_, colour)) in enumerate(zip(names, SIDES)):
+        axes.plot(t, pose.sines[leg], color=colour, lw=1.4, label=rf"$\sin {name}$")
         if limits.sin:
-            axes.axhline(-plan.problem.working[leg] * limits.sin, color=colour, lw=1, ls=":")
+            axes.axhline(-plan.problem.working[leg] * limits.sin, color=colour, **limit)
     axes.plot(t, pose.det_A, color=INK, lw=1.8, label="det A")
     if limits.det_A:
-        axes.axhline(plan.problem.side * limits.det_A, color=INK, lw=1, ls=":")
+        axes.axhline(plan.problem.side * limits.det_A, color=INK, **limit)
     axes.axhline(0, color=INK, lw=0.6)
-    axes.margins(x=0)
-    title = "distance to singularities, with limits (dotted)"
-    finish(axes, 3, xlabel="time (s)", ylabel="sine", title=title, ylim=(-1.05, 1.05))
+    axes.set_ylim(-1.05, 1.05)
+    over_time(axes, 3, "sine", "distance to singularities, with limits (dotted)")

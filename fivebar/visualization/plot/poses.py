@@ -1,4 +1,8 @@
-"""A scene drawn by Matplotlib: strips of poses, GIFs and films, for where no page can be shown."""
+"""A scene drawn by Matplotlib: strips of poses, GIFs and films, for where no page can be shown.
+
+Each part of the scene is drawn flat as the areas of its outlines, the highest last, as the page does
+in a browser without WebGL.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +14,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Polygon
 
 from ...base.progress import progress
-from ..style import PATH
-from ..view.layers import Area, Arrows, Ghost, Line, Turning
-from ..view.machine import EVENT, MOTOR, PIN, PLATE, RAIL, STEEL
+from ..view.machine import SHADOW_OFFSET
+from .panels import new_figure
 
 if TYPE_CHECKING:
     from ..view.scenes import Scene
@@ -25,20 +29,20 @@ if TYPE_CHECKING:
 # Pictures a second, which browsers slow down where a GIF has more; how many at most, beyond which a
 # motion is shown faster; and pixels to an inch.
 GIF, FILM = (20, 400, 80), (30, 1200, 160)
-TURN = np.linspace(0.5 * np.pi, 1.5 * np.pi, 13)
-ROUND = np.stack([np.cos(TURN), np.sin(TURN)], axis=1)
+CODECS = {
+    ".mp4": ("h264", "-movflags", "+faststart"),
+    ".webm": ("vp9", "-deadline", "realtime", "-cpu-used", "5"),
+}
 
 
 def strip_figure(scene: Scene, poses: int = 6) -> Figure:
-    """Figure of a view.Scene in so many poses, evenly spaced in time, in rows of at most six."""
-    if isinstance(poses, bool) or not (isinstance(poses, (int, np.integer)) and 1 <= poses <= 48):
+    """Return the figure of a scene in so many poses, in rows of at most six."""
+    if poses not in range(1, 49) or isinstance(poses, bool):
         raise ValueError(f"poses must be a whole number from 1 to 48, not {poses!r}")
     columns = min(poses, 6)
     rows = -(-poses // columns)
     side = 12.0 / max(columns, 3)
-    figure = Figure(
-        figsize=(side * columns, rows * (side * _shape(scene) + 0.3) + 0.8), layout="constrained"
-    )
+    figure = new_figure(side * columns, rows * (side * _shape(scene) + 0.3) + 0.8)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, time in zip(panels, np.linspace(0.0, scene.duration, poses)):
         _stage(axes, scene)
@@ -47,17 +51,14 @@ def strip_figure(scene: Scene, poses: int = 6) -> Figure:
     for axes in panels[poses:]:
         axes.remove()
     figure.suptitle(_heading(scene), fontsize=11)
-    entries = {layer.key: layer.colour for machine in scene.machines for layer in machine.layers}
-    bars = {
-        name: colours[0] for machine in scene.machines for name, colours in machine.body.key.items()
-    }
-    handles = [
-        Line2D([], [], color=colour, lw=3, label=key) for key, colour in (bars | entries).items()
-    ]
+    entries = {}
+    for machine in scene.machines:
+        entries |= {name: colours[0] for name, colours in machine.body.key.items()}
+        entries |= {layer.key: layer.colour for layer in machine.layers}
+    handles = [Line2D([], [], color=colour, lw=3, label=key) for key, colour in entries.items()]
     if handles:
-        figure.legend(
-            handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False
-        )
+        place = dict(loc="outside lower center", ncols=4)
+        figure.legend(handles=handles, fontsize=8, frameon=False, **place)
     return figure
 
 
@@ -67,47 +68,35 @@ def save_strip(scene: Scene, path: str | Path) -> None:
 
 
 def strip_png(scene: Scene, poses: int) -> bytes:
-    """The PNG file of a strip."""
+    """Return the PNG file of a strip."""
     file = io.BytesIO()
     strip_figure(scene, poses).savefig(file, format="png", dpi=80)
     return file.getvalue()
 
 
-def gif(scene: Scene, path: str | Path) -> None:
-    """Write a GIF of 20 pictures a second; a motion of more than 20 s is shown faster, which its
-    heading says.
-    """
-    _filmed(scene, path, PillowWriter(fps=GIF[0]), *GIF)
-
-
 def film(scene: Scene, path: str | Path) -> None:
-    """Write an MP4 or a WebM by its suffix, of 30 pictures a second; more than 40 s are shown
-    faster.
+    """Write a GIF, an MP4 or a WebM by its suffix; long motions are shown faster, says the heading.
 
-    FileNotFoundError without ffmpeg, OSError where it fails.
+    Raises FileNotFoundError without ffmpeg, OSError where it fails.
     """
     kind = Path(path).suffix.lower()
+    if kind == ".gif":
+        return _film(scene, path, PillowWriter(fps=GIF[0]), *GIF)
     if not FFMpegWriter.isAvailable():
         raise FileNotFoundError(
-            f"{kind} is written by the program ffmpeg, which is not here: install it (apt-get"
-            " install ffmpeg, brew install ffmpeg), or take .html or .gif"
+            f"{kind} is written by the program ffmpeg, which is not installed: install it, or take"
+            " .html or .gif"
         )
-    arguments = (
-        ["-movflags", "+faststart"]
-        if kind == ".mp4"
-        else ["-deadline", "realtime", "-cpu-used", "5"]
-    )
+    codec, *options = CODECS[kind]
+    writer = FFMpegWriter(FILM[0], codec, extra_args=["-pix_fmt", "yuv420p", *options])
     try:
-        codec = "h264" if kind == ".mp4" else "vp9"
-        writer = FFMpegWriter(FILM[0], codec, extra_args=["-pix_fmt", "yuv420p", *arguments])
-        _filmed(scene, path, writer, *FILM)
+        _film(scene, path, writer, *FILM)
     except CalledProcessError as error:
-        raise OSError(
-            f"ffmpeg could not write a {kind}: {' '.join(error.stderr.split()[-40:])}"
-        ) from None
+        words = " ".join(error.stderr.split()[-40:])
+        raise OSError(f"ffmpeg could not write a {kind}: {words}") from None
 
 
-def _filmed(scene, path, writer, per_second, most, dpi):
+def _film(scene, path, writer, per_second, most, dpi):
     count = max(2, round(scene.duration * per_second))
     times = np.linspace(0.0, scene.duration, min(count, most))
     faster = f", {count / len(times):.3g} times as fast" if count > len(times) else ""
@@ -118,15 +107,14 @@ def _filmed(scene, path, writer, per_second, most, dpi):
     axes = figure.add_axes((0.0, 0.0, 1.0, height / (height + 0.35)))
     _stage(axes, scene)
     heading = figure.text(0.5, 0.99, "", ha="center", va="top", fontsize=9)
-    moving = []
+    drawn = []
     with writer.saving(figure, path, dpi=dpi):
         for time in progress(times, unit=" pictures", delay=2, leave=False):
-            for artist in moving:
+            for artist in drawn:
                 artist.remove()
-            moving = _draw(axes, scene, time)
-            heading.set_text(
-                f"{_heading(scene)}  {scene.machines[0].frames.start + time:.2f} s{faster}"
-            )
+            drawn = _draw(axes, scene, time)
+            clock = f"{scene.machines[0].frames.start + time:.2f} s"
+            heading.set_text(f"{_heading(scene)}  {clock}{faster}")
             writer.grab_frame()
 
 
@@ -145,169 +133,83 @@ def _shape(scene):
 
 
 def _stage(axes, scene):
-    """What does not move: base, rails, lines and areas."""
     (left, low), (right, high) = scene.window
-    axes.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[])
-    axes.set_aspect("equal")
-    for spine in axes.spines.values():
-        spine.set_color("#d5dade")
-    for machine, offset in zip(scene.machines, scene.offsets):
-        w, at, body = machine.width, np.array([offset, 0.0]), machine.body
-        fixed = body.points[0] + at
-        feet = fixed[body.feet]
-        for a, b in zip(feet, feet[1:]):
-            axes.add_patch(_capsule(a, b, 2.2 * w, PLATE, zorder=1))
-        for foot in feet:
-            corners = foot + 1.7 * w * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
-            axes.add_patch(Polygon(corners, fc=PLATE, ec="none", zorder=1))
-        for joint, foot in zip(body.feet, feet):
-            radius, colour = (1.25 * w, MOTOR) if joint in body.actuated else (0.75 * w, RAIL)
-            axes.add_patch(Circle(foot, radius, fc=colour, zorder=2))
-        for i, j in body.fixed_rails:
-            axes.add_patch(_capsule(fixed[i], fixed[j], 1.5 * w, PLATE, zorder=1))
-            axes.add_patch(_capsule(fixed[i], fixed[j], 0.5 * w, RAIL, zorder=1.5))
-        for layer in machine.layers:
-            if isinstance(layer, Area):
-                for rows in layer.strips:
-                    edge = np.concatenate([rows[:, 0], rows[::-1, 1]]) + at
-                    axes.add_patch(Polygon(edge, fc=layer.colour, alpha=0.12, lw=0, zorder=0))
-            if isinstance(layer, Line) and layer.good is None:
-                _line(axes, layer, at)
-
-
-def _line(axes, layer, at):
-    style = dict(
-        color=layer.colour,
-        lw=8 * layer.width,
-        alpha=layer.opacity,
-        zorder=7 + layer.lift if layer.over else 2.5,
-    )
-    style["ls"] = (0, (4, 2)) if layer.dash else "-"
-    return [line for path in layer.paths for line in axes.plot(*(path + at).T, **style)]
+    axes.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[], aspect="equal")
+    axes.spines[:].set_color("#d5dade")
 
 
 def _draw(axes, scene, time):
-    """What moves, at a time; gives the artists."""
-    artists = []
+    """Draw the scene at a time; return the artists."""
+    areas, texts = [], []
     for machine, offset in zip(scene.machines, scene.offsets):
-        frames, at = machine.frames, np.array([offset, 0.0])
-        k = max(0, int(np.searchsorted(frames.t, time, side="right")) - 1)
-        for layer in machine.layers:
-            if isinstance(layer, Line) and layer.good is not None and layer.good[k]:
-                artists += _line(axes, layer, at)
-        if any(low < time < high for low, high in frames.gaps):
-            continue
-        artists += _machine(axes, machine, _between(frames.t, machine.body.points, time) + at)
-        for layer in machine.layers:
-            if isinstance(layer, (Arrows, Turning, Ghost)):
-                artists += _layer(axes, machine, layer, time, at)
+        places = {"still": _place(x=offset), "moving": _place(x=offset)}
+        places["moving/shadows"] = _place(*SHADOW_OFFSET * machine.width + (offset, 0))
+        t = machine.frames.t
+        gone = any(low < time < high for low, high in machine.frames.gaps)
+        for group, part in machine.groups:
+            path = f"{group}/{part.path}"
+            parent = places.get(path.rpartition("/")[0], places[group])
+            hidden = parent is None or (gone and group == "moving") or not _is_shown(part, time)
+            places[path] = None if hidden else parent @ _place_at(part, t, time)
+            if not hidden:
+                share = 1.0 if part.drawn is None else _between(t, part.drawn, time)
+                areas += _areas(part.meshes, places[path], share)
         for event in machine.events:
             if abs(event.t - time) <= 0.2:
-                ring = Circle(
-                    np.add(event.place, at),
-                    1.8 * machine.width,
-                    fc="none",
-                    ec=EVENT,
-                    lw=3,
-                    zorder=9,
-                )
-                artists.append(axes.add_patch(ring))
-    return artists
+                x, y = event.place
+                areas += _areas(machine.flash, _place(x + offset, y), 1.0)
+        for number, layer in enumerate(machine.layers):
+            tip = places.get(f"moving/{layer.name}/{number}/tip") if layer.sign else None
+            if tip is not None:
+                sign = layer.place_of_sign(machine)
+                if np.hypot(*tip[:2, 1]) > sign["least"]:
+                    texts.append((tip @ (*sign["at"], 1.0), layer.sign))
+    areas.sort(key=lambda area: area[0])
+    _, polygons, colours = zip(*areas)
+    edges = dict(edgecolors="face", linewidths=0.6, zorder=2)
+    style = dict(ha="center", va="center", fontsize=8, clip_on=True, zorder=3)
+    return [
+        axes.add_collection(PolyCollection(polygons, facecolors=colours, **edges)),
+        *(axes.text(x, y, text, **style) for (x, y, _), text in texts),
+    ]
+
+
+def _place(x=0.0, y=0.0, angle=0.0, scale=(1.0, 1.0)):
+    """The matrix of a place, a turn and a scale in the plane."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([(c * scale[0], -s * scale[1], x), (s * scale[0], c * scale[1], y), (0, 0, 1)])
+
+
+def _place_at(part, t, time):
+    values = {name: _between(t, track, time) for name, (_, track) in part.tracks.items()}
+    x, y, _ = values.get("position", (0.0, 0.0, 0.0))
+    return _place(x, y, values.get("rotation[z]", 0.0), values.get("scale", (1.0, 1.0)))
+
+
+def _is_shown(part, time):
+    if part.shown is None:
+        return True
+    since, flags = part.shown
+    return flags[max(0, int(np.searchsorted(since, time, side="right")) - 1)]
+
+
+def _areas(meshes, place, share):
+    """(height, corners, colour) of each outline; of a band the first share."""
+    for mesh in meshes:
+        material = mesh["material"]
+        opacity = material["opacity"] if material.get("transparent") else 1.0
+        colour = to_rgba(f"#{material['color']:06x}", opacity)
+        for outline in mesh["outlines"]:
+            if share < 1:
+                rows = round(share * (len(outline) / 2 - 1)) + 1
+                outline = np.concatenate([outline[:rows], outline[-rows:]])
+            yield mesh["top"], outline @ place[:2, :2].T + place[:2, 2], colour
 
 
 def _between(t, values, time):
-    """Values at a time, linearly between the frames."""
-    if time <= t[0] or len(t) == 1:
+    """Values at a time, linearly between the frames; one value holds."""
+    if time <= t[0] or len(values) == 1:
         return values[0]
     k = min(int(np.searchsorted(t, time)), len(t) - 1)
     share = min(1.0, (time - t[k - 1]) / (t[k] - t[k - 1]))
     return (1 - share) * values[k - 1] + share * values[k]
-
-
-def _machine(axes, machine, points):
-    w, body = machine.width, machine.body
-    patches = [
-        _capsule(points[i], points[j], 0.6 * w, RAIL, zorder=2.7) for i, j in body.moving_rails
-    ]
-    for i, j, joint in body.blocks:
-        half = (points[j] - points[i]) / 2
-        half = half * max(1.0, 1.3 * w / (np.hypot(*half) or 1.0))
-        across, middle = w * half[::-1] * (-1, 1) / np.hypot(*half), (points[i] + points[j]) / 2
-        corners = middle + np.array([-half - across, half - across, half + across, across - half])
-        patches.append(
-            Polygon(
-                corners,
-                fc=MOTOR if joint in body.actuated else RAIL,
-                ec="white",
-                lw=0.5,
-                zorder=2.8,
-            )
-        )
-    for (i, j), height, colour in zip(body.bars, machine.heights, machine.body.colours):
-        patches.append(
-            _capsule(
-                points[i], points[j], w, colour, zorder=3 + height / machine.top, ec="white", lw=0.5
-            )
-        )
-    for joint in body.joints:
-        radius, colour = (0.62 * w, MOTOR) if joint in body.travelling else (0.36 * w, STEEL)
-        patches.append(Circle(points[joint], radius, fc=colour, zorder=5))
-        patches.append(
-            Circle(points[joint], 0.22 * w, fc=PATH if joint == body.traced else PIN, zorder=6)
-        )
-    return [axes.add_patch(patch) for patch in patches]
-
-
-def _layer(axes, machine, layer, time, at):
-    t, w, colour = machine.frames.t, machine.pen, layer.colour
-    if isinstance(layer, Ghost):
-        points = _between(t, layer.mechanism, time) + at
-        pairs = [
-            (points[i], points[j])
-            for i, j in machine.body.bars
-            if np.isfinite(points[[i, j]]).all()
-        ]
-        return [
-            axes.add_patch(_capsule(a, b, 0.8 * machine.width, layer.colour, zorder=2.6, alpha=0.4))
-            for a, b in pairs
-        ]
-    place = _between(t, layer.places, time) + at
-    if isinstance(layer, Arrows):
-        arrow = _between(t, layer.drawn(machine), time)
-        path = np.array([place, place + arrow])
-    else:
-        sweep = float(_between(t, layer.sweeps(), time))
-        if not np.isfinite(sweep):
-            return []
-        turn = np.linspace(0.0, sweep, 40)
-        path = place + layer.radius * w * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    length = np.hypot(*np.diff(path, axis=0).T).sum()
-    if not length > 1e-3 * w:
-        return []
-    along = (path[-1] - path[-2]) / np.hypot(*(path[-1] - path[-2]))
-    head, across = min(1.3 * w, 0.7 * length), along[::-1] * (-1, 1)
-    tip = path[-1] + (head * along if isinstance(layer, Turning) else 0)
-    corners = [
-        tip,
-        tip - head * along + 0.45 * head * across,
-        tip - head * along - 0.45 * head * across,
-    ]
-    if isinstance(layer, Arrows):
-        path = np.array([place, tip - head * along])
-    words = dict(ha="center", va="center", fontsize=8, clip_on=True, zorder=8.5)
-    sign = axes.text(*(tip + 0.8 * w * along), layer.sign if head > 0.9 * w else "", **words)
-    return [
-        sign,
-        *axes.plot(*path.T, color=colour, lw=2, zorder=8),
-        axes.add_patch(Polygon(corners, fc=colour, zorder=8)),
-    ]
-
-
-def _capsule(a, b, width, colour, **style):
-    """A bar with round ends from a to b."""
-    span = b - a
-    along = span / (np.hypot(*span) or 1.0)
-    turned = width / 2 * (ROUND[:, :1] * along + ROUND[:, 1:] * (along[::-1] * (-1, 1)))
-    return Polygon(
-        np.concatenate([a + turned, b - turned]), **{"fc": colour, "ec": "none", **style}
-    )

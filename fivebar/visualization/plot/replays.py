@@ -5,65 +5,36 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from ..style import INK, LEFT, PATH, RIGHT, finish, readable
+from ..style import INK, PATH, SIDES, readable
+from .panels import draw_line, draw_measured, new_figure, over_time, plane
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ...estimation.logs.replays import Replay
 
 
 def replayed(replay: Replay) -> Figure:
-    """Figure of a Replay."""
+    """Draw a Replay."""
     measured, simulated = replay.measured, replay.simulated
-    figure = Figure(figsize=(12, 7), layout="constrained")
+    figure = new_figure(12, 7)
     grid = figure.add_gridspec(3, 2, width_ratios=(1, 1.2))
     path = figure.add_subplot(grid[:, 0])
-    path.plot(*(1e3 * measured.xi.T), color=INK, lw=2.4, alpha=0.6, label="measured")
-    path.plot(*(1e3 * simulated.xi.T), color=PATH, lw=1.2, label="simulated")
+    draw_line(path, measured.xi, color=INK, lw=2.4, alpha=0.6, label="measured")
+    draw_line(path, simulated.xi, color=PATH, lw=1.2, label="simulated")
+    plane(path, 2, f"end-effector; simulated by the {replay.by}")
     path.set_aspect("equal", adjustable="datalim")
-    finish(
-        path,
-        2,
-        xlabel="x (mm)",
-        ylabel="y (mm)",
-        title=f"end-effector; simulated by the {replay.by}",
-    )
-    apart = figure.add_subplot(grid[0, 1])
+    top = figure.add_subplot(grid[0, 1])
     size = np.hypot(*replay.difference.T)
     scale, unit = readable(np.nanmax(size), "m")
-    apart.plot(measured.t, scale * size, color=INK, lw=1.2, label="distance")
-    finish(
-        apart,
-        1,
-        ylabel=f"apart ({unit})",
-        title=f"difference: {scale * replay.figures['rms_error_m']:.3g} {unit} rms",
-    )
-    words = measured.robot.words
-    both = np.concatenate([measured.tau, simulated.tau])
-    scale, unit = readable(
-        np.nanmax(np.abs(both)) if np.isfinite(both).any() else 1.0, words.effort_unit
-    )
-    for k, (side, colour) in enumerate((("left", LEFT), ("right", RIGHT))):
-        axes = figure.add_subplot(grid[1 + k, 1], sharex=apart)
-        axes.plot(
-            measured.t, scale * measured.tau[:, k], color=INK, lw=2.0, alpha=0.5, label="measured"
-        )
-        axes.plot(measured.t, scale * simulated.tau[:, k], color=colour, lw=1.0, label="simulated")
-        axes.plot(
-            measured.t,
-            scale * replay.tau_difference[:, k],
-            color=INK,
-            lw=0.7,
-            ls=":",
-            label="difference",
-        )
-        axes.margins(x=0)
-        finish(
-            axes,
-            3,
-            xlabel="time (s)" if k else "",
-            ylabel=f"{words.effort} ({unit})",
-            title=f"{side} motor",
-        )
+    top.plot(measured.t, scale * size, color=INK, lw=1.2, label="distance")
+    title = f"difference: {scale * replay.figures['rms_error_m']:.3g} {unit} rms"
+    over_time(top, 1, f"apart ({unit})", title, last=False)
+    tau, words = np.array([measured.tau, simulated.tau]), measured.robot.words
+    for k, (side, colour) in enumerate(SIDES):
+        axes = figure.add_subplot(grid[1 + k, 1], sharex=top)
+        names = "measured", "simulated"
+        ylabel = draw_measured(axes, measured.t, tau[..., k], words, colour, names)
+        over_time(axes, 3, ylabel, f"{side} motor", last=k == 1)
     return figure

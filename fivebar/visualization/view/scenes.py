@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.tables import replaced, saved, written
-from ..document import framed
+from ...base.tables import replaced, saved
+from ..document import WebPage, framed
 from .machine import Machine
 from .page import page
-from .shows import alike, shown, usual
+from .shows import alike, shown
 from .sources import source
 
 if TYPE_CHECKING:
@@ -29,18 +29,11 @@ if TYPE_CHECKING:
     from ...models.robots import Robot
     from ...simulation.run import Run
 
-WRITERS = {
-    ".html": "a page",
-    ".gif": "an animation",
-    ".mp4": "a film",
-    ".webm": "a film",
-    ".png": "a strip of poses",
-}
 HEIGHT = 480  # px, of the frame in a notebook
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Scene(WebPage):
     """One or two machines in motion on one clock, from `scene`; in a notebook it shows itself.
 
     machines: tuple of Machine; title: text over the picture; names: one for each machine, or empty.
@@ -61,26 +54,19 @@ class Scene:
     @cached_property
     def offsets(self) -> tuple[float, ...]:
         """By how much each machine is moved to the right, m, so that they stand side by side."""
-        gap = 0.12 * max(
-            float(high[0] - low[0]) for low, high in (machine.box for machine in self.machines)
-        )
-        offsets, end = [], None
-        for machine in self.machines:
-            low, high = machine.box
-            offsets.append(0.0 if end is None else end + gap - float(low[0]))
-            end = offsets[-1] + float(high[0])
+        boxes = [(low[0], high[0]) for low, high in (machine.box for machine in self.machines)]
+        gap = 0.12 * max(high - low for low, high in boxes)
+        offsets, end = [0.0], boxes[0][1]
+        for low, high in boxes[1:]:
+            offsets.append(float(end + gap - low))
+            end = offsets[-1] + high
         return tuple(offsets)
 
     @cached_property
     def window(self) -> tuple[list[float], list[float]]:
         """((x, y) low, (x, y) high) of all machines, moved side by side, m: floats."""
-        low = np.min(
-            [m.box[0] + (offset, 0) for m, offset in zip(self.machines, self.offsets)], axis=0
-        )
-        high = np.max(
-            [m.box[1] + (offset, 0) for m, offset in zip(self.machines, self.offsets)], axis=0
-        )
-        return low.tolist(), high.tolist()
+        boxes = [np.add(m.box, (offset, 0)) for m, offset in zip(self.machines, self.offsets)]
+        return np.min(boxes, axis=0)[0].tolist(), np.max(boxes, axis=0)[1].tolist()
 
     @property
     def duration(self) -> float:
@@ -90,45 +76,43 @@ class Scene:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was left out, as sentences."""
-        return tuple(
-            dict.fromkeys(note for machine in self.machines for note in machine.frames.notes)
-        )
+        return tuple(dict.fromkeys(sum((machine.frames.notes for machine in self.machines), ())))
 
     def save(self, path: str | Path) -> None:
-        """Write it to a file: .html the page, .gif an animation, .mp4 or .webm a film, .png a strip
-        of six poses.
+        """Write a page (.html), an animation (.gif, .mp4, .webm) or a strip of six poses (.png).
 
-        ValueError for another suffix, OSError where the file cannot be written, or a film without
-        ffmpeg.
+        Raises ValueError for another suffix, OSError where the file cannot be written, or a film
+        without ffmpeg.
         """
         path = Path(path)
         kind = path.suffix.lower()
-        if kind not in WRITERS:
-            known = ", ".join(f"{suffix} ({words})" for suffix, words in WRITERS.items())
+        if kind not in (".html", ".gif", ".mp4", ".webm", ".png"):
+            known = ".html (a page), .gif (an animation), .mp4, .webm (films) or .png (poses)"
             raise ValueError(f"a scene is saved as {known}, not as {path.name!r}")
         if not path.parent.is_dir():
             raise FileNotFoundError(f"cannot write {path}: there is no folder {path.parent}")
         if kind == ".html":
-            with written(path) as file:
-                file.write(self.html)
-        else:
-            from ..plot import poses
+            return super().save(path)
+        from ..plot.poses import film, save_strip
 
-            with replaced(path, path.suffix) as part:
-                {".gif": poses.gif, ".png": poses.save_strip}.get(kind, poses.film)(self, part)
+        with replaced(path, path.suffix) as part:
+            (save_strip if kind == ".png" else film)(self, part)
 
     def saved(self, path: str | Path | None) -> Scene:
-        """Itself, saved if a path is given."""
+        """Return itself, saved if a path is given."""
         if path is not None:
             self.save(path)
         return self
 
     @cached_property
     def png(self) -> bytes:
-        """Five poses in a row, as a PNG file: bytes."""
+        """Five poses in a row, as a PNG file."""
         from ..plot.poses import strip_png
 
         return strip_png(self, 5)
+
+    def _repr_png_(self):
+        return self.png
 
     def _repr_html_(self):
         """The page in a frame that covers the picture of poses: where frames are stripped, the
@@ -142,15 +126,6 @@ class Scene:
             f"{framed(self.html, self.title, HEIGHT, 'position:absolute;left:0;top:0')}</div>"
         )
 
-    def _repr_mimebundle_(self, include=None, exclude=None):
-        makers = {
-            "text/html": self._repr_html_,
-            "image/png": lambda: b64encode(self.png).decode(),
-            "text/plain": lambda: repr(self),
-        }
-        wanted = set(include or makers) - set(exclude or ())
-        return {kind: make() for kind, make in makers.items() if kind in wanted}
-
 
 def scene(
     robot: Robot | object,
@@ -161,32 +136,54 @@ def scene(
     title: str | None = None,
     names: Iterable[str] | None = None,
 ) -> Scene:
-    """A Scene of a motion.
+    """Return the scene of a motion.
 
-    robot   FiveBar or any robot with two drives, or a linkage
-    motion  a Run, a Plan or any reference, or a Study of the linkage
-    show    names out of SHOWS; None: the path, and the reference where there is one
-    beside  a second motion of the same kind, drawn to the right on the same clock
-    title   text over the picture, None: the mechanism's own
-    names   texts for both motions
+    Parameters
+    ----------
+    robot : FiveBar, Biglide or linkage
+        What moves.
+    motion : Run, Plan, reference or Study
+        How it moves.
+    show : str or sequence of str, optional
+        Names out of `SHOWS`; the path, and the reference where there is one, by default.
+    beside : Run, Plan, reference or Study, optional
+        A second motion of the same kind, drawn to the right on the same clock.
+    title : str, optional
+        Text over the picture; the mechanism's own by default.
+    names : sequence of str, optional
+        A text for each motion.
 
-    ValueError for unknown names, motions of another robot and motions of which nothing can be
-    drawn; ImportError without meshcat, once it is saved.
+    Returns
+    -------
+    Scene
+        It shows itself in a notebook; `save` writes it.
+
+    Raises
+    ------
+    ValueError
+        For unknown names, motions of another robot and motions of which nothing can be drawn.
+    ImportError
+        Without meshcat, once it is saved.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.view.scene(fb.FiveBar(), fb.line((0.05, 0.1), (0.0, 0.1), 1.0), ["trace", "loci"])
+    Scene('five-bar robot, all bars 90 mm, base 118 mm', 1 s)
     """
     sources = [source(robot, motion)]
     if beside is not None:
-        sources.append(
-            source(getattr(beside, "robot", None) or getattr(beside, "linkage", robot), beside)
-        )
-    names = () if names is None else tuple(map(str, names))
+        second = getattr(beside, "robot", None) or getattr(beside, "linkage", robot)
+        sources.append(source(second, beside))
+    if names is None:
+        names = ("first", "second") if len(sources) == 2 else ()
+    names = tuple(map(str, names))
     if names and len(names) != len(sources):
         raise ValueError(f"names has {len(names)} texts for {len(sources)} motions")
-    if not names and len(sources) == 2:
-        names = "first", "second"
-    groups = alike([shown(own, usual(own) if show is None else show) for own in sources])
+    groups = alike([shown(one, show) for one in sources])
     machines = tuple(
-        Machine(own.frames, own.body, tuple(own.events), layers)
-        for own, layers in zip(sources, groups)
+        Machine(one.frames, one.body, tuple(one.events), layers)
+        for one, layers in zip(sources, groups)
     )
     return Scene(machines, sources[0].heading if title is None else str(title), names)
 
@@ -200,13 +197,32 @@ def strip(
     show: str | Iterable[str] | None = None,
     title: str | None = None,
 ) -> Figure:
-    """Matplotlib figure of a motion in poses evenly spaced in time; written to `path` (PNG, SVG,
-    PDF) if given.
+    """Return the Matplotlib figure of a motion in poses evenly spaced in time.
 
-    robot: needed for a reference only; the rest as in `scene`.
+    Parameters
+    ----------
+    motion : Run, Plan, reference or Study
+        What is drawn.
+    path : str, path or binary file, optional
+        Where to write the figure: PNG, SVG or PDF.
+    poses : int
+        From 1 to 48.
+    robot : FiveBar or Biglide, optional
+        Needed for a reference only.
+    show, title
+        As in `scene`.
+
+    Returns
+    -------
+    Figure
+        One panel a pose.
+
+    Raises
+    ------
+    ValueError
+        As `scene`, and for a number of poses out of range.
     """
     from ..plot.poses import strip_figure
 
-    own = getattr(motion, "robot", None) or getattr(motion, "linkage", robot)
-    figure = strip_figure(scene(own, motion, show, title=title), poses)
-    return saved(figure, path)
+    subject = getattr(motion, "robot", None) or getattr(motion, "linkage", robot)
+    return saved(strip_figure(scene(subject, motion, show, title=title), poses), path)

@@ -1,0 +1,155 @@
+"""What pictures have in common: panels of the plane and over time, a robot, its loci, its motors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+from ...singularities.loci import singularity_loci
+from ...singularities.margins import Singularity
+from ..style import GUIDE, INK, LEGS, SIDES, readable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ...models.robots import Robot, Words
+    from ..skeleton import Skeleton
+
+
+def _part(name, low, high):
+    colours = colormaps[name](np.linspace(low, high, 257))
+    return LinearSegmentedColormap.from_list(name, colours, 257)
+
+
+# All keep their order for colour-blind eyes; without their darkest ends, on which no line would be
+# seen, and without the yellow, which is not seen on white.
+PALETTES = {
+    "diverging": _part("PuOr", 0.14, 0.86),
+    "rising": _part("cividis", 0.35, 1.0),
+    "lines": _part("viridis", 0.0, 0.78),
+}
+PALETTES["falling"] = PALETTES["rising"].reversed()
+LOCI = {
+    Singularity.SERIAL: dict(color="0.55", lw=1.2, ls="-", label="Type 1"),
+    Singularity.PARALLEL: dict(color="0.35", lw=1.2, ls=(0, (6, 2.5)), label="Type 2"),
+}
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return a figure of this size in inches, without a window."""
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def finish(axes: Axes, columns: int, **words) -> None:
+    """Set labels, title and limits of a panel, a pale grid, and its legend under it."""
+    axes.set(**words)
+    axes.grid(alpha=0.25)
+    # In letters, so that it clears the labels whatever the panel's height.
+    pad = 5 if axes.get_xlabel() else 2.5
+    place = dict(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=pad)
+    axes.legend(ncols=columns, fontsize=8, frameon=False, **place)
+
+
+def plane(axes: Axes, columns: int = 0, title: str = "") -> None:
+    """Make a panel one of the plane, in mm; with a legend of so many columns, if any."""
+    axes.set_aspect("equal")
+    words = dict(xlabel="x (mm)", ylabel="y (mm)", title=title)
+    if columns:
+        finish(axes, columns, **words)
+    else:
+        axes.set(**words)
+        axes.grid(alpha=0.25)
+
+
+def over_time(axes: Axes, columns: int, ylabel: str, title: str, last: bool = True) -> None:
+    """Finish a panel over time, with the time's label under the last."""
+    axes.margins(x=0)
+    finish(axes, columns, xlabel="time (s)" if last else "", ylabel=ylabel, title=title)
+
+
+def draw_line(axes: Axes, points: np.ndarray, *shape: str, **style) -> None:
+    """Plot points (..., 2) m in mm."""
+    axes.plot(*np.moveaxis(1e3 * np.asarray(points), -1, 0), *shape, **style)
+
+
+def draw_robot(axes: Axes, body: Skeleton, sample: int = 0, **style) -> None:
+    """Draw a robot in mm: a hue for each leg, its proximal bar dark; squares are its motors.
+
+    Guides go from border to border.
+    """
+    points = body.points[sample]
+    bar = dict(lw=3, ms=6, mfc="white", zorder=2) | style
+    for path, colours in zip(body.paths, LEGS):
+        # A bar folded back lies under the other.
+        for first, colour in reversed(list(zip(range(len(path) - 1), colours))):
+            draw_line(axes, points[path[first : first + 2]], "o-", color=colour, **bar)
+    motor = dict(color=INK, ms=9, ls="none", zorder=3) | style
+    draw_line(axes, points[list(body.actuated)], "s", **motor)
+    for low, _ in body.rails:
+        axes.axvline(1e3 * points[low, 0], color=GUIDE, lw=6, zorder=0)
+
+
+def set_window(axes: Axes, points: np.ndarray) -> tuple[float, float]:
+    """Let a panel show all points (..., 2) m, with room around them; return its y limits, mm."""
+    points = 1e3 * points.reshape(-1, 2)
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.12 * (high - low).max()
+    (left, low), (right, high) = low - margin, high + margin
+    axes.set(xlim=(left, right), ylim=(low, high))
+    return low, high
+
+
+def draw_loci(axes: Axes, robot: Robot, working: tuple | None, ends: tuple | None = None) -> None:
+    """Draw the loci of these working modes (None: of all), each type named once.
+
+    ends: y, mm, of those that have no ends, which are left out without.
+    """
+    known = set()
+    for piece in singularity_loci(robot).task:
+        endless = piece.unbounded and not ends
+        if working not in (None, *piece.working) or len(piece.points) == 1 or endless:
+            continue
+        style = dict(LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL])
+        if style["label"] in known:
+            del style["label"]
+        known.add(style.get("label"))
+        points = piece.drawn(ends[0] / 1e3, ends[1] / 1e3) if ends else piece.points
+        draw_line(axes, points, zorder=0, **style)
+
+
+def mark_crossing(axes: Axes, place: float, kind: Singularity) -> None:
+    """Mark where a singularity is crossed on a panel over time or way."""
+    axes.axvline(place, ls=LOCI[kind]["ls"], lw=0.8, color=INK)
+
+
+def draw_torques(
+    axes: Axes, words: Words, t: np.ndarray, tau: np.ndarray, limits: Any, limit: str
+) -> str:
+    """Draw torques (n, 2) and their limits, named once as `limit`; return the axis's label."""
+    most = limits.torque or (0.0, 0.0)
+    scale, unit = readable(max(np.abs(tau).max(), *most), words.effort_unit)
+    for leg, (name, colour) in enumerate(SIDES):
+        axes.plot(t, scale * tau[:, leg], color=colour, lw=1.4, label=name)
+        if most[leg]:
+            for side in (-1, 1):
+                label = limit if (leg, side) == (0, 1) else None
+                axes.axhline(side * scale * most[leg], color=INK, lw=1, ls=":", label=label)
+    return f"{words.effort} ({unit})"
+
+
+def draw_measured(
+    axes: Axes, t: np.ndarray, pair: tuple, words: Words, colour: str, names: tuple
+) -> str:
+    """Draw measured and computed efforts (n,) of a motor and their difference; return the label."""
+    measured, computed = pair
+    sizes = np.abs(pair)[np.isfinite(pair)]
+    scale, unit = readable(sizes.max(initial=0.0), words.effort_unit)
+    axes.plot(t, scale * measured, color=INK, lw=2.2, alpha=0.5, label=names[0])
+    axes.plot(t, scale * computed, color=colour, lw=1.2, label=names[1])
+    difference = scale * (measured - computed)
+    axes.plot(t, difference, color=INK, lw=0.9, ls=":", label="difference")
+    return f"{words.effort} ({unit})"
