@@ -1,4 +1,4 @@
-"""Singularities as pictures mark them: the exact loci on a map, and the crossings along a motion."""
+"""Singularities as pictures mark them: exact loci on a map, and crossings along a motion."""
 
 from __future__ import annotations
 

@@ -50,16 +50,20 @@ def page(result: Any, path: Any, show: object, title: str | None) -> Page | Live
     """Make the page of a result: of a Design its live page, of a Front a table with a picture, else
     linked plots.
     """
-    from .pages import fronts, page
+    from .pages import page
 
     match type(result).__name__:
         case "Design":
-            live = fronts.live_page(result)
+            from .pages.fronts import live_page
+
+            live = live_page(result)
             if path is not None:
                 live.save(path)
             return live
         case "Front":
-            return fronts.save_page(result, path)
+            from .pages.fronts import save_page
+
+            return save_page(result, path)
         case "Replay":
             usual = ("xi", "tau", "q")
             return page(result.runs, path, usual if show is None else show, title)

@@ -133,7 +133,7 @@ def test_a_biglide_and_its_guides(opened, tmp_path):  # noqa: F811
             rail => ['x1', 'x2'].map(name => (+rail.getAttribute(name) - scene.origin[0]) / scene.scale))"""
     )
     np.testing.assert_allclose(rails, [[-0.2, -0.2], [0.2, 0.2]], atol=1e-12)
-    with pytest.raises(ValueError, match="with cranks and with sliders cannot be compared"):
+    with pytest.raises(ValueError, match="of cranks and of sliders cannot be compared"):
         written({"biglide": run, "five-bar": simulated(duration=0.1)}, tmp_path)
 
 

@@ -212,7 +212,8 @@ def address_of(
         "+" if each > 0 else "-" for each in (branch if isinstance(branch, tuple) else (branch,))
     )
     crank = math.remainder(crank, 2 * math.pi)
-    return f"#linkage={name}&values={','.join(map(digits, values))}&branch={signs}&crank={digits(crank)}"
+    numbers = ",".join(map(digits, values))
+    return f"#linkage={name}&values={numbers}&branch={signs}&crank={digits(crank)}"
 
 
 def digits(x: float) -> str:

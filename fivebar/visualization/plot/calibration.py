@@ -11,8 +11,8 @@ import numpy as np
 from ...estimation.calibration.fit import residuals
 from ...estimation.calibration.measured_robot import FRAME, PLACE, UNITS
 from ...estimation.calibration.report import shown_in
-from ..style import BLUE, GREEN, INK, ORANGE, PALE, readable
-from .panels import draw_line, finish, new_figure, plane
+from ..style import BLUE, ORANGE, PALE, readable
+from .panels import STYLES, draw, draw_level, draw_points, finish, new_figure, note, plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,12 +49,11 @@ def _arrows(axes, result):
         units = dict(angles="xy", scale_units="xy", scale=1, width=0.003)
         arrows = 1e3 * np.column_stack([points, -factor * miss])
         axes.quiver(*arrows.T, color=colour, label=label, zorder=4, **units)
-    draw_line(axes, points, "o", ms=4, mfc="white", color=INK, label="measured", zorder=3)
-    place = dict(textcoords="offset points", xytext=(8, 6), fontsize=8)
+    draw_points(axes, "mark.point", points)
     for row in np.flatnonzero(rows.whole):
         if rows.where[row] in result.outliers:
-            draw_line(axes, rows.points[row], "o", ms=13, mfc="none", color=ORANGE, zorder=5)
-            axes.annotate(rows.where[row], 1e3 * rows.points[row], **place)
+            draw_points(axes, "mark.outlier", rows.points[row])
+            note(axes, rows.where[row], rows.points[row])
     axes.margins(0.12)
     plane(axes, 2, "predicted − measured, from the measured point")
 
@@ -64,7 +63,7 @@ def _numbers(axes, result):
     measured = 1e3 * result.rows.numbers
     for p, colour, words in ((result.before, ORANGE, "before"), (result.p, BLUE, "after")):
         miss = 1e3 * residuals(p, result.rows, result.assembly, derive=False)[0]
-        axes.plot(measured, miss, "o", ms=5, color=colour, label=f"miss {words}")
+        draw(axes, "mark.pose", measured, miss, color=colour, label=f"miss {words}")
     finish(axes, 2, xlabel="measured (mm)", ylabel="predicted − measured (mm)", title="misses")
 
 
@@ -74,12 +73,11 @@ def _rows(axes, result):
     number = np.arange(1, len(size) + 1)
     out = np.isin(result.rows.where, list(result.outliers))
     axes.vlines(number, 0, scale * size, color=PALE, lw=1)
-    axes.plot(number[~out], scale * size[~out], "o", ms=4, color=BLUE, label="miss of a row")
+    draw(axes, "mark.row", number[~out], scale * size[~out])
     if out.any():
-        style = dict(ms=6, color=ORANGE, label="off all other rows")
-        axes.plot(number[out], scale * size[out], "D", **style)
+        draw(axes, "mark.outlying-row", number[out], scale * size[out])
     label = f"RMS of a coordinate {scale * result.rms:.3g} {unit}"
-    axes.axhline(scale * result.rms, color=INK, lw=1, ls="--", label=label)
+    draw_level(axes, "line.rms", scale * result.rms, label=label)
     title = "rows"
     if result.p_value is not None:
         verdict = "fits" if result.fits else "does not fit"
@@ -91,20 +89,19 @@ def _unknowns(axes, result):
     """Changes in their own units: mm, deg, and per mille of ratios and scale."""
     names = [name for name in result.unknown if name not in FRAME] or list(result.unknown)
     intervals, labels = result.intervals(), []
-    interval = dict(color=BLUE, lw=3, solid_capstyle="butt", zorder=2)
-    axes.plot([], [], "o-", color=BLUE, lw=3, label="estimate, with its 95 % interval")
+    draw(axes, "line.interval", [], [], marker="o", label="estimate, with its 95 % interval")
     for k, name in enumerate(names):
         start = result.start[PLACE[name]]
         factor = shown_in(name)[0] if name in UNITS else 1e3 / abs(start)
         change = factor * (result.values[name] - start)
         if np.isfinite(result.sd[name]):
-            axes.plot(factor * np.subtract(intervals[name], start), [k, k], **interval)
-            axes.plot(change, k, "o", color=BLUE, ms=6, zorder=3)
+            draw(axes, "line.interval", factor * np.subtract(intervals[name], start), [k, k])
+            draw(axes, "mark.estimate", change, k)
         else:
             label = "not determined by these data"
-            axes.plot(change, k, "X", color=ORANGE, ms=8, zorder=3, label=label)
+            draw(axes, "mark.undetermined", change, k, label=label)
         labels.append(f"{name} ({shown_in(name)[1] or '1/1000'})")
-    axes.axvline(0, color=GREEN, lw=1.2, label="before")
+    axes.axvline(0, **STYLES["line.start"])
     axes.set_yticks(range(len(names)), labels)
     axes.invert_yaxis()
     finish(axes, 3, xlabel="change", title="unknowns of the robot")

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import LogFormatter
 
-from ..style import COLOURS, INK, SIDES, largest_of, readable
-from .panels import finish, new_figure, over_time
+from ..style import COLOURS, SIDES, largest_of, readable
+from .panels import draw, draw_level, finish, new_figure, over_time
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -64,10 +64,9 @@ def _torques(axes, runs, styles, motor):
         if run.torque_limit is not None:
             time = np.diff(run.t)[run.saturated[:-1, motor]].sum()
             style = style | {"label": f"{style['label']}, at the limit {time:.2f} s"}
-        axes.step(run.t, scale * run.tau[:, motor], where="post", **style)
+        draw(axes, "line.step", run.t, scale * run.tau[:, motor], **style)
     for limit in {run.torque_limit for run in runs} - {None}:
-        for sign in (-scale, scale):
-            axes.axhline(sign * limit, color=INK, lw=1, ls=":")
+        draw_level(axes, "line.limit", scale * limit, -scale * limit)
     return f"{words.effort} ({unit})"
 
 

@@ -14,8 +14,8 @@ from ...models.robots import FiveBar
 from ...optimal_design.figures import FIGURES
 from ...optimal_design.task import SAMPLES, Task
 from ..skeleton import pose_body
-from ..style import BLACK, BLUE, GREEN, ORANGE
-from .panels import PALETTES, draw_line, draw_robot, new_figure, plane, set_window
+from ..style import BLACK, BLUE, ORANGE
+from .panels import PALETTES, STYLES, draw, draw_points, draw_robot, new_figure, plane, set_window
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -126,7 +126,7 @@ def pose_of(design: Design) -> Pose:
 def _robots(panels, designs):
     """Robots, each in one pose over its task, all to one scale."""
     points = [np.zeros((0, 2))]
-    area = dict(fc=GREEN, alpha=0.25, ec=GREEN, zorder=0)
+    area = STYLES["area.task"]
     for axes, design in zip(panels, designs):
         pose, task = pose_of(design), design.task
         if np.isfinite(pose.q).all():
@@ -142,7 +142,7 @@ def _robots(panels, designs):
             axes.add_patch(Circle(1e3 * centre, 1e3 * radius, **area))
             points.append(np.array([centre - radius, centre + radius]))
         elif (line := task_line(task)) is not None:
-            draw_line(axes, line + design.place, color=GREEN, lw=2)
+            draw_points(axes, "path.task", line + design.place)
             points.append(line + design.place)
     together = np.concatenate(points)
     for axes in panels:
@@ -164,10 +164,10 @@ def front_picture(front: Front, robots: int = 5) -> Figure:
         points = axes.scatter(x, y, c=more[0], cmap=PALETTES["lines"], s=36, zorder=2)
         top.colorbar(points, label=goals[2])
     else:
-        axes.plot(x, y, "o-", color=BLUE, ms=5, lw=1)
+        draw(axes, "mark.front", x, y)
     text = dict(textcoords="offset points", color=ORANGE, weight="bold")
     for number, k in chosen.items():
-        axes.plot(x[k], y[k], "o", ms=13, mfc="none", mec=ORANGE, mew=1.5, zorder=3)
+        draw(axes, "mark.chosen", x[k], y[k])
         axes.annotate(str(number), (x[k], y[k]), (9, 7), **text)
     axes.margins(0.06, 0.1)
     axes.set(xlabel=goals[0], ylabel=goals[1])

@@ -10,8 +10,8 @@ from matplotlib.collections import LineCollection
 
 from ...models.geometry import igm
 from ..skeleton import pose_body
-from ..style import GUIDE, INK, REFERENCE, readable, signs
-from .panels import PALETTES, draw_line, draw_loci, draw_robot, new_figure, plane
+from ..style import INK, REFERENCE, readable, signs
+from .panels import PALETTES, draw_loci, draw_points, draw_robot, new_figure, plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -59,7 +59,7 @@ def drawing(
     _robot(figure.add_subplot(grid[:, 0]), robot, working, desired)
     top, bottom = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
     for stroke in desired:
-        draw_line(top, stroke, color=REFERENCE, lw=1.6, solid_capstyle="round")
+        draw_points(top, "path.desired", stroke)
     largest = max((float(error.max()) for error in errors), default=0.0)
     scale, unit = readable(largest, "m")
     segments, colours = [], [np.empty(0)]
@@ -93,7 +93,7 @@ def path_picture(path: Path) -> Figure:
     for down, style in ((True, dict(color=REFERENCE, lw=1.6, label="pen down")), (False, pen_up)):
         if (pen == down).any():
             axes.add_collection(LineCollection(1e3 * points[pen == down], **style))
-    draw_line(axes, rests, "o", color=INK, ms=3, ls="none", label="rests")
+    draw_points(axes, "mark.rest", rests)
     axes.autoscale()
     plane(axes, 3)
     return figure
@@ -103,8 +103,7 @@ def _robot(axes, robot, working, desired):
     start = igm(robot, desired[0][0], working)
     draw_robot(axes, pose_body([start]))
     for stroke in desired:
-        draw_line(axes, stroke, color=REFERENCE, lw=1.0, zorder=5)
+        draw_points(axes, "path.desired-small", stroke)
     draw_loci(axes, robot, tuple(working))
-    pen = dict(color=INK, mfc=GUIDE, ms=5, zorder=6, label="pen, where it begins")
-    draw_line(axes, start.xi, "o", **pen)
+    draw_points(axes, "mark.pen", start.xi)
     plane(axes, 3, f"the robot, in working modes ({signs(*working)})")

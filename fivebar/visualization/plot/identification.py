@@ -28,13 +28,12 @@ def identification(result: Identification) -> Figure:
         runs["second run"] = result.validation
     figure = new_figure(12, 3.6 * len(runs))
     panels = figure.subplots(len(runs), 2, squeeze=False)
-    names = "measured", "predicted"
     for row, (name, run) in zip(panels, runs.items()):
         # Several logs, each from 0 on, are not joined.
         breaks = np.flatnonzero(np.diff(run.t, prepend=run.t[:1]) < 0)
         t = np.insert(run.t, breaks, np.nan)
         tau = np.insert([run.tau, run.predicted], breaks, np.nan, axis=1)
         for k, (axes, (side, colour)) in enumerate(zip(row, SIDES)):
-            ylabel = draw_measured(axes, t, tau[..., k], result.robot.words, colour, names)
+            ylabel = draw_measured(axes, t, tau[..., k], result.robot.words, colour, "predicted")
             over_time(axes, 3, ylabel, f"{side} motor, {name}: misses {100 * run.misfit:.3g} %")
     return figure

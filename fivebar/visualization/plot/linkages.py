@@ -11,8 +11,8 @@ import numpy as np
 
 from ...linkages.quantities import unit, usual_panels
 from ..skeleton import study_body
-from ..style import BASE, COLOURS, DASHES, INK, PALE, PATH, of_unit
-from .panels import new_figure
+from ..style import COLOURS, DASHES, PALE, of_unit
+from .panels import STYLES, draw, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,7 +27,6 @@ VECTOR_METHOD = {
     "normal": "Fig. 6: normal acceleration",
     "curvature_radius": "Fig. 7: curvature radius",
 }
-FEET = dict(color=BASE, marker="^", ms=9, mfc="white")
 
 
 def study_figure(study: Study, panels: Sequence | None = None) -> Figure:
@@ -46,7 +45,7 @@ def study_figure(study: Study, panels: Sequence | None = None) -> Figure:
             values = np.degrees(study[name]) if angle else study[name]
             axes.plot(study.t, values, color=COLOURS[number % len(COLOURS)], lw=1.4, label=name)
         if study.lock:
-            axes.axvline(study.lock[1], color=INK, lw=1, ls=":")
+            axes.axvline(study.lock[1], **STYLES["line.limit"])
         axes.set_ylabel(f"({'deg' if angle else of_unit(unit(names[0]))})")
         axes.margins(x=0)
         axes.grid(alpha=0.25)
@@ -70,10 +69,10 @@ def _picture(axes, study):
         for pair, colour in zip(body.bars, body.colours):
             axes.plot(*points[sample, pair].T, color=colour, zorder=2 + first, **bar)
     label = f"path of {study.motion.chain.traced}"
-    axes.plot(*points[:, body.traced].T, color=PATH, lw=1.6, zorder=4, label=label)
-    axes.plot(*points[0, body.feet].T, ls=":", lw=1.2, zorder=1.5, **FEET)
+    draw(axes, "path.linkage", *points[:, body.traced].T, label=label)
+    draw(axes, "path.feet", *points[0, body.feet].T, ls=":", lw=1.2, zorder=1.5)
     for rail in body.fixed_rails:
-        axes.plot(*points[0, rail].T, color=BASE, lw=5, alpha=0.35, zorder=0)
+        draw(axes, "path.rail", *points[0, rail].T)
     for name, place in zip(body.names, points[0]):
         axes.annotate(name, place, textcoords="offset points", xytext=(6, 6), fontsize=9)
     axes.margins(0.08)  # for the names
@@ -126,7 +125,7 @@ def coupler_curve_figure(curves: Sequence[Curve], linkages: Sequence[FourBar] = 
     for four_bar in linkages:
         angle = four_bar.tilt
         foot = four_bar.base + four_bar.ground * np.array([np.cos(angle), np.sin(angle)])
-        axes.plot(*np.transpose([four_bar.base, foot]), ls="none", **FEET)
+        draw(axes, "path.feet", *np.transpose([four_bar.base, foot]))
     _plane(axes, "coupler curves")
     axes.legend(fontsize=9, frameon=False, loc="upper left", bbox_to_anchor=(1, 1))
     return figure

@@ -16,23 +16,9 @@ from matplotlib.ticker import MultipleLocator
 
 from ...singularities.aspects import aspects
 from ...singularities.maps import SIGNED
-from ...singularities.margins import Singularity
 from ..loci import map_loci
-from ..style import (
-    ACROSS,
-    ALONG,
-    DEXTEROUS,
-    GREEN,
-    INK,
-    PINK,
-    POINTS,
-    TYPE_1,
-    TYPE_2,
-    TYPE_3,
-    field_scale,
-    signs,
-)
-from .panels import PALETTES, new_figure
+from ..style import ALONG, DEXTEROUS, INK, PINK, field_scale, signs
+from .panels import PALETTES, STYLES, draw, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,23 +27,6 @@ if TYPE_CHECKING:
     from ...singularities.maps import Map
 
 HALO = [withStroke(linewidth=3.0, foreground="white")]
-# Lines differ by their dashes, so that they are told apart in any colours.
-_LINE = dict(color=INK, lw=1.5)
-_POINT = dict(color=INK, marker="x", ms=5.5, mew=1.4, ls="none", zorder=4)
-STYLES = {
-    TYPE_1: _LINE | dict(ls="-"),
-    ACROSS: _LINE | dict(ls="-"),
-    TYPE_2["stretched"]: _LINE | dict(ls=(0, (6, 2.5))),
-    TYPE_2["folded"]: _LINE | dict(ls=(0, (6, 2, 1, 2))),
-    TYPE_2["self-motion"]: _LINE | dict(lw=1.7, ls=(0, (1.2, 1.6))),
-    TYPE_3: dict(color=INK, marker="D", ms=4.5, mfc="white", mew=1.1, ls="none"),
-    POINTS[Singularity.SERIAL]: _POINT,
-    POINTS[Singularity.PARALLEL]: _POINT | dict(marker="+", ms=8),
-    "base joint": dict(color="#555555", marker="^", ms=9, mfc="white", ls="none", zorder=3),
-    "guide": dict(color="#b0b0b0", lw=5, ls="-", solid_capstyle="butt", zorder=0.5),
-    ALONG: dict(color=GREEN, lw=2.0, ls="-"),
-    DEXTEROUS: dict(color=PINK, lw=1.8, ls="-"),
-}
 
 
 def singularity_map(
@@ -99,34 +68,33 @@ def singularity_map(
     known = {}
     for k, (axes, mode) in enumerate(zip(panels.flat, data.modes)):
 
-        def draw(words, points, axes=axes, **style):
-            known.setdefault(words, STYLES[words])
-            axes.plot(*(scale * np.asarray(points)).T, label=words, **STYLES[words] | style)
+        def show(words, points, axes=axes, **style):
+            known[words] = f"map.{words}"
+            draw(axes, f"map.{words}", *(scale * np.asarray(points)).T, label=words, **style)
 
         image = axes.imshow(values[k], origin="lower", extent=borders, **colours)
         axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]), facecolor="#ececec", aspect="equal")
         for words, layers, points in map_loci(data):
             if k in layers:
-                draw(words, points)
+                show(words, points)
         for drive in data.robot.drives if task else ():
             if turns:
-                draw("base joint", [(drive.x, drive.y)])
+                show("base joint", [(drive.x, drive.y)])
             else:
-                draw("guide", [(drive.x, data.y[0]), (drive.x, data.y[-1])])
+                show("guide", [(drive.x, data.y[0]), (drive.x, data.y[-1])])
         here = [region for region in regions or () if region.working == mode]
         for region in here:
             if dexterous is not None:
                 _hatch(axes, region, scale)
                 for loop in region.polygons:
                     closed = np.concatenate([loop, loop[:1]])
-                    draw(DEXTEROUS, closed, zorder=3.5, path_effects=HALO)
+                    show(DEXTEROUS, closed, path_effects=HALO)
             _number(axes, region, scale)
         if path is not None:
             path = np.asarray(path, dtype=float)
-            draw(ALONG, path, path_effects=HALO, zorder=5)
-            for place, marker in ((0, "o"), (-1, "s")):
-                end = dict(color=GREEN, mec="white", ms=7, zorder=5.5)
-                axes.plot(*(scale * path[place]), marker, **end)
+            show(ALONG, path, path_effects=HALO)
+            draw(axes, "map.end", *scale * path[0], marker="o")
+            draw(axes, "map.end", *scale * path[-1], marker="s")
         title = f"working modes ({signs(*mode)})" if task else f"assembly mode {signs(mode)}"
         if regions is not None:
             title += _numbers("aspect" if dexterous is None else "region", here)
@@ -140,7 +108,7 @@ def singularity_map(
             axes.yaxis.set_major_locator(_degrees(height))
     extend = "neither" if data.field in (*SIGNED, "transmission_angle") else "max"
     figure.colorbar(image, ax=panels, label=shown.words, shrink=0.85, pad=0.02, extend=extend)
-    handles = [Line2D([], [], label=words, **style) for words, style in known.items()]
+    handles = [Line2D([], [], label=words, **STYLES[kind]) for words, kind in known.items()]
     place = dict(loc="outside lower center", ncols=3, handlelength=3.2)
     figure.legend(handles=handles, fontsize=9, frameon=False, **place)
     return figure

@@ -1,7 +1,9 @@
-"""What pictures have in common: panels of the plane and over time, a robot, its loci, its motors."""
+"""What pictures have in common: panels of the plane and over time, a robot, loci, motors."""
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,10 +13,12 @@ from matplotlib.figure import Figure
 
 from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
-from ..style import GUIDE, INK, LEGS, SIDES, readable
+from .. import style as names
+from ..style import INK, LEGS, SIDES, readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from numpy.typing import ArrayLike
 
     from ...models.robots import Robot, Words
     from ..skeleton import Skeleton
@@ -37,6 +41,24 @@ LOCI = {
     Singularity.SERIAL: dict(color="0.55", lw=1.2, ls="-", label="Type 1"),
     Singularity.PARALLEL: dict(color="0.35", lw=1.2, ls=(0, (6, 2.5)), label="Type 2"),
 }
+
+
+def _styles():
+    """The style sheet: {group.kind: style}."""
+    sheet = tomllib.loads((Path(__file__).parent / "styles.toml").read_text("utf-8"))
+    styles = {}
+    for group, kinds in sheet.items():
+        for kind, style in kinds.items():
+            for name, value in style.items():
+                if isinstance(value, str):
+                    style[name] = getattr(names, value, value)
+                elif isinstance(value, list):
+                    style[name] = tuple(value)
+            styles[f"{group}.{kind}"] = style
+    return styles
+
+
+STYLES = _styles()
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -71,9 +93,26 @@ def over_time(axes: Axes, columns: int, ylabel: str, title: str, last: bool = Tr
     finish(axes, columns, xlabel="time (s)" if last else "", ylabel=ylabel, title=title)
 
 
-def draw_line(axes: Axes, points: np.ndarray, *shape: str, **style) -> None:
+def draw(axes: Axes, kind: str, x: ArrayLike, y: ArrayLike, **more) -> None:
+    """Plot a line or marks in the style of their kind."""
+    axes.plot(x, y, **STYLES[kind] | more)
+
+
+def draw_points(axes: Axes, kind: str, points: ArrayLike, **more) -> None:
     """Plot points (..., 2) m in mm."""
-    axes.plot(*np.moveaxis(1e3 * np.asarray(points), -1, 0), *shape, **style)
+    draw(axes, kind, *np.moveaxis(1e3 * np.asarray(points), -1, 0), **more)
+
+
+def note(axes: Axes, text: str, point: np.ndarray) -> None:
+    """Write a note beside a point (2,) m."""
+    axes.annotate(text, 1e3 * point, xytext=(6, 5), **STYLES["text.note"])
+
+
+def draw_level(axes: Axes, kind: str, *levels: float, **more) -> None:
+    """Draw horizontal lines; the label is the first one's."""
+    for level in levels:
+        axes.axhline(level, **STYLES[kind] | more)
+        more.pop("label", None)
 
 
 def draw_robot(axes: Axes, body: Skeleton, sample: int = 0, **style) -> None:
@@ -82,15 +121,13 @@ def draw_robot(axes: Axes, body: Skeleton, sample: int = 0, **style) -> None:
     Guides go from border to border.
     """
     points = body.points[sample]
-    bar = dict(lw=3, ms=6, mfc="white", zorder=2) | style
     for path, colours in zip(body.paths, LEGS):
         # A bar folded back lies under the other.
         for first, colour in reversed(list(zip(range(len(path) - 1), colours))):
-            draw_line(axes, points[path[first : first + 2]], "o-", color=colour, **bar)
-    motor = dict(color=INK, ms=9, ls="none", zorder=3) | style
-    draw_line(axes, points[list(body.actuated)], "s", **motor)
+            draw_points(axes, "robot.bar", points[path[first : first + 2]], color=colour, **style)
+    draw_points(axes, "robot.motor", points[list(body.actuated)], **style)
     for low, _ in body.rails:
-        axes.axvline(1e3 * points[low, 0], color=GUIDE, lw=6, zorder=0)
+        axes.axvline(1e3 * points[low, 0], **STYLES["robot.guide"])
 
 
 def set_window(axes: Axes, points: np.ndarray) -> tuple[float, float]:
@@ -118,7 +155,7 @@ def draw_loci(axes: Axes, robot: Robot, working: tuple | None, ends: tuple | Non
             del style["label"]
         known.add(style.get("label"))
         points = piece.drawn(ends[0] / 1e3, ends[1] / 1e3) if ends else piece.points
-        draw_line(axes, points, zorder=0, **style)
+        axes.plot(*(1e3 * points).T, zorder=0, **style)
 
 
 def mark_crossing(axes: Axes, place: float, kind: Singularity) -> None:
@@ -133,23 +170,21 @@ def draw_torques(
     most = limits.torque or (0.0, 0.0)
     scale, unit = readable(max(np.abs(tau).max(), *most), words.effort_unit)
     for leg, (name, colour) in enumerate(SIDES):
-        axes.plot(t, scale * tau[:, leg], color=colour, lw=1.4, label=name)
+        draw(axes, "line.medium", t, scale * tau[:, leg], color=colour, label=name)
         if most[leg]:
-            for side in (-1, 1):
-                label = limit if (leg, side) == (0, 1) else None
-                axes.axhline(side * scale * most[leg], color=INK, lw=1, ls=":", label=label)
+            label = None if leg else limit
+            draw_level(axes, "line.limit", scale * most[leg], -scale * most[leg], label=label)
     return f"{words.effort} ({unit})"
 
 
 def draw_measured(
-    axes: Axes, t: np.ndarray, pair: tuple, words: Words, colour: str, names: tuple
+    axes: Axes, t: np.ndarray, pair: np.ndarray, words: Words, colour: str, label: str
 ) -> str:
-    """Draw measured and computed efforts (n,) of a motor and their difference; return the label."""
-    measured, computed = pair
+    """Draw measured and computed efforts (2, n) of a motor; return the axis's label."""
     sizes = np.abs(pair)[np.isfinite(pair)]
     scale, unit = readable(sizes.max(initial=0.0), words.effort_unit)
-    axes.plot(t, scale * measured, color=INK, lw=2.2, alpha=0.5, label=names[0])
-    axes.plot(t, scale * computed, color=colour, lw=1.2, label=names[1])
-    difference = scale * (measured - computed)
-    axes.plot(t, difference, color=INK, lw=0.9, ls=":", label="difference")
+    measured, computed = scale * pair
+    draw(axes, "line.measured", t, measured)
+    draw(axes, "line.thin", t, computed, color=colour, label=label)
+    draw(axes, "line.difference", t, measured - computed)
     return f"{words.effort} ({unit})"

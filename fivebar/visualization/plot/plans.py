@@ -11,11 +11,14 @@ import numpy as np
 from ...singularities.margins import Singularity
 from ..loci import crossings
 from ..skeleton import robot_body
-from ..style import INK, REFERENCE, SIDES
+from ..style import SIDES
 from .panels import (
     LOCI,
-    draw_line,
+    STYLES,
+    draw,
+    draw_level,
     draw_loci,
+    draw_points,
     draw_robot,
     draw_torques,
     finish,
@@ -67,11 +70,10 @@ def _bars(axes, plan, t, bars):
     turns, names = plan.robot.turns, plan.robot.words.joints
     scale, unit = (180 / np.pi, "deg") if turns else (1e3, "mm")
     for leg, (name, (_, colour)) in enumerate(zip(names, SIDES)):
-        style = dict(color=colour, lw=1.4)
         label = f"$q_{{{name[1:]}}}$ ({unit})"
-        axes.plot(t, scale * bars[:, 2 * leg], label=label, **style)
+        draw(axes, "line.medium", t, scale * bars[:, 2 * leg], color=colour, label=label)
         label = rf"$\phi_{leg + 1}$ (deg)"
-        axes.plot(t, np.degrees(bars[:, 2 * leg + 1]), ls=(0, (1.2, 1.2)), label=label, **style)
+        draw(axes, "line.dotted", t, np.degrees(bars[:, 2 * leg + 1]), color=colour, label=label)
     axes.margins(x=0)
     finish(axes, 4, title="the four bars: proximal solid, distal dotted")
 
@@ -83,19 +85,18 @@ def _path(axes, plan, pose, crossed):
     draw_robot(axes, body, -1)
     ends = set_window(axes, np.concatenate([*body.points[[0, -1]][:, body.joints], xi]))
     draw_loci(axes, plan.robot, plan.problem.working, ends)
-    draw_line(axes, xi, color=REFERENCE, lw=2.2, label="planned path", zorder=3)
-    for place, marker in ((0, "o"), (-1, "s")):
-        draw_line(axes, xi[place], marker, color=REFERENCE, mec="white", ms=8, zorder=4)
-    mark = dict(color=INK, ls="none", zorder=4)
+    draw_points(axes, "path.planned", xi)
+    draw_points(axes, "mark.end", xi[0], marker="o")
+    draw_points(axes, "mark.end", xi[-1], marker="s")
     if vias := [conditions[0] for conditions, _ in plan.problem.stops[1:-1]]:
         # A stop is a point or the four bars.
         still = [np.concatenate([at, np.zeros(2 * len(at))]) for at in vias]
         points = [plan.problem.accelerations(motion).rates.pose.xi for motion in still]
-        draw_line(axes, points, "D", mfc="white", ms=7, label="via", **mark)
+        draw_points(axes, "mark.via", points)
     for kind, marker in ((Singularity.SERIAL, "+"), (Singularity.PARALLEL, "x")):
         if places := [place for other, place in crossed if other == kind]:
             label = f"crossing of {LOCI[kind]['label']}"
-            draw_line(axes, xi[places], marker, ms=9, mew=1.6, label=label, **mark)
+            draw_points(axes, "mark.crossing", xi[places], marker=marker, label=label)
     plane(axes, 4, "path, with the robot at start (pale) and goal")
 
 
@@ -104,7 +105,7 @@ def _torques(axes, plan, t, tau):
     limit = f"limit, met {100 * plan.saturated:.0f} % of the time"
     ylabel = draw_torques(axes, words, t, tau, plan.problem.constraints, limit)
     for knot in plan.pieces.knots:
-        axes.axvline(knot, 0, 0.025, color="0.5", lw=0.6)
+        axes.axvline(knot, 0, 0.025, **STYLES["line.zero"])
     weights = {name: weight for name, weight in plan.problem.weights.items() if weight}
     goal = " + ".join(weights)
     if len(weights) > 1:
@@ -118,14 +119,14 @@ def _sines(axes, plan, t, pose):
     limits, names = plan.problem.constraints, (r"\phi_1", r"\phi_2")
     if plan.robot.turns:
         names = "q_{12}", "q_{22}"
-    limit = dict(lw=1, ls=":")
     for leg, (name, (_, colour)) in enumerate(zip(names, SIDES)):
-        axes.plot(t, pose.sines[leg], color=colour, lw=1.4, label=rf"$\sin {name}$")
+        draw(axes, "line.medium", t, pose.sines[leg], color=colour, label=rf"$\sin {name}$")
         if limits.sin:
-            axes.axhline(-plan.problem.working[leg] * limits.sin, color=colour, **limit)
-    axes.plot(t, pose.det_A, color=INK, lw=1.8, label="det A")
+            limit = -plan.problem.working[leg] * limits.sin
+            draw_level(axes, "line.limit", limit, color=colour)
+    draw(axes, "line.determinant", t, pose.det_A)
     if limits.det_A:
-        axes.axhline(plan.problem.side * limits.det_A, color=INK, **limit)
-    axes.axhline(0, color=INK, lw=0.6)
+        draw_level(axes, "line.limit", plan.problem.side * limits.det_A)
+    draw_level(axes, "line.zero", 0)
     axes.set_ylim(-1.05, 1.05)
     over_time(axes, 3, "sine", "distance to singularities, with limits (dotted)")

@@ -9,8 +9,8 @@ import numpy as np
 
 from ...models.geometry import Pose
 from ..skeleton import pose_body
-from ..style import INK, signs
-from .panels import draw_line, draw_robot, new_figure, plane, set_window
+from ..style import signs
+from .panels import draw_points, draw_robot, new_figure, plane, set_window
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,7 +69,7 @@ def pose(poses: Pose | Iterable[Pose], titles: Sequence[str] | None = None) -> F
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     for sample, (axes, title) in enumerate(zip(panels, titles)):
         draw_robot(axes, body, sample)
-        draw_line(axes, body.points[sample, body.traced], "o", color=INK, ms=7, zorder=4)
+        draw_points(axes, "robot.end-effector", body.points[sample, body.traced])
         set_window(axes, points)
         plane(axes)
         axes.set_title(title, fontsize=9)

@@ -1,7 +1,7 @@
 """A scene drawn by Matplotlib: strips of poses, GIFs and films, for where no page can be shown.
 
-Each part of the scene is drawn flat as the areas of its outlines, the highest last, as the page does
-in a browser without WebGL.
+Each part of the scene is drawn flat as the areas of its outlines, the highest last, as the page
+does in a browser without WebGL.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..style import INK, PATH, SIDES, readable
-from .panels import draw_line, draw_measured, new_figure, over_time, plane
+from ..style import SIDES, readable
+from .panels import draw, draw_measured, draw_points, new_figure, over_time, plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,20 +21,19 @@ def replayed(replay: Replay) -> Figure:
     figure = new_figure(12, 7)
     grid = figure.add_gridspec(3, 2, width_ratios=(1, 1.2))
     path = figure.add_subplot(grid[:, 0])
-    draw_line(path, measured.xi, color=INK, lw=2.4, alpha=0.6, label="measured")
-    draw_line(path, simulated.xi, color=PATH, lw=1.2, label="simulated")
+    draw_points(path, "path.measured", measured.xi)
+    draw_points(path, "path.simulated", simulated.xi)
     plane(path, 2, f"end-effector; simulated by the {replay.by}")
     path.set_aspect("equal", adjustable="datalim")
     top = figure.add_subplot(grid[0, 1])
     size = np.hypot(*replay.difference.T)
     scale, unit = readable(np.nanmax(size), "m")
-    top.plot(measured.t, scale * size, color=INK, lw=1.2, label="distance")
+    draw(top, "line.distance", measured.t, scale * size)
     title = f"difference: {scale * replay.figures['rms_error_m']:.3g} {unit} rms"
     over_time(top, 1, f"apart ({unit})", title, last=False)
     tau, words = np.array([measured.tau, simulated.tau]), measured.robot.words
     for k, (side, colour) in enumerate(SIDES):
         axes = figure.add_subplot(grid[1 + k, 1], sharex=top)
-        names = "measured", "simulated"
-        ylabel = draw_measured(axes, measured.t, tau[..., k], words, colour, names)
+        ylabel = draw_measured(axes, measured.t, tau[..., k], words, colour, "simulated")
         over_time(axes, 3, ylabel, f"{side} motor", last=k == 1)
     return figure

@@ -9,8 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..skeleton import run_body
-from ..style import INK, LEFT, PALE, REFERENCE, RIGHT, SIDES, largest_of, readable, robot_title
-from .panels import draw_line, draw_robot, new_figure, over_time, plane
+from ..style import LEFT, PALE, RIGHT, SIDES, largest_of, readable, robot_title
+from .panels import (
+    STYLES,
+    draw,
+    draw_level,
+    draw_points,
+    draw_robot,
+    new_figure,
+    note,
+    over_time,
+    plane,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,14 +50,12 @@ def _path(axes, run):
     draw_robot(axes, body, 0, alpha=0.35)
     draw_robot(axes, body, -1)
     if run.xi_ref is not None:
-        style = dict(lw=4, alpha=0.6, label="reference", zorder=3)
-        draw_line(axes, run.xi_ref, color=REFERENCE, **style)
-    draw_line(axes, run.xi, color=INK, lw=1.2, label="end-effector", zorder=4)
-    offset = dict(textcoords="offset points", xytext=(6, 4), fontsize=8)
+        draw_points(axes, "path.reference", run.xi_ref)
+    draw_points(axes, "path.end-effector", run.xi)
     for event in run.events:
         place = np.array([np.interp(event.t, run.t, column) for column in run.xi.T])
-        draw_line(axes, place, "x", color=INK, ms=7, zorder=5)
-        axes.annotate(f"Type {int(event.type)}", 1e3 * place, **offset)
+        draw_points(axes, "mark.event", place)
+        note(axes, f"Type {int(event.type)}", place)
     plane(axes, 2, "path, with the robot at start (pale) and end")
 
 
@@ -59,11 +67,11 @@ def _errors(axes, run):
     largest, rms = known.max(), np.sqrt(np.mean(known**2))
     scale, unit = readable(largest, "m")
     for name, error, colour in zip("xy", run.error.T, (LEFT, RIGHT)):
-        axes.plot(run.t, scale * error, color=colour, lw=1.2, label=name)
-    axes.plot(run.t, scale * size, color=INK, lw=1.6, label="distance")
-    axes.axhline(scale * rms, color=INK, lw=1, ls="--", label=f"RMS {scale * rms:.3g} {unit}")
+        draw(axes, "line.thin", run.t, scale * error, color=colour, label=name)
+    draw(axes, "line.distance", run.t, scale * size)
+    draw_level(axes, "line.rms", scale * rms, label=f"RMS {scale * rms:.3g} {unit}")
     label = f"maximum {scale * largest:.3g} {unit}"
-    axes.plot(run.t[np.nanargmax(size)], scale * largest, "o", color=INK, ms=5, label=label)
+    draw(axes, "mark.peak", run.t[np.nanargmax(size)], scale * largest, label=label)
     _crossings(axes, run)
     title = "tracking error of the end-effector"
     over_time(axes, 5, f"error ({unit})", title, last=False)
@@ -73,11 +81,10 @@ def _torques(axes, run):
     words = run.robot.words
     scale, unit = readable(largest_of(run.tau), words.effort_unit)
     for (name, colour), tau in zip(SIDES, run.tau.T):
-        axes.step(run.t, scale * tau, where="post", color=colour, lw=1.2, label=name)
+        draw(axes, "line.step", run.t, scale * tau, color=colour, label=name)
     if run.torque_limit is not None:
         limit = scale * run.torque_limit
-        axes.axhline(limit, color=INK, lw=1, ls=":", label="limit")
-        axes.axhline(-limit, color=INK, lw=1, ls=":")
+        draw_level(axes, "line.limit", limit, -limit, label="limit")
         saturated = run.saturated.any(axis=1)
         label = f"saturated, {100 * np.mean(saturated[:-1]):.0f} % of the time"
         area = dict(step="post", transform=axes.get_xaxis_transform(), color="0.85", zorder=0)
@@ -90,6 +97,6 @@ def _crossings(axes, run):
     """When a singularity is crossed, on a panel over time."""
     words = dict(rotation=90, ha="right", va="top", fontsize=7, color=PALE)
     for event in run.events:
-        axes.axvline(event.t, color=PALE, lw=1, ls=(0, (4, 3)), zorder=0.5)
+        axes.axvline(event.t, **STYLES["line.crossing"])
         kind = f"Type {int(event.type)}"
         axes.text(event.t, 0.98, kind, transform=axes.get_xaxis_transform(), **words)

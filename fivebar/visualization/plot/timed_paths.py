@@ -11,11 +11,12 @@ from matplotlib.collections import LineCollection
 
 from ...singularities.margins import Singularity
 from ..skeleton import robot_body
-from ..style import INK, LEFT, RIGHT, readable
+from ..style import readable
 from .panels import (
     PALETTES,
-    draw_line,
+    draw,
     draw_loci,
+    draw_points,
     draw_robot,
     draw_torques,
     finish,
@@ -71,8 +72,7 @@ def _drawing(figure, axes, motion, t):
                 figure.colorbar(lines, ax=axes, location="top", shrink=0.8, label="speed (m/s)")
     if motion.crossing.any():
         places = motion.path(motion.s[motion.crossing])[0]
-        style = dict(color=INK, ms=9, mew=1.6, ls="none", zorder=5)
-        draw_line(axes, places, "x", label="crossing of Type 2", **style)
+        draw_points(axes, "mark.crossing", places, marker="x", label="crossing of Type 2")
     plane(axes, 4, "the path, with the robot at its start")
 
 
@@ -84,19 +84,11 @@ def _phase_plane(axes, motion, t):
     # Next to a crossing the maximum velocity is not known.
     unknown = crossing | np.roll(crossing, 1) | np.roll(crossing, -1) | ~np.isfinite(motion.cap)
     with np.errstate(invalid="ignore"):
-        curves = [
-            (np.sqrt(motion.ceiling), INK, 0.9, ":", "no motion is above"),
-            (
-                np.sqrt(np.where(unknown, np.nan, motion.cap)),
-                RIGHT,
-                1.1,
-                "-",
-                "maximum velocity curve",
-            ),
-        ]
-    axes.plot(scale * s, speed, color=LEFT, lw=1.8, label="the motion", zorder=3)
-    for values, colour, width, dashes, label in curves:
-        axes.plot(scale * motion.s, values, color=colour, lw=width, ls=dashes, label=label)
+        cap = np.sqrt(np.where(unknown, np.nan, motion.cap))
+        ceiling = np.sqrt(motion.ceiling)
+    draw(axes, "line.speed", scale * s, speed)
+    draw(axes, "line.ceiling", scale * motion.s, ceiling)
+    draw(axes, "line.velocity-limit", scale * motion.s, cap)
     for place in motion.s[crossing]:
         mark_crossing(axes, scale * place, Singularity.PARALLEL)
     axes.set_ylim(0, 1.6 * speed.max())

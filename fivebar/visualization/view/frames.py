@@ -45,7 +45,7 @@ class Frames:
 
 
 def choose(t: ArrayLike, *numbers: np.ndarray, lack: str = "are not numbers") -> Frames:
-    """Return the Frames of samples at t (n,) s with these numbers (n, ...), some of them nan or inf.
+    """Return the Frames of samples at t (n,) s with these numbers (n, ...).
 
     lack: why these cannot be shown. Raises ValueError for fewer than 2 samples, unequal lengths,
     times that do not increase, and where no sample can be shown.
@@ -99,5 +99,5 @@ def stretches(flags: np.ndarray) -> list[tuple[int, int]]:
 
 
 def last_true(flags: np.ndarray) -> np.ndarray:
-    """Return for each index (m,) that of the last true flag; the first one's for those before it."""
+    """Return for each index (m,) that of the last true flag, before the first one its own."""
     return np.maximum.accumulate(np.where(flags, np.arange(len(flags)), np.argmax(flags)))

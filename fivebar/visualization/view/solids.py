@@ -32,20 +32,91 @@ def circle(centre: ArrayLike, radius: float, points: int) -> np.ndarray:
     return centre + radius * unit_vectors(np.linspace(0, 2 * np.pi, points))
 
 
-def at(
-    x: float = 0.0, y: float = 0.0, z: float = 0.0, angle: float = 0.0, scale: float = 1.0
-) -> list[float]:
-    """Return the matrix of a place, a turn about z and a scale."""
-    c, s = scale * unit_vectors(angle)
-    return [float(entry) for entry in (c, s, 0, 0, -s, c, 0, 0, 0, 0, scale, 0, x, y, z, 1)]
+def at(x: float = 0.0, y: float = 0.0, scale: float = 1.0) -> list[float]:
+    """Return the matrix of a place and a scale."""
+    matrix = scale * np.eye(4)
+    matrix[3] = x, y, 0.0, 1.0
+    return matrix.ravel().tolist()
 
 
-def mesh(
-    geometry: dict, matrix: list[float], colour: str, outlines: list, top: float, **material
+def surface(
+    position: ArrayLike,
+    faces: ArrayLike,
+    colour: str,
+    outlines: list,
+    normal: ArrayLike | None = None,
+    **material,
 ) -> dict:
-    """Return a mesh; outlines, (n, 2) each, and top, its height, are for pictures without WebGL."""
-    material = {**SHADED, "color": int(colour[1:], 16), **material}
-    return dict(geometry=geometry, matrix=matrix, material=material, outlines=outlines, top=top)
+    """Return a surface of triangles between points (n, 3); without normals it is not shaded.
+
+    outlines, (k, 2) each, seen from above, and top, its height, are for pictures without WebGL.
+    """
+    arrays = {"position": position} if normal is None else {"position": position, "normal": normal}
+    attributes = {
+        name: {"itemSize": 3, "type": "Float32Array", "array": packed(values)}
+        for name, values in arrays.items()
+    }
+    index = {"itemSize": 1, "type": "Uint32Array", "array": packed(faces, "<u4")}
+    kind = PLAIN if normal is None else SHADED
+    return {
+        "geometry": {"type": "BufferGeometry", "data": {"attributes": attributes, "index": index}},
+        "material": {**kind, "color": int(colour[1:], 16), **material},
+        "outlines": outlines,
+        "top": position[:, 2].max(),
+    }
+
+
+def _lifted(points, height):
+    return np.insert(points, 2, height, axis=1)
+
+
+def flat(
+    points: np.ndarray, faces: ArrayLike, height: float, colour: str, outlines: list, **material
+) -> dict:
+    """Return a flat figure of triangles between points (n, 2)."""
+    return surface(_lifted(points, height), faces, colour, outlines, **material)
+
+
+def prism(
+    outline: np.ndarray, out: np.ndarray, low: float, high: float, colour: str, **material
+) -> dict:
+    """Return an upright solid of a convex outline (n, 2), its upper edge broken.
+
+    out: (n, 2), from each point outwards.
+    """
+    bevel = min(0.18 * np.ptp(outline, axis=0).min(), 0.5 * (high - low))
+    rings = [  # (height, inset, outward and upward part of the normal)
+        (low, 0, 1, 0),
+        (high - bevel, 0, 1, 0),
+        (high - bevel, 0, 0.7, 0.7),
+        (high, bevel, 0.7, 0.7),
+        (high, bevel, 0, 1),
+    ]
+    position = [_lifted(outline - inset * out, height) for height, inset, *_ in rings]
+    normal = [_lifted(outward * out, upward) for *_, outward, upward in rings]
+    n = len(outline)
+    here = np.arange(n)
+    after = np.roll(here, -1)
+    wall = np.stack([here, after, after + n, here, after + n, here + n], axis=1)
+    cap = 4 * n + np.stack([0 * here, here, after], axis=1)
+    faces = np.concatenate([wall.ravel(), 2 * n + wall.ravel(), cap.ravel()])
+    position, normal = np.concatenate(position), np.concatenate(normal)
+    return surface(position, faces, colour, [outline], normal, **material)
+
+
+def link(
+    length: float, width: float, low: float, high: float, colour: str, start=0.0, **material
+) -> dict:
+    """Return a bar with round ends from (start, 0) to (start + length, 0)."""
+    out = unit_vectors(np.linspace(0.5 * np.pi, 1.5 * np.pi, 17))
+    out = np.concatenate([out, -out])
+    ends = np.repeat([(start, 0.0), (start + length, 0.0)], 17, axis=0)
+    return prism(ends + width / 2 * out, out, low, high, colour, **material)
+
+
+def cylinder(radius: float, low: float, high: float, colour: str) -> dict:
+    """Return an upright cylinder at the origin."""
+    return link(0.0, 2 * radius, low, high, colour)
 
 
 def box(
@@ -57,75 +128,9 @@ def box(
     colour: str,
     angle: float = 0.0,
 ) -> dict:
-    """Return a box about a centre (x, y) between two heights."""
-    length, width = float(length), float(width)
-    geometry = {"type": "BoxGeometry", "width": length, "height": width, "depth": high - low}
-    along, across = unit_vectors([angle, angle + np.pi / 2])
-    outline = centre + SQUARE * (length, width) @ [along, across]
-    return mesh(geometry, at(*centre, (low + high) / 2, angle), colour, [outline], high)
-
-
-def triangles(
-    faces: ArrayLike, colour: str, outlines: list, top: float, attributes: dict, **material
-) -> dict:
-    """Return a surface of triangles; attributes: position and, where it is shaded, normal."""
-    arrays = {
-        name: {"itemSize": 3, "type": "Float32Array", "array": packed(values)}
-        for name, values in attributes.items()
-    }
-    index = {"itemSize": 1, "type": "Uint32Array", "array": packed(faces, "<u4")}
-    geometry = {"type": "BufferGeometry", "data": {"attributes": arrays, "index": index}}
-    return mesh(geometry, at(), colour, outlines, top, **material)
-
-
-def _lifted(points, height):
-    return np.insert(points, 2, height, axis=1)
-
-
-def flat(
-    points: np.ndarray, faces: ArrayLike, height: float, colour: str, outlines: list, **material
-) -> dict:
-    """Return a flat figure of triangles between points (n, 2)."""
-    position = {"position": _lifted(points, height)}
-    return triangles(faces, colour, outlines, height, position, **PLAIN | material)
-
-
-def link(
-    length: float,
-    width: float,
-    low: float,
-    high: float,
-    colour: str,
-    start: float = 0.0,
-    **material,
-) -> dict:
-    """Return a bar with round ends and broken edges, from (start, 0) to (start + length, 0)."""
-    out = unit_vectors(np.linspace(0.5 * np.pi, 1.5 * np.pi, 17))
-    n, out = 34, np.concatenate([out, -out])
-    ends = np.repeat([(start, 0.0), (start + length, 0.0)], 17, axis=0)
-    bevel = min(0.18 * width, 0.5 * (high - low))
-    rings = [  # (height, radius, outward and upward part of the normal)
-        (low, width / 2, 1, 0),
-        (high - bevel, width / 2, 1, 0),
-        (high - bevel, width / 2, 0.7, 0.7),
-        (high, width / 2 - bevel, 0.7, 0.7),
-        (high, width / 2 - bevel, 0, 1),
-    ]
-    position = [_lifted(ends + radius * out, height) for height, radius, *_ in rings]
-    normal = [_lifted(outward * out, upward) for *_, outward, upward in rings]
-    here = np.arange(n)
-    after = np.roll(here, -1)
-    wall = np.stack([here, after, after + n, here, after + n, here + n], axis=1)
-    cap = 4 * n + np.stack([0 * here, here, after], axis=1)
-    faces = np.concatenate([wall.ravel(), 2 * n + wall.ravel(), cap.ravel()])
-    attributes = {"position": np.concatenate(position), "normal": np.concatenate(normal)}
-    outline = position[0][:, :2]
-    return triangles(faces, colour, [outline], high, attributes, **material)
-
-
-def cylinder(radius: float, low: float, high: float, colour: str) -> dict:
-    """Return an upright cylinder at the origin."""
-    return link(0.0, 2 * radius, low, high, colour)
+    """Return a box about a centre (x, y), turned by an angle."""
+    axes = unit_vectors([angle, angle + np.pi / 2])
+    return prism(centre + SQUARE * (length, width) @ axes, SQUARE @ axes, low, high, colour)
 
 
 def _band_faces(rows):

@@ -90,7 +90,8 @@ class RobotSource:
     """
 
     items = (
-        "trace reference loci workspace elbow-circles velocity acceleration bar-forces torques ghost"
+        "trace reference loci workspace elbow-circles velocity acceleration bar-forces torques"
+        " ghost"
     ).split()
     xi_ref = None
 

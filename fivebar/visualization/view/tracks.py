@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .solids import packed
+from .solids import at, packed
 
 
 class Part(NamedTuple):
@@ -42,8 +42,8 @@ def scaled(x: np.ndarray | float, y: np.ndarray | float) -> dict:
 def node(path: str, meshes: list) -> dict:
     """Return the message that puts meshes at a path: one as it is, several as a group."""
     children = [
-        {"type": "Mesh", "geometry": f"g{i}", "material": f"m{i}", "matrix": mesh["matrix"]}
-        for i, mesh in enumerate(meshes)
+        {"type": "Mesh", "geometry": f"g{i}", "material": f"m{i}", "matrix": at()}
+        for i in range(len(meshes))
     ]
     whole = {
         "metadata": {"version": 4.5, "type": "Object"},
