@@ -274,9 +274,8 @@ OWN = {
     "writers": """base.tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
         study.speed_accuracy.making:make study.speed_accuracy.page:write_page
         base.folders:locked_folder cli.__init__:main cli.__init__:_flush""",
-    "files of the package and its dependencies": """visualization.document:document visualization.pages.document:made
-        visualization.pages.document:script
-        visualization.play.live:_own visualization.view.page:_licences visualization.view.page:_packed_viewer visualization.view.page:page
+    "files of the package and its dependencies": """visualization.document:document visualization.document:script
+        visualization.plot.panels:_styles visualization.view.page:_packed_viewer visualization.view.page:page
         grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash""",
     "pipes between our own processes; tests/grading/test_wire.py": """amoro.ros_free.child:_report
         amoro.ros_free.child:main grading.course.graders:answer grading.course.worker_loop:main

@@ -61,7 +61,8 @@ def sampled(plan: Plan | TimedPath) -> Sampled:
     robot, t = plan.robot, np.linspace(0.0, plan.duration, 2001)
     rates = plan.accelerations(t).rates
     pose = rates.pose
-    limits = set((plan.limits if hasattr(plan, "limits") else plan.problem.constraints).torque or ())
+    constraints = plan.limits if hasattr(plan, "limits") else plan.problem.constraints
+    limits = set(constraints.torque or ())
     events = tuple(Mark(time, kind) for time, kind, *_ in crossings(t, pose))
     limit = limits.pop() if len(limits) == 1 else None
     q, heights = robot.continuous(pose.q), potential(pose) + np.zeros(len(t))
