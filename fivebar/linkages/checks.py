@@ -1,4 +1,4 @@
-"""What linkages refuse: lengths, branches and numbers that cannot be."""
+"""Checks of linkages: lengths, branches, bodies and loads."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base.backend import check_modes, finite_numbers, is_symbolic
-from ..base.checks import LONGEST, instance, modes, not_too_different, number, shown, size
+from ..base.checks import LONGEST, modes, not_too_different, number, shown, size
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -19,25 +19,21 @@ if TYPE_CHECKING:
 def check_branch(
     linkage: Linkage, branch: int | ArrayLike | None
 ) -> int | tuple[int, int] | np.ndarray:
-    """The branch, or the usual one for None; refused where it is not +1 or -1, or not a pair where
-    it must be.
-    """
+    """Return the branch, the usual one for None; ValueError where it is not +1 or -1, or no pair."""
     if branch is None:
         return linkage.usual_branch
     if isinstance(linkage.usual_branch, tuple):
-        try:
-            first, second = branch
-        except (TypeError, ValueError):
+        if np.shape(branch) != (2,):
             raise ValueError(
                 f"the branch of this linkage must be a pair of +1 or -1, not {branch!r}"
-            ) from None
-        return modes(2)((first, second), "branch")
+            )
+        return modes(2)(branch, "branch")
     branch = check_modes(branch, "branch")
     return int(branch) if branch.ndim == 0 else branch
 
 
 def one_branch(linkage: Linkage, branch: int | ArrayLike | None) -> int | tuple[int, int]:
-    """`check_branch`, and refused where it is a batch."""
+    """Return the branch as `check_branch` does; ValueError where it is a batch."""
     branch = check_branch(linkage, branch)
     if isinstance(branch, np.ndarray):
         raise ValueError(f"branch must be one branch of this linkage, not {shown(branch)}")
@@ -45,52 +41,43 @@ def one_branch(linkage: Linkage, branch: int | ArrayLike | None) -> int | tuple[
 
 
 def numbers(x: ArrayLike, name: str) -> Number:
-    """A float, an array of finite floats, or a CasADi symbol as it is."""
+    """Return a float, an array of finite floats, or a CasADi symbol as it is."""
     if is_symbolic(x):
         return x
     array = finite_numbers(x, name)
     return float(array) if array.ndim == 0 else array
 
 
-def sizes(owner: object, *names: str) -> None:
-    """Refuse parameters of a frozen dataclass that are no lengths of bars, or too different ones;
-    ValueError.
-    """
-    lengths = {name: size(getattr(owner, name), name) for name in names}
-    not_too_different(lengths)
-    for name, value in lengths.items():
-        object.__setattr__(owner, name, value)
+def coordinate(value: object, name: str) -> float:
+    """Rule: a number of at most LONGEST."""
+    return number(value, name, -LONGEST, LONGEST)
 
 
-def finite(owner: object, *names: str) -> None:
-    """Refuse parameters of a frozen dataclass that are not numbers of at most LONGEST;
-    ValueError.
-    """
+def check_lengths(owner: object, *names: str) -> None:
+    """Set parameters of a frozen dataclass to lengths of bars; ValueError where they are none."""
+    check(owner, size, *names)
+    not_too_different({name: getattr(owner, name) for name in names})
+
+
+def check(owner: object, rule: object, *names: str) -> None:
+    """Set parameters of a frozen dataclass to what a rule makes of them."""
     for name in names:
-        object.__setattr__(owner, name, number(getattr(owner, name), name, -LONGEST, LONGEST))
+        object.__setattr__(owner, name, rule(getattr(owner, name), name))
 
 
-def pair(owner: object, *names: str) -> None:
-    """Refuse parameters of a frozen dataclass that are not two such numbers; None is left as it is.
-    ValueError.
-    """
-    for name in names:
-        value = getattr(owner, name)
-        if value is None:
-            continue
-        try:
-            first, second = finite_numbers(value, name).tolist()
-        except (TypeError, ValueError):
-            raise ValueError(f"{name} must be finite, two numbers, not {shown(value)}") from None
-        object.__setattr__(
-            owner, name, tuple(number(each, name, -LONGEST, LONGEST) for each in (first, second))
-        )
+def pair(value: object, name: str) -> tuple[float, float] | None:
+    """Rule: two numbers of at most LONGEST, or None."""
+    if value is None:
+        return None
+    try:
+        first, second = finite_numbers(value, name).tolist()
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be finite, two numbers, not {shown(value)}") from None
+    return coordinate(first, name), coordinate(second, name)
 
 
 def loads(value: object, name: str) -> dict | None:
-    """Rule: {point: (Fx, Fy)}, numbers or arrays of a batch, or None; ValueError for anything
-    else.
-    """
+    """Rule: {point: (Fx, Fy)}, numbers or arrays of a batch, or None."""
     if value is None:
         return None
     if not isinstance(value, dict) or not all(isinstance(point, str) for point in value):
@@ -99,21 +86,14 @@ def loads(value: object, name: str) -> dict | None:
 
 
 def _force(force, name):
-    if isinstance(force, (str, bytes, dict)) or not hasattr(force, "__len__") or len(force) != 2:
+    if not isinstance(force, (tuple, list, np.ndarray)) or len(force) != 2:
         raise ValueError(f"{name} must be two numbers (Fx, Fy), or arrays, not {shown(force)}")
-    return [numbers(each, name) for each in force]
-
-
-def bodies(owner: object, kind: type, *names: str) -> None:
-    """Refuse parameters of a frozen dataclass that are no bodies; TypeError."""
-    for name in names:
-        instance(kind)(getattr(owner, name), name)
+    return [numbers(component, name) for component in force]
 
 
 def linkage(value: object, name: str) -> Linkage:
     """Rule: a linkage; TypeError for anything else."""
-    if isinstance(value, type) or not all(
-        hasattr(type(value), own) for own in ("title", "usual_branch", "start")
-    ):
+    needed = ("title", "usual_branch", "start")
+    if isinstance(value, type) or not all(hasattr(type(value), part) for part in needed):
         raise TypeError(f"{name} must be a linkage, as FourBar or SliderCrank, not {shown(value)}")
     return value

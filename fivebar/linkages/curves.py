@@ -27,7 +27,7 @@ class Curve:
 def coupler_curves(
     four_bar: FourBar, label: str = "coupler curve", samples: int = 1440
 ) -> tuple[Curve, ...]:
-    """Every closed curve that the coupler point M can trace: a tuple of Curve.
+    """Return every closed curve that the coupler point M can trace.
 
     A crank that turns gives one for each branch; a crank that rocks goes back on the other branch.
     """
@@ -48,7 +48,7 @@ def coupler_curves(
 
 @takes(robot=instance(FiveBar), samples=whole(3, 10**6))
 def type_2_curves(robot: FiveBar, samples: int = 1440) -> tuple[Curve, ...]:
-    """The Type-2 locus of a five-bar in task space as coupler curves: a tuple of Curve.
+    """Return the Type-2 locus of a five-bar in task space as coupler curves.
 
     Distal bars in line are one coupler, l12 + l22 long (stretched) or |l12 - l22| (folded), with
     the end-effector on it at l12 from the left elbow. Equal distal bars fold to a point: circles of

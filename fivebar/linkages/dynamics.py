@@ -14,11 +14,10 @@ from .motion import Motion, one_drive, stretch
 
 @takes(motion=instance(Motion))
 def equivalent_inertia(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-    """(J, dJ/dq): the inertia of all bodies at the crank, kg m^2, and its exact derivative; each
-    (*batch,).
+    """Return (J, dJ/dq), the inertia of all bodies at the crank, kg m^2, and its derivative.
 
     J = sum m |S'|^2 + j theta'^2, so dJ/dq = 2 sum m S'.S'' + j theta' theta'' (six-bar paper, eq.
-    29, 30).
+    29, 30); each (*batch,).
     """
     _one_drive(motion)
     inertia, slope = _inertia(motion.chain)
@@ -27,8 +26,12 @@ def equivalent_inertia(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
 
 @takes(motion=instance(Motion), gravity=two_numbers)
 def potential(motion: Motion, gravity: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """(U, dU/dq) of the weights, J and N m, each (*batch,); gravity: (gx, gy) m/s^2 (six-bar paper,
-    eq. 31, 37).
+    """Return (U, dU/dq) of the weights, J and N m, each (*batch,) (six-bar paper, eq. 31, 37).
+
+    Parameters
+    ----------
+    motion : Motion
+    gravity : (gx, gy), m/s^2
     """
     _one_drive(motion)
     energy, slope = 0.0, 0.0
@@ -43,39 +46,56 @@ def potential(motion: Motion, gravity: tuple[float, float]) -> tuple[np.ndarray,
 def driving_torque(
     motion: Motion, load: dict | None = None, gravity: tuple[float, float] = (0.0, 0.0)
 ) -> np.ndarray:
-    """Torque of the motor on the driven link, counter-clockwise, N m: (*batch,) (six-bar paper, eq.
-    38).
+    """Return the motor's torque on the driven link, counter-clockwise, N m.
 
-    load: {point: (Fx, Fy)} in N, numbers or arrays of the batch's shape; gravity: (gx, gy) m/s^2.
+    J q'' + J'(q) q'^2 / 2 + U'(q) = Q (six-bar paper, eq. 38).
+
+    Parameters
+    ----------
+    motion : Motion
+        Of a linkage with one drive.
+    load : mapping
+        {point: (Fx, Fy)}, N, numbers or arrays of the batch's shape.
+    gravity : (gx, gy), m/s^2
+
+    Returns
+    -------
+    (*batch,) array
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> bar = linkages.FourBar(0.2, 0.06, 0.16, 0.14, rocker_body=linkages.Body(1.0))
+    >>> torque = linkages.driving_torque(linkages.move(bar, 0.5), gravity=(0.0, -9.81))
+    >>> round(float(torque), 4)
+    0.0168
     """
     _one_drive(motion)
     load, torques = load or {}, []
-    for part, own in motion.stretches():
+    for part, piece in motion.stretches():
         if part is None:
-            return own._full(_torque(own, load, gravity))
-        share = {
-            point: [stretch(f, motion._shape, part) for f in force] for point, force in load.items()
-        }
-        torques.append(own._full(_torque(own, share, gravity)))
+            return piece._full(_torque(piece, load, gravity))
+        share = {}
+        for point, (x, y) in load.items():
+            share[point] = stretch(x, motion._shape, part), stretch(y, motion._shape, part)
+        torques.append(piece._full(_torque(piece, share, gravity)))
     return np.concatenate(torques).reshape(motion._shape)
 
 
 def _torque(motion, load, gravity):
     inertia, slope = _inertia(motion.chain)
     torque = inertia * motion.q_ddot + slope * (0.5 * motion.q_dot * motion.q_dot)
-    if any(gravity):
-        for link in motion.chain.links.values():
-            if link.body.mass:
-                torque = torque - dot(
-                    (link.body.mass * gravity[0], link.body.mass * gravity[1]), link.centre.v
-                )
+    for link in motion.chain.links.values() if any(gravity) else ():
+        mass = link.body.mass
+        if mass:
+            torque = torque - dot((mass * gravity[0], mass * gravity[1]), link.centre.v)
     for point, force in load.items():
         torque = torque - dot(force, motion._point(point).v)
     return torque
 
 
 def _one_drive(motion):
-    """Refuse a linkage with two motors."""
+    """Raise ValueError for a linkage with two motors."""
     if type(motion.linkage).start is not one_drive:
         raise ValueError("a driving torque is that of a linkage with one drive")
 

@@ -10,7 +10,7 @@ from ..base.backend import EPS, is_symbolic
 from ..base.checks import instance, modes, takes
 from ..models.robots import must_close
 from .chain import Fixed, Reach, Still, Turned, meet
-from .checks import bodies, finite, pair, sizes
+from .checks import check, check_lengths, coordinate, pair
 from .limits import TURN, four_bar_limits
 from .motion import Body, Chain, Link, one_drive
 
@@ -22,11 +22,29 @@ SIDES = ("ground", "crank", "coupler", "rocker")
 
 @dataclass(frozen=True)
 class FourBar:
-    """Four-bar A B C D: ground AD, crank AB (driven), coupler BC, rocker CD, all in m.
+    """Four-bar A B C D.
 
-    point: the coupler point M, (along BC from B, to its left) m, None for the middle of BC; base:
-    A; tilt: direction of the ground A -> D, rad. Crank angles count from +x. branch +1: C is on the
-    left of B -> D. Raises ValueError for lengths that no four-bar can have.
+    Ground AD, crank AB (driven), coupler BC and rocker CD. Crank angles count from +x. On branch +1
+    C is on the left of B -> D. ValueError for lengths that no four-bar can have.
+
+    Parameters
+    ----------
+    ground, crank, coupler, rocker : float
+        m.
+    point : tuple of float, optional
+        The coupler point M, along BC from B and to its left, m; None: the middle of BC.
+    base : tuple of float
+        A, m.
+    tilt : float
+        Direction of the ground A -> D, rad.
+    crank_body, coupler_body, rocker_body : Body
+        Masses for `driving_torque`.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.FourBar(0.2, 0.06, 0.16, 0.14).kind
+    'crank-rocker'
     """
 
     ground: float
@@ -43,10 +61,10 @@ class FourBar:
     usual_branch = 1
 
     def __post_init__(self) -> None:
-        sizes(self, *SIDES)
-        pair(self, "point", "base")
-        finite(self, "tilt")
-        bodies(self, Body, "crank_body", "coupler_body", "rocker_body")
+        check_lengths(self, *SIDES)
+        check(self, pair, "point", "base")
+        check(self, coordinate, "tilt")
+        check(self, instance(Body), "crank_body", "coupler_body", "rocker_body")
         must_close("four-bar", {name: getattr(self, name) for name in SIDES})
 
     @property
@@ -57,12 +75,8 @@ class FourBar:
     def chain(self, q: Number, branch: Number) -> Chain:
         a, heading = Fixed(self.base), Turned(Still(), q)
         b = Reach(a, heading, self.crank)
-        d = Fixed(
-            (
-                self.base[0] + self.ground * math.cos(self.tilt),
-                self.base[1] + self.ground * math.sin(self.tilt),
-            )
-        )
+        x, y = self.base
+        d = Fixed((x + self.ground * math.cos(self.tilt), y + self.ground * math.sin(self.tilt)))
         c, bc, dc = meet(b, d, self.coupler, self.rocker, branch, "coupler and rocker are in line")
         m = Reach(b, bc, *(self.point or (self.coupler / 2, 0.0)))
         links = {
@@ -131,35 +145,27 @@ class FourBar:
         return SIDES[1:] if shortest == "ground" else (shortest,)
 
     def _revolves(self, name):
-        """Whether a link closes both stretched from the ground and folded on it (the coupler:
-        beside it).
-        """
+        """Return whether a link closes both stretched from the ground and folded on it."""
         index = SIDES.index(name)
-        own, others = (
-            self.sides[index],
-            [s for k, s in enumerate(self.sides) if k not in (0, index)],
-        )
+        length = self.sides[index]
+        first, second = (side for k, side in enumerate(self.sides) if k not in (0, index))
         tolerance = 8 * EPS * sum(self.sides)
-        stretched, folded = self.ground + own, abs(self.ground - own)
-        return (
-            stretched <= sum(others) + tolerance
-            and folded >= abs(others[0] - others[1]) - tolerance
-        )
+        stretches = self.ground + length <= first + second + tolerance
+        return stretches and abs(self.ground - length) >= abs(first - second) - tolerance
 
     def inversion(self, fixed: str) -> FourBar:
-        """The same four bars with another one ("ground", "crank", "coupler", "rocker") held; the
-        next one is driven.
+        """Return the four-bar with another link held, of "ground", "crank", "coupler", "rocker".
+
+        The next link is driven.
         """
-        if not isinstance(fixed, str) or fixed not in SIDES:
+        if fixed not in SIDES:
             raise ValueError(f"no link {fixed!r} to hold; the known ones are {', '.join(SIDES)}")
         k = SIDES.index(fixed)
         return FourBar(*self.sides[k:], *self.sides[:k])
 
 
 class DeadCentre(NamedTuple):
-    """Crank and coupler in line: kind ("extended" or "folded"), crank and rocker angle, rad in
-    (-pi, pi].
-    """
+    """A pose with crank and coupler in line: "extended" or "folded"; angles, rad in (-pi, pi]."""
 
     kind: str
     crank: float
@@ -168,31 +174,30 @@ class DeadCentre(NamedTuple):
 
 @takes(four_bar=instance(FourBar), branch=modes(1))
 def dead_centres(four_bar: FourBar, branch: int = 1) -> tuple[DeadCentre, ...]:
-    """Poses of a branch in which crank and coupler are in line, the ends of the rocker's swing: up
-    to two.
+    """Return the poses of a branch in which crank and coupler are in line, up to two.
+
+    They are the ends of the rocker's swing.
     """
     g, a, b, c = four_bar.sides
-    found = []
-    for kind, reach, sign in (("extended", b + a, 1), ("folded", b - a, -1)):
+    centres = []
+    for kind, reach, turn in (("extended", b + a, 0.0), ("folded", b - a, math.pi)):
         if reach == 0:
             continue  # C is in A at any crank angle that closes: no end of a swing
         # Triangle A C D; the coupler's direction has A -> D on its right (branch +1) by this angle.
         cosine = (g * g + reach * reach - c * c) / (2 * g * reach)
-        if abs(cosine) > 1:
-            continue
-        at = branch * math.acos(cosine)
-        x, y = reach * math.cos(at) - g, reach * math.sin(at)
-        crank = at if sign > 0 else at + math.pi
-        found.append(
-            DeadCentre(kind, *(_wrap(angle + four_bar.tilt) for angle in (crank, math.atan2(y, x))))
-        )
-    return tuple(found)
+        if abs(cosine) <= 1:
+            angle = branch * math.acos(cosine)
+            rocker = math.atan2(reach * math.sin(angle), reach * math.cos(angle) - g)
+            crank = _wrap(angle + turn + four_bar.tilt)
+            centres.append(DeadCentre(kind, crank, _wrap(rocker + four_bar.tilt)))
+    return tuple(centres)
 
 
 @takes(four_bar=instance(FourBar), branch=modes(1))
 def time_ratio(four_bar: FourBar, branch: int = 1) -> float | None:
-    """Duration of the rocker's slower stroke over its faster one, at constant crank speed; None
-    without two ends.
+    """Return the duration of the rocker's slower stroke over that of its faster one.
+
+    At constant crank speed; None where the rocker has no two ends.
     """
     ends = dead_centres(four_bar, branch)
     if len(ends) < 2:
@@ -203,20 +208,20 @@ def time_ratio(four_bar: FourBar, branch: int = 1) -> float | None:
 
 @takes(four_bar=instance(FourBar))
 def transmission_range(four_bar: FourBar) -> tuple[float, float]:
-    """(least, largest) angle between coupler and rocker, rad in [0, pi], over all crank angles that
-    close.
+    """Return the (least, largest) angle between coupler and rocker over all crank angles, rad.
+
+    From 0 to pi.
     """
     g, a, b, c = four_bar.sides
     low, high = max(abs(g - a), abs(b - c)), min(g + a, b + c)
-    # tan of the half angle, from the triangle B C D: exact at 0 and pi.
-    return tuple(
-        2
-        * math.atan2(
-            math.sqrt(max((s - b + c) * (s + b - c), 0.0)),
-            math.sqrt(max((b + c - s) * (b + c + s), 0.0)),
-        )
-        for s in (low, high)
-    )
+    return _angle_opposite(low, b, c), _angle_opposite(high, b, c)
+
+
+def _angle_opposite(side, b, c):
+    """Return a triangle's angle by the tangent of its half: accurate at 0 and pi."""
+    above = max((side - b + c) * (side + b - c), 0.0)
+    below = max((b + c - side) * (b + c + side), 0.0)
+    return 2 * math.atan2(math.sqrt(above), math.sqrt(below))
 
 
 def _wrap(angle):

@@ -1,4 +1,4 @@
-"""Which crank angles a linkage can reach: closed-form limits, and the intervals between them."""
+"""Crank angles that a linkage reaches: closed-form limits, and the intervals between them."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class CrankRange:
     full: bool
 
     def contains(self, q: float) -> bool:
-        """Whether this crank angle closes."""
+        """Return whether this crank angle closes."""
         return self.full or self.interval(q) is not None
 
     def interval(self, q: float) -> tuple[float, float] | None:
-        """The interval around a crank angle, moved by full turns to contain it, or None."""
+        """Return the interval around a crank angle, moved by full turns to contain it, or None."""
         if self.full:
             return -math.inf, math.inf
         for low, high in self.intervals:
@@ -44,7 +44,7 @@ class CrankRange:
         return None
 
     def nearest(self, q: float) -> float:
-        """The allowed angle nearest to q, rad in (-pi, pi], and q itself where it is allowed."""
+        """Return the allowed angle nearest to q, rad in (-pi, pi]; q itself where it is allowed."""
         if self.contains(q):
             return q
         ends = [end for interval in self.intervals for end in interval]
@@ -63,10 +63,16 @@ class CrankRange:
 
 @takes(linkage=linkage)
 def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> CrankRange:
-    """The crank angles at which a linkage closes on a branch: CrankRange.
+    """Return the crank angles at which a linkage closes on a branch.
 
-    The ends come from the linkage in closed form; which pieces between them close is tried inside
-    of them.
+    Their ends come from the linkage in closed form; which intervals between them close is tried
+    inside of them.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> print(linkages.crank_range(linkages.FourBar(0.2, 0.16, 0.06, 0.14)))
+    from -66.4218215 to -22.331645 deg and from 22.331645 to 66.4218215 deg
     """
     branch = one_branch(linkage, branch)
     ends = sorted({math.remainder(end, TURN) for end in linkage.crank_limits(branch)})
@@ -74,27 +80,25 @@ def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -
         closes = math.isfinite(linkage.chain(0.3, branch).found)
         return CrankRange(((-math.pi, math.pi),) if closes else (), closes)
     pieces = list(zip(ends, [*ends[1:], ends[0] + TURN]))
-    # Two places in each: in the middle of a change point's piece both ends of the dyad may be in
-    # one point.
-    places = np.array([low + share * (high - low) for low, high in pieces for share in (0.5, 0.38)])
-    closes = np.isfinite(linkage.chain(places, branch).found).reshape(-1, 2).any(axis=1)
+    low, high = np.array(pieces).T
+    # Two places in each: in the middle of a change point's piece both ends of the dyad may meet.
+    places = np.stack([low + share * (high - low) for share in (0.5, 0.38)], axis=1)
+    closes = np.isfinite(linkage.chain(places, branch).found).any(axis=1)
     kept = []
     for piece, good in zip(pieces, closes):
         if good and kept and kept[-1][1] == piece[0]:
             kept[-1] = (kept[-1][0], piece[1])
         elif good:
             kept.append(piece)
-    if (
-        len(kept) > 1 and kept[-1][1] == kept[0][0] + TURN
-    ):  # the piece over +-pi goes on in the first one
-        kept[-1] = (kept[-1][0], kept[0][1] + TURN)
-        kept.pop(0)
+    if len(kept) > 1 and kept[-1][1] == kept[0][0] + TURN:  # one interval over +-pi
+        first = kept.pop(0)
+        kept[-1] = (kept[-1][0], first[1] + TURN)
     full = len(kept) == 1 and kept[0][1] - kept[0][0] >= TURN - 1e-12
     return CrankRange(tuple(kept), full)
 
 
 def ends_of(axis: float, near: float, far: float) -> list[float]:
-    """Angles at which 1 - cos(q - axis) = near and 1 + cos(q - axis) = far, those that exist."""
+    """Return angles at which 1 - cos(q - axis) = near and 1 + cos(q - axis) = far."""
     # Sines of half angles: they keep their digits where the limit is close to a straight or folded
     # pose.
     ends = []
@@ -108,7 +112,7 @@ def ends_of(axis: float, near: float, far: float) -> list[float]:
 def four_bar_limits(
     axis: float, ground: float, crank: float, coupler: float, rocker: float
 ) -> list[float]:
-    """Crank angles at which coupler and rocker are in line; the ground's direction is the axis."""
+    """Return crank angles with coupler and rocker in line; the axis is the ground's direction."""
     scale = 2 * ground * crank
     short, long = ground - crank, ground + crank
     folded, stretched = coupler - rocker, coupler + rocker
@@ -122,5 +126,5 @@ def four_bar_limits(
 
 
 def guide_limits(crank: float, bar: float, offset: float) -> list[float]:
-    """Crank angles at which a bar is perpendicular to the guide y = offset along +x."""
+    """Return crank angles at which a bar is perpendicular to the guide y = offset along +x."""
     return ends_of(math.pi / 2, (crank - offset - bar) / crank, (crank + offset - bar) / crank)

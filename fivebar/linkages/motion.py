@@ -14,7 +14,7 @@ from ..base.backend import atan2, is_symbolic, pack, sqrt
 from ..base.checks import inertia
 from ..models.dyads import cross, dot
 from .chain import Reach, Slot, angle
-from .checks import pair
+from .checks import check, pair
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -41,7 +41,7 @@ class Body:
     def __post_init__(self) -> None:
         for name in ("mass", "inertia"):
             object.__setattr__(self, name, inertia(getattr(self, name), f"a body's {name}"))
-        pair(self, "centre")
+        check(self, pair, "centre")
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""The verb `move`: a linkage at given crank angles, and what it says where no pose closes."""
+"""`move`: a linkage at given crank angles, and its errors where no pose closes."""
 
 from __future__ import annotations
 
@@ -29,13 +29,35 @@ def move(
     branch: int | ArrayLike | None = None,
     unreachable: str = "raise",
 ) -> Motion:
-    """The motion of a linkage at crank angles q: Motion.
+    """Return the motion of a linkage at crank angles q.
 
-    q: (*batch,) rad, or a CasADi scalar; for two motors (*batch, 2).
-    q_dot, q_ddot: rad/s, rad/s^2, of the same shape or one number.
-    branch: +1 or -1, for the press a pair; None is the linkage's usual one.
-    unreachable: "raise" an UnreachableError that names the nearest allowed angle, or give "nan"
-        there.
+    Parameters
+    ----------
+    linkage : FourBar, SliderCrank, SixBarPress or FiveBarLinkage
+    q : (*batch,) array_like or CasADi scalar
+        Crank angles, rad; for two motors (*batch, 2).
+    q_dot, q_ddot : array_like
+        rad/s and rad/s^2, of the same shape or one number. With 1 and 0 all derivatives are analogs,
+        by the crank angle.
+    branch : int or array_like
+        +1 or -1, for the press a pair; None: the linkage's usual one.
+    unreachable : {"raise", "nan"}
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    UnreachableError
+        A pose does not close; the message names the gap and the nearest allowed angle.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> motion = linkages.move(linkages.FourBar(0.2, 0.06, 0.16, 0.14), 0.5)
+    >>> motion.position("C").round(4)
+    array([0.1706, 0.1369])
     """
     raise_or_nan(unreachable)
     branch = check_branch(linkage, branch)
@@ -48,9 +70,7 @@ def move(
 
 
 def _refuse_shapes(linkage, given, branch):
-    """ValueError for batches that do not go together, and for CasADi symbols that are no
-    scalars.
-    """
+    """Raise ValueError for batches that do not fit, and for CasADi symbols that are no scalars."""
     motors, batch = 2 if hasattr(linkage, "motors") else 1, isinstance(branch, np.ndarray)
     for x, name in zip(given, ("q", "q_dot", "q_ddot")):
         if is_symbolic(x) and (x.numel() != motors or batch):
@@ -73,50 +93,40 @@ def _refuse_shapes(linkage, given, branch):
 
 
 def _refuse_open(motion):
-    founds = (own.chain.found for _, own in motion.stretches())
-    if all(is_symbolic(found) or not np.any(found != found) for found in founds):
+    """Raise UnreachableError where a pose does not close, for the first such pose."""
+    closures = (part.chain.found for _, part in motion.stretches())
+    if all(is_symbolic(found) or not np.isnan(found).any() for found in closures):
         return
     found = motion.chain.found
     count, index = first_index(np.isnan(found))
+
+    def at(values):
+        return float(np.broadcast_to(values, np.shape(found))[index])
+
+    gap = max(at(_gap(dyad)) for dyad in motion.chain.dyads)
     where = f"{count} of {np.size(found)} poses, the first at index {index}: " if index else ""
-    gap = max(
-        float(np.broadcast_to(_gap(dyad), np.shape(found))[index]) for dyad in motion.chain.dyads
-    )
-    at = [
-        math.degrees(float(np.broadcast_to(q, np.shape(found))[index])) for q in motion._moving_in
-    ]
-    words = ", ".join(f"{angle:.9g}" for angle in at)
-    if len(at) > 1:
-        raise UnreachableError(
-            f"{where}unreachable: with the motors at {words} deg the bars cannot meet (gap"
-            f" {gap:.3g} m)",
-            gap,
-            index or None,
-        )
-    branch = motion.branch
-    if np.ndim(branch) == 1 and not isinstance(branch, tuple):
-        branch = int(np.broadcast_to(branch, np.shape(found))[index])
-    allowed = crank_range(motion.linkage, branch)
+    angles = [math.degrees(at(q)) for q in motion._moving_in]
+    degrees = ", ".join(f"{angle:.9g}" for angle in angles)
+    if len(angles) > 1:
+        reason = f"with the motors at {degrees} deg the bars cannot meet (gap {gap:.3g} m)"
+    else:
+        branch = int(at(motion.branch)) if isinstance(motion.branch, np.ndarray) else motion.branch
+        reason = _reason(motion.linkage, branch, angles[0], f"(gap {gap:.3g} m)")
+    raise UnreachableError(f"{where}unreachable: {reason}", gap, index or None)
+
+
+def _reason(linkage, branch, degrees, gap):
+    allowed = crank_range(linkage, branch)
     if not allowed.intervals:
-        raise UnreachableError(
-            f"{where}unreachable: on this branch no angle of the {motion.linkage.driven} closes"
-            f" (gap {gap:.3g} m)",
-            gap,
-            index or None,
-        )
-    nearest = allowed.nearest(math.radians(at[0]))
-    raise UnreachableError(
-        f"{where}unreachable: the {motion.linkage.driven} cannot stand at {words} deg (gap"
-        f" {gap:.3g} m); the nearest allowed angle is {math.degrees(nearest):.9g} deg; it may turn"
-        f" {allowed}",
-        gap,
-        index or None,
+        return f"on this branch no angle of the {linkage.driven} closes {gap}"
+    nearest = math.degrees(allowed.nearest(math.radians(degrees)))
+    return (
+        f"the {linkage.driven} cannot stand at {degrees:.9g} deg {gap}; the nearest allowed angle"
+        f" is {nearest:.9g} deg; it may turn {allowed}"
     )
 
 
 def _gap(dyad):
-    """By how many metres a dyad's bars are too short or too long: negative where they meet, -inf
-    behind an open one.
-    """
+    """Return by how many metres a dyad's bars cannot meet, -inf behind an open one."""
     gap = -np.minimum.reduce(dyad.clearances)
     return np.where(np.isnan(gap), -np.inf, gap)

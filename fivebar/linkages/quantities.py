@@ -1,6 +1,4 @@
-"""What can be asked of a motion by name, with its unit: "coupler.angle", "M.x", "slide.position",
-"torque", ...
-"""
+"""Quantities of a motion by name: "coupler.angle", "M.x", "slide.position", "torque", ..."""
 
 from __future__ import annotations
 
@@ -14,113 +12,121 @@ if TYPE_CHECKING:
     from .motion import Motion
     from .study import Study
 
-LINK = {
-    "angle": ("rad", lambda m, name: m.angle(name)),
-    "rate": ("rad/s", lambda m, name: m.rate(name)),
-    "angular_acceleration": ("rad/s^2", lambda m, name: m.angular_acceleration(name)),
-}
+# {quantity: unit} of links, points, coordinates and the whole linkage.
+LINK = {"angle": "rad", "rate": "rad/s", "angular_acceleration": "rad/s^2"}
 POINT = {
-    "x": ("m", lambda m, name: m.position(name)[..., 0]),
-    "y": ("m", lambda m, name: m.position(name)[..., 1]),
-    "vx": ("m/s", lambda m, name: m.velocity(name)[..., 0]),
-    "vy": ("m/s", lambda m, name: m.velocity(name)[..., 1]),
-    "ax": ("m/s^2", lambda m, name: m.acceleration(name)[..., 0]),
-    "ay": ("m/s^2", lambda m, name: m.acceleration(name)[..., 1]),
-    "distance": ("m", lambda m, name: np.hypot(*np.moveaxis(m.position(name), -1, 0))),
-    "speed": ("m/s", lambda m, name: m.speed(name)),
-    "total": ("m/s^2", lambda m, name: np.hypot(*np.moveaxis(m.acceleration(name), -1, 0))),
-    "tangential": ("m/s^2", lambda m, name: m.tangential(name)),
-    "normal": ("m/s^2", lambda m, name: m.normal(name)),
-    "curvature_radius": ("m", lambda m, name: m.curvature_radius(name)),
+    "x": "m",
+    "y": "m",
+    "vx": "m/s",
+    "vy": "m/s",
+    "ax": "m/s^2",
+    "ay": "m/s^2",
+    "distance": "m",
+    "speed": "m/s",
+    "total": "m/s^2",
+    "tangential": "m/s^2",
+    "normal": "m/s^2",
+    "curvature_radius": "m",
 }
-COORDINATE = {
-    "position": ("m", lambda m, name: m.coordinate(name)[0]),
-    "velocity": ("m/s", lambda m, name: m.coordinate(name)[1]),
-    "acceleration": ("m/s^2", lambda m, name: m.coordinate(name)[2]),
-}
+COORDINATE = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 WHOLE = {
-    "transmission_angle": ("rad", lambda m, load, gravity: m.transmission_angle()),
-    "inertia": ("kg m^2", lambda m, load, gravity: equivalent_inertia(m)[0]),
-    "inertia_slope": ("kg m^2/rad", lambda m, load, gravity: equivalent_inertia(m)[1]),
-    "potential": ("J", lambda m, load, gravity: potential(m, gravity)[0]),
-    "torque": ("N m", lambda m, load, gravity: driving_torque(m, load, gravity)),
+    "transmission_angle": "rad",
+    "inertia": "kg m^2",
+    "inertia_slope": "kg m^2/rad",
+    "potential": "J",
+    "torque": "N m",
 }
+UNITS = LINK | POINT | COORDINATE | WHOLE
+VECTORS = {"": "position", "v": "velocity", "a": "acceleration"}
+ALONG_PATH = ("speed", "tangential", "normal", "curvature_radius")
 
 
 def unit(name: str) -> str:
-    """The unit of a quantity, by its name."""
-    own = name.rpartition(".")[2]
-    if name in WHOLE:
-        return WHOLE[name][0]
-    return next(table[own][0] for table in (LINK, POINT, COORDINATE) if own in table)
+    """Return the unit of a quantity."""
+    return UNITS[name.rpartition(".")[2]]
 
 
 def known(motion: Motion) -> list[str]:
-    """The names of all quantities of a motion."""
-    parts = ((motion.links, LINK), (motion.coordinates, COORDINATE), (motion.points, POINT))
-    names = [f"{part}.{own}" for group, table in parts for part in group for own in table]
-    one_drive = not isinstance(motion.q, tuple)
-    return names + [name for name in WHOLE if one_drive or name == "transmission_angle"]
+    """Return the names of all quantities of a motion."""
+    names = []
+    for parts, quantities in _groups(motion):
+        for part in parts:
+            names += [f"{part}.{quantity}" for quantity in quantities]
+    return names + (["transmission_angle"] if isinstance(motion.q, tuple) else list(WHOLE))
+
+
+def _groups(motion):
+    return (motion.links, LINK), (motion.coordinates, COORDINATE), (motion.points, POINT)
 
 
 def usual(motion: Motion, loaded: bool) -> list[str]:
-    """The names that a table has where none are asked for: without the points that only pictures
-    need.
-    """
-    points = [
-        p for p in motion.points if p not in motion.chain.marks and p not in motion.chain.grounded
-    ]
-    names = [f"{link}.{own}" for link in motion.links for own in LINK if link != "slider"]
-    names += [f"{way}.{own}" for way in motion.coordinates for own in COORDINATE]
-    names += [f"{point}.{own}" for point in points for own in ("x", "y", "vx", "vy", "ax", "ay")]
-    if (
-        not motion.coordinates
-    ):  # a slider's path, or what is traced beside one, is straight or a circle
-        names += [
-            f"{motion.chain.traced}.{own}"
-            for own in ("speed", "tangential", "normal", "curvature_radius")
-        ]
+    """Return the quantities of a table by default, without points that only pictures need."""
+    chain = motion.chain
+    left_out = {"slider", *chain.marks, *chain.grounded}
+    names = []
+    for parts, quantities in _groups(motion):
+        for part in parts:
+            if part not in left_out:
+                names += [f"{part}.{quantity}" for quantity in list(quantities)[:6]]
+    if not chain.coordinates:  # A slider's path, and what is traced with one, is simple.
+        names += [f"{chain.traced}.{quantity}" for quantity in ALONG_PATH]
     names.append("transmission_angle")
-    massive = any(link.body.mass or link.body.inertia for link in motion.chain.links.values())
-    return names + (["inertia", "torque"] if massive else ["torque"] if loaded else [])
+    if any(link.body.mass or link.body.inertia for link in chain.links.values()):
+        return [*names, "inertia", "torque"]
+    return [*names, "torque"] if loaded else names
 
 
 def usual_panels(study: Study) -> list[list[str]]:
-    """Quantities plotted together: ways, or else the links' angles; their rates; their
-    accelerations; the torque.
+    """Return groups of quantities to be plotted together.
 
-    Of a four-bar whose coupler point is named, that point's speed and accelerations in place of the
-    links' rates.
+    Coordinates or else angles of the links, their rates, their accelerations, the torque. Of a
+    four-bar whose coupler point is named, the speed and accelerations of that point.
     """
     motion = study.motion
     if motion.coordinates:
-        panels = [
-            [f"{motion.coordinates[0]}.{own}"] for own in ("position", "velocity", "acceleration")
-        ]
+        panels = [[f"{motion.coordinates[0]}.{quantity}"] for quantity in COORDINATE]
     elif getattr(study.linkage, "point", None) is not None:
         point = motion.chain.traced
         panels = [[f"{link}.angle" for link in motion.links], [f"{point}.speed"]]
         panels.append([f"{point}.tangential", f"{point}.normal"])
     else:
-        panels = [
-            [f"{link}.{own}" for link in motion.links]
-            for own in ("angle", "rate", "angular_acceleration")
-        ]
+        panels = []
+        for quantity in LINK:
+            panels.append([f"{link}.{quantity}" for link in motion.links])
     return panels + ([["torque"]] if "torque" in study.columns else [])
 
 
 def evaluate(
     motion: Motion, name: str, load: dict | None = None, gravity: tuple[float, float] = (0.0, 0.0)
 ) -> np.ndarray:
-    """One quantity of a motion by its name."""
-    part, _, own = name.rpartition(".")
-    if name in WHOLE:
-        return WHOLE[name][1](motion, load, gravity)
-    for group, table in (
-        (motion.links, LINK),
-        (motion.coordinates, COORDINATE),
-        (motion.points, POINT),
-    ):
-        if part in group and own in table:
-            return table[own][1](motion, part)
+    """Return one quantity of a motion by its name, (*batch,)."""
+    part, _, quantity = name.rpartition(".")
+    if part in motion.links and quantity in LINK:
+        return getattr(motion, quantity)(part)
+    if part in motion.coordinates and quantity in COORDINATE:
+        return motion.coordinate(part)[list(COORDINATE).index(quantity)]
+    if part in motion.points and quantity in POINT:
+        return _of_point(motion, part, quantity)
+    match name:
+        case "transmission_angle":
+            return motion.transmission_angle()
+        case "inertia":
+            return equivalent_inertia(motion)[0]
+        case "inertia_slope":
+            return equivalent_inertia(motion)[1]
+        case "potential":
+            return potential(motion, gravity)[0]
+        case "torque":
+            return driving_torque(motion, load, gravity)
     raise ValueError(f"no quantity {name!r}; the known ones are {', '.join(known(motion))}")
+
+
+def _of_point(motion, point, quantity):
+    if quantity in ALONG_PATH:
+        return getattr(motion, quantity)(point)
+    if quantity == "distance":
+        return np.hypot(*np.moveaxis(motion.position(point), -1, 0))
+    if quantity == "total":
+        return np.hypot(*np.moveaxis(motion.acceleration(point), -1, 0))
+    vector = getattr(motion, VECTORS[quantity[:-1]])(point)
+    return vector[..., "xy".index(quantity[-1])]

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from ..models.robots import must_close
 from .chain import Along, Fixed, Reach, Still, Turned, meet, slide
-from .checks import finite, sizes
+from .checks import check, check_lengths, coordinate
 from .limits import four_bar_limits
 from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
 
@@ -63,8 +63,8 @@ class SixBarPress:
     usual_start = START
 
     def __post_init__(self) -> None:
-        sizes(self, "l2", "l3", "l4", "l5", "l11", "l12")
-        finite(self, "theta11")
+        check_lengths(self, "l2", "l3", "l4", "l5", "l11", "l12")
+        check(self, coordinate, "theta11")
         must_close("press", {name: getattr(self, name) for name in ("l2", "l3", "l4", "l11")})
         for k in range(2, 7):
             Body(getattr(self, f"m{k}"), getattr(self, f"j{k}", 0.0))
@@ -89,26 +89,24 @@ class SixBarPress:
             "bar": Link(c, bar, self.l5, Body(self.m5, self.j5)),
             "slider": Link(e, Still((0.0, 1.0)), 0.0, Body(self.m6)),
         }
-        ways = {
-            "S6": Along(e, d.p, (0.0, -1.0), self.l12),
-            "S6_down": Along(e, d.p, (0.0, 1.0), self.l12),
-        }
-        far = branch[1] * (self.l4 + self.l5)
-        points = {"A": a, "B": b, "C": c, "D": d, "E": e}
-        points |= {
-            name: Fixed((d.p[0], d.p[1] + share * far)) for name, share in zip(RAIL, (0.4, 1.1))
-        }
-        points |= {
-            name: Reach(e, Still((0.0, 1.0)), share * self.l5)
-            for name, share in zip(BLOCK, (-0.06, 0.06))
-        }
-        bars, grounded, block = (
-            (("A", "B"), ("B", "C"), ("D", "C"), ("C", "E")),
-            ("A", "D", *RAIL),
-            (*BLOCK, "E"),
-        )
+        along, share = Still((0.0, 1.0)), branch[1] * (self.l4 + self.l5)
+        x, y = d.p
+        rail = {RAIL[0]: Fixed((x, y + 0.4 * share)), RAIL[1]: Fixed((x, y + 1.1 * share))}
+        block = {name: Reach(e, along, size * self.l5) for name, size in zip(BLOCK, (-0.06, 0.06))}
         return Chain(
-            points, links, ways, (c.dyad, e.dyad), bars, grounded, ("A",), "C", (RAIL,), (block,)
+            points={"A": a, "B": b, "C": c, "D": d, "E": e, **rail, **block},
+            links=links,
+            coordinates={
+                "S6": Along(e, d.p, (0.0, -1.0), self.l12),
+                "S6_down": Along(e, d.p, (0.0, 1.0), self.l12),
+            },
+            dyads=(c.dyad, e.dyad),
+            bars=(("A", "B"), ("B", "C"), ("D", "C"), ("C", "E")),
+            grounded=("A", "D", *RAIL),
+            actuated=("A",),
+            traced="C",
+            rails=(RAIL,),
+            blocks=((*BLOCK, "E"),),
         )
 
     start = one_drive

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..base.backend import EPS, is_symbolic
+from ..base.checks import instance
 from .chain import Along, Fixed, Reach, Slot, Still, Turned, slide
-from .checks import bodies, finite, sizes
+from .checks import check, check_lengths, coordinate
 from .limits import ends_of, guide_limits
 from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
 
@@ -49,10 +50,10 @@ class SliderCrank:
     usual_branch = 1
 
     def __post_init__(self) -> None:
-        sizes(self, "crank", "rod")
-        finite(self, "offset")
-        bodies(self, Body, "crank_body", "rod_body", "slider_body", "guide_body")
-        if not isinstance(self.held, str) or self.held not in HELD:
+        check_lengths(self, "crank", "rod")
+        check(self, coordinate, "offset")
+        check(self, instance(Body), "crank_body", "rod_body", "slider_body", "guide_body")
+        if self.held not in HELD:
             raise ValueError(f"no link {self.held!r} to hold; the known ones are {', '.join(HELD)}")
         if abs(self.offset) > self.crank + self.rod:
             raise ValueError(
@@ -62,9 +63,11 @@ class SliderCrank:
             )
 
     def chain(self, q: Number, branch: Number) -> Chain:
-        return (
-            self._on_fixed_guide if self.held in ("guide", "slider") else self._on_turning_guide
-        )(q, branch)
+        if self.held == "guide":
+            return self._guide_held(q, branch)
+        if self.held == "slider":
+            return self._slider_held(q, branch)
+        return self._on_turning_guide(q, branch)
 
     start = one_drive
 
@@ -73,16 +76,11 @@ class SliderCrank:
         """Angles of the driven link, rad, at which the dyad is singular without being a limit."""
         tolerance = 8 * EPS * (self.crank + self.rod)
         if self.held in ("guide", "slider"):
-            driven, bar, e = (
-                (self.crank, self.rod, self.offset)
-                if self.held == "guide"
-                else (self.rod, self.crank, -self.offset)
-            )
-            return [
-                side * math.pi / 2
-                for side in (1, -1)
-                if abs(abs(e - side * driven) - bar) <= tolerance
-            ]
+            driven, bar, offset = self.crank, self.rod, self.offset
+            if self.held == "slider":
+                driven, bar, offset = self.rod, self.crank, -self.offset
+            heights = {side: abs(offset - side * driven) for side in (1, -1)}
+            return [s * math.pi / 2 for s, h in heights.items() if abs(h - bar) <= tolerance]
         if abs(abs(self.crank - self.rod) - abs(self.offset)) <= tolerance:
             return [math.pi if self.held == "crank" else 0.0]
         return []
@@ -96,77 +94,83 @@ class SliderCrank:
         """The name of the driven link."""
         return "crank" if self.held in ("guide", "rod") else "rod"
 
-    def _on_fixed_guide(self, q, branch):
-        """RRP; with the slider held its guide moves along itself, so that O is what slides."""
-        base, heading, length = Fixed((0.0, 0.0)), Turned(Still(), q), self._length
-        if self.held == "guide":
-            a = Reach(base, heading, self.crank)
-            b, rod = slide(
-                a,
-                (0.0, self.offset),
-                (1.0, 0.0),
-                self.rod,
-                branch,
-                "the rod is perpendicular to the guide",
-            )
-            rail = {
-                name: Fixed((along, self.offset))
-                for name, along in zip(RAIL, (-0.3 * length, length))
-            }
-            points = {"O": base, "A": a, "B": b, **rail, **_block(b, Still(), length)}
-            links = {
-                "crank": Link(base, heading, self.crank, self.crank_body),
-                "rod": Link(a, rod, self.rod, self.rod_body),
-                "slider": Link(b, Still(), 0.0, self.slider_body),
-            }
-            ways = {"slide": Along(b, (0.0, self.offset), (1.0, 0.0))}
-            bars, grounded, block = (("O", "A"), ("A", "B")), ("O", *RAIL), (*BLOCK, "B")
-            return Chain(
-                points, links, ways, (b.dyad,), bars, grounded, ("O",), "B", (RAIL,), (block,)
-            )
-        a = Reach(base, heading, self.rod)
-        singular = "the crank is perpendicular to the guide"
-        o, crank = slide(a, (0.0, -self.offset), (1.0, 0.0), self.crank, branch, singular)
-        points = {"B": base, "A": a, "O": o, **self._rail(o, Still())}
+    def _guide_held(self, q, branch):
+        length, y = self._length, self.offset
+        o, heading = Fixed((0.0, 0.0)), Turned(Still(), q)
+        a = Reach(o, heading, self.crank)
+        singular = "the rod is perpendicular to the guide"
+        b, rod = slide(a, (0.0, y), (1.0, 0.0), self.rod, branch, singular)
         links = {
-            "rod": Link(base, heading, self.rod, self.rod_body),
+            "crank": Link(o, heading, self.crank, self.crank_body),
+            "rod": Link(a, rod, self.rod, self.rod_body),
+            "slider": Link(b, Still(), 0.0, self.slider_body),
+        }
+        rail = {RAIL[0]: Fixed((-0.3 * length, y)), RAIL[1]: Fixed((length, y))}
+        return Chain(
+            points={"O": o, "A": a, "B": b, **rail, **_block(b, Still(), length)},
+            links=links,
+            coordinates={"slide": Along(b, (0.0, y), (1.0, 0.0))},
+            dyads=(b.dyad,),
+            bars=(("O", "A"), ("A", "B")),
+            grounded=("O", *RAIL),
+            actuated=("O",),
+            traced="B",
+            rails=(RAIL,),
+            blocks=((*BLOCK, "B"),),
+        )
+
+    def _slider_held(self, q, branch):
+        """Return the chain in which the guide moves along itself, so that O slides."""
+        b, heading = Fixed((0.0, 0.0)), Turned(Still(), q)
+        a = Reach(b, heading, self.rod)
+        line, singular = (0.0, -self.offset), "the crank is perpendicular to the guide"
+        o, crank = slide(a, line, (1.0, 0.0), self.crank, branch, singular)
+        links = {
+            "rod": Link(b, heading, self.rod, self.rod_body),
             "crank": Link(a, crank, self.crank, self.crank_body),
             "guide": Link(o, Still(), 0.0, self.guide_body),
         }
-        ways = {"slide": Along(o, (0.0, -self.offset), (-1.0, 0.0))}
-        bars = ("B", "A"), ("A", "O"), *self._arm
-        return Chain(points, links, ways, (o.dyad,), bars, ("B",), ("B",), "O", (RAIL,))
+        return Chain(
+            points={"B": b, "A": a, "O": o, **self._rail(o, Still())},
+            links=links,
+            coordinates={"slide": Along(o, line, (-1.0, 0.0))},
+            dyads=(o.dyad,),
+            bars=(("B", "A"), ("A", "O"), *self._arm),
+            grounded=("B",),
+            actuated=("B",),
+            traced="O",
+            rails=(RAIL,),
+        )
 
     def _on_turning_guide(self, q, branch):
         """RPR: the guide turns about O and passes the block's pin B at the offset."""
-        heading, base = Turned(Still(), q), Fixed((0.0, 0.0))
+        heading, origin = Turned(Still(), q), Fixed((0.0, 0.0))
         if self.held == "crank":
-            o, a = base, Fixed((self.crank, 0.0))
+            o, a = origin, Fixed((self.crank, 0.0))
             b = Reach(a, heading, self.rod)
-            links, grounded, traced = (
-                {"rod": Link(a, heading, self.rod, self.rod_body)},
-                ("A", "O"),
-                "B",
-            )
+            links = {"rod": Link(a, heading, self.rod, self.rod_body)}
+            grounded, traced, bar = ("A", "O"), "B", ("A", "B")
         else:
-            a, b = base, Fixed((self.rod, 0.0))
+            a, b = origin, Fixed((self.rod, 0.0))
             o = Reach(a, heading, self.crank)
-            links, grounded, traced = (
-                {"crank": Link(a, heading, self.crank, self.crank_body)},
-                ("A", "B"),
-                RAIL[1],
-            )
+            links = {"crank": Link(a, heading, self.crank, self.crank_body)}
+            grounded, traced, bar = ("A", "B"), RAIL[1], ("A", "O")
         guide = Slot(o, b, self.offset, branch)
-        points = {"O": o, "A": a, "B": b, **self._rail(o, guide), **_block(b, guide, self._length)}
         # Block and guide turn as one; the block's own centre is its pin.
-        links |= {
-            "guide": Link(o, guide, 0.0, self.guide_body),
-            "slider": Link(b, guide, 0.0, self.slider_body),
-        }
-        bars = ("A", "B" if self.held == "crank" else "O"), *self._arm
-        ways, block = {"slide": _Slide(guide)}, (*BLOCK, "B")
+        links["guide"] = Link(o, guide, 0.0, self.guide_body)
+        links["slider"] = Link(b, guide, 0.0, self.slider_body)
+        block = _block(b, guide, self._length)
         return Chain(
-            points, links, ways, (guide,), bars, grounded, ("A",), traced, (RAIL,), (block,)
+            points={"O": o, "A": a, "B": b, **self._rail(o, guide), **block},
+            links=links,
+            coordinates={"slide": _Slide(guide)},
+            dyads=(guide,),
+            bars=(bar, *self._arm),
+            grounded=grounded,
+            actuated=("A",),
+            traced=traced,
+            rails=(RAIL,),
+            blocks=((*BLOCK, "B"),),
         )
 
     @property

@@ -50,7 +50,7 @@ class Straightness(NamedTuple):
 
 @takes(mechanism=instance(StraightLine), samples=whole(2, 10**6))
 def straightness(mechanism: StraightLine, samples: int = 4001) -> Straightness:
-    """How straight the coupler point of a StraightLine goes over its usual stroke: Straightness."""
+    """Return how straight the coupler point goes over its usual stroke."""
     q = np.linspace(*mechanism.stroke, samples)
     point = move(mechanism.linkage, q, branch=mechanism.branch).position("M") - mechanism.through
     x, y = mechanism.direction
@@ -66,8 +66,9 @@ def crank_at(
     along: float,
     guess: float,
 ) -> float:
-    """The crank angle at which the coupler point is at this coordinate along a line, m, by Newton
-    from a guess.
+    """Return the crank angle with the coupler point at a coordinate along a line, m.
+
+    By Newton's method from a guess.
     """
     for _ in range(50):
         motion = move(linkage, guess, branch=branch)
@@ -81,8 +82,9 @@ def crank_at(
 
 
 def roberts(r: float) -> StraightLine:
-    """Roberts' mechanism of arms r: ground 2, coupler 1, the point at r below both ends; exact at
-    A, between, and D.
+    """Return Roberts' mechanism of arms r: ground 2, coupler 1, the point at r below both ends.
+
+    It is exact at A, at D and between them once.
     """
     linkage = FourBar(2.0, r, 1.0, r, point=(0.5, -math.sqrt(r * r - 0.25)))
     if not r >= 1.18615:  # there coupler and rocker come in line with the point at A
@@ -157,8 +159,13 @@ BUILDERS = {
 
 @takes(name=text)
 def straight_line(name: str) -> StraightLine:
-    """The straight-line mechanism of this name: "evans", "chebyshev", "watt", "hoeken" or
-    "roberts".
+    """Return a mechanism by name: "evans", "chebyshev", "watt", "hoeken" or "roberts".
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.straightness(linkages.straight_line("watt")).stroke
+    0.5
     """
     if name not in BUILDERS:
         raise ValueError(

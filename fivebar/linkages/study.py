@@ -126,18 +126,44 @@ def study(
     gravity: ArrayLike = (0.0, 0.0),
     quantities: Sequence[str] | None = None,
 ) -> Study:
-    """A linkage over one or more turns: Study.
+    """Return a linkage's motion over one or more turns, as a table of quantities.
 
-    speed: rad/s, a pair for two motors, < 0 turns clockwise.
-    turns: > 0.
-    drive: "turn" evenly, and smoothly through the flat poses of a change point, refused with
-    UnreachableError where the crank locks; "until-lock"; or "swing" to and fro in its range, or in
-    `between`. branch, start (rad): None for the linkage's usual ones.
-    between: (low, high) rad.
-    samples: per turn, at most 10^6 in all.
-    load: {point: (Fx, Fy)} N, for the torque.
-    gravity: (gx, gy) m/s^2, for the torque.
-    quantities: names for the table, None for the usual ones.
+    Parameters
+    ----------
+    linkage : FourBar, SliderCrank, SixBarPress or FiveBarLinkage
+    speed : float
+        rad/s, a pair for two motors; < 0 turns clockwise.
+    turns : float
+    drive : {"turn", "until-lock", "swing"}
+        "turn" evenly, and smoothly through the flat poses of a change point; "until-lock" the
+        same up to where the crank locks; "swing" to and fro in its range, or in `between`.
+    branch, start
+        None: the linkage's usual ones; start in rad.
+    between : (low, high), rad
+    samples : int
+        Per turn, at most 10^6 in all.
+    load : mapping
+        {point: (Fx, Fy)}, N, for the torque.
+    gravity : (gx, gy), m/s^2
+        For the torque.
+    quantities : sequence of str
+        Of the table; None: the usual ones.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    UnreachableError
+        The crank locks, with drive "turn".
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> study = linkages.study(linkages.FourBar(0.2, 0.06, 0.16, 0.14), samples=5)
+    >>> study["rocker.angle"].round(3)
+    array([1.925, 1.978, 2.58 , 2.561, 1.925])
     """
     motors = 2 if isinstance(linkage, FiveBarLinkage) else 1
     speed, shapes = finite_numbers(speed, "speed"), [(), (2,)][:motors]

@@ -103,7 +103,7 @@ def design(
     --------
     >>> import fivebar as fb
     >>> best = fb.design("workspace_area", {"l1": (0.1, 0.2), "d": 0.1}, effort=0.05)
-    >>> round(best.parameters["l1"], 6)
+    >>> round(best.parameters["l1"], 3)
     0.2
     """
     robot = FiveBar() if robot is None else robot
