@@ -1,6 +1,4 @@
-"""The lab's functions as thin calls into the package: there the passive joints, too, are
-arguments.
-"""
+"""The functions of the AMORO lab as thin calls into the package."""
 
 from types import SimpleNamespace
 
@@ -23,11 +21,28 @@ def checked(**given):
 
 
 def models(robot):
-    """The ten functions of the AMORO lab for `robot`: `models(robot).dgm(q11, q21, assembly_mode)`
-    and so on.
+    """Return the ten functions of the AMORO lab, with the lab's own signatures.
 
-    Floats in, tuples of floats out; dynamic_model gives arrays M (2, 2) and c (2,). D and DD mark
-    first and second derivatives. Errors are those of the package's functions of the same names.
+    dgm, igm, dgm_passive, dkm, ikm, dkm_passive, dkm2, ikm2, dkm2_passive, dynamic_model. D and DD
+    mark first and second derivatives; the passive joints are arguments, too.
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+
+    Returns
+    -------
+    SimpleNamespace
+        Functions of floats that return tuples of floats; dynamic_model returns arrays M (2, 2) and
+        c (2,). They raise the errors of the package's functions of the same names.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> lab = fb.amoro.models(fb.FiveBar())
+    >>> x, y = lab.dgm(0.0, 0.0, -1)
+    >>> print(f"{x:.3f} {y:.5f}")
+    0.090 0.06796
     """
 
     must_be_robot(robot, "robot")

@@ -18,12 +18,7 @@ from .urdf import urdf
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-FORMATS = {
-    "mjcf": ".xml",
-    "urdf": ".urdf",
-    "sdf": ".sdf",
-    "c": ".h",
-}  # and how their files' names end
+FORMATS = {"mjcf": ".xml", "urdf": ".urdf", "sdf": ".sdf", "c": ".h"}  # endings of files
 OPTIONS = {
     "mjcf": ("start", "step"),
     "urdf": ("start",),
@@ -58,19 +53,38 @@ def export(
     functions: Iterable[str] | None = None,
     name: str | None = None,
 ) -> str:
-    """The robot in another program's format, as a text: "mjcf", "urdf", "sdf", or "c", one C99
-    header.
+    """Write the robot in the format of another program.
 
-    Simulators get bodies that move exactly as the base parameters do (`bodies.legs_of`); their
-    joints' coordinates are ours. Each file says in its head how its simulator closes the loop, and
+    Simulators get bodies that move exactly as the base parameters do; the coordinates of their
+    joints are those of the robot. The head of each file says how its simulator closes the loop, and
     with what error.
 
-    out: path or open text file to write it to as well, whole or not at all. name: of the model, and
-    what all names in C begin with (None: fivebar or biglide).
-    start: the pose shown, (None: q = (0, 0) where it closes). step: s, the simulator's (None: 1
-    ms). closure: of SDF, "constraint" for Drake (None), "joint" for Gazebo. functions: of C, which
-    of `header.NAMES` (None: all). ValueError for an option of another format, and for a robot that
-    no bodies of positive mass move as.
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    format : "mjcf" (MuJoCo), "urdf", "sdf" (Drake, Gazebo), or "c": one C99 header
+    out : path or open text file to write it to as well, whole or not at all
+    start : the pose that the file shows; by default q = (0, 0), where that closes
+    step : s, time step of the simulator; of mjcf and sdf, by default 1 ms
+    closure : of sdf: "constraint" for Drake (default), or "joint" for Gazebo
+    functions : of c: which of `header.NAMES`, by default all
+    name : of the model, and of c what all names begin with; by default fivebar or biglide
+
+    Returns
+    -------
+    str
+        The text of the file.
+
+    Raises
+    ------
+    ValueError
+        An option of another format, or a robot that no bodies of positive mass move as.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.export(fb.FiveBar(), "urdf").splitlines()[0]
+    '<?xml version="1.0"?>'
     """
     options = dict(start=start, step=step, closure=closure, functions=functions)
     given = {key: value for key, value in options.items() if value is not None}
@@ -80,8 +94,8 @@ def export(
         )
     if format != "c":
         given["start"] = start_of(robot, start)
-    found = WRITERS[format](robot, name or type(robot).__name__.lower(), **given)
+    content = WRITERS[format](robot, name or type(robot).__name__.lower(), **given)
     if out is not None:
         with written(out) as file:
-            file.write(found)
-    return found
+            file.write(content)
+    return content

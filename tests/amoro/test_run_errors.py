@@ -7,7 +7,7 @@ import pytest
 from tests.amoro.test_run import START, run
 
 LOOP = "while True:\n    if robot.data_updated():\n        "
-ROS = "fivebar run has no '{}': it runs the lab's scripts without ROS and Qt and offers lab_amoro.parallel_robot: "
+ROS = "fivebar run has no '{}': it runs the lab's scripts without ROS and Qt"
 
 
 @pytest.mark.parametrize(
@@ -60,10 +60,10 @@ REFUSED = [
     ("robot.apply_efforts(0.0, 1j)", "the right effort is 1j, not one number"),
     ("robot.apply_efforts(np.zeros(2), 0.0)", "the left effort is an array of shape (2,), not one number"),
     ("Robot('biglide')", "RuntimeError: Robot('biglide'): there is a Robot already"),
-    ("robot.get_logger()", "AttributeError: Robot has no 'get_logger' in fivebar run; it offers active_left_joint, "),
+    ("robot.get_logger()", "AttributeError: Robot has no 'get_logger' in fivebar run"),
     ("start_robot(3)", "TypeError: start_robot needs a Robot, not 3"),
     ("rclpy.init()", "RuntimeError: rclpy.init was called twice"),
-    ("rclpy.spin(robot)", "AttributeError: fivebar run has no rclpy.spin; it offers init, shutdown"),
+    ("rclpy.spin(robot)", "AttributeError: fivebar run has no rclpy.spin"),
     ("from rclpy.node import Node", "ModuleNotFoundError: " + ROS.format("rclpy.node")),
     ("from rclpy import spin", "ModuleNotFoundError: " + ROS.format("rclpy.spin")),
     ("from geometry_msgs.msg import Twist", "ModuleNotFoundError: " + ROS.format("geometry_msgs")),

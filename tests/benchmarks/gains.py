@@ -6,7 +6,19 @@ import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
 import fivebar as fb
-from fivebar.study.pitfalls.sampled import SMALL, Decided, hold, is_stable
+from fivebar.study.pitfalls.sampled import SMALL, Decided, hold
+
+
+def is_stable(p, q, delay=0):
+    """Return whether gains p = Kp h^2, q = Kd h (arrays) are asymptotically stable.
+
+    Without delay 0 < p and p/2 < q < 2; with one sample, r = q - p/2, 0 < p < r (1 - r). Exact:
+    Jury's conditions on the characteristic polynomials of `spectral_radius`.
+    """
+    r = np.asarray(q) - np.asarray(p) / 2
+    if delay == 0:
+        return (0 < np.asarray(p)) & (r > 0) & (np.asarray(q) < 2)
+    return (0 < np.asarray(p)) & (p < r * (1 - r))
 
 
 def noise_gain(robot, p: float, q: float, delay: int = 0) -> float:

@@ -45,9 +45,7 @@ def _package(name, offered):
     vars(module).update(offered, __all__=list(offered), __path__=[])
 
     def refuse(attribute):
-        raise AttributeError(
-            f"fivebar run has no {name}.{attribute}; it offers {', '.join(offered)}"
-        )
+        raise AttributeError(f"fivebar run has no {name}.{attribute}")
 
     module.__getattr__ = refuse
     return module
@@ -59,12 +57,8 @@ class Refusals(importlib.abc.MetaPathFinder):
     def find_spec(self, name, path=None, target=None):
         top = name.partition(".")[0]
         if top in ("lab_amoro", "rclpy") or ABSENT.fullmatch(top):
-            offered = "; ".join(
-                f"{known}: {', '.join(module.__all__)}" for known, module in OFFERED.items()
-            )
             raise ModuleNotFoundError(
-                f"fivebar run has no {name!r}: it runs the lab's scripts without ROS and Qt and"
-                f" offers {offered}"
+                f"fivebar run has no {name!r}: it runs the lab's scripts without ROS and Qt"
             )
         return None
 

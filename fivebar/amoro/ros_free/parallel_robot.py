@@ -95,10 +95,7 @@ class Robot:
         self._read()
 
     def __getattr__(self, name):
-        offered = [each for each in (*vars(self), *dir(type(self))) if not each.startswith("_")]
-        raise AttributeError(
-            f"Robot has no {name!r} in fivebar run; it offers {', '.join(sorted(offered))}"
-        )
+        raise AttributeError(f"Robot has no {name!r} in fivebar run")
 
 
 def start_robot(robot):

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...constraints.path_check import check_path
+from ...control.laws import Reference
 from ...models.dynamics import inverse_dynamics
 from ...models.geometry import igm
 from ...models.kinematics import ikm, ikm2
-from ...planning.trajectory import line, polynomial
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from ...control.laws import Reference
-    from ...models.robots import Robot
-    from ...planning.trajectory import Trajectory
+from ...models.robots import Robot
+from ...planning.trajectory import Trajectory, line, polynomial
 
 START = (0.09, 0.06796322)
 GOAL = (0.05, 0.0)
@@ -77,11 +72,6 @@ class Crossing:
     crossing: float
     offset: np.ndarray
     torque: np.ndarray
-
-    @property
-    def peak(self) -> float:
-        """The largest torque, N m."""
-        return float(np.abs(self.torque).max())
 
 
 def beside_crossing(

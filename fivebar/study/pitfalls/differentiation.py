@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...models.geometry import dgm
 from ...models.kinematics import dkm, dkm2
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import ArrayLike
-
-    from ...models.robots import Robot
+from ...models.robots import Robot
 
 OURS = 2e-15  # bound of the relative error of our rates, which the tests check against 50 digits
 

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.geometry import dgm
-from ...models.kinematics import dkm
+from ...models.kinematics import Rates, dkm
 from ...models.named_robots import ROBOTS
 from ...simulation.simulate import simulate
 from .integrators import adaptive, explicit_euler, march, rk4, semi_implicit_euler
 from .joint_space import joint_model, joint_slope
-
-if TYPE_CHECKING:
-    from ...models.kinematics import Rates
 
 # A robot without Type 2, so that only the integrators lose energy; its inertias are ours.
 ROBOT = replace(ROBOTS["hoang-2015"].robot, zz1=0.002, zz2=0.002, m=0.5)
@@ -39,11 +35,6 @@ class Drift:
     t: np.ndarray
     error: np.ndarray
     evaluations: int
-
-    @property
-    def worst(self) -> float:
-        """The largest error; infinite where the solver did not get to the end."""
-        return float(np.abs(self.error).max()) if len(self.error) else float("inf")
 
 
 def drift_by(name: str, step: float = 1e-3, duration: float = 10.0, rtol: float = 1e-3) -> Drift:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...models.geometry import igm
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from ...models.robots import FiveBar
+from ...models.robots import FiveBar
 
 
 def half_angle(a: np.ndarray, b: np.ndarray, c: np.ndarray, branch: int) -> np.ndarray:

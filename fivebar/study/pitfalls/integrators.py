@@ -5,16 +5,13 @@ A slope is (t, state (k, ...)) -> (k, ...), positions first, then rates.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    Slope = Callable[[float, np.ndarray], np.ndarray]
+Slope = Callable[[float, np.ndarray], np.ndarray]
 
 
 def explicit_euler(slope: Slope, t: float, state: np.ndarray, step: float) -> np.ndarray:

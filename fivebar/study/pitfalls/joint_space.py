@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...models.geometry import igm
-from ...models.kinematics import ikm
+from ...models.kinematics import Rates, ikm
+from ...models.robots import FiveBar, Robot
 from ...simulation.simulate import simulate
-from .integrators import adaptive, rk4
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from ...models.kinematics import Rates
-    from ...models.robots import FiveBar, Robot
-    from .integrators import Slope
+from .integrators import Slope, adaptive, rk4
 
 FREE_END = (0.0087618923917, 0.1480740333255)  # m, at 2 s, good to 5e-13 m
 DURATION = 2.0  # s
@@ -145,12 +138,6 @@ class StepSizes:
     step: np.ndarray
     end: np.ndarray
     energy_error: np.ndarray
-
-    def outcomes(self, near: float = 1e-4) -> Counter:
-        """Count the steps that gave nan, ended within `near` (m) of the end, or are wrong."""
-        distance = np.linalg.norm(self.end - FREE_END, axis=1)
-        kinds = np.where(distance <= near, "right", "silently wrong")
-        return Counter(np.where(np.isfinite(distance), kinds, "nan").tolist())
 
 
 def free_motion_by_steps(robot: FiveBar, steps: ArrayLike) -> StepSizes:

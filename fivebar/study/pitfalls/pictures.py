@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from ...visualization.style import AMBER, BLUE, INK, ORANGE, PINK, SKY
+from .crossing import Crossing
 from .differentiation import OURS as OURS_BOUND
-from .joint_space import FREE_END
-from .sampled import boundary
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from .crossing import Crossing
-    from .differentiation import Differentiation
-    from .energy_drift import Drift
-    from .joint_space import FreeRun, StepSizes
-    from .redundant import Redundant
-    from .sampled import MeasuredLimit
+from .differentiation import Differentiation
+from .energy_drift import Drift
+from .joint_space import FREE_END, FreeRun, StepSizes
+from .redundant import Redundant
+from .sampled import MeasuredLimit, boundary
 
 # What survives is ink; the others are told apart by dashes too.
 OTHERS = (
@@ -55,11 +49,29 @@ def differentiation(curve: Differentiation) -> Figure:
     for (name, error), style in zip(pairs, OTHERS):
         best = np.argmin(error)
         label = f"{name}: best {error[best]:.1g} at {curve.step[best]:.0e} s"
-        axes.loglog(curve.step, error, **style, lw=1.5, label=label)
-        axes.plot(curve.step[best], error[best], "o", color=style["color"], ms=7)
+        axes.loglog(
+            curve.step,
+            error,
+            **style,
+            lw=1.5,
+            label=label,
+        )
+        axes.plot(
+            curve.step[best],
+            error[best],
+            "o",
+            color=style["color"],
+            ms=7,
+        )
     axes.axhline(OURS_BOUND, **OURS, lw=2.2, label="fivebar's rates, which need no step: at most")
     title = "Rates by differences of positions"
-    _finish(axes, "step between the positions (s)", "relative error", title, ylim=(1e-16, 1e2))
+    _finish(
+        axes,
+        "step between the positions (s)",
+        "relative error",
+        title,
+        ylim=(1e-16, 1e2),
+    )
     return figure
 
 
@@ -74,7 +86,13 @@ def free_motion(
         y = 1e3 * attempt.xi[finite, 1]
         claim = '"success"' if attempt.success else "gave up"
         label = f"{attempt.name}: {claim}{'' if finite.all() else ', nan'}"
-        left.plot(t, y, **style, lw=1.5, label=label)
+        left.plot(
+            t,
+            y,
+            **style,
+            lw=1.5,
+            label=label,
+        )
         left.plot(
             t[-1:],
             y[-1:],
@@ -83,7 +101,13 @@ def free_motion(
             ms=9,
             mew=2,
         )
-    left.plot(ours.t, 1e3 * ours.xi[:, 1], **OURS, lw=2.2, label="fivebar")
+    left.plot(
+        ours.t,
+        1e3 * ours.xi[:, 1],
+        **OURS,
+        lw=2.2,
+        label="fivebar",
+    )
     left.plot(
         2.0,
         1e3 * FREE_END[1],
@@ -138,7 +162,13 @@ def energy(drifts: Iterable[Drift]) -> Figure:
         style = OURS if drift.name == "fivebar" else next(others)
         error = np.maximum(np.maximum.accumulate(np.abs(drift.error)), FLOOR)
         label = f"{drift.name} ({drift.evaluations} evaluations)"
-        axes.semilogy(drift.t, error, **style, lw=1.5, label=label)
+        axes.semilogy(
+            drift.t,
+            error,
+            **style,
+            lw=1.5,
+            label=label,
+        )
     title = "Energy of a motion without torque"
     _finish(axes, "time (s)", "largest relative error so far", title)
     return figure
@@ -148,8 +178,20 @@ def closure(motions: dict[str, Redundant], ours: tuple[np.ndarray, np.ndarray]) 
     """Draw how far the bars are from their lengths against time; ours: (t, closure)."""
     figure, (axes,) = _panels()
     for (name, motion), style in zip(motions.items(), OTHERS):
-        axes.semilogy(motion.t, np.maximum(motion.closure, FLOOR), **style, lw=1.5, label=name)
-    axes.semilogy(ours[0], np.maximum(ours[1], FLOOR), **OURS, lw=0.7, label="fivebar")
+        axes.semilogy(
+            motion.t,
+            np.maximum(motion.closure, FLOOR),
+            **style,
+            lw=1.5,
+            label=name,
+        )
+    axes.semilogy(
+        ours[0],
+        np.maximum(ours[1], FLOOR),
+        **OURS,
+        lw=0.7,
+        label="fivebar",
+    )
     title = "Closure of the loop, free motion"
     _finish(axes, "time (s)", "error of a bar's length (m)", title)
     return figure
@@ -166,9 +208,21 @@ def crossing(naive: Crossing, compliant: Crossing) -> Figure:
         for case, name, style in cases:
             here = np.sign(case.offset) == side
             largest = np.abs(case.torque[here]).max(axis=1)
-            axes.loglog(np.abs(case.offset[here]), largest, **style, lw=2, label=name)
+            axes.loglog(
+                np.abs(case.offset[here]),
+                largest,
+                **style,
+                lw=2,
+                label=name,
+            )
         words = f"{when} the crossing"
-        _finish(axes, f"time {words} (s)", "larger torque (N m)", words, ylim=(1e-4, 1e2))
+        _finish(
+            axes,
+            f"time {words} (s)",
+            "larger torque (N m)",
+            words,
+            ylim=(1e-4, 1e2),
+        )
     panels[0].invert_xaxis()
     figure.suptitle("Exact torque through a Type-2 singularity")
     return figure
@@ -200,5 +254,11 @@ def stability(limits: Sequence[MeasuredLimit]) -> Figure:
         delay = "one sample of delay" if limit.delay else "no delay"
         title = f"{delay}: agrees within {100 * limit.worst:.2g} %"
         limits_of_axes = {"xlim": (0, None), "ylim": (0, None)}
-        _finish(axes, "Kp h² (no unit)", "Kd h (no unit)", title, **limits_of_axes)
+        _finish(
+            axes,
+            "Kp h² (no unit)",
+            "Kd h (no unit)",
+            title,
+            **limits_of_axes,
+        )
     return figure

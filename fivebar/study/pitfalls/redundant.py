@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .integrators import march, rk4
-
-if TYPE_CHECKING:
-    from ...models.kinematics import Rates
-    from ...models.robots import FiveBar
-    from .integrators import Slope
+from ...models.kinematics import Rates
+from ...models.robots import FiveBar
+from .integrators import Slope, march, rk4
 
 
 def constraints(robot: FiveBar, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -90,13 +86,6 @@ class Redundant:
     def closure(self) -> np.ndarray:
         """Errors of the distal bars' lengths (n,) m."""
         return closure(self.robot, self.states[:, 2:4], self.xi)
-
-    @property
-    def energy_error(self) -> np.ndarray:
-        """Relative errors of the energy (n,)."""
-        robot = self.robot
-        energy = self.states[:, 4:] ** 2 @ [robot.m, robot.m, robot.zz1, robot.zz2]
-        return energy / energy[0] - 1
 
 
 def redundant_motion(

@@ -8,8 +8,8 @@ samples of delay, 0 or 1.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
@@ -17,15 +17,9 @@ from scipy.optimize import brentq
 from ...control.laws import ComputedTorque
 from ...models.geometry import dgm
 from ...models.kinematics import dkm
+from ...models.robots import Robot
 from ...planning.trajectory import line
 from ...simulation.simulate import simulate
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import ArrayLike
-
-    from ...models.robots import Robot
 
 PERIOD = 0.01  # s
 SMALL = 1e-7  # rad, the first disturbance
@@ -33,20 +27,8 @@ POSE = 0.3, 0.9  # rad, at which the robot is held
 CENTRES = {0: (1.5, 1.4), 1: (0.12, 0.5)}  # stable gains (p, q), by samples of delay
 
 
-def is_stable(p: ArrayLike, q: ArrayLike, delay: int = 0) -> np.ndarray:
-    """Return whether gains p = Kp h^2, q = Kd h (arrays) are asymptotically stable.
-
-    Without delay 0 < p and p/2 < q < 2; with one sample, r = q - p/2, 0 < p < r (1 - r). Exact:
-    Jury's conditions on the characteristic polynomials of `spectral_radius`.
-    """
-    r = np.asarray(q) - np.asarray(p) / 2
-    if delay == 0:
-        return (0 < np.asarray(p)) & (r > 0) & (np.asarray(q) < 2)
-    return (0 < np.asarray(p)) & (p < r * (1 - r))
-
-
 def spectral_radius(p: float, q: float, delay: int = 0) -> float:
-    """Return the largest |z| of the sampled double integrator: it grows by this factor a sample."""
+    """Return the largest |z| of the sampled double integrator: its growth per sample."""
     polynomials = {0: [1, p / 2 + q - 2, 1 + p / 2 - q], 1: [1, -2, 1 + p / 2 + q, p / 2 - q]}
     return float(np.abs(np.roots(polynomials[delay])).max())
 

@@ -5,17 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter, defaultdict
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
-from .chart import OURS
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from .chart import Panel
-    from .store import Result
+from .chart import OURS, Panel
+from .store import Result
 
 Table = tuple[str, list[str], list[list[str]]]  # title, head, rows
 ABOVE_ROUNDING = 10.0

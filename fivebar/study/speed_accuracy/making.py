@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 from ...base.errors import UsageError
 from ...base.folders import locked_folder
@@ -12,12 +13,7 @@ from . import picture, runner
 from .catalogue import CHARTS
 from .chart import load
 from .page import write_page
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from .store import Result
+from .store import Result
 
 
 def make(

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import base64
 from html import escape
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from ...base.tables import written
 from .findings import summary
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from .store import Result
+from .store import Result
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #222; background: #fff }
@@ -29,7 +25,7 @@ td, th { white-space: nowrap } h3 { font-size: 1rem; margin: 1rem 0 .3rem }
   img { border-color: #bbb; filter: invert(.92) hue-rotate(180deg) }
 }
 @media print {
-  nav, details { display: none } body { margin: 0 } section + section { break-before: page }
+  nav { display: none } body { margin: 0 } section + section { break-before: page }
   h2, h3 { break-after: avoid; break-inside: avoid }
   /* Firefox knows no break-after: avoid, but a heading with room for what follows */
   h2::after, h3::after { content: ""; display: block; height: 10rem; margin-bottom: -10rem }
@@ -48,7 +44,7 @@ SECTION = """<section id="{name}"><h2>{title}</h2><p>{reading}</p>
 <div class="chart"><img alt="{title}" src="data:image/png;base64,{image}"></div>
 <p><strong>{caption}</strong></p>{tables}<p class="about">{about}</p>
 <p class="about"><a href="{name}.csv">{name}.csv</a>, <a href="{name}.svg">{name}.svg</a></p>
-<details><summary>{count} measurements, SI units</summary>{rows}</details></section>
+</section>
 """
 
 
@@ -59,10 +55,6 @@ def write_page(path: Path, results: dict[str, Result]) -> None:
     for name, result in results.items():
         caption, tables = summary(result)
         titled = [f"<h3>{escape(title)}</h3>{_table(head, rows)}" for title, head, rows in tables]
-        rows = []
-        for row in result.rows:
-            values = [row.get(column, "") for column in result.columns]
-            rows.append([f"{v:.6g}" if isinstance(v, float) else str(v) for v in values])
         sections.append(
             SECTION.format(
                 name=escape(name),
@@ -72,8 +64,6 @@ def write_page(path: Path, results: dict[str, Result]) -> None:
                 caption=escape(caption),
                 tables="".join(titled),
                 about=escape(", ".join(f"{key} {value}" for key, value in result.about.items())),
-                count=len(rows),
-                rows=_table(result.columns, rows),
             )
         )
     with written(path) as file:

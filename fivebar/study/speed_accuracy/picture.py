@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -13,9 +12,7 @@ from ...visualization.style import COLOURS as OKABE_ITO
 from ...visualization.style import INK
 from .chart import OURS
 from .findings import counted, failures, orders, summary, words_of
-
-if TYPE_CHECKING:
-    from .store import Result
+from .store import Result
 
 PALE = "#777777"
 COLOURS = *OKABE_ITO[:-1], "#8C6239", "#332288"  # brown, indigo: black is near the colour of ours
@@ -71,7 +68,13 @@ def panels(result: Result) -> Figure:
             _draw_panel(axes, result, panel, styles)
             strip = figure.add_subplot(grid[2 * i, k], sharex=axes)
             strip.set_title(panel.title, fontsize=10.5, color=INK)
-            _draw_strip(strip, panel, failed[i][k], styles, max(map(len, failed[i])))
+            _draw_strip(
+                strip,
+                panel,
+                failed[i][k],
+                styles,
+                max(map(len, failed[i])),
+            )
     return figure
 
 
@@ -157,7 +160,13 @@ def _draw_panel(axes, result, panel, styles):
 
 def _draw_strip(axes, panel, failed, styles, lanes):
     """Draw failed attempts at their times, a lane for each method, and how they failed."""
-    axes.tick_params(left=False, labelleft=False, bottom=False, labelbottom=False, which="both")
+    axes.tick_params(
+        left=False,
+        labelleft=False,
+        bottom=False,
+        labelbottom=False,
+        which="both",
+    )
     axes.set_facecolor("#f1f1f1" if failed else "none")
     axes.spines[:].set_visible(bool(failed))
     axes.set_ylim(max(lanes, 0.1), 0)

@@ -8,24 +8,19 @@ import signal
 import tempfile
 import time
 import timeit
+from collections.abc import Callable
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...base.errors import SingularityError, UnreachableError
 from ...base.workers import WorkerPool
-from .chart import Attempt, Failed, load
+from .chart import Attempt, Chart, Failed, Method, load
 from .machine import describe
 from .store import Partial, Result
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from .chart import Chart, Method
 
 BUDGET = {True: 0.1, False: 0.3}  # s of timing for one attempt, in a quick and in a full run
 # How an error is named on a chart; all other errors are our own, and end the run.

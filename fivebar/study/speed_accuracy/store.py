@@ -5,13 +5,10 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from ...base.tables import TextFile, write, written
 from .chart import Chart
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 # Columns of every chart. status: "ok"; "failed", word says how; "left out", word says what is
 # missing.

@@ -14,8 +14,12 @@ def numbers(values):
     return np.array(values, dtype=float)
 
 
+def peak(case):
+    return np.abs(case.torque).max()
+
+
 def needs_little_torque(case):
-    return case.peak < 0.1
+    return peak(case) < 0.1
 
 
 def test_exact_torque_beside_the_singularity(five_bar_numbers):
@@ -28,9 +32,11 @@ def test_exact_torque_beside_the_singularity(five_bar_numbers):
         numbers(met["tau_1us_before"]), rel=1e-6
     )
     # As the inverse of the time: ten times nearer, ten times the torque.
-    assert beside_crossing(ROBOT, straight(), 1e-7).peak / naive.peak == pytest.approx(10, rel=1e-3)
-    assert beside_crossing(ROBOT, compliant(ROBOT), 1e-7).peak == pytest.approx(
-        crossing.peak, rel=1e-2
+    assert peak(beside_crossing(ROBOT, straight(), 1e-7)) / peak(naive) == pytest.approx(
+        10, rel=1e-3
+    )
+    assert peak(beside_crossing(ROBOT, compliant(ROBOT), 1e-7)) == pytest.approx(
+        peak(crossing), rel=1e-2
     )
 
 

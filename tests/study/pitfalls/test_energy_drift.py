@@ -1,12 +1,18 @@
 """Integrators on a motion without torque of a robot without Type 2: who keeps its energy."""
 
+import numpy as np
 import pytest
 
 from fivebar.study.pitfalls.energy_drift import drift_by, drift_of_ours
 
 
+def worst(drift):
+    """The largest error; infinite where the solver did not get to the end."""
+    return np.abs(drift.error).max() if len(drift.error) else np.inf
+
+
 def keeps_its_energy(drift):
-    return drift.worst < 1e-9
+    return worst(drift) < 1e-9
 
 
 @pytest.fixture(scope="module")
@@ -16,8 +22,8 @@ def ours():
 
 def test_ours_does(ours):
     assert keeps_its_energy(ours)
-    assert drift_of_ours(step=1e-2).worst / ours.worst == pytest.approx(1e4, rel=0.5)  # order 4
-    assert drift_of_ours(step=1e-4).worst < 1e-12
+    assert worst(drift_of_ours(step=1e-2)) / worst(ours) == pytest.approx(1e4, rel=0.5)  # order 4
+    assert worst(drift_of_ours(step=1e-4)) < 1e-12
 
 
 @pytest.mark.parametrize("name", ["explicit Euler", "semi-implicit Euler", "DOP853", "Radau"])

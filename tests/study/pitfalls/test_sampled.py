@@ -7,10 +7,10 @@ import fivebar as fb
 from fivebar.study.pitfalls.sampled import (
     boundary,
     growth,
-    is_stable,
     measure_limit,
     spectral_radius,
 )
+from tests.benchmarks.gains import is_stable
 
 ROBOT = fb.FiveBar()
 DELAYS = (0, 1)

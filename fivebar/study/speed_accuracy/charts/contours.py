@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -19,9 +19,6 @@ from ....singularities.maps import singularity_map, workspace_window
 from ....singularities.margins import Singularity
 from ..chart import OURS, Attempt, Chart, Method, Panel
 from ..machine import lacks_c_compiler
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 ROBOT = FiveBar()
 NODES = (25, 35, 50, 71, 100, 141, 200, 283, 400, 566, 800, 1131)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -16,9 +16,6 @@ from ..chart import OURS, Attempt, Chart, Method, Panel
 from ..machine import lacks_c_compiler
 from .dgm_routes import printed
 from .exact import distance, exact_motion
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 ROBOT = FiveBar()
 TIMES = np.linspace(0.0, 2.0, 100)

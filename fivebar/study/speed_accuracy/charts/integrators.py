@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import casadi as ca
 import numpy as np
 
-from ....models.charts import CHARTS, Joint
+from ....models.charts import CHARTS, BarAngles, Joint, Task
 from ....models.compiled import Buffered, compiled
 from ....models.dynamics import energy
 from ....simulation.simulate import simulate
@@ -17,13 +17,7 @@ from ...pitfalls.joint_space import joint_model, joint_slope
 from ...pitfalls.redundant import closure, redundant_slope, redundant_state
 from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 from ..machine import lacks_c_compiler
-from .motions import DURATION, MOTIONS, ROBOT
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from ....models.charts import BarAngles, Task
-    from .motions import FreeMotion
+from .motions import DURATION, MOTIONS, ROBOT, FreeMotion
 
 MOST_EVALUATIONS = 20_000  # evaluations of the model by a SciPy solver
 LOST = 1e-2  # m: an end as far off is no approximation any more

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,9 +11,7 @@ from ....models.robots import FiveBar
 from ....visualization.style import INK
 from ...pitfalls.sampled import growth, spectral_radius
 from ..chart import OURS, Attempt, Chart, Method, Panel
-
-if TYPE_CHECKING:
-    from ..store import Result
+from ..store import Result
 
 ROBOT = FiveBar()
 SIDE = 29  # points of a side of the grid; odd: every other point is a chessboard

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
@@ -11,14 +11,9 @@ from ....constraints.constraints import Constraints
 from ....control.laws import PD, ComputedTorque
 from ....control.qp import QP
 from ....control.tracker import Tracker
-from ....simulation.cases import case
+from ....simulation.cases import Case, case
 from ....simulation.comparison import compare
 from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from ....simulation.cases import Case
 
 QUIET = {
     "print_iter": False,
