@@ -1,5 +1,6 @@
-"""Files that a user names, and tables in them, CSV under a comment line of JSON; written whole or
-not at all.
+"""Files that a user names, and the tables that fivebar writes: CSV under a comment line of JSON.
+
+Files are written whole or not at all.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 FilePath = str | os.PathLike
 TextFile = FilePath | IO[str]
 BinaryFile = FilePath | IO[bytes]
-# What code that takes a file's first line apart may run into, where somebody else has written it.
+# Errors that reading a damaged file may raise.
 STRANGE = (
     ValueError,
     LookupError,
@@ -68,10 +69,9 @@ def must_increase(t: np.ndarray, whose: str) -> None:
 
 
 def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFile:
-    """A path, or an open file that `does` ("read" or "write"); TypeError for anything else.
+    """Return a path, or an open file that can `does` ("read" or "write"); else raise TypeError.
 
-    `open` takes integers, and so False and True, for the caller's own streams, and closes them; for
-    a name that no file may have it raises a ValueError in which the name is missing.
+    `open` would take integers, and so False and True, for the caller's own streams, and close them.
     """
     if not isinstance(file, (str, os.PathLike)) and not hasattr(file, does):
         raise TypeError(
@@ -87,11 +87,21 @@ def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFil
 
 
 def whole_text(file: TextFile, what: str, most: int | None = None) -> tuple[str, str]:
-    """What is in a text file of any program, and the file's name: UTF-8 or 16, or as spreadsheets
-    of the West save it.
+    """Return the text of a file in UTF-8, UTF-16 or Windows-1252, and the file's name.
 
-    file: path or open text file; what: is read from it ("a table"); most: bytes. ValueError for
-        what is no text.
+    Parameters
+    ----------
+    file : path or open text file
+        The file.
+    what : str
+        What is read from it, for messages: "a table".
+    most : int, optional
+        Largest size, bytes.
+
+    Raises
+    ------
+    ValueError
+        The file is no text, or too large.
     """
     if not isinstance(file_or_path(file, "read"), (str, os.PathLike)):
         text = file.read()
@@ -117,7 +127,7 @@ def whole_text(file: TextFile, what: str, most: int | None = None) -> tuple[str,
 
 @contextmanager
 def named(file: str) -> Iterator[None]:
-    """What a ValueError says begins with the file's name, if it does not name it."""
+    """Put the file's name before the message of a ValueError that lacks it."""
     try:
         yield
     except ValueError as error:
@@ -127,13 +137,12 @@ def named(file: str) -> Iterator[None]:
 
 
 def arrays_in(file: FilePath) -> dict[str, np.ndarray]:
-    """The arrays in an .npz file; ValueError for what is none."""
+    """Return the arrays in an NPZ file; ValueError for another file."""
     with open(file_or_path(file, "read"), "rb") as raw:
         try:
             with np.load(raw, allow_pickle=False) as found:
                 return {name: found[name] for name in found.files}
-        # What zipfile, zlib and NumPy's reader of headers let through: a dozen kinds, from
-        # TokenError to SystemError.
+        # zipfile, zlib and NumPy's reader of headers raise a dozen kinds of errors.
         except Exception as error:
             raise ValueError(
                 f"{file}: no arrays as NumPy saves them: {type(error).__name__}: {error}"
@@ -141,9 +150,7 @@ def arrays_in(file: FilePath) -> dict[str, np.ndarray]:
 
 
 def saved(figure: Figure, file: BinaryFile | None, **options: Any) -> Figure:
-    """The figure, written to a file if there is one, by Matplotlib's options; as PNG where its name
-    has no ending.
-    """
+    """Write a figure to a file, if one is given, and return it; PNG without an ending."""
     if file is not None:
         kind = {}
         if not hasattr(file_or_path(file, "write"), "write"):
@@ -156,8 +163,9 @@ def saved(figure: Figure, file: BinaryFile | None, **options: Any) -> Figure:
 
 @contextmanager
 def written(file: TextFile | BinaryFile, binary: bool = False) -> Iterator[IO]:
-    """A file to write, which gets its name once it is whole: until then, and on failure, what had
-    the name stays.
+    """Open a file that gets its name once it is whole.
+
+    Until then, and on failure, the file that had the name stays.
     """
     if hasattr(file_or_path(file, "write"), "write"):
         yield file
@@ -171,9 +179,7 @@ def written(file: TextFile | BinaryFile, binary: bool = False) -> Iterator[IO]:
 
 @contextmanager
 def replaced(file: FilePath, end: str = "") -> Iterator[str]:
-    """The name of another file, with this ending, which takes the place of this one once it is
-    whole.
-    """
+    """Return the name of a file that takes the place of this one at the end of the block."""
     path = os.path.realpath(file)  # a link stays one
     direct = os.path.exists(path) and not os.path.isfile(
         path
@@ -202,7 +208,7 @@ def replaced(file: FilePath, end: str = "") -> Iterator[str]:
 
 
 def is_part(name: str) -> bool:
-    """Whether a file's name is one that `replaced` gives until all is written."""
+    """Return whether `replaced` gave this name to a file that is not yet whole."""
     return _PART.fullmatch(name) is not None
 
 
@@ -214,10 +220,9 @@ def write(
     rows: Iterable[Sequence],
     end: str = "\r\n",
 ) -> None:
-    """Write a table: what it is (kind) and is about as a comment, its header, its rows; floats with
-    all their digits.
+    """Write a table: a comment with its kind and what it is about, its header, its rows.
 
-    file: path or open text file; end: of the lines after the first.
+    Floats have all their digits; `end` ends the lines after the first.
     """
     first = f"# fivebar {kind}, SI units: {json.dumps(about, default=methodcaller('tolist'))}\n"
     with written(file) as out:
@@ -229,7 +234,7 @@ def write(
 
 @contextmanager
 def opened(file: TextFile) -> Iterator[Table]:
-    """The Table in a file, given by its path or open as text; ValueError for what is no text."""
+    """Open the Table in a text file; ValueError for what is no text."""
     if isinstance(file_or_path(file, "read"), (str, os.PathLike)):
         with (
             open(file, newline="", encoding="utf-8") as text,
@@ -248,8 +253,9 @@ def opened(file: TextFile) -> Iterator[Table]:
 
 
 class Table:
-    """A CSV file, read once from its first line to its last; ValueErrors name file and line. From
-    `opened`.
+    """A CSV file that fivebar wrote, from `opened`; it is read once, from first line to last.
+
+    Its ValueErrors name file and line.
     """
 
     def __init__(self, file: IO[str], name: str):
@@ -268,8 +274,9 @@ class Table:
         what: str,
         parse: Callable[[Any], Any] = lambda about: about,
     ) -> Any:
-        """What `parse` makes of the JSON in the first line, which must speak of this kind; what:
-        the file expected.
+        """Return what `parse` makes of the JSON in the first line, which must be of this kind.
+
+        `what` is the file expected, for messages.
         """
         found = re.match(r"# fivebar (.+?), SI units: ", self.first)
         if found is None or found[1] != kind:
@@ -292,7 +299,7 @@ class Table:
         return names
 
     def places(self, names: Sequence[str]) -> list[int]:
-        """Where the named columns are in a row."""
+        """Return where the named columns are in a row."""
         if not self.header:
             raise ValueError(
                 f"{self.name}: empty; needed a header with the columns {', '.join(names)}"
@@ -305,7 +312,7 @@ class Table:
         return [self.header.index(name) for name in names]
 
     def rows(self) -> Iterator[list[str]]:
-        """The rows under the header, as texts."""
+        """Yield the rows under the header, as texts."""
         count = len(self.header)
         for cells in self._cells:
             if any(cells[count:]):
@@ -313,9 +320,9 @@ class Table:
             yield cells
 
     def numbers(self, names: Sequence[str], finite: bool = True) -> np.ndarray:
-        """The named columns (n, len(names)); the first is time, which increases from 0 or later.
+        """Return the named columns (n, len(names)); the first is time, which increases from 0 on.
 
-        finite: refuse inf and nan; else they may be anywhere but among the times.
+        With `finite`, inf and nan are refused; else only among the times.
         """
         wanted, table = (
             [(k, name, finite or name == names[0]) for k, name in zip(self.places(names), names)],
@@ -333,7 +340,7 @@ class Table:
         return np.array(table)
 
     def error(self, message: str) -> ValueError:
-        """What to raise where the line read last is wrong."""
+        """Return the error to raise where the line read last is wrong."""
         return ValueError(f"{self.name}, line {self._reader.line_num}: {message}")
 
     def _number(self, cells, place, name, finite):

@@ -29,7 +29,14 @@ def tip_gain(robot, q, assembly, unknown, working):
     return np.sqrt(spread.max())
 
 
-@pytest.mark.parametrize("robot, unknown", [(LAB, GEOMETRY), (LAB, NINE), (NOMINAL, NINE)])
+@pytest.mark.parametrize(
+    "robot, unknown",
+    [
+        (LAB, GEOMETRY),
+        pytest.param(LAB, NINE, marks=pytest.mark.deep),
+        pytest.param(NOMINAL, NINE, marks=pytest.mark.deep),
+    ],
+)
 def test_chosen_poses_tell_three_times_more_than_nine_of_a_grid(robot, unknown):
     chosen = fb.measurement_poses(robot, 9, unknown)
     box = candidates(
@@ -48,6 +55,7 @@ def test_chosen_poses_tell_three_times_more_than_nine_of_a_grid(robot, unknown):
             assert nine >= 3 * tip_gain(robot, chosen.q, chosen.assembly, unknown, working=modes)
 
 
+@pytest.mark.deep
 def test_the_promised_tip_error_comes_true():
     """What the formula says of the worst tip, against the scatter of 150 calibrations at that place."""
     rng = np.random.default_rng(1)
@@ -215,7 +223,14 @@ def test_repeatability_of_a_case_by_hand():
         fb.repeatability(points, [[0, 0], [1, 1]])
 
 
-@pytest.mark.parametrize("name", ["all three", "backlash", "tilted plane"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "all three",
+        pytest.param("backlash", marks=pytest.mark.deep),
+        pytest.param("tilted plane", marks=pytest.mark.deep),
+    ],
+)
 def test_outside_the_model_it_says_so_and_is_no_worse_than_a_quadratic_correction(name):
     rng = np.random.default_rng(2)
     sigma = (

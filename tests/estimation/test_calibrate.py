@@ -163,6 +163,7 @@ def test_a_start_that_leads_nowhere_is_replaced():
     assert np.abs(np.sin(turned / 2)).max() < 1e-10
 
 
+@pytest.mark.deep
 def test_noise_is_known_by_its_intervals():
     """Some of 10^4 sets, or all of them: `python -m tests.benchmarks.calibration`."""
     rng = np.random.default_rng(12)
@@ -218,6 +219,7 @@ def test_what_the_fit_says_of_itself():
     assert "THE MODEL DOES NOT FIT" in str(fb.calibrate(LAB, data, GEOMETRY, sigma=1e-5))
 
 
+@pytest.mark.deep
 def test_standard_deviations_are_those_of_repeated_measurements():
     """Against the scatter of 400 calibrations, with sigma of each row its own."""
     rng = np.random.default_rng(15)

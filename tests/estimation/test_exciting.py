@@ -26,6 +26,7 @@ def test_limits_hold_at_every_time_and_both_ends_rest():
         np.testing.assert_allclose(FOUND.peaks[name], np.abs(values).max(axis=0), rtol=1e-3)
 
 
+@pytest.mark.deep
 def test_the_same_seed_gives_the_same_motion_and_improving_helps():
     again = fb.exciting_trajectory(ROBOT, **LIMITS)
     np.testing.assert_array_equal(again(1.234)[0], FOUND(1.234)[0])
@@ -49,6 +50,7 @@ def test_it_is_simulated_written_and_read(tmp_path):
     np.testing.assert_allclose(again(2.345)[0], FOUND(2.345)[0], atol=1e-6)
 
 
+@pytest.mark.deep
 def test_a_biglide_and_what_cannot_be():
     found = fb.exciting_trajectory(fb.Biglide(), period=4.0, harmonics=3, starts=5)
     assert found.margin >= 0.25 * (1 - 1e-3) and np.isfinite(found.condition)

@@ -104,6 +104,7 @@ def test_deviations_count_that_what_is_left_out_need_not_be_0():
     assert inside[0] >= 0.9 * 200 and inside[1] < 0.4 * 200
 
 
+@pytest.mark.deep
 def test_a_simulated_robot_that_sticks_and_slips_comes_back():
     robot = replace(fb.ROBOTS["iri-vertical"].robot, fs1=0.05, fs2=0.08)
     path = fb.Trajectory(0.0, 5.0, _lissajous)
@@ -166,6 +167,7 @@ def test_naive_differences_fail_where_the_filter_does_not():
     )  # torques of these very times: not held
 
 
+@pytest.mark.deep
 def test_the_cut_off_falls_until_noise_in_the_columns_bends_nothing():
     """Of nearly dependent columns, noise of the encoders is the first to be seen: values far off for their sd."""
     case = case_of(21, RUNGS["heavy bars, gravity, friction"], 16.0, encoder=2e-4, torque=1e-3)
@@ -233,6 +235,7 @@ def test_the_result_is_kept_and_shown(tmp_path):
         fb.Identification.from_json(tmp_path / "b.json")
 
 
+@pytest.mark.deep
 def test_a_hundred_thousand_rows():
     case = case_of(5, RUNGS["gravity, friction"], 100.0)
     fb.identify(case.known, {name: values[:8000] for name, values in case.log.items()})  # compiles

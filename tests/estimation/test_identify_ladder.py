@@ -12,6 +12,7 @@ import os
 from collections import Counter
 
 import numpy as np
+import pytest
 
 import fivebar as fb
 from fivebar.estimation.identification.regression import fit
@@ -41,6 +42,7 @@ def missed(found, log, robot):
     return np.linalg.norm(np.where(rows.counts, rows.tau - rows.W @ theta, 0.0) / found.noise)
 
 
+@pytest.mark.deep
 def test_the_smallest_sufficient_model_of_robots_on_the_ladder(record_property):
     right, drawn, seed, z, ratios, wrong = 0, 0, 0, [], [], Counter()
     while drawn < ROBOTS:

@@ -44,7 +44,13 @@ COLUMNS = {
 }
 
 
-@pytest.mark.parametrize("what", COLUMNS)
+FAST = "q2 in degrees", "x in mm"
+
+
+@pytest.mark.parametrize(
+    "what",
+    [*FAST, *(pytest.param(what, marks=pytest.mark.deep) for what in COLUMNS if what not in FAST)],
+)
 def test_a_wrong_column_is_named_and_mended(what):
     true, data = data_of(1)
     data = data[1] if isinstance(data, tuple) else data
@@ -55,6 +61,7 @@ def test_a_wrong_column_is_named_and_mended(what):
     assert all(abs(found.values[name] - true[name]) < 5 * found.sd[name] for name in LENGTHS)
 
 
+@pytest.mark.deep
 def test_two_wrong_columns_are_both_named():
     _, data = data_of(2)
     with pytest.raises(
@@ -76,6 +83,7 @@ def test_modes_that_are_noted_wrong():
     assert len(mended.notes) == 1 and mended.rms < 1.2e-4
 
 
+@pytest.mark.deep
 def test_garbage_is_called_so():
     rng = np.random.default_rng(11)
     garbage = {name: rng.standard_normal(10) for name in ("q1", "q2", "x", "y")}
@@ -85,6 +93,7 @@ def test_garbage_is_called_so():
     assert "THE MISSES ARE LARGE" in str(fb.calibrate(LAB, near, LENGTHS))
 
 
+@pytest.mark.deep
 def test_good_data_are_never_accused():
     """Noise from 1 um to 1 mm, few rows and many, off by much: no mistake is seen where none is."""
     rng = np.random.default_rng(6)

@@ -138,6 +138,7 @@ def test_least_norm_stays_near_the_start():
     assert abs(scaled @ along) < 1e-6 * np.linalg.norm(scaled)
 
 
+@pytest.mark.deep
 def test_hardly_told_is_said():
     """A patch of 2 mm: of full rank, and of no use."""
     rng = np.random.default_rng(2)

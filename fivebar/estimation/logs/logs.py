@@ -91,37 +91,29 @@ class Gauges(NamedTuple):
 AT_THE_JOINTS = Gauges()
 
 
+# Headings of a log's columns: # stands for 1 or 2, @ for left or right, $ for the joint's name.
+HEADINGS = {
+    "q#": "$ theta# theta#1 angle# position# pos# joint# motor# encoder# enc# q_@ @",
+    "tau#": "torque# tau#1 effort# force# couple# current# i# tau_@ torque_@",
+    "q#_dot": "$_dot dq# qd# qdot# velocity# vel# speed# omega# vitesse#",
+}
+
+
 def wanted(robot: Robot) -> dict[str, Quantity]:
     """Return the columns of a log with the headings they may have."""
-    angle, rate, torque = (
-        RADIANS,
-        RADIANS_PER_SECOND,
-        NEWTON_METRES,
-    )
+    angle, torque, rate = RADIANS, NEWTON_METRES, RADIANS_PER_SECOND
     if not robot.turns:
-        angle, rate, torque = (
-            METRES,
-            {"m/s": 1.0, "mm/s": 1e-3},
-            {"n": 1.0, "mn": 1e-3},
-        )
-    current = {"a": 1.0, "ma": 1e-3}
+        angle, torque, rate = METRES, {"n": 1.0, "mn": 1e-3}, {"m/s": 1.0, "mm/s": 1e-3}
+    units = angle | COUNTS, torque | {"a": 1.0, "ma": 1e-3}, rate
     columns = {"t": TIME}
-    for k, (joint, side) in enumerate(zip(robot.words.joints, ("left", "right")), 1):
-        positions = f"{joint} theta{k} theta{k}1 angle{k} position{k} pos{k} joint{k} motor{k}"
-        positions += f" encoder{k} enc{k} q_{side} {side}"
-        torques = f"torque{k} tau{k}1 effort{k} force{k} couple{k} current{k} i{k}"
-        torques += f" tau_{side} torque_{side}"
-        rates = f"{joint}_dot dq{k} qd{k} qdot{k} velocity{k} vel{k} speed{k} omega{k} vitesse{k}"
-        columns[f"q{k}"] = Quantity(tuple(positions.split()), angle | COUNTS)
-        columns[f"tau{k}"] = Quantity(tuple(torques.split()), torque | current, False)
-        columns[f"q{k}_dot"] = Quantity(tuple(rates.split()), rate, False)
+    for number, side, joint in zip("12", ("left", "right"), robot.words.joints):
+        for name, own in zip(HEADINGS, units):
+            words = HEADINGS[name].replace("#", number).replace("@", side).replace("$", joint)
+            needed = name == "q#"
+            columns[name.replace("#", number)] = Quantity(tuple(words.split()), own, needed)
     for axis in "xy":
         columns[axis] = Quantity((), METRES, False)
-        references = (
-            f"{axis}_desired",
-            f"{axis}d",
-            f"ref_{axis}",
-        )
+        references = (f"{axis}_desired", f"{axis}d", f"ref_{axis}")
         columns[f"{axis}_ref"] = Quantity(references, METRES, False)
     return columns
 

@@ -124,11 +124,9 @@ def _run_of(log, robot, assembly):
     pose = dgm(robot, log.q, assembly, unreachable="nan")
     closes = np.isfinite(pose.xi).all(axis=1)
     if not closes.all():
-        k = int(np.argmin(closes))
         notes.append(
             f"{(~closes).sum()} of {len(closes)} rows do not close the loop of this robot's bars,"
-            f" the first at {log.t[k]:.6g} s, q = ({log.q[k, 0]:.5g}, {log.q[k, 1]:.5g})"
-            f" {robot.words.unit}"
+            f" the first at {log.t[np.argmin(closes)]:.6g} s"
         )
     regular = closes & (np.abs(np.where(closes, pose.det_A, 0.0)) > NEAR)
     moves = regular & np.isfinite(q_dot).all(axis=1)
