@@ -18,9 +18,9 @@ from ...linkages.checks import check_branch
 from ...linkages.slider_crank import HELD
 from ...linkages.straight_line import BUILDERS
 from ..functions import named
+from ..skeleton import chain_parts
 
 _PRESS = PRESSES["repaired"][0]
-STRAIGHT = tuple(BUILDERS)
 OUTPUTS = {"slide": "slider", "S6_down": "slider"}  # what is moved along these coordinates
 
 
@@ -44,10 +44,10 @@ class Kind:
 
 def _of_symbols(kind, **parameters):
     """A linkage of symbols: what its class checks of numbers is not asked."""
-    made = object.__new__(kind)
+    linkage = object.__new__(kind)
     for field in fields(kind):
-        object.__setattr__(made, field.name, parameters.get(field.name, field.default))
-    return made
+        object.__setattr__(linkage, field.name, parameters.get(field.name, field.default))
+    return linkage
 
 
 def _four_bar(values):
@@ -65,37 +65,24 @@ def _slider(held):
 
 
 # MechAnalyzer's crank-rocker
-_SIDES = {
-    name: (x, False)
-    for name, x in (("ground", 0.2), ("crank", 0.06), ("coupler", 0.16), ("rocker", 0.14))
-}
-_POINT = {"along": (0.08, True), "across": (0.06, True)}
-_SLIDER = {"crank": (0.05, False), "rod": (0.15, False), "offset": (0.0, True)}
+_SIDES = dict(ground=(0.2, False), crank=(0.06, False), coupler=(0.16, False), rocker=(0.14, False))
+_POINT = dict(along=(0.08, True), across=(0.06, True))
+_SLIDER = dict(crank=(0.05, False), rod=(0.15, False), offset=(0.0, True))
 _BARS = {name: (getattr(_PRESS, name), False) for name in ("l2", "l3", "l4", "l5", "l11")}
-KINDS = [
-    Kind("four", "four-bar", _SIDES | _POINT, _four_bar, "rocker", True),
-    *(
-        Kind(
-            f"slider_{held}",
-            f"slider-crank, {held} held",
-            _SLIDER,
-            _slider(held),
-            "slide" if held in ("guide", "slider") else "guide",
-            held in ("crank", "rod"),
-        )
-        for held in HELD
-    ),
-    Kind("press", "six-bar press", _BARS, _press, "S6_down", False, 2),
-]
+KINDS = [Kind("four", "four-bar", _SIDES | _POINT, _four_bar, "rocker", True)]
+for _held in HELD:
+    _out = "slide" if _held in ("guide", "slider") else "guide"
+    _title = f"slider-crank, {_held} held"
+    _turns = _held in ("crank", "rod")
+    KINDS.append(Kind(f"slider_{_held}", _title, _SLIDER, _slider(_held), _out, _turns))
+KINDS.append(Kind("press", "six-bar press", _BARS, _press, "S6_down", False, 2))
 
 
 @lru_cache(maxsize=1)
 def mechanisms() -> tuple[list[ca.Function], dict]:
-    """The functions, and for each {what the page says and draws of it}."""
-    found = [_mechanism(kind) for kind in KINDS]
-    return [function for function, _ in found], {
-        kind.name: words for kind, (_, words) in zip(KINDS, found)
-    }
+    """Return the functions, and for each {what the page says and draws of it}."""
+    functions, words = zip(*map(_mechanism, KINDS))
+    return list(functions), dict(zip((kind.name for kind in KINDS), words))
 
 
 def _mechanism(kind):
@@ -106,17 +93,10 @@ def _mechanism(kind):
         motion = kind.build([values[k] for k in range(values.numel())]).start(q, speed, 0.0, signs)
         chain = motion.chain
         at = motion.position(chain.traced)
-        if kind.angle:
-            out = (
-                motion.angle(kind.out),
-                motion.rate(kind.out),
-                motion.angular_acceleration(kind.out),
-            )
-        else:
-            out = motion.coordinate(kind.out)
-        whole = (
-            ca.fabs(ca.sum1(at) + out[0]) < ca.inf
-        )  # the output, too: a press has a dyad beyond what is traced
+        angle = motion.angle, motion.rate, motion.angular_acceleration
+        out = [f(kind.out) for f in angle] if kind.angle else motion.coordinate(kind.out)
+        # The output, too: a press has a dyad beyond what is traced.
+        whole = ca.fabs(ca.sum1(at) + out[0]) < ca.inf
         outputs = {
             "points": ca.vertcat(*(ca.SX(motion.position(name)).T for name in chain.points)),
             "velocity": motion.velocity(chain.traced),
@@ -128,26 +108,16 @@ def _mechanism(kind):
             "transmission": motion.transmission_angle(),
             "closes": whole,
         }
-    names = list(chain.points)
-
-    def places(groups):
-        return [[names.index(name) for name in group] for group in groups]
-
-    marks = chain.marks
+    names = ["" if name in chain.marks else name for name in chain.points]
     words = {
         "title": kind.title,
-        "names": [name if name not in marks else "" for name in names],
+        "names": names,
         "parameters": [
             {"name": name, "value": x, "signed": signed}
             for name, (x, signed) in kind.parameters.items()
         ],
-        "bars": places(chain.bars),
-        "grounded": places([chain.grounded])[0],
-        "actuated": places([chain.actuated])[0],
-        "traced": names.index(chain.traced),
-        "rails": places(chain.rails),
-        "blocks": places(chain.blocks),
-        "pins": [k for k, name in enumerate(names) if name not in marks],
+        **chain_parts(chain),
+        "pins": [k for k, name in enumerate(names) if name],
         "branches": kind.branches,
         "branch": [-1, -1] if kind.branches == 2 else [1],
         "output": OUTPUTS.get(kind.out, kind.out),
@@ -157,63 +127,60 @@ def _mechanism(kind):
 
 
 def straight_lines() -> dict:
-    """Of each straight-line mechanism, its ground laid on the x axis: lengths, branch, stroke and
-    nominal line.
+    """Return of each straight-line mechanism, its ground laid on the x axis: lengths, branch,
+    stroke and nominal line.
     """
-    found = {}
-    for name in STRAIGHT:
+    lines = {}
+    for name in BUILDERS:
         mechanism = straight_line(name)
         linkage = mechanism.linkage
         c, s = math.cos(linkage.tilt), math.sin(linkage.tilt)
         level = np.array([[c, s], [-s, c]])
-        through = level @ (np.array(mechanism.through) - linkage.base)
         scale = 0.2 / linkage.ground  # in the source's unit: here a ground of 200 mm
-        point = linkage.point or (linkage.coupler / 2, 0.0)
-        found[name] = {
-            "values": [scale * x for x in (*linkage.sides, *point)],
+        through = scale * level @ (np.array(mechanism.through) - linkage.base)
+        lines[name] = {
+            "values": [scale * x for x in _four_bar_values(linkage)],
             "branch": [mechanism.branch],
-            "through": (scale * through).tolist(),
+            "through": through.tolist(),
             "direction": (level @ mechanism.direction).tolist(),
             "stroke": sorted(angle - linkage.tilt for angle in mechanism.stroke),
             "source": mechanism.source,
         }
-    return found
+    return lines
+
+
+def _four_bar_values(linkage):
+    return *linkage.sides, *(linkage.point or (linkage.coupler / 2, 0.0))
 
 
 def address_of(
     linkage: FourBar | SliderCrank | SixBarPress, branch: object = None, crank: float | None = None
 ) -> str:
-    """What follows the live page's address, for this linkage with its ground laid on the x axis.
+    """Return what follows the live page's address, for this linkage with its ground laid on the x
+    axis.
 
-    branch: None is its usual one; crank: rad, None an angle at which it closes. ValueError for a
-    press whose guide is not the paper's.
+    branch: None is its usual one; crank: rad, None an angle at which it closes. Raises ValueError
+    for a press whose guide is not the paper's.
     """
     branch = check_branch(linkage, branch)
     if isinstance(linkage, FourBar):
-        name, values = "four", (*linkage.sides, *(linkage.point or (linkage.coupler / 2, 0.0)))
+        name, values = "four", _four_bar_values(linkage)
     elif isinstance(linkage, SliderCrank):
         name, values = f"slider_{linkage.held}", (linkage.crank, linkage.rod, linkage.offset)
     else:
         if (linkage.l12, linkage.theta11) != (_PRESS.l12, _PRESS.theta11):
-            raise ValueError(
-                "the live page has the paper's l12 and theta11 only, and this press has others"
-            )
-        name, values = "press", [getattr(linkage, each) for each in _BARS]
+            raise ValueError("the live page has presses with the paper's l12 and theta11 only")
+        name, values = "press", [getattr(linkage, bar) for bar in _BARS]
     if crank is None:
         allowed = crank_range(linkage, branch)
         if not allowed.intervals:
-            raise ValueError(
-                "on this branch the linkage closes at no crank angle: there is nothing to show"
-            )
-        low, high = max(allowed.intervals, key=lambda interval: interval[1] - interval[0])
+            raise ValueError("the linkage closes at no crank angle: there is nothing to show")
+        low, high = max(allowed.intervals, key=np.ptp)
         crank = 0.6 if allowed.full else (low + high) / 2
         crank -= getattr(linkage, "tilt", 0.0)
-    signs = "".join(
-        "+" if each > 0 else "-" for each in (branch if isinstance(branch, tuple) else (branch,))
-    )
-    crank = math.remainder(crank, 2 * math.pi)
-    numbers = ",".join(map(digits, values))
-    return f"#linkage={name}&values={numbers}&branch={signs}&crank={digits(crank)}"
+    signs = "".join("+" if sign > 0 else "-" for sign in np.ravel(branch))
+    numbers, crank = ",".join(map(digits, values)), digits(math.remainder(crank, 2 * math.pi))
+    return f"#linkage={name}&values={numbers}&branch={signs}&crank={crank}"
 
 
 def digits(x: float) -> str:
