@@ -44,6 +44,7 @@ def firefox(tmp_path_factory):
         yield page
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", ["run", "biglide", "map"])
 def test_the_same_is_seen_as_in_chromium(firefox, pages, name):
     firefox.open(pages[name], **SIZE)
@@ -65,6 +66,7 @@ def test_the_same_is_seen_as_in_chromium(firefox, pages, name):
     np.testing.assert_allclose(one, other, atol=1e-6)
 
 
+@pytest.mark.deep
 def test_joints_are_round(firefox, pages):
     """Ink of their colour that is no bar: as wide as high, and filled as a disc is."""
     firefox.open(pages["run"], **SIZE)
@@ -110,6 +112,7 @@ def test_a_scene_is_drawn_without_webgl(firefox, pages):
             np.testing.assert_allclose(picture[row, column], to_rgb(colour), atol=0.02)
 
 
+@pytest.mark.deep
 def test_the_first_value_is_no_rounding_error(firefox, pages):
     firefox.open(pages["run"], **SIZE)
     outputs = firefox.evaluate(

@@ -83,6 +83,7 @@ def strokes(page):
     )
 
 
+@pytest.mark.deep
 def test_pointing_at_any_plot_puts_the_robot_where_dgm_says(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path))
     assert strokes(page) == ["#0072B2", "#56B4E9", "#D55E00", "#E69F00"]  # as in plots and scenes
@@ -109,6 +110,7 @@ def test_pointing_at_any_plot_puts_the_robot_where_dgm_says(opened, tmp_path, ru
         assert float(shown.replace("−", "-")) == pytest.approx(1e3 * run.tau[k, 0], rel=1e-4)
 
 
+@pytest.mark.deep
 def test_a_biglide_and_its_guides(opened, tmp_path):  # noqa: F811
     robot = fb.Biglide()
     home = fb.dgm(robot, (0.0, 0.0)).xi
@@ -147,6 +149,7 @@ def test_pointing_at_the_path_finds_its_sample(opened, tmp_path, run):  # noqa: 
         assert np.linalg.norm(run.xi[sample(page)] - run.xi[k]) < 1e-3
 
 
+@pytest.mark.deep
 def test_keys_move_the_time_and_play(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path, show="q"))
     slider = page.get_by_role("slider", name="time")
@@ -209,6 +212,7 @@ def test_everything_is_reached_by_tab_and_named(opened, tmp_path, run):  # noqa:
     assert unnamed == 0
 
 
+@pytest.mark.deep
 def test_zoom_keeps_the_link(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path, show=("tau", "q")))
     window = lambda: page.evaluate("[time.start, time.end]")  # noqa: E731
@@ -253,6 +257,7 @@ def test_zoom_keeps_the_link(opened, tmp_path, run):  # noqa: F811
     np.testing.assert_allclose(on_screen, [box["width"] / 2, box["height"] / 2], atol=2)
 
 
+@pytest.mark.deep
 def test_resized_and_turned_over(opened, tmp_path):  # noqa: F811
     result = study(FourBar(0.2, 0.06, 0.16, 0.14))
     page = opened(written(result, tmp_path, show="rocker.angle"))
@@ -273,6 +278,7 @@ def test_resized_and_turned_over(opened, tmp_path):  # noqa: F811
         assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
+@pytest.mark.deep
 def test_the_scale_is_right_in_any_window(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path, show="tau"))
     for width, height in ((1280, 900), (700, 200), (1280, 60), (240, 240)):
@@ -286,6 +292,7 @@ def test_the_scale_is_right_in_any_window(opened, tmp_path, run):  # noqa: F811
         )
 
 
+@pytest.mark.deep
 def test_csv_and_png_from_the_page(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path, show=list(runs.QUANTITIES), title="a, run/2"))
     name, data = download(page, "CSV")
@@ -375,12 +382,14 @@ def test_contrast(opened, tmp_path, run):  # noqa: F811
     )
 
 
+@pytest.mark.deep
 def test_curves_differ_by_more_than_colour(opened, tmp_path, run):  # noqa: F811
     page = opened(written({name: run for name in "abcd"}, tmp_path, show="tau"))
     dashes = page.evaluate("plots[0].curves.map(curve => String(curve.glyph.line_dash.value))")
     assert len(set(dashes)) == 4
 
 
+@pytest.mark.deep
 def test_phone(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path), width=390, height=844, has_touch=True, is_mobile=True)
     assert page.evaluate("document.documentElement.scrollWidth") == 390
@@ -424,6 +433,7 @@ def test_hostile_names_stay_text(opened, tmp_path, run):  # noqa: F811
     }
 
 
+@pytest.mark.deep
 def test_runs_are_compared_each_in_its_own_time(opened, tmp_path, run):  # noqa: F811
     other = simulated(UNEQUAL, reference=fb.line((0.03, 0.12), (0.0, 0.1), 1.0), duration=1.0)
     page = opened(written({"long": run, "short": other}, tmp_path))
@@ -441,6 +451,7 @@ def test_runs_are_compared_each_in_its_own_time(opened, tmp_path, run):  # noqa:
         )
 
 
+@pytest.mark.deep
 def test_a_story_plays_once_in_two_pictures(opened, tmp_path):  # noqa: F811
     short = simulated(reference=fb.line((0.09, 0.06796322), (0.08, 0.07), 0.4), duration=0.4)
     told = {"short": short, "longer": simulated(duration=0.6)}
@@ -463,6 +474,7 @@ def test_a_story_plays_once_in_two_pictures(opened, tmp_path):  # noqa: F811
     assert strokes(page) == 2 * ["#0072B2", "#56B4E9", "#D55E00", "#E69F00"]
 
 
+@pytest.mark.deep
 def test_singularities_crossed_are_marked(opened, tmp_path, crossing):  # noqa: F811
     page = opened(written(crossing, tmp_path))
     first = crossing.events[0]
@@ -479,6 +491,7 @@ def test_singularities_crossed_are_marked(opened, tmp_path, crossing):  # noqa: 
         np.testing.assert_allclose(bars(page)[1, 1], crossing.xi[k], atol=1e-12)
 
 
+@pytest.mark.deep
 def test_samples_that_are_nan_are_gaps(opened, tmp_path, run):  # noqa: F811
     q, tau = run.q.copy(), run.tau.copy()
     q[500:600] = np.nan
@@ -497,6 +510,7 @@ def test_samples_that_are_nan_are_gaps(opened, tmp_path, run):  # noqa: F811
     assert drawn.count(None) + sum(y != y for y in drawn if y is not None) > 0
 
 
+@pytest.mark.deep
 def test_a_million_samples_are_thinned_with_a_note(opened, tmp_path, run):  # noqa: F811
     n = 1_000_000
     names = ("q", "q_dot", "xi", "tau", "energy", "xi_ref")
@@ -532,6 +546,7 @@ def test_ten_seconds_fit(tmp_path):
     assert sizes[0] < 4e6 and max(sizes) < 6e6
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("speed", [2.0, -2.0])
 def test_study_over_the_crank_angle(opened, tmp_path, speed):  # noqa: F811
     result = study(FourBar(0.2, 0.06, 0.16, 0.14, point=(0.08, 0.05)), speed=speed)
@@ -574,6 +589,7 @@ def test_study_over_the_crank_angle(opened, tmp_path, speed):  # noqa: F811
     assert [float(x) for x in first[:3]] == [0, result.q[0], result["crank.angle"][0]]
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "result",
     [
@@ -709,6 +725,7 @@ def test_other_failures(tmp_path, run, monkeypatch):
         run.page(tmp_path / "page.html")
 
 
+@pytest.mark.deep
 def test_two_samples_and_nothing_that_moves(opened, tmp_path, run):  # noqa: F811
     arrays = {
         name: getattr(run, name)[[0, 0]] for name in ("q", "q_dot", "xi", "tau", "energy", "xi_ref")
@@ -720,6 +737,7 @@ def test_two_samples_and_nothing_that_moves(opened, tmp_path, run):  # noqa: F81
     np.testing.assert_allclose(bars(page), chain(fb.dgm(run.robot, run.q[0])), atol=1e-9)
 
 
+@pytest.mark.deep
 def test_from_the_command_line(tmp_path, capsys):
     path = tmp_path / "page.html"
     track = ["track", "--from", "0.09", "0.06796322", "--to", "0", "0.1", "--duration", "0.5"]

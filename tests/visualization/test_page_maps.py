@@ -40,6 +40,7 @@ def columns(page, names):
     }
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", ROBOTS)
 def test_models_of_the_page_are_those_of_python(opened, tmp_path, name):  # noqa: F811
     robot = ROBOTS[name]
@@ -154,6 +155,7 @@ def test_out_of_reach_is_said(opened, tmp_path):  # noqa: F811
     assert float(notes) == pytest.approx(1e3 * refused.value.gap, rel=1e-4)
 
 
+@pytest.mark.deep
 def test_keys_click_and_numbers(opened, tmp_path):  # noqa: F811
     data, path = written(tmp_path, UNEQUAL)
     page = opened(path)
@@ -190,6 +192,7 @@ def test_keys_click_and_numbers(opened, tmp_path):  # noqa: F811
     np.testing.assert_allclose(page.evaluate("at"), middle / 1e3, atol=3e-4)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", ["amoro", "biglide"])
 def test_joint_space(opened, tmp_path, name):  # noqa: F811
     data, path = written(tmp_path, ROBOTS[name], field="condition_J", space="joint")
@@ -207,6 +210,7 @@ def test_joint_space(opened, tmp_path, name):  # noqa: F811
         assert cells[1].replace("−", "-") == ", ".join(f"{mode:+d}" for mode in pose.working)
 
 
+@pytest.mark.deep
 def test_loci_are_the_exact_ones_and_aspects_have_their_numbers(opened, tmp_path):  # noqa: F811
     data, path = written(tmp_path)
     along = np.array([(0.0, 0.1), (0.01, 0.11), (0.03, 0.12)])
@@ -245,6 +249,7 @@ def test_loci_are_the_exact_ones_and_aspects_have_their_numbers(opened, tmp_path
     np.testing.assert_allclose(np.transpose(in_picture[-1]), along, rtol=1e-15)
 
 
+@pytest.mark.deep
 def test_csv_and_png(opened, tmp_path):  # noqa: F811
     data, path = written(tmp_path, field="manipulability", shape=(21, 30))
     page = opened(path)
@@ -264,6 +269,7 @@ def test_csv_and_png(opened, tmp_path):  # noqa: F811
     assert picture.shape[1] == 2200 and (np.ptp(picture[:, 1000:], axis=2) > 0.2).mean() > 0.01
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("field", ["transmission_angle", "condition_A", "sigma_min_B"])
 def test_every_kind_of_field(opened, tmp_path, field):  # noqa: F811
     page = opened(written(tmp_path, UNEQUAL, field)[1])
@@ -272,6 +278,7 @@ def test_every_kind_of_field(opened, tmp_path, field):  # noqa: F811
     assert page.locator("h2").text_content().endswith("working modes −1, −1")
 
 
+@pytest.mark.deep
 def test_phone_in_the_dark(opened, tmp_path):  # noqa: F811
     page = opened(
         written(tmp_path)[1],
@@ -305,6 +312,7 @@ def test_size_and_notes(tmp_path, monkeypatch):
         fb.page(data, tmp_path / "other.html", show="parallel")
 
 
+@pytest.mark.deep
 def test_from_the_command_line(tmp_path, capsys):
     page = tmp_path / "page.html"
     (tmp_path / "path.csv").write_text(

@@ -42,6 +42,7 @@ def test_one_small_file_that_lets_only_its_own_script_run(path):
     )  # but comments
 
 
+@pytest.mark.deep
 def test_the_end_effector_slides_along_the_border_and_says_why(page):
     drag(page, pose_of(page)["xi"], (0.05, 0.15), (0.19, 0.16))
     now = pose_of(page)
@@ -70,6 +71,7 @@ def test_the_end_effector_slides_along_the_border_and_says_why(page):
     assert pose_of(page)["assembly"] == -now["assembly"]
 
 
+@pytest.mark.deep
 def test_the_aspect_under_the_pointer_is_shaded(page):
     own = page.evaluate("field.wanted")
     page.mouse.move(*on_screen(page, (0.0, -0.1)))
@@ -80,6 +82,7 @@ def test_the_aspect_under_the_pointer_is_shaded(page):
     assert page.evaluate("[field.wanted, inPart(pose.xi)]") == [own, True]
 
 
+@pytest.mark.deep
 def test_in_a_notebooks_frame(browser):  # noqa: F811
     page = browser.new_page()
     page.set_content(fb.play(UNEQUAL)._repr_html_())
@@ -89,6 +92,7 @@ def test_in_a_notebooks_frame(browser):  # noqa: F811
     page.close()
 
 
+@pytest.mark.deep
 def test_type_1_changes_the_mode_where_that_is_wanted(page):
     start = pose_of(page)["xi"]
     page.get_by_label("Type 1: passing").check()
@@ -103,6 +107,7 @@ def test_type_1_changes_the_mode_where_that_is_wanted(page):
     )
 
 
+@pytest.mark.deep
 def test_elbows_and_joint_space_turn_the_motors(page):
     elbow = page.evaluate("pose.elbows[1]")
     before = pose_of(page)
@@ -119,6 +124,7 @@ def test_elbows_and_joint_space_turn_the_motors(page):
     np.testing.assert_allclose(pose_of(page)["q"], (0.3, 0.8), atol=0.03)
 
 
+@pytest.mark.deep
 def test_touch_on_a_phone(opened, path):  # noqa: F811
     page = opened(path, **PHONE)
     assert page.evaluate("document.documentElement.scrollWidth") == 390
@@ -165,6 +171,7 @@ def test_touch_on_a_phone(opened, path):  # noqa: F811
     )
 
 
+@pytest.mark.deep
 def test_lengths_that_cannot_close_are_said_and_not_taken(page):
     number = page.get_by_role("spinbutton", name="d, base, mm")
     number.fill("361")
@@ -182,6 +189,7 @@ def test_lengths_that_cannot_close_are_said_and_not_taken(page):
         )
 
 
+@pytest.mark.deep
 def test_let_go_and_hold_by_the_button(page):
     # a clock that stands still 0.3 s later: what is then held is the same wherever this runs
     page.evaluate("(now => { performance.now = () => flying ? Math.min(now += 10, 300) : 0; })(0)")
@@ -211,6 +219,7 @@ BAD = [
 ]  # fmt: skip
 
 
+@pytest.mark.deep
 def test_the_address_restores_the_state_and_hostile_ones_change_nothing(opened, path):  # noqa: F811
     live = fb.play(UNEQUAL)
     page = opened(path)
@@ -306,6 +315,7 @@ def test_nothing_serious_is_found_by_axe(opened, path, scheme):  # noqa: F811
     assert all(contrast(each, paper) > 3 for each in ink)
 
 
+@pytest.mark.deep
 def test_without_scripts_it_says_so(browser, path):  # noqa: F811
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()

@@ -5,6 +5,7 @@ import random
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 import fivebar as fb
 from fivebar import linkages
@@ -64,6 +65,7 @@ SHOW = """text => {
 }"""
 
 
+@pytest.mark.deep
 def test_any_address_is_taken_or_refused(opened, tmp_path):  # noqa: F811
     fb.play().save(tmp_path / "play.html")
     page, rng = opened(tmp_path / "play.html"), random.Random(1)

@@ -76,6 +76,7 @@ def test_linkages_move_and_lock_as_in_python(page):
         )
 
 
+@pytest.mark.deep
 def test_what_a_four_bar_can_do_is_said(page):
     page.get_by_role("tab", name="Four-bar").click()
     settle(page)
@@ -114,6 +115,7 @@ def test_what_a_four_bar_can_do_is_said(page):
     assert page.evaluate("lab.values[0]") == 0.2
 
 
+@pytest.mark.deep
 def test_a_linkage_by_hand_and_by_its_address(page):
     page.get_by_role("tab", name="Four-bar").click()
     settle(page)
@@ -150,6 +152,7 @@ def test_a_linkage_by_hand_and_by_its_address(page):
         assert "not taken" in page.locator("#said").text_content(), bad
 
 
+@pytest.mark.deep
 def test_a_linkage_as_python(page, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # its lines write a page
     page.evaluate("showTab('four')")
@@ -176,6 +179,7 @@ def test_a_named_coupler_point_is_what_a_study_plots():
     assert len(with_point.plot().axes) >= 3
 
 
+@pytest.mark.deep
 def test_a_page_for_a_linkage(opened, tmp_path, capsys):  # noqa: F811
     out = tmp_path / "live.html"
     assert (
@@ -191,6 +195,7 @@ def test_a_page_for_a_linkage(opened, tmp_path, capsys):  # noqa: F811
         fb.play(LINKAGES[0][2], fb.igm(fb.FiveBar(), (0.0, 0.1)))
 
 
+@pytest.mark.deep
 def test_two_studies_on_one_page(opened, tmp_path):  # noqa: F811
     slow, fast = (linkages.study(LINKAGES[0][2], speed=speed) for speed in (3.0, 6.0))
     fb.page({"slow": slow, "fast": fast}, tmp_path / "page.html")

@@ -39,6 +39,7 @@ def page(opened, path):  # noqa: F811
     return opened(path)
 
 
+@pytest.mark.deep
 def test_loci_are_on_the_exact_curves_with_their_modes(page):
     rng = np.random.default_rng(3)
     robots = [UNEQUAL, *(each.robot for each in fb.ROBOTS.values() if each.robot.turns)]
@@ -88,6 +89,7 @@ def test_loci_are_on_the_exact_curves_with_their_modes(page):
                 assert here == pytest.approx(exact, rel=5e-3, abs=0.05), (robot, assembly, kind)
 
 
+@pytest.mark.deep
 def test_pixels_are_near_the_exact_aspects_and_discs(page):
     for robot in (ROBOT, UNEQUAL, fb.ROBOTS["hoang-2015"].robot):
         page.evaluate(
@@ -134,6 +136,7 @@ def test_let_go_is_the_exact_motion(page):
     np.testing.assert_allclose(found[1:], run.xi[-1], atol=1e-8)
 
 
+@pytest.mark.deep
 def test_a_drawn_path_is_checked_at_once(page):
     page.get_by_label("draw a path").check()
     drag(page, (0.03, 0.1), (-0.02, 0.02), (-0.02, -0.06), (-0.02, -0.25))
@@ -144,6 +147,7 @@ def test_a_drawn_path_is_checked_at_once(page):
     assert distance < 1e-9 and kind & fb.Singularity.PARALLEL
 
 
+@pytest.mark.deep
 def test_every_named_robot(page):
     for name in fb.ROBOTS:
         if fb.ROBOTS[name].robot.turns:

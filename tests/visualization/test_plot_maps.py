@@ -25,6 +25,7 @@ def legend(figure):
     return {text.get_text() for text in figure.legends[0].get_texts()}
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("kind, start", [("png", b"\x89PNG"), ("svg", b"<?xml")])
 def test_four_panels_in_a_file(tmp_path, kind, start):
     figure = pictures.singularity_map(singularity_map(AMORO), path=[(0.09, 0.068), (0.05, 0.0)])
@@ -112,6 +113,7 @@ def test_joint_space():
                 assert np.nanmax(np.min(np.abs(sines), axis=0)) < 1e-6
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "field", ["serial_right", "transmission_angle", "manipulability", "condition_J"]
 )
@@ -123,6 +125,7 @@ def test_every_field_has_a_picture(tmp_path, field):
         assert any(axes.get_ylabel().startswith(data.description[:8]) for axes in figure.axes)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", ["hoang-2015", "liu-2006-e"])
 def test_degenerate_robots(tmp_path, name):
     figure = pictures.singularity_map(singularity_map(fb.ROBOTS[name].robot, shape=(101, 101)))

@@ -179,6 +179,7 @@ def test_the_robot_looks_as_it_did(opened, run):
     assert difference.mean() < 0.01 and difference.max() < 0.5
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(("width", "height", "scheme"), [(390, 844, "dark"), (1280, 720, "light")])
 def test_page_fits_phones_and_dark_rooms(opened, run, width, height, scheme):
     scene = view.scene(
@@ -214,6 +215,7 @@ def test_page_fits_phones_and_dark_rooms(opened, run, width, height, scheme):
 # Moving.
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("start", [0.0, 7.0])
 def test_motion_plays_in_real_time_and_over_again(opened, start):
     page = opened(two_bar_scene(np.linspace(0, 2, 301) + start))
@@ -242,6 +244,7 @@ def test_motion_plays_in_real_time_and_over_again(opened, start):
     )
 
 
+@pytest.mark.deep
 def test_player_plays_without_help(opened):
     page = opened(two_bar_scene(np.linspace(0, 2, 121)), paused=False)
     page.evaluate(
@@ -274,6 +277,7 @@ def test_bars_are_where_the_model_says(opened, run):
         np.testing.assert_allclose(ends(page, [0.09] * 4), expected.reshape(4, 2, 2), atol=2e-7)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("samples", [121, 2001])
 def test_bars_are_between_their_samples(opened, samples):
     page = opened(two_bar_scene(np.linspace(0, 2, samples)))
@@ -285,6 +289,7 @@ def test_bars_are_between_their_samples(opened, samples):
         )
 
 
+@pytest.mark.deep
 def test_bars_do_not_turn_back_at_180_degrees(opened):
     # one bar, from 170 to 190 degrees between two samples: halfway at 180 degrees and not at 0
     angle = np.radians([170, 190])
@@ -296,6 +301,7 @@ def test_bars_do_not_turn_back_at_180_degrees(opened):
     assert abs(bars(page)[0, 2]) == pytest.approx(np.pi, abs=1e-6)
 
 
+@pytest.mark.deep
 def test_nothing_moves_or_is_joined(opened):
     points = np.zeros((2, 1, 2))
     opened(
@@ -329,6 +335,7 @@ def test_a_gap_shows_no_bars_and_says_so(opened):
 # What is shown.
 
 
+@pytest.mark.deep
 def test_each_item_appears_and_can_be_hidden(opened, run):
     ghostly = replace(run, xi_ref=run.xi_ref + (0.02, 0.01))
     page = opened(view.scene(ROBOT, ghostly, view.SHOWS), viewport={"width": 640, "height": 560})
@@ -359,6 +366,7 @@ def test_each_item_appears_and_can_be_hidden(opened, run):
     np.testing.assert_allclose(drawn, sweeps, atol=np.radians(2.6))
 
 
+@pytest.mark.deep
 def test_what_is_not_named_is_not_there(opened, run):
     page = opened(view.scene(ROBOT, run, "velocity"))
     assert page.locator("#key button").all_text_contents()[0].startswith("v: velocity (longest")
@@ -393,6 +401,7 @@ def test_singularities_flash_and_are_marked(opened, run):
     )
 
 
+@pytest.mark.deep
 def test_two_runs_side_by_side(opened, run):
     short = fb.simulate(
         ROBOT, fb.PD(ROBOT, 1.0, 0.1), fb.line((0.09, 0.06796322535018479), (0.0, 0.1), 0.5)
@@ -415,6 +424,7 @@ def test_two_runs_side_by_side(opened, run):
     assert coloured[:, :300].any() and coloured[:, 340:].any()
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("held", ["guide", "rod"])
 def test_sliders_slide(opened, held):
     study = linkages.study(linkages.SliderCrank(0.1, 0.3, held=held))
@@ -430,6 +440,7 @@ def test_sliders_slide(opened, held):
 # Using.
 
 
+@pytest.mark.deep
 def test_everything_goes_by_keyboard(opened):
     page = opened(two_bar_scene(np.linspace(0, 2, 121)))
     page.evaluate("player.seek(1)")
@@ -463,6 +474,7 @@ def test_everything_goes_by_keyboard(opened):
     assert page.evaluate("document.activeElement.id") == "speed"
 
 
+@pytest.mark.deep
 def test_view_turns_and_fits_again(opened):
     page = opened(two_bar_scene(np.linspace(0, 2, 121)))
     page.evaluate("player.seek(0.3)")
@@ -492,6 +504,7 @@ def test_roles_and_labels_say_what_is_there(opened, run):
     assert page.locator(".dg.main").is_visible() is False
 
 
+@pytest.mark.deep
 def test_who_wants_little_motion_is_not_played_to(opened):
     scene = two_bar_scene(np.linspace(0, 2, 121))
     page = opened(scene.html, reduced_motion="reduce")
@@ -500,6 +513,7 @@ def test_who_wants_little_motion_is_not_played_to(opened):
     assert page.evaluate("[player.playing, player.time]") == [False, 0]
 
 
+@pytest.mark.deep
 def test_texts_are_only_texts(opened, run):
     page = opened(view.scene(ROBOT, run, title=HOSTILE, beside=run, names=[HOSTILE, "b"]))
     assert page.title() == HOSTILE and page.locator("h1").text_content() == HOSTILE
@@ -507,6 +521,7 @@ def test_texts_are_only_texts(opened, run):
     assert page.locator("img").count() == 0 and page.evaluate("window.hacked") is None
 
 
+@pytest.mark.deep
 def test_frame_in_a_notebook_plays(opened, run):
     page = opened(
         f"<!DOCTYPE html><body>{view.scene(ROBOT, run, title='in a frame')._repr_html_()}</body>"
@@ -550,6 +565,7 @@ def test_a_browser_too_old_is_told(lacking):
     assert page.locator("#banner").is_visible() and not page.locator("#controls").is_visible()
 
 
+@pytest.mark.deep
 def test_without_webgl_the_same_is_drawn_flat(lacking):
     page = lacking(
         """(prototype => { const own = prototype.getContext; prototype.getContext = function (kind, ...more) {

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 from ...base.checks import text
 from ...linkages import Study
+from ...simulation.run import Run
 from ...singularities.maps import Map
 from ..functions import pose_functions, script
 from .document import Page, made
 from .maps import map_content
-from .runs import is_planned, is_run, runs_content, sampled
+from .runs import is_planned, runs_content, sampled
 from .studies import studies_content
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def page(
         subject = {"": subject}
     if subject and all(isinstance(one, Study) for one in subject.values()):
         content = studies_content(subject, show)
-    elif "" not in subject or is_run(subject[""]):
+    elif "" not in subject or isinstance(subject[""], Run):
         content = runs_content(subject, show)
     else:
         known = "a Run, a Plan, a TimedPath, a Study, a dict of Runs or of Studies, or a Map"

@@ -5,14 +5,14 @@ side.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...base.tables import must_increase
 from ...models.dynamics import energy
-from ...models.loads import potential
+from ...simulation.run import Run
 from ...singularities.margins import singularity_margins
 from ..loci import crossings
 from ..skeleton import measured_pose, run_body
@@ -21,17 +21,10 @@ from .document import packed
 from .samples import TIME, gaps, kept, panel, subject
 
 if TYPE_CHECKING:
-    from ...models.robots import Robot
     from ...paths.timing.timed_path import TimedPath
     from ...planning.plans import Plan
-    from ...simulation.run import Run
 
 LEGS, AXES = ("left", "right"), ("x", "y")
-
-
-def is_run(subject: object) -> bool:
-    """Return whether it is what `simulate` gives."""
-    return hasattr(subject, "xi_ref") and hasattr(subject, "q_dot")
 
 
 def is_planned(subject: object) -> bool:
@@ -39,35 +32,24 @@ def is_planned(subject: object) -> bool:
     return all(hasattr(subject, name) for name in ("robot", "accelerations", "tau", "duration"))
 
 
-@dataclass(frozen=True, eq=False)
-class Sampled:
-    """A planned motion as a page takes it: a Run without a reference."""
-
-    robot: Robot
-    t: np.ndarray
-    q: np.ndarray
-    q_dot: np.ndarray
-    xi: np.ndarray
-    tau: np.ndarray
-    energy: np.ndarray
-    potential: np.ndarray
-    torque_limit: float | None
-    events: tuple
-    xi_ref = measured = None
-
-
-def sampled(plan: Plan | TimedPath) -> Sampled:
+def sampled(plan: Plan | TimedPath) -> Run:
     """Return a Plan or a TimedPath at 2001 times, with the singularities that it crosses."""
     robot, t = plan.robot, np.linspace(0.0, plan.duration, 2001)
     rates = plan.accelerations(t).rates
     pose = rates.pose
     constraints = plan.limits if hasattr(plan, "limits") else plan.problem.constraints
     limits = set(constraints.torque or ())
-    events = tuple(Mark(time, kind) for time, kind, *_ in crossings(t, pose))
-    limit = limits.pop() if len(limits) == 1 else None
-    q, heights = robot.continuous(pose.q), potential(pose) + np.zeros(len(t))
-    motion = q, rates.q_dot, pose.xi, plan.tau(t), energy(rates), heights
-    return Sampled(robot, t, *motion, limit, events)
+    return Run(
+        robot,
+        t,
+        robot.continuous(pose.q),
+        rates.q_dot,
+        pose.xi,
+        plan.tau(t),
+        energy(rates),
+        torque_limit=limits.pop() if len(limits) == 1 else None,
+        events=tuple(Mark(time, kind) for time, kind, *_ in crossings(t, pose)),
+    )
 
 
 class Mark(NamedTuple):
@@ -182,7 +164,7 @@ def _checked(runs, show):
     if not runs:
         raise ValueError("a page needs at least one run")
     for name, run in runs.items():
-        if not is_run(run):
+        if not isinstance(run, Run):
             raise TypeError(f"a page compares Runs, but {name!r} is a {type(run).__name__}")
         must_increase(run.t, f"the run {name!r}" if name else "the run")
     if len({run.robot.turns for run in runs.values()}) > 1:

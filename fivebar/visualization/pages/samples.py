@@ -55,7 +55,7 @@ def subject(name: str, t: np.ndarray, body: Skeleton, columns: dict, **more) -> 
         raise ValueError("no sample has a pose that could be drawn: all are nan")
     # Columns, or a pair of numbers where a point stays.
     joints = [
-        [packed(x) for x in points[:, k].T] if moves else known[0, k].tolist()
+        list(map(packed, points[:, k].T)) if moves else known[0, k].tolist()
         for k, moves in enumerate(np.ptp(known, axis=0).any(axis=1))
     ]
     return {
@@ -79,7 +79,8 @@ def panel(
     """Return a plot: curves are (label, subject, key, values), in `unit`, shown in one in which
     they read well.
     """
-    largest = max(largest_of(values) for values in (*(curve[3] for curve in curves), limits))
+    *_, values = zip(*curves)
+    largest = max(map(largest_of, (*values, limits)))
     # A number without unit stays as it is, and so does an angle of a hundredth and more.
     scale, shown = 1.0, unit
     if unit and not (unit.startswith("rad") and largest >= 0.01):

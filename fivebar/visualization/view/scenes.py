@@ -54,7 +54,7 @@ class Scene(WebPage):
     @cached_property
     def offsets(self) -> tuple[float, ...]:
         """By how much each machine is moved to the right, m, so that they stand side by side."""
-        boxes = [(low[0], high[0]) for low, high in (machine.box for machine in self.machines)]
+        boxes = [np.array(machine.box)[:, 0] for machine in self.machines]
         gap = 0.12 * max(high - low for low, high in boxes)
         offsets, end = [0.0], boxes[0][1]
         for low, high in boxes[1:]:
