@@ -60,7 +60,7 @@ def page(
     >>> robot = fb.FiveBar()
     >>> line = fb.line((0.09, 0.068), (0.05, 0.08), 0.1)
     >>> fb.page(fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), line), title="A line")
-    Page('A line')
+    <Page: A line>
     """
     if title is not None:
         text(title, "title")
