@@ -127,6 +127,7 @@ def test_failures_are_one_line(argv, code, message, capsys):
     assert printed.startswith("fivebar: ") and message in printed and printed.count("\n") == 1
 
 
+@pytest.mark.deep
 def test_map_of_task_2(tmp_path, capsys):
     """The lab's task 2, given as samples: it crosses Type 2 off the criterion, in its own mode when the source says."""
     path = fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0)
@@ -163,6 +164,7 @@ def test_map_of_task_2(tmp_path, capsys):
     )
 
 
+@pytest.mark.deep
 def test_map_of_dexterous_regions(tmp_path, capsys):
     options = [
         "--out",
@@ -192,6 +194,7 @@ def test_map_of_dexterous_regions(tmp_path, capsys):
         assert message in capsys.readouterr().err
 
 
+@pytest.mark.deep
 def test_map_of_joint_space_and_of_other_robots(tmp_path, capsys):
     out = str(tmp_path / "map.png")
     assert (
@@ -242,6 +245,7 @@ def test_as_a_program():
     assert subprocess.run([sys.executable, "-m", "fivebar"], capture_output=True).returncode == 2
 
 
+@pytest.mark.deep
 def test_controllers_and_cases(tmp_path, capsys):
     errors = {}
     for controller in ("ctc", "pd", "mpc"):

@@ -145,6 +145,7 @@ def test_wrong_usage(words, notes, capsys):
     assert re.search(notes, error), error
 
 
+@pytest.mark.deep
 def test_a_design_and_a_front(tmp_path, capsys):
     words = [
         "design",

@@ -61,6 +61,7 @@ def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
     assert np.linalg.norm(run.xi[0] - xi[0]) < 1e-12
 
 
+@pytest.mark.deep
 def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
     options = [
         "--at",
@@ -111,6 +112,7 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
     assert "too fast for its tracker" in capsys.readouterr().err
 
 
+@pytest.mark.deep
 def test_the_roomiest_place_is_farther_from_singularities(drawing, tmp_path, capsys):
     margins = []
     for options in ([], ["--roomiest"]):
@@ -154,6 +156,7 @@ def test_what_cannot_be_drawn_is_said(body, options, code, message, tmp_path, ca
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.deep
 def test_a_path_of_two_modes_is_refused_or_crosses_type_2(tmp_path, capsys):
     """From the lab's home to its task 2: no working mode leads there without Type 2."""
     (tmp_path / "task_2.csv").write_text("x,y\n0.09,0.068\n0.07,0.034\n0.05,0\n")
@@ -183,6 +186,7 @@ def test_a_path_of_two_modes_is_refused_or_crosses_type_2(tmp_path, capsys):
     assert np.sign(fb.igm(run.robot, run.xi[[0, -1]]).det_A).tolist() == [1.0, -1.0]
 
 
+@pytest.mark.deep
 def test_plan_between_points(tmp_path, capsys):
     ends = ["--from", "0.09", "0.068", "--to", "0.05", "0"]
     assert main(["plan", *ends, "--duration", "4", "--out", str(tmp_path)]) == 0

@@ -27,6 +27,7 @@ def files(tmp_path):
     return tmp_path
 
 
+@pytest.mark.deep
 def test_a_log_gives_a_robot_that_robot_reads(files, capsys):
     out = files / "out"
     words = ["identify", str(files / "log.csv"), "--robot", str(files / "robot.toml")]

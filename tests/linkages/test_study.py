@@ -80,6 +80,7 @@ def test_csv_and_back(name, tmp_path):
     assert header[-1] == f"{list(run.columns)[-1]} ({unit(list(run.columns)[-1])})"
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", STUDIES)
 def test_rates_are_the_slopes_of_the_table(name):
     """The table by itself: every rate is the slope of its own position column, whatever the drive does."""
@@ -283,6 +284,7 @@ def test_cli_verdict_alone(monkeypatch, capsys):
     assert "oscillating cylinder" in json.loads(capsys.readouterr().out)["verdict"][0]
 
 
+@pytest.mark.deep
 def test_cli_study_with_files(monkeypatch, capsys, tmp_path):
     files = [str(tmp_path / name) for name in ("a.png", "a.csv", "a.html")]
     options = [

@@ -127,6 +127,7 @@ def test_a_front_for_a_table_and_a_motor(front):
     assert (swept["tip_speed"][kept][inside] <= speed[inside] + 0.03).all()
 
 
+@pytest.mark.deep
 def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
     (tmp_path / "front" / "robots").mkdir(parents=True)
     (tmp_path / "front" / "robots" / f"{len(front) + 1:02d}.json").write_text("of a longer front")
@@ -196,6 +197,7 @@ def wide(robot):
     return robot.l1 + robot.d
 
 
+@pytest.mark.deep
 def test_slow_figures_are_computed_by_an_executor_and_a_design_is_kept(tmp_path):
     ask = dict(
         goals=[ring, "bars"], bounds={"l1": (0.1, 0.2), "l2": (0.1, 0.2)}, points=4, effort=0.05

@@ -176,6 +176,7 @@ def test_the_workspace_is_what_the_aspects_of_a_mode_cover():
         assert done["workspace_area"][k] == pytest.approx(area, rel=1e-11)
 
 
+@pytest.mark.deep
 def test_regions_are_the_exact_ones():
     robot = fb.FiveBar(0.12, 0.14, 0.12, 0.14, 0.1)
     done = fb.sweep(

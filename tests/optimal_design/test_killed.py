@@ -95,6 +95,7 @@ def on_the_way(kill, program, out, log):
     return run
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("kill", KILLS)
 def test_a_killed_driver(kill, program, whole, tmp_path):
     out, log = tmp_path / "out", tmp_path / "log"

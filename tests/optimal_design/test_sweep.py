@@ -185,6 +185,7 @@ fb.sweep(fb.optimal_design.FIGURES["bars"], designs, out=sys.argv[1], workers=1,
 """
 
 
+@pytest.mark.deep
 def test_a_full_disk_says_so_and_leaves_nothing_half(tmp_path):
     """A limit on the size of files is to a writing process what a full disk is."""
     command = [sys.executable, "-c", FULL, tmp_path / "out"]
@@ -208,6 +209,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
 
 
+@pytest.mark.deep
 def test_memory_is_flat_in_the_number_of_designs(tmp_path):
     peak = [
         int(subprocess.run([sys.executable, "-c", MEMORY, str(count), tmp_path / str(count)], cwd=ROOT,
