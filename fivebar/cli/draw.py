@@ -339,9 +339,11 @@ def _proved(arguments, robot, path, working):
     """The Certificate, or None of a robot of another kind; where it is not proved, that is said."""
     if not robot.turns:
         return None
+    from ..constraints.constraints import Constraints
     from ..paths.certificates.certify import certify
 
-    proof = certify(robot, path, arguments.tolerance, arguments.sine, working)
+    constraints = Constraints(det_A=arguments.sine, sin=arguments.sine)
+    proof = certify(robot, path, arguments.tolerance, constraints, working)
     for each in proof.unproved:
         verdict = "false" if each.false else "not proved"
         where = f"from s = {1e3 * each.start:.6g} to {1e3 * each.stop:.6g} mm"

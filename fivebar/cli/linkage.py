@@ -30,6 +30,7 @@ from ..linkages.drives import DRIVES
 from ..linkages.quantities import unit
 from ..linkages.six_bar_press import SPEED
 from ..models.robots import FiveBar
+from .endings import check_ending
 from .robot_options import ask_for_mm
 
 SIX_BAR_LENGTHS = ("l2", "l3", "l4", "l5", "l11", "l12")
@@ -149,23 +150,18 @@ def _run(arguments, build):
         linkage, options, extra = build(arguments)
         given = arguments.branch if arguments.branch is not None else options.pop("branch", None)
         branch = check_branch(linkage, given)
-        for name, value in (("speed", arguments.speed), ("turns", arguments.turns)):
-            if value is not None and (
-                not math.isfinite(value) or value == 0 or (name == "turns" and value < 0)
-            ):
-                raise ValueError(
-                    f"--{name} must be finite and {'> 0' if name == 'turns' else 'not 0'}, not"
-                    f" {value:g}"
-                )
-        options |= {
-            k: v for k in ("speed", "turns", "drive") if (v := getattr(arguments, k)) is not None
-        }
+        if arguments.speed is not None and not 0 < abs(arguments.speed) < math.inf:
+            raise ValueError(f"--speed must be finite and not 0, not {arguments.speed:g}")
+        if arguments.turns is not None and not 0 < arguments.turns < math.inf:
+            raise ValueError(f"--turns must be finite and > 0, not {arguments.turns:g}")
+        for name in ("speed", "turns", "drive"):
+            if getattr(arguments, name) is not None:
+                options[name] = getattr(arguments, name)
         if options.get("drive", "turn") not in DRIVES:
             raise ValueError(
                 f"no drive {options['drive']!r}; the known ones are {', '.join(DRIVES)}"
             )
-        if arguments.plot and arguments.plot.suffix not in (".png", ".svg", ".pdf"):
-            raise ValueError(f"--plot must end in .png, .svg or .pdf, not {arguments.plot.name!r}")
+        check_ending("--plot", arguments.plot)
     except ValueError as error:
         raise UsageError(error) from None
     longest = max((v for v in vars(linkage).values() if isinstance(v, float)), default=0.0)
@@ -276,10 +272,11 @@ def _write(result, arguments):
 
 
 def _ranges(result):
+    """Return {quantity: [least, largest]} of finite values, [None, None] where there is none."""
     ranges = {}
     for name, values in result.columns.items():
-        good = values[np.isfinite(values)]
-        ranges[name] = [float(good.min()), float(good.max())] if len(good) else [None, None]
+        finite = values[np.isfinite(values)]
+        ranges[name] = [float(finite.min()), float(finite.max())] if len(finite) else [None, None]
     return ranges
 
 

@@ -1,6 +1,4 @@
-"""`fivebar map`: the singularity map as a picture and as data, the aspects, and whether a path
-crosses.
-"""
+"""`fivebar map`: the singularity map, the aspects, and the crossings of a path."""
 
 from __future__ import annotations
 
@@ -13,6 +11,7 @@ from ..base.errors import UsageError
 from ..base.tables import saved
 from ..planning.samples import from_csv
 from ..singularities.maps import FIELDS, singularity_map
+from .endings import check_ending
 from .robot_options import add_robot_options, chosen_robot
 
 
@@ -41,22 +40,26 @@ def add_parsers(commands: _SubParsersAction) -> None:
         type=int,
         default=401,
         metavar="N",
-        help="of the grid, a side (default: %(default)s)",
+        help="nodes of the grid on each side (default: %(default)s)",
     )
     parser.add_argument(
-        "--det-A", type=float, metavar="K", help="show the dexterous regions with |det A| >= K"
+        "--det-A", type=float, metavar="K", help="show dexterous regions with |det A| >= K"
     )
     parser.add_argument(
         "--sin",
         type=float,
         metavar="S",
-        help="show the dexterous regions with both |sin q_i2| >= S",
+        help="show dexterous regions with both |sin q_i2| >= S",
     )
     parser.add_argument(
         "--path", metavar="PATH.csv", help="a path t (s), x, y (m) to draw and to check"
     )
     parser.add_argument(
-        "--units", nargs="+", default=(), metavar="UNIT", help="of its columns, as mm or t=ms x=mm"
+        "--units",
+        nargs="+",
+        default=(),
+        metavar="UNIT",
+        help="units of the path's columns, as mm or t=ms x=mm",
     )
     parser.add_argument(
         "--out", type=Path, default=Path("map.png"), help="PNG, SVG or PDF (default: %(default)s)"
@@ -66,13 +69,13 @@ def add_parsers(commands: _SubParsersAction) -> None:
         "--page",
         type=Path,
         metavar="OUT.html",
-        help="the map with the robot in the pose pointed at",
+        help="an interactive page: point at the map to move the robot",
     )
     parser.add_argument(
         "--graph",
         type=Path,
         metavar="OUT.png",
-        help="which aspects a motion may pass between, drawn",
+        help="a graph of the aspects between which a motion may pass",
     )
     parser.add_argument("--json", action="store_true", help="aspects and path as JSON on stdout")
     add_robot_options(parser)
@@ -85,11 +88,9 @@ def _map(arguments):
     from ..singularities.dexterous import dexterous
 
     robot = chosen_robot(arguments)
-    if arguments.data and arguments.data.suffix not in (".csv", ".npz"):
-        raise UsageError(f"--data must end in .csv or .npz, not {arguments.data.name!r}")
-    for option, out in (("--out", arguments.out), ("--graph", arguments.graph)):
-        if out and out.suffix not in (".png", ".svg", ".pdf"):
-            raise UsageError(f"{option} must end in .png, .svg or .pdf, not {out.name!r}")
+    check_ending("--data", arguments.data, (".csv", ".npz"))
+    check_ending("--out", arguments.out)
+    check_ending("--graph", arguments.graph)
     if arguments.graph and not robot.turns:
         raise UsageError(
             "--graph needs a five-bar: the aspects of a biglide are strips without ends"
@@ -98,11 +99,8 @@ def _map(arguments):
         raise UsageError("--units is of the file of --path, and there is none")
     if arguments.path and arguments.space == "joint":
         raise UsageError("--path is drawn in task space only")
-    levels = {
-        name: value
-        for name, value in (("det_A", arguments.det_A), ("sin", arguments.sin))
-        if value is not None
-    }
+    levels = {"det_A": arguments.det_A, "sin": arguments.sin}
+    levels = {name: value for name, value in levels.items() if value is not None}
     if levels and arguments.space == "joint":
         raise UsageError("--det-A and --sin are of task space only")
     try:
@@ -114,7 +112,7 @@ def _map(arguments):
         raise UsageError(error) from None
     for sentence in path.notes if path else ():
         print(f"{arguments.path}: {sentence}", file=sys.stderr)
-    found = aspects(robot) if robot.turns else None
+    parts = aspects(robot) if robot.turns else None
     checks = [(mode, check_path(robot, path, mode)) for mode in data.modes] if path else []
     points = _points(path) if path else None
     _draw(data, points, regions, arguments.out)
@@ -129,12 +127,12 @@ def _map(arguments):
 
         map_page(data, arguments.page, along=points, regions=regions)
     if arguments.json:
-        print(json.dumps(_as_json(found, checks) | _levels_as_json(regions, levels), indent=2))
+        print(json.dumps(_as_json(parts, checks, regions, levels), indent=2))
         return
-    if found is None:
+    if parts is None:
         print("aspects are not listed: those of a biglide are strips without ends", file=sys.stderr)
     else:
-        _table("aspect", found)
+        _table("aspect", parts)
     if regions is not None:
         _table("region", regions)
         if not regions:
@@ -173,36 +171,28 @@ def _verdict(check):
             f"free of singularities, smallest sine {check.min_margin:.3g} at t ="
             f" {check.min_margin_time:.6g} s"
         )
-    how = "touches" if check.touching else "crosses"
-    text = f"{how} Type {int(check.type)} at t = {check.time:.12g} s"
+    verb = "touches" if check.touching else "crosses"
+    text = f"{verb} Type {int(check.type)} at t = {check.time:.12g} s"
     if check.criterion is not None:
-        holds = (
-            "the criterion holds"
-            if check.criterion_holds
-            else "off the criterion: the torque diverges"
-        )
-        text += f", t_s . m xi'' = {check.criterion:.6g} N, {holds}"
+        text += f", t_s . m xi'' = {check.criterion:.6g} N, "
+        text += "the criterion holds" if check.criterion_holds else "off it: the torque diverges"
     return text
 
 
-def _parts_as_json(found):
+def _parts_as_json(parts):
     return [
-        dict(
-            number=a.number,
-            working=a.working,
-            assembly=a.assembly,
-            area_m2=a.area,
-            point_m=a.point.tolist(),
-        )
-        for a in found or ()
+        {
+            "number": part.number,
+            "working": part.working,
+            "assembly": part.assembly,
+            "area_m2": part.area,
+            "point_m": part.point.tolist(),
+        }
+        for part in parts
     ]
 
 
-def _levels_as_json(regions, levels):
-    return {} if regions is None else {"dexterous": levels | {"regions": _parts_as_json(regions)}}
-
-
-def _as_json(found, checks):
+def _as_json(parts, checks, regions, levels):
     paths = [
         dict(
             working=mode,
@@ -218,7 +208,10 @@ def _as_json(found, checks):
         )
         for mode, check in checks
     ]
-    return {"aspects": None if found is None else _parts_as_json(found), "path": paths}
+    result = {"aspects": None if parts is None else _parts_as_json(parts), "path": paths}
+    if regions is not None:
+        result["dexterous"] = levels | {"regions": _parts_as_json(regions)}
+    return result
 
 
 def _signs(modes):

@@ -1,10 +1,11 @@
-"""What figures of merit are about, on the command line."""
+"""Options for the task of figures of merit."""
 
 from __future__ import annotations
 
 import argparse
 import re
 import sys
+from contextlib import suppress
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from shutil import get_terminal_size
@@ -69,20 +70,19 @@ def add_task_options(parser: argparse.ArgumentParser) -> None:
 
 
 def chosen_task(arguments: argparse.Namespace) -> dict:
-    """The choices of `sweep` and `design`."""
+    """Return the choices of `sweep` and `design`."""
     motor, signs = arguments.motor, arguments.working
-    if motor is not None:
-        motor = motor[0] if len(motor) == 1 else tuple(number(each, "--motor") for each in motor)
+    if motor is not None and len(motor) > 1:
+        motor = [[number(text, "--motor") for text in motor]]
     if signs is not None and (len(signs) != 2 or set(signs) - {"+", "-"}):
         raise UsageError(f"--working must be two signs, as +-, not {signs!r}")
-    disc = arguments.disc
     choices = dict(
         table=arguments.table,
-        disc=disc[0] if disc and len(disc) == 1 else disc,
+        disc=_single(arguments.disc),
         poses=arguments.poses,
         working=None if signs is None else tuple(1 if sign == "+" else -1 for sign in signs),
-        motor=motor,
-        tolerances=dict(pair(each, "--tolerance") for each in arguments.tolerance) or None,
+        motor=_single(motor),
+        tolerances=dict(pair(text, "--tolerance") for text in arguments.tolerance) or None,
         path=arguments.path,
         stiffness=arguments.stiffness,
         det_A=arguments.det_A,
@@ -99,7 +99,13 @@ def chosen_task(arguments: argparse.Namespace) -> dict:
     return {name: value for name, value in choices.items() if value is not None}
 
 
+def _single(values):
+    """Return the only one of several values, or all of them."""
+    return values[0] if values and len(values) == 1 else values
+
+
 def number(text: str, option: str) -> float:
+    """Return a number; UsageError names the option."""
     try:
         return float(text)
     except ValueError:
@@ -107,27 +113,33 @@ def number(text: str, option: str) -> float:
 
 
 def pair(text: str, option: str) -> tuple[str, float]:
-    """("q", 0.001) of q=0.001."""
+    """Return ("q", 0.001) of q=0.001."""
     name, sign, value = text.partition("=")
     if not sign:
         raise UsageError(f"{option} must be NAME=VALUE, not {text!r}")
     return name, number(value, option)
 
 
-def span(text: str, option: str, counts: tuple[int, ...]) -> tuple[str, list[float | None]]:
-    """("l1", [0.05, 0.2]) of l1=0.05:0.2; an empty place is None."""
+def span(text: str, option: str, counts: tuple[int, int]) -> tuple[str, list[float | None]]:
+    """Return ("l1", [0.05, 0.2]) of l1=0.05:0.2; None for an empty place."""
     name, sign, values = text.partition("=")
-    found = [number(each, option) if each else None for each in values.split(":")]
-    if not sign or len(found) not in counts:
-        shape = " or ".join(
-            ":".join(("LOW", "HIGH", "COUNT")[:n]) if n > 1 else "VALUE" for n in counts
-        )
-        raise UsageError(f"{option} must be NAME={shape}, not {text!r}")
-    return name, found
+    numbers = [number(value, option) if value else None for value in values.split(":")]
+    if not sign or len(numbers) not in counts:
+        shape = "LOW:HIGH:COUNT" if 3 in counts else "LOW:HIGH"
+        raise UsageError(f"{option} must be NAME=VALUE or {shape}, not {text!r}")
+    return name, numbers
+
+
+def interval(text: str, option: str) -> tuple[str, float | tuple[float, float]]:
+    """Return ("l1", (0.05, 0.2)) of l1=0.05:0.2, ("l1", 0.1) of l1=0.1."""
+    name, values = span(text, option, (1, 2))
+    if None in values:
+        raise UsageError(f"{option}: a number is missing in {text!r}")
+    return name, values[0] if len(values) == 1 else tuple(values)
 
 
 def figure_of(text: str) -> object:
-    """A name, or the function in FILE.py:NAME."""
+    """Return a figure's name, or the function in FILE.py:NAME."""
     file, _, name = text.rpartition(":")
     if not file.endswith(".py"):
         return text
@@ -148,43 +160,34 @@ def figure_of(text: str) -> object:
         found = getattr(module, name)
     except Exception as error:  # whatever somebody's own file raises
         raise UsageError(f"{text}: {type(error).__name__}: {error}") from None
-    _by_value(module)
+    with suppress(ImportError):  # Dask's workers do not have this file: they are sent its content.
+        import cloudpickle
+
+        cloudpickle.register_pickle_by_value(module)
     return found
 
 
-def _by_value(module):
-    """Dask's workers have not this file: they are sent what is in it."""
-    try:
-        import cloudpickle
-    except ImportError:
-        return  # without Dask nothing is sent to where the file is not
-    cloudpickle.register_pickle_by_value(module)
-
-
-def listed() -> str:
-    """All figures and motors, each with its words below it."""
+def figure_list() -> str:
+    """Return all figures and motors, each with its words below it."""
     from ..optimal_design import FIGURES, MOTORS
 
-    heads = {}
-    for each in FIGURES.values():
-        needs = ", ".join(OPTIONS.get(need, f"--{need}") for need in each.needs)
-        head = f"{each.label}, {'max' if each.better == 'large' else 'min'}"
-        heads[f"{head}; needs {needs}" if needs else head] = each.words
-    heads |= {
-        f"motor {name}: {m.torque:g} N m, {m.speed:.4g} rad/s": m.source
-        for name, m in MOTORS.items()
-    }
+    entries = {}
+    for figure in FIGURES.values():
+        head = f"{figure.label}, {'max' if figure.better == 'large' else 'min'}"
+        if figure.needs:
+            options = (OPTIONS.get(need, f"--{need}") for need in figure.needs)
+            head += f"; needs {', '.join(options)}"
+        entries[head] = figure.words
+    for name, motor in MOTORS.items():
+        entries[f"motor {name}: {motor.torque:g} N m, {motor.speed:.4g} rad/s"] = motor.source
     width = min(get_terminal_size().columns, 100)
-    return "\n".join(
-        f"{head}\n{fill(words, width, initial_indent='    ', subsequent_indent='    ')}"
-        for head, words in heads.items()
-    )
+    lines = []
+    for head, words in entries.items():
+        lines += [head, fill(words, width, initial_indent="    ", subsequent_indent="    ")]
+    return "\n".join(lines)
 
 
 def by_option(error: Exception) -> UsageError:
-    """The error in the command line's words: --table where Python's say table=... ."""
-    return UsageError(
-        re.sub(r"\b(\w+)=(?:\.\.\.|radius)", r"--\1", str(error)).replace(
-            "--tolerances", "--tolerance"
-        )
-    )
+    """Return the error with --table where Python's message has table=... ."""
+    message = re.sub(r"\b(\w+)=(?:\.\.\.|radius)", r"--\1", str(error))
+    return UsageError(message.replace("--tolerances", "--tolerance"))

@@ -222,7 +222,7 @@ def test_plan_between_modes(capsys):
 @pytest.mark.parametrize(
     "options, message",
     [
-        ([], "minimum time needs a torque_limit"), (["--duration", "-1"], "duration must be finite and > 0"),
+        ([], "minimum time needs a torque"), (["--duration", "-1"], "duration must be finite and > 0"),
         (["--working", "1", "1", "--to-working", "1", "1"], "--working keeps the modes"),
         (["--to-working", "1", "1", "--to", "0.5", "0.5"], "unreachable|out of reach"),
     ],
