@@ -33,10 +33,15 @@ class WebPage:
             file.write(self.html)
 
     def _repr_html_(self) -> str:
-        return framed(self.html, self.title, 760)
+        return frame_html(self.html, self.title, 760)
 
 
-def document(folder: Path, title: str, scripts: str = "'unsafe-inline'", **parts: str) -> str:
+def document(
+    folder: Path,
+    title: str,
+    scripts: str = "'unsafe-inline'",
+    **parts: str,
+) -> str:
     """Return the page whose body and own style are page.html and page.css of this folder.
 
     scripts: which the page's policy lets run; parts: what is filled into its body.
@@ -54,7 +59,7 @@ def script(folder: Path, *names: str) -> str:
     return "\n".join((folder / f"{name}.js").read_text("utf-8") for name in names)
 
 
-def framed(page: str, title: str, height: int, style: str = "") -> str:
+def frame_html(page: str, title: str, height: int, style: str = "") -> str:
     """Return HTML of a frame with this page, so many pixels high, for a notebook."""
     return (
         f'<iframe style="width:100%;height:{height}px;border:0;{style}"'
@@ -70,7 +75,7 @@ def as_json(content: dict) -> str:
     return json.dumps(content, allow_nan=False).replace("<", "\\u003c")
 
 
-def library(name: str, purpose: str) -> Path:
+def library_folder(name: str, purpose: str) -> Path:
     """Return the folder of an installed package, of which only files for the browser are wanted."""
     package = find_spec(name)
     if package is None:

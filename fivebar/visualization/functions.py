@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..models.robots import Robot
 
 
-def posed(pose: Pose) -> dict[str, ca.SX]:
+def pose_outputs(pose: Pose) -> dict[str, ca.SX]:
     """What pages show of a pose, by name; closes: 1, or 0; gap: m, by which the bars do not
     meet.
     """
@@ -43,21 +43,31 @@ def pose_functions(robot: Robot, *more: ca.SX) -> list[ca.Function]:
 
     more: further inputs, the symbols of which the robot's parameters are made.
     """
-    point, modes, mode = ca.SX.sym("point", 2), ca.SX.sym("modes", 2), ca.SX.sym("mode")
+    point, modes, mode = (
+        ca.SX.sym("point", 2),
+        ca.SX.sym("modes", 2),
+        ca.SX.sym("mode"),
+    )
     with as_numbers():
         reached = task_pose(robot, (point[0], point[1]), (modes[0], modes[1]))
         driven = joint_pose(robot, (point[0], point[1]), mode)
         found = [
-            named("igm", posed(reached), point, modes, *more),
-            named("dgm", posed(driven), point, mode, *more),
+            named_function("igm", pose_outputs(reached), point, modes, *more),
+            named_function("dgm", pose_outputs(driven), point, mode, *more),
         ]
     return found
 
 
-def named(name: str, outputs: dict[str, ca.SX], *inputs: ca.SX) -> ca.Function:
+def named_function(name: str, outputs: dict[str, ca.SX], *inputs: ca.SX) -> ca.Function:
     """A function of symbols, whose inputs are called as they are."""
     expressions = ca.cse([ca.densify(ca.SX(value)) for value in outputs.values()])
-    return ca.Function(name, inputs, expressions, [_name(each) for each in inputs], list(outputs))
+    return ca.Function(
+        name,
+        inputs,
+        expressions,
+        [_name(each) for each in inputs],
+        list(outputs),
+    )
 
 
 def _name(symbol):

@@ -24,7 +24,11 @@ def map_loci(data: Map) -> Iterator[tuple[str, list[int], np.ndarray]]:
     loci, task = singularity_loci(data.robot), data.space == "task"
     ends = (data.y if task else data.x)[[0, -1]]
     pieces = [
-        (locus_words(piece), piece.working if task else piece.assembly, piece.drawn(*ends))
+        (
+            locus_words(piece),
+            piece.working if task else piece.assembly,
+            piece.drawn(*ends),
+        )
         for piece in (loci.task if task else loci.joint)
     ]
     if task:

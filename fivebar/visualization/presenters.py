@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 
 # Class name -> module in `plot` and its function (result, **options) -> Figure.
 PLOTS = {
-    "Calibration": "calibration.calibrated",
-    "Comparison": "comparison.comparison",
-    "Design": "designs.design_picture",
-    "Front": "designs.front_picture",
-    "Identification": "identification.identification",
-    "MeasurementPoses": "accuracy.toured",
-    "Path": "drawing.path_picture",
-    "Plan": "plans.planned",
-    "Repeatability": "accuracy.repeated",
-    "Replay": "replays.replayed",
-    "Run": "runs.tracking",
-    "Study": "linkages.study_figure",
-    "Sweep": "designs.sweep_picture",
-    "TimedPath": "timed_paths.timed",
-    "TipError": "accuracy.tip_errors",
+    "Calibration": "calibration.draw_calibration",
+    "Comparison": "comparison.draw_comparison",
+    "Design": "designs.draw_design",
+    "Front": "designs.draw_front",
+    "Identification": "identification.draw_identification",
+    "MeasurementPoses": "accuracy.draw_measurement_poses",
+    "Path": "drawing.draw_path",
+    "Plan": "plans.draw_plan",
+    "Repeatability": "accuracy.draw_repeatability",
+    "Replay": "replays.draw_replay",
+    "Run": "runs.draw_run",
+    "Study": "linkages.draw_study",
+    "Sweep": "designs.draw_sweep",
+    "TimedPath": "timed_paths.draw_timed_path",
+    "TipError": "accuracy.draw_tip_error",
 }
 
 
@@ -80,6 +80,13 @@ def scene(result: Any, show: object, title: str | None) -> Scene:
         measured, simulated = result.measured, result.simulated
         if measured.xi_ref is None:
             simulated = replace(simulated, xi_ref=None)
-        return scene(measured.robot, measured, show, beside=simulated, title=title, names=names)
+        return scene(
+            measured.robot,
+            measured,
+            show,
+            beside=simulated,
+            title=title,
+            names=names,
+        )
     mechanism = result.linkage if type(result).__name__ == "Study" else result.robot
     return scene(mechanism, result, show, title=title)

@@ -198,7 +198,12 @@ def study_body(study: Study) -> Skeleton:
         links += [name for name, link in chain.links.items() if link.origin is origin]
     links = tuple(dict.fromkeys(links))
     texts = tuple("" if name in chain.marks else name for name in names)
-    return Skeleton(study.points(), **chain_parts(chain), names=texts, link_names=links)
+    return Skeleton(
+        study.points(),
+        **chain_parts(chain),
+        names=texts,
+        link_names=links,
+    )
 
 
 def chain_parts(chain: object) -> dict:

@@ -14,7 +14,7 @@ from fivebar.visualization.loci import crossings
 from fivebar.visualization.view import shows, sources
 from fivebar.visualization.view.frames import MOST, choose
 from fivebar.visualization.view.layers import Area, Arrows, Ghost, LineLayer, TurningArrows
-from fivebar.visualization.view.solids import dashed
+from fivebar.visualization.view.solids import dash_pieces
 
 from .conftest import ROBOT, long_run
 
@@ -257,7 +257,7 @@ def test_only_what_is_not_known_is_left_out(run, tmp_path):
 
 def test_dashes_begin_and_end_a_path():
     path = np.array([(0, 0), (1, 0), (1, 1.0)])
-    pieces = dashed(path, 0.2, 0.1)
+    pieces = dash_pieces(path, 0.2, 0.1)
     np.testing.assert_allclose([pieces[0][0], pieces[-1][-1]], path[[0, -1]], atol=1e-15)
     lengths = [np.hypot(*np.diff(piece, axis=0).T).sum() for piece in pieces]
     np.testing.assert_allclose(lengths, lengths[0])

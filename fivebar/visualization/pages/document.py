@@ -10,10 +10,13 @@ import numpy as np
 
 from ...base.representation import one_line
 from ...base.tables import TextFile
-from ..document import WebPage, as_json, document, library, script
+from ..document import WebPage, as_json, document, library_folder, script
 
 HERE = Path(__file__).parent
-CODE = {"motion": ("motion", "curves", "controls"), "map": ("map", "map_controls")}
+CODE = {
+    "motion": ("motion", "curves", "controls"),
+    "map": ("map", "map_controls"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,13 +30,22 @@ class Page(WebPage):
         return one_line("Page", self.title)
 
 
-def made(path: TextFile | None, code: str, content: dict, models: str = "") -> Page:
+def make_page(path: TextFile | None, code: str, content: dict, models: str = "") -> Page:
     """Return the page with this code, one of CODE, and content; write it if path is not None.
 
     models: JavaScript of what the page computes itself.
     """
-    bokeh = library("bokeh", "a linked page needs the plots of Bokeh") / "server" / "static" / "js"
-    parts = script(HERE, "common", "picture", "plot"), models, script(HERE, *CODE[code])
+    bokeh = (
+        library_folder("bokeh", "a linked page needs the plots of Bokeh")
+        / "server"
+        / "static"
+        / "js"
+    )
+    parts = (
+        script(HERE, "common", "picture", "plot"),
+        models,
+        script(HERE, *CODE[code]),
+    )
     text = document(
         HERE,
         content["title"],

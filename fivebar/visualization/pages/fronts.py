@@ -30,7 +30,12 @@ def live_page(design: Design) -> LivePage:
 def save_page(front: Front, path: Path) -> None:
     """Write index.html and play.html; of other robots than five-bars without links."""
     first, rows, live = front.designs[0], [], None
-    heads = ["", *map(label, first.parameters), *map(label, first.values), "held by"]
+    heads = [
+        "",
+        *map(label, first.parameters),
+        *map(label, first.values),
+        "held by",
+    ]
     for number, design in enumerate(front.designs, start=1):
         name = f"robot {number}"
         if isinstance(design.robot, FiveBar):
@@ -39,7 +44,11 @@ def save_page(front: Front, path: Path) -> None:
             name = f'<a href="play.html{html.escape(page.fragment)}">{name}</a>'
         values = *design.parameters.values(), *design.values.values()
         held = "; ".join(sentence.partition(" is ")[0] for sentence in design.binding)
-        cells = [name, *(f"{value:.6g}" for value in values), html.escape(held)]
+        cells = [
+            name,
+            *(f"{value:.6g}" for value in values),
+            html.escape(held),
+        ]
         rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     picture = io.BytesIO()
     front.plot().savefig(picture, format="png", dpi=90)

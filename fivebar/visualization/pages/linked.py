@@ -11,7 +11,7 @@ from ...linkages import Study
 from ...simulation.run import Run
 from ...singularities.maps import Map
 from ..functions import pose_functions, script
-from .document import Page, made
+from .document import Page, make_page
 from .maps import map_content
 from .runs import is_planned, runs_content, sampled
 from .studies import studies_content
@@ -80,17 +80,32 @@ def page(
         known = "a Run, a Plan, a TimedPath, a Study, a dict of Runs or of Studies, or a Map"
         kind = type(subject[""]).__name__
         raise TypeError(f"subject: a page shows {known}, not {kind}")
-    return made(path, "motion", content | ({} if title is None else {"title": title}))
+    return make_page(
+        path,
+        "motion",
+        content | ({} if title is None else {"title": title}),
+    )
 
 
-def story(runs: Mapping, path: str | Path, show: Iterable, title: str, notes: list) -> Page:
+def story(
+    runs: Mapping,
+    path: str | Path,
+    show: Iterable,
+    title: str,
+    notes: list,
+) -> Page:
     """Write a page of runs, each in its own picture, which plays once when it is opened.
 
     notes: sentences under it.
     """
     content = runs_content(runs, show)
-    more = {"title": title, "notes": notes + content["notes"], "apart": True, "plays": True}
-    return made(path, "motion", content | more)
+    more = {
+        "title": title,
+        "notes": notes + content["notes"],
+        "apart": True,
+        "plays": True,
+    }
+    return make_page(path, "motion", content | more)
 
 
 def map_page(
@@ -107,4 +122,4 @@ def map_page(
     content = map_content(data, along, regions)
     if title is not None:
         content["title"] = title
-    return made(path, "map", content, script(pose_functions(data.robot)))
+    return make_page(path, "map", content, script(pose_functions(data.robot)))

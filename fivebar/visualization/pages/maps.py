@@ -21,7 +21,11 @@ if TYPE_CHECKING:
 NODES = 700_000  # of all modes together at most: 3.7 MB of the page
 
 
-def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | None = None) -> dict:
+def map_content(
+    data: Map,
+    along: np.ndarray | None = None,
+    regions: tuple | None = None,
+) -> dict:
     """Return what the page of a Map holds.
 
     along: a path (n, 2) m in task space; regions: of `dexterous`, for the aspects.
@@ -29,15 +33,26 @@ def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | Non
     stride, notes = 1, []
     while data.values[:, ::stride, ::stride].size > NODES:
         stride += 1
-    x, y, values = data.x[::stride], data.y[::stride], data.values[:, ::stride, ::stride]
+    x, y, values = (
+        data.x[::stride],
+        data.y[::stride],
+        data.values[:, ::stride, ::stride],
+    )
     if stride > 1:
         nodes = f"{len(x)} x {len(y)} of {len(data.x)} x {len(data.y)} nodes"
         notes.append(f"This page, its CSV included, holds {nodes}; Map.to_csv has all.")
-    scale, robot, task = field_scale(data), data.robot, data.space == "task"
+    scale, robot, task = (
+        field_scale(data),
+        data.robot,
+        data.space == "task",
+    )
     words, drives = robot.words, robot.drives
     unit = ("mm", 1e3) if task or not robot.turns else ("deg", 180 / np.pi)
     # As far as the map needs the guides of the feet.
-    feet, bar = (data.y if task else np.append(data.x, data.y)), max(robot.distal)
+    feet, bar = (
+        (data.y if task else np.append(data.x, data.y)),
+        max(robot.distal),
+    )
     modes = list(data.modes)
     loci = list(map_loci(data))
     if along is not None:
@@ -74,15 +89,26 @@ def map_content(data: Map, along: np.ndarray | None = None, regions: tuple | Non
         "x": packed(x),
         "y": packed(y),
         "layers": [
-            {"mode": np.atleast_1d(mode).tolist(), "values": packed(layer, "f4")}
+            {
+                "mode": np.atleast_1d(mode).tolist(),
+                "values": packed(layer, "f4"),
+            }
             for mode, layer in zip(modes, values)
         ],
         "loci": [
-            {"kind": kind, "layers": list(layers), "points": [*map(packed, np.transpose(points))]}
+            {
+                "kind": kind,
+                "layers": list(layers),
+                "points": [*map(packed, np.transpose(points))],
+            }
             for kind, layers, points in loci
         ],
         "numbers": [
-            [region.number, *region.point.tolist(), [modes.index(region.working)]]
+            [
+                region.number,
+                *region.point.tolist(),
+                [modes.index(region.working)],
+            ]
             for region in numbered
         ],
         "columns": data.columns,

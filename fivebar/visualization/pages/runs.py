@@ -18,7 +18,7 @@ from ..loci import crossings
 from ..skeleton import measured_pose, run_body
 from ..style import names_of, robot_title
 from .document import packed
-from .samples import TIME, gaps, kept, panel, subject
+from .samples import TIME, gap_notes, panel, samples_to_keep, subject
 
 if TYPE_CHECKING:
     from ...paths.timing.timed_path import TimedPath
@@ -108,13 +108,19 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
     if several and "error" in parts:
         parts["error"] = parts["error"][-1:]
     width = sum(map(len, parts.values())) + 9  # time, three moving points, reference
-    subjects, columns, notes = [], [], _differences(runs) if several else []
+    subjects, columns, notes = (
+        [],
+        [],
+        _differences(runs) if several else [],
+    )
     for name, run in runs.items():
         source = f"Run.to_csv of {name}" if several else "Run.to_csv"
-        keep, words = kept(len(run.t), width * len(runs), source)
+        keep, words = samples_to_keep(len(run.t), width * len(runs), source)
         run, broken = _thinned(name, run, keep)
         computed = {key: QUANTITIES[key].of(run) for key in show}
-        notes += words + (broken or gaps(name, computed)) + list(getattr(run.measured, "notes", ()))
+        notes += (
+            words + (broken or gap_notes(name, computed)) + list(getattr(run.measured, "notes", ()))
+        )
         column = {}
         for key in show:
             column |= {f"{key} {part}": computed[key][:, k] for k, part in parts[key]}
@@ -122,7 +128,16 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
         reference = None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T]
         marks = [[event.t, f"Type {int(event.type)}"] for event in run.events]
         body = run_body(run)
-        subjects.append(subject(name, run.t, body, column, reference=reference, marks=marks))
+        subjects.append(
+            subject(
+                name,
+                run.t,
+                body,
+                column,
+                reference=reference,
+                marks=marks,
+            )
+        )
     words = next(iter(runs.values())).robot.words
     panels, table = [], []
     for key in show:
@@ -207,4 +222,4 @@ def _thinned(name, run, keep):
             raise ValueError(f"the run has {len(run.t)} samples of t, but {len(values)} of {key}")
     arrays = {key: values[keep] for key, values in arrays.items()}
     finite = {key: np.where(np.isfinite(values), values, np.nan) for key, values in arrays.items()}
-    return replace(run, **finite), gaps(name, arrays)
+    return replace(run, **finite), gap_notes(name, arrays)

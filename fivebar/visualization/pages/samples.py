@@ -19,7 +19,7 @@ NUMBERS = 400_000  # in one page at most: 4.3 MB of it
 TIME = {"name": "time", "unit": "s", "scale": 1.0}
 
 
-def kept(samples: int, columns: int, everywhere: str) -> tuple[np.ndarray, list[str]]:
+def samples_to_keep(samples: int, columns: int, everywhere: str) -> tuple[np.ndarray, list[str]]:
     """Return indices of the samples that fit in, evenly spaced, and a note where they are not all.
 
     columns: numbers for each sample; everywhere: where all samples are to be had.
@@ -48,7 +48,11 @@ def subject(name: str, t: np.ndarray, body: Skeleton, columns: dict, **more) -> 
     """Return a motion on the page: times (n,) s, its body, columns {key: (n,)}, and what else."""
     # Other blocks are drawn as motors.
     blocks = [ends for *ends, joint in body.blocks if joint not in body.actuated]
-    drawn = {*body.joints, *np.ravel(body.rails).tolist(), *np.ravel(blocks).tolist()}
+    drawn = {
+        *body.joints,
+        *np.ravel(body.rails).tolist(),
+        *np.ravel(blocks).tolist(),
+    }
     points = body.points[:, : int(max(drawn)) + 1]
     known = points[np.isfinite(points).all(axis=(1, 2))]
     if not len(known):
@@ -74,7 +78,11 @@ def subject(name: str, t: np.ndarray, body: Skeleton, columns: dict, **more) -> 
 
 
 def panel(
-    title: str, unit: str, curves: list, limits: Sequence[float] = (), step: bool = False
+    title: str,
+    unit: str,
+    curves: list,
+    limits: Sequence[float] = (),
+    step: bool = False,
 ) -> dict:
     """Return a plot: curves are (label, subject, key, values), in `unit`, shown in one in which
     they read well.
@@ -96,7 +104,7 @@ def panel(
     }
 
 
-def gaps(whose: str, columns: dict) -> list[str]:
+def gap_notes(whose: str, columns: dict) -> list[str]:
     """Return a note where samples are not finite, for columns {name: (n, ...)}."""
     words, count = [], 0
     for name, values in columns.items():

@@ -12,7 +12,7 @@ from ...linkages.quantities import unit, usual_panels
 from ..skeleton import study_body
 from ..style import names_of, of_unit
 from .document import packed
-from .samples import TIME, gaps, kept, panel, subject
+from .samples import TIME, gap_notes, panel, samples_to_keep, subject
 
 if TYPE_CHECKING:
     from ...linkages import Study
@@ -33,20 +33,29 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
         body = study_body(study)
         source = f"Study.to_csv of {name}" if name else "Study.to_csv"
         width = len(names) + 2 * body.points.shape[1] + 2
-        keep, words = kept(len(study.t), width * len(studies), source)
+        keep, words = samples_to_keep(len(study.t), width * len(studies), source)
         columns[name] = {key: study[key][keep] for key in names}
-        notes += words + _lock(name, study) + gaps(name, columns[name])
+        notes += words + _lock(name, study) + gap_notes(name, columns[name])
         x, turn = None, np.diff(study.q, axis=0)
         if alone and study.q.ndim == 1 and ((turn > 0).all() or (turn < 0).all()):
             x = packed(study.q[keep])
-            axis = {"name": "crank angle", "unit": "deg", "scale": 180 / np.pi}
+            axis = {
+                "name": "crank angle",
+                "unit": "deg",
+                "scale": 180 / np.pi,
+            }
         subjects.append(subject(name, study.t[keep], body.at(keep), columns[name], x=x))
     panels = []
     for group in groups if alone else [(name,) for name in names]:
         same = len(group) > 1 and len({name.rpartition(".")[2] for name in group}) == 1
         # Of quantities of one kind, as "coupler.angle" and "rocker.angle", their links.
         curves = [
-            (study or (name.rpartition(".")[0] if same else name), k, name, columns[study][name])
+            (
+                study or (name.rpartition(".")[0] if same else name),
+                k,
+                name,
+                columns[study][name],
+            )
             for name in group
             for k, study in enumerate(studies)
         ]

@@ -20,7 +20,7 @@ from ...models.parameters import count_of, with_parameters
 from ...models.robots import FiveBar
 from ...singularities.four_bar_motion import four_bar_directions
 from ...singularities.leg_circles import turn_to
-from ..functions import named, posed, script
+from ..functions import named_function, pose_outputs, script
 from .mechanisms import mechanisms
 
 LENGTHS = "l11", "l12", "l21", "l22", "d"
@@ -40,8 +40,19 @@ BEYOND = (
     "fv12",
     "fv22",
 )
-LIGHT = "gravity", "fv1", "fv2"  # of a robot whose distal bars carry forces along them alone
-FLAT = "sense", "senseJoints", "fourBarMotion", "inLine", "slope", "slopeHeavy"
+LIGHT = (
+    "gravity",
+    "fv1",
+    "fv2",
+)  # of a robot whose distal bars carry forces along them alone
+FLAT = (
+    "sense",
+    "senseJoints",
+    "fourBarMotion",
+    "inLine",
+    "slope",
+    "slopeHeavy",
+)
 
 
 @lru_cache(maxsize=1)
@@ -73,17 +84,24 @@ def _poses():
             task_pose(robot, *_pairs(point, modes)),
             joint_pose(robot, *_pairs(point), mode),
         )
-        yield named(
-            "igm", posed(reached) | {"clear": _clearances(robot, reached.point)}, point, modes, p
+        yield named_function(
+            "igm",
+            pose_outputs(reached) | {"clear": _clearances(robot, reached.point)},
+            point,
+            modes,
+            p,
         )
-        yield named("dgm", posed(driven), point, mode, p)
+        yield named_function("dgm", pose_outputs(driven), point, mode, p)
     bare = task_pose(robot, *_pairs(point, modes))
-    yield named("sense", {"parallel": bare.det_A}, point, modes, p)
-    yield named(
-        "senseJoints", {"margin": joint_pose(robot, *_pairs(point), mode).reach_margin}, point, p
+    yield named_function("sense", {"parallel": bare.det_A}, point, modes, p)
+    yield named_function(
+        "senseJoints",
+        {"margin": joint_pose(robot, *_pairs(point), mode).reach_margin},
+        point,
+        p,
     )
     J = _jacobian(bare)
-    yield named("gains", {"J": J, "torque": J.T @ out}, point, modes, out, p)
+    yield named_function("gains", {"J": J, "torque": J.T @ out}, point, modes, out, p)
 
 
 def _clearances(robot, point):
@@ -124,8 +142,15 @@ def _loci():
     found = [
         ca.if_else(mirrored, there, here) for there, here in zip(flipped, (x1, y1, x2, y2, x, y))
     ]
-    yield named(
-        "fourBarMotion", {"directions": ca.vertcat(*found)}, t, sides, span, slack, signs, mirrored
+    yield named_function(
+        "fourBarMotion",
+        {"directions": ca.vertcat(*found)},
+        t,
+        sides,
+        span,
+        slack,
+        signs,
+        mirrored,
     )
 
     bars, p = _symbols(bars=8, p=5)
@@ -142,10 +167,10 @@ def _loci():
         "serial2": right.sine(u21, u22),
         "parallel": cross(u12, u22),
     }
-    yield named("inLine", outputs, bars, p)
+    yield named_function("inLine", outputs, bars, p)
 
     r, d, radius = _symbols(r=1, d=1, radius=1)
-    yield named("turnTo", {"angle": turn_to(r, d, radius)}, r, d, radius)
+    yield named_function("turnTo", {"angle": turn_to(r, d, radius)}, r, d, radius)
 
 
 def _motion():
@@ -155,7 +180,14 @@ def _motion():
     )
     chart = BarAngles()
     a, a_dot, _ = chart.coordinates(ikm(task_pose(_robot(p), *_pairs(point, modes)), velocity))
-    yield named("begin", {"state": ca.vertcat(*a, *a_dot)}, point, modes, velocity, p)
+    yield named_function(
+        "begin",
+        {"state": ca.vertcat(*a, *a_dot)},
+        point,
+        modes,
+        velocity,
+        p,
+    )
 
     c, c_dot, rates = closed(_robot(p), *halves(state, chart))
     (x, y), (vx, vy) = rates.pose.point, rates.components[1]
@@ -166,22 +198,25 @@ def _motion():
         "serial": ca.vertcat(*rates.pose.sines),
         "parallel": rates.pose.det_A,
     }
-    yield named("closeLoop", seen, state, p)
+    yield named_function("closeLoop", seen, state, p)
 
     for name, names in (("slope", LIGHT), ("slopeHeavy", BEYOND)):
         whole = ca.SX.sym("whole", count_of(FiveBar, names))
         robot = with_parameters(FiveBar, whole, names)
         acc = forward_dynamics(chart.rates(robot, *halves(state, chart), None), tau)
         found = {"derivative": ca.vertcat(state[4:], *chart.accelerations(acc))}
-        yield named(name, found, state, tau, whole)
+        yield named_function(name, found, state, tau, whole)
 
     whole = ca.SX.sym("whole", count_of(FiveBar, BEYOND))
     robot = with_parameters(FiveBar, whole, BEYOND)
     rates = bars_rates(robot, *halves(state, chart))
-    yield named(
-        "energies", {"kinetic": energy(rates), "potential": potential(rates.pose)}, state, whole
+    yield named_function(
+        "energies",
+        {"kinetic": energy(rates), "potential": potential(rates.pose)},
+        state,
+        whole,
     )
-    yield named(
+    yield named_function(
         "holding",
         {"torque": gravity_torques(task_pose(robot, *_pairs(point, modes)))},
         point,

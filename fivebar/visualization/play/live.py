@@ -153,7 +153,10 @@ def _presets():
 def _parameters(robot, pose):
     scalars = (*LENGTHS, *INERTIAS, *BEYOND)
     values = {name: getattr(robot, name) for name in scalars if name != "gravity"}
-    values |= {"gravity": list(robot.gravity), "dry": bool(robot.fs1 or robot.fs2)}
+    values |= {
+        "gravity": list(robot.gravity),
+        "dry": bool(robot.fs1 or robot.fs2),
+    }
     size = sum(values[name] for name in LENGTHS)
     digit = 10 ** np.floor(np.log10(size / 5))
     return {
@@ -171,11 +174,18 @@ def _start(robot):
     for assembly in (-1, 1):
         pose = dgm(robot, q, assembly, unreachable="nan")
         margin = np.minimum(np.abs(np.stack(pose.sines)).min(axis=0), np.abs(pose.det_A))
-        above = np.where((pose.working == -1).all(axis=-1) & (pose.xi[:, 1] > 0), 1.0, 0.8)
+        above = np.where(
+            (pose.working == -1).all(axis=-1) & (pose.xi[:, 1] > 0),
+            1.0,
+            0.8,
+        )
         score = np.nan_to_num(margin * above, nan=-1.0)
         k = int(score.argmax())
         if score[k] > best:
-            best, found = score[k], igm(robot, pose.xi[k], pose.working[k])
+            best, found = (
+                score[k],
+                igm(robot, pose.xi[k], pose.working[k]),
+            )
     return found
 
 
@@ -183,7 +193,14 @@ def _start(robot):
 def _page(content):
     """The page around this JSON; only a script of this very text is run by the browser."""
     shared = Path(pages.__file__).parent
-    parts = "", '"use strict";', script(shared, "common"), models(), script(HERE, *PARTS), ""
+    parts = (
+        "",
+        '"use strict";',
+        script(shared, "common"),
+        models(),
+        script(HERE, *PARTS),
+        "",
+    )
     code = "\n".join(parts)
     policy = f"'sha256-{b64encode(hashlib.sha256(code.encode()).digest()).decode()}'"
     return document(HERE, "Five-bar, live", policy, content=content, code=code)

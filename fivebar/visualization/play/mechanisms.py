@@ -13,15 +13,25 @@ import casadi as ca
 import numpy as np
 
 from ...base.backend import as_numbers
-from ...linkages import PRESSES, FourBar, SixBarPress, SliderCrank, crank_range, straight_line
+from ...linkages import (
+    PRESSES,
+    FourBar,
+    SixBarPress,
+    SliderCrank,
+    crank_range,
+    straight_line,
+)
 from ...linkages.checks import check_branch
 from ...linkages.slider_crank import HELD
 from ...linkages.straight_line import BUILDERS
-from ..functions import named
+from ..functions import named_function
 from ..skeleton import chain_parts
 
 _PRESS = PRESSES["repaired"][0]
-OUTPUTS = {"slide": "slider", "S6_down": "slider"}  # what is moved along these coordinates
+OUTPUTS = {
+    "slide": "slider",
+    "S6_down": "slider",
+}  # what is moved along these coordinates
 
 
 @dataclass(frozen=True)
@@ -56,7 +66,10 @@ def _four_bar(values):
 
 def _press(values):
     return _of_symbols(
-        SixBarPress, **dict(zip(_BARS, values)), l12=_PRESS.l12, theta11=_PRESS.theta11
+        SixBarPress,
+        **dict(zip(_BARS, values)),
+        l12=_PRESS.l12,
+        theta11=_PRESS.theta11,
     )
 
 
@@ -65,7 +78,12 @@ def _slider(held):
 
 
 # MechAnalyzer's crank-rocker
-_SIDES = dict(ground=(0.2, False), crank=(0.06, False), coupler=(0.16, False), rocker=(0.14, False))
+_SIDES = dict(
+    ground=(0.2, False),
+    crank=(0.06, False),
+    coupler=(0.16, False),
+    rocker=(0.14, False),
+)
 _POINT = dict(along=(0.08, True), across=(0.06, True))
 _SLIDER = dict(crank=(0.05, False), rod=(0.15, False), offset=(0.0, True))
 _BARS = {name: (getattr(_PRESS, name), False) for name in ("l2", "l3", "l4", "l5", "l11")}
@@ -74,7 +92,16 @@ for _held in HELD:
     _out = "slide" if _held in ("guide", "slider") else "guide"
     _title = f"slider-crank, {_held} held"
     _turns = _held in ("crank", "rod")
-    KINDS.append(Kind(f"slider_{_held}", _title, _SLIDER, _slider(_held), _out, _turns))
+    KINDS.append(
+        Kind(
+            f"slider_{_held}",
+            _title,
+            _SLIDER,
+            _slider(_held),
+            _out,
+            _turns,
+        )
+    )
 KINDS.append(Kind("press", "six-bar press", _BARS, _press, "S6_down", False, 2))
 
 
@@ -86,7 +113,11 @@ def mechanisms() -> tuple[list[ca.Function], dict]:
 
 
 def _mechanism(kind):
-    q, speed, branch = ca.SX.sym("q"), ca.SX.sym("speed"), ca.SX.sym("branch", kind.branches)
+    q, speed, branch = (
+        ca.SX.sym("q"),
+        ca.SX.sym("speed"),
+        ca.SX.sym("branch", kind.branches),
+    )
     values = ca.SX.sym("values", len(kind.parameters))
     signs = branch if kind.branches == 1 else (branch[0], branch[1])
     with as_numbers():
@@ -123,7 +154,7 @@ def _mechanism(kind):
         "output": OUTPUTS.get(kind.out, kind.out),
         "angle": kind.angle,
     }
-    return named(kind.name, outputs, q, speed, branch, values), words
+    return named_function(kind.name, outputs, q, speed, branch, values), words
 
 
 def straight_lines() -> dict:
@@ -154,7 +185,9 @@ def _four_bar_values(linkage):
 
 
 def address_of(
-    linkage: FourBar | SliderCrank | SixBarPress, branch: object = None, crank: float | None = None
+    linkage: FourBar | SliderCrank | SixBarPress,
+    branch: object = None,
+    crank: float | None = None,
 ) -> str:
     """Return what follows the live page's address, for this linkage with its ground laid on the x
     axis.
@@ -166,7 +199,10 @@ def address_of(
     if isinstance(linkage, FourBar):
         name, values = "four", _four_bar_values(linkage)
     elif isinstance(linkage, SliderCrank):
-        name, values = f"slider_{linkage.held}", (linkage.crank, linkage.rod, linkage.offset)
+        name, values = (
+            f"slider_{linkage.held}",
+            (linkage.crank, linkage.rod, linkage.offset),
+        )
     else:
         if (linkage.l12, linkage.theta11) != (_PRESS.l12, _PRESS.theta11):
             raise ValueError("the live page has presses with the paper's l12 and theta11 only")
@@ -179,7 +215,10 @@ def address_of(
         crank = 0.6 if allowed.full else (low + high) / 2
         crank -= getattr(linkage, "tilt", 0.0)
     signs = "".join("+" if sign > 0 else "-" for sign in np.ravel(branch))
-    numbers, crank = ",".join(map(digits, values)), digits(math.remainder(crank, 2 * math.pi))
+    numbers, crank = (
+        ",".join(map(digits, values)),
+        digits(math.remainder(crank, 2 * math.pi)),
+    )
     return f"#linkage={name}&values={numbers}&branch={signs}&crank={crank}"
 
 

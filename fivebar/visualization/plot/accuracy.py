@@ -10,7 +10,15 @@ import numpy as np
 
 from ..style import COLOURS, signs
 from ..view.solids import circle
-from .panels import draw, draw_level, draw_points, finish, new_figure, note, plane
+from .panels import (
+    draw,
+    draw_level,
+    draw_points,
+    finish,
+    new_figure,
+    note,
+    plane,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,7 +28,7 @@ if TYPE_CHECKING:
     from ...estimation.calibration.tip_error import TipError
 
 
-def tip_errors(result: TipError) -> Figure:
+def draw_tip_error(result: TipError) -> Figure:
     """Draw a TipError: first order against Monte Carlo, and their ratio over the distance from
     Type 2.
     """
@@ -31,9 +39,20 @@ def tip_errors(result: TipError) -> Figure:
     both = np.concatenate([linear[good], sampled[good]]) if good.any() else np.array([1, 2])
     left.set(xscale="log", yscale="log")
     draw(left, "line.unity", *[[both.min(), both.max()]] * 2, label="equal")
-    draw(left, "mark.pose", linear[good], sampled[good], label="a pose, RMS")
+    draw(
+        left,
+        "mark.pose",
+        linear[good],
+        sampled[good],
+        label="a pose, RMS",
+    )
     closed = good & np.isfinite(result.radius)
-    draw(left, "mark.worst", 1e3 * result.worst[closed], 1e3 * result.radius[closed])
+    draw(
+        left,
+        "mark.worst",
+        1e3 * result.worst[closed],
+        1e3 * result.radius[closed],
+    )
     words = dict(xlabel="by Jacobian (mm)", ylabel="by Monte Carlo (mm)")
     finish(left, 3, title="error of the tip", **words)
     det = np.abs(np.ravel(result.pose.det_A))
@@ -47,7 +66,7 @@ def tip_errors(result: TipError) -> Figure:
     return figure
 
 
-def repeated(result: Repeatability) -> Figure:
+def draw_repeatability(result: Repeatability) -> Figure:
     """Draw a Repeatability: of nine poses at most points, barycentre and circle of RP."""
     count = min(len(result.points), 9)
     columns = min(count, 3)
@@ -59,15 +78,25 @@ def repeated(result: Repeatability) -> Figure:
         draw_points(axes, "mark.attained", result.points[k] - centre)
         draw(axes, "mark.barycentre", 0, 0)
         label = f"RP = {1e3 * result.RP[k]:.4g} mm"
-        draw_points(axes, "path.circle", circle(0.0, result.RP[k], 181), label=label)
+        draw_points(
+            axes,
+            "path.circle",
+            circle(0.0, result.RP[k], 181),
+            label=label,
+        )
         if result.commanded is not None:
             label = f"commanded, AP = {1e3 * result.AP[k]:.4g} mm"
-            draw_points(axes, "mark.commanded", result.commanded[k] - centre, label=label)
+            draw_points(
+                axes,
+                "mark.commanded",
+                result.commanded[k] - centre,
+                label=label,
+            )
         plane(axes, 2, f"pose {k + 1}")
     return figure
 
 
-def toured(result: MeasurementPoses) -> Figure:
+def draw_measurement_poses(result: MeasurementPoses) -> Figure:
     """Draw MeasurementPoses: the points by their modes, joined in the order of the tour."""
     figure = new_figure(7.2, 7.6)
     axes = figure.add_subplot()
@@ -83,5 +112,9 @@ def toured(result: MeasurementPoses) -> Figure:
     for drive in result.pose.robot.drives:
         draw_points(axes, "robot.base", (drive.x, drive.y))
     title = f"{len(modes)} poses to measure at, in this order; "
-    plane(axes, 2, f"{title}tip within {result.worst_tip:.3g} sigma after that")
+    plane(
+        axes,
+        2,
+        f"{title}tip within {result.worst_tip:.3g} sigma after that",
+    )
     return figure

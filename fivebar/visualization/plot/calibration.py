@@ -12,7 +12,16 @@ from ...estimation.calibration.fit import residuals
 from ...estimation.calibration.measured_robot import FRAME, PLACE, UNITS
 from ...estimation.calibration.report import shown_in
 from ..style import BLUE, ORANGE, PALE, readable
-from .panels import STYLES, draw, draw_level, draw_points, finish, new_figure, note, plane
+from .panels import (
+    STYLES,
+    draw,
+    draw_level,
+    draw_points,
+    finish,
+    new_figure,
+    note,
+    plane,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,7 +31,7 @@ if TYPE_CHECKING:
 ARROW = 0.08  # of the picture's width: the longest arrow
 
 
-def calibrated(result: Calibration) -> Figure:
+def draw_calibration(result: Calibration) -> Figure:
     """Draw a Calibration: misses before and after as arrows, misses by row, change of each
     unknown.
     """
@@ -40,8 +49,14 @@ def _arrows(axes, result):
     rows = result.rows
     points = rows.points[rows.whole]
     width = max(float(np.ptp(points, axis=0).max()), 1e-12)
-    before, after = result.residuals_before[rows.whole], result.residuals[rows.whole]
-    for miss, colour, words in ((before, ORANGE, "before"), (after, BLUE, "after")):
+    before, after = (
+        result.residuals_before[rows.whole],
+        result.residuals[rows.whole],
+    )
+    for miss, colour, words in (
+        (before, ORANGE, "before"),
+        (after, BLUE, "after"),
+    ):
         longest = float(np.nanmax(np.hypot(*miss.T), initial=0.0))
         factor = _round_down(ARROW * width / longest) if longest > 1e-15 else 1.0
         scale, unit = readable(longest, "m")
@@ -61,10 +76,26 @@ def _arrows(axes, result):
 def _numbers(axes, result):
     """Where no whole points are measured: predicted against measured numbers."""
     measured = 1e3 * result.rows.numbers
-    for p, colour, words in ((result.before, ORANGE, "before"), (result.p, BLUE, "after")):
+    for p, colour, words in (
+        (result.before, ORANGE, "before"),
+        (result.p, BLUE, "after"),
+    ):
         miss = 1e3 * residuals(p, result.rows, result.assembly, derive=False)[0]
-        draw(axes, "mark.pose", measured, miss, color=colour, label=f"miss {words}")
-    finish(axes, 2, xlabel="measured (mm)", ylabel="predicted − measured (mm)", title="misses")
+        draw(
+            axes,
+            "mark.pose",
+            measured,
+            miss,
+            color=colour,
+            label=f"miss {words}",
+        )
+    finish(
+        axes,
+        2,
+        xlabel="measured (mm)",
+        ylabel="predicted − measured (mm)",
+        title="misses",
+    )
 
 
 def _rows(axes, result):
@@ -89,13 +120,25 @@ def _unknowns(axes, result):
     """Changes in their own units: mm, deg, and per mille of ratios and scale."""
     names = [name for name in result.unknown if name not in FRAME] or list(result.unknown)
     intervals, labels = result.intervals(), []
-    draw(axes, "line.interval", [], [], marker="o", label="estimate, with its 95 % interval")
+    draw(
+        axes,
+        "line.interval",
+        [],
+        [],
+        marker="o",
+        label="estimate, with its 95 % interval",
+    )
     for k, name in enumerate(names):
         start = result.start[PLACE[name]]
         factor = shown_in(name)[0] if name in UNITS else 1e3 / abs(start)
         change = factor * (result.values[name] - start)
         if np.isfinite(result.sd[name]):
-            draw(axes, "line.interval", factor * np.subtract(intervals[name], start), [k, k])
+            draw(
+                axes,
+                "line.interval",
+                factor * np.subtract(intervals[name], start),
+                [k, k],
+            )
             draw(axes, "mark.estimate", change, k)
         else:
             label = "not determined by these data"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ...simulation.comparison import Comparison
 
 
-def comparison(compared: Comparison) -> Figure:
+def draw_comparison(compared: Comparison) -> Figure:
     """Draw a Comparison: errors, both motors' torques with their time at the limit, solve times
     where there are.
 
@@ -77,10 +77,25 @@ def _solve_times(axes, logs, colours):
     for name, us in times.items():
         style = dict(color=colours[name], lw=1.4)
         median, slow = np.percentile(us, (50, 99))
-        axes.hist(us, bins, color=colours[name], alpha=0.6, label=f"{name}, {len(us)} steps")
+        axes.hist(
+            us,
+            bins,
+            color=colours[name],
+            alpha=0.6,
+            label=f"{name}, {len(us)} steps",
+        )
         axes.axvline(median, label=f"median {median:.0f} µs", **style)
         axes.axvline(slow, ls="--", label=f"99 % below {slow:.0f} µs", **style)
     axes.set_xscale("log")
-    for set_formatter in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
+    for set_formatter in (
+        axes.xaxis.set_major_formatter,
+        axes.xaxis.set_minor_formatter,
+    ):
         set_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(1.5, 0.5)))
-    finish(axes, 3, xlabel="time of a control step (µs)", ylabel="steps", title="solve time")
+    finish(
+        axes,
+        3,
+        xlabel="time of a control step (µs)",
+        ylabel="steps",
+        title="solve time",
+    )

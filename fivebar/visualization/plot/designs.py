@@ -15,7 +15,16 @@ from ...optimal_design.figures import FIGURES
 from ...optimal_design.task import SAMPLES, Task
 from ..skeleton import pose_body
 from ..style import BLACK, BLUE, ORANGE
-from .panels import PALETTES, STYLES, draw, draw_points, draw_robot, new_figure, plane, set_window
+from .panels import (
+    PALETTES,
+    STYLES,
+    draw,
+    draw_points,
+    draw_robot,
+    new_figure,
+    plane,
+    set_window,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,7 +42,7 @@ def label(name: str) -> str:
     return name if name[0] in "rfz" or name == "m" else f"{name} (m)"
 
 
-def sweep_picture(sweep: Sweep, figure: str | None = None) -> Figure:
+def draw_sweep(sweep: Sweep, figure: str | None = None) -> Figure:
     """Draw a figure of merit over what varies."""
     name = figure or sweep.figures[0]
     values = sweep[name]
@@ -83,15 +92,22 @@ def _atlas(columns, values, good, name):
     places = np.column_stack([(2 * corners[:, 0] + corners[:, 2]) / np.sqrt(3), corners[:, 2]])
     axes.plot(*places.T, color=BLACK, lw=1)
     for (a, b, c), place, side in zip(corners, places, ("left", "right", "right", "left")):
-        offset = dict(xytext=(4 if side == "left" else -4, 3), textcoords="offset points")
+        offset = dict(
+            xytext=(4 if side == "left" else -4, 3),
+            textcoords="offset points",
+        )
         axes.annotate(f"({a:g}, {b:g}, {c:g})", place, ha=side, fontsize=7, **offset)
     axes.margins(0.16, 0.1)
-    axes.set(xlabel=r"$(2 r_1 + r_3) / \sqrt{3}$", ylabel=r"$r_3$", title=r"$r_1 + r_2 + r_3 = 3$")
+    axes.set(
+        xlabel=r"$(2 r_1 + r_3) / \sqrt{3}$",
+        ylabel=r"$r_3$",
+        title=r"$r_1 + r_2 + r_3 = 3$",
+    )
     axes.set_aspect("equal")
     return picture
 
 
-def design_picture(design: Design) -> Figure:
+def draw_design(design: Design) -> Figure:
     """Draw a robot over its table."""
     picture = new_figure(4.6, 4.2)
     _robots([picture.subplots()], [design])
@@ -111,13 +127,19 @@ def pose_of(design: Design) -> Pose:
     """
     task, robot = design.task, design.robot
     if task.table:
-        xi = (task.table[0] + task.table[1]) / 2, (task.table[2] + task.table[3]) / 2
+        xi = (
+            (task.table[0] + task.table[1]) / 2,
+            (task.table[2] + task.table[3]) / 2,
+        )
     elif task.disc:
         xi = task.disc[:2]
     elif (line := task_line(task)) is not None:
         xi = line[0]
     elif isinstance(robot, FiveBar):
-        xi = 0.0, 0.6 * np.sqrt(max((robot.l11 + robot.l12) ** 2 - (robot.d / 2) ** 2, 0.0))
+        xi = (
+            0.0,
+            0.6 * np.sqrt(max((robot.l11 + robot.l12) ** 2 - (robot.d / 2) ** 2, 0.0)),
+        )
     else:
         return dgm(robot, (0.0, 0.0), unreachable="nan")
     return igm(robot, design.place + xi, task.working, unreachable="nan")
@@ -151,7 +173,7 @@ def _robots(panels, designs):
         axes.label_outer()
 
 
-def front_picture(front: Front, robots: int = 5) -> Figure:
+def draw_front(front: Front, robots: int = 5) -> Figure:
     """Draw a front, and robots along it in the order of the first goal, to one scale."""
     goals = [f"{label(name)}, {way}" for name, way in front.goals.items()]
     x, y, *more = (front[name] for name in front.goals)

@@ -11,7 +11,14 @@ from matplotlib.collections import LineCollection
 from ...models.geometry import igm
 from ..skeleton import pose_body
 from ..style import INK, REFERENCE, readable, signs
-from .panels import PALETTES, draw_loci, draw_points, draw_robot, new_figure, plane
+from .panels import (
+    PALETTES,
+    draw_loci,
+    draw_points,
+    draw_robot,
+    new_figure,
+    plane,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,7 +64,10 @@ def drawing(
     figure = new_figure(WIDTH, float(np.clip(shape, 5.0, 11.0)))
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
     _robot(figure.add_subplot(grid[:, 0]), robot, working, desired)
-    top, bottom = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
+    top, bottom = (
+        figure.add_subplot(grid[0, 1]),
+        figure.add_subplot(grid[1, 1]),
+    )
     for stroke in desired:
         draw_points(top, "path.desired", stroke)
     largest = max((float(error.max()) for error in errors), default=0.0)
@@ -66,7 +76,12 @@ def drawing(
     for stroke, error in zip(drawn, errors):
         segments += list(1e3 * np.stack([stroke[:-1], stroke[1:]], axis=1))
         colours.append(scale * np.maximum(error[:-1], error[1:]))
-    lines = LineCollection(segments, cmap=PALETTES["lines"].reversed(), lw=1.8, capstyle="round")
+    lines = LineCollection(
+        segments,
+        cmap=PALETTES["lines"].reversed(),
+        lw=1.8,
+        capstyle="round",
+    )
     lines.set(array=np.concatenate(colours), clim=(0.0, scale * largest or 1.0))
     bottom.add_collection(lines)
     figure.colorbar(lines, ax=bottom, label=f"error ({unit})", fraction=0.05, pad=0.02)
@@ -79,7 +94,7 @@ def drawing(
     return figure
 
 
-def path_picture(path: Path) -> Figure:
+def draw_path(path: Path) -> Figure:
     """Draw a Path: strokes, dotted lines where the pen is up, and the points of rest."""
     piece, share = np.meshgrid(np.arange(len(path.pieces)), np.linspace(0, 1, 33), indexing="ij")
     lengths = np.array([piece.length for piece in path.pieces])
@@ -90,7 +105,10 @@ def path_picture(path: Path) -> Figure:
     figure = new_figure(7, min(max(7 * height / width, 1.5), 7) + 1.2)
     axes = figure.add_subplot()
     pen_up = dict(color=INK, lw=0.8, ls=(0, (1, 2)), label="pen up")
-    for down, style in ((True, dict(color=REFERENCE, lw=1.6, label="pen down")), (False, pen_up)):
+    for down, style in (
+        (True, dict(color=REFERENCE, lw=1.6, label="pen down")),
+        (False, pen_up),
+    ):
         if (pen == down).any():
             axes.add_collection(LineCollection(1e3 * points[pen == down], **style))
     draw_points(axes, "mark.rest", rests)

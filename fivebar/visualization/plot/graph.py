@@ -21,16 +21,25 @@ if TYPE_CHECKING:
 LINES = {  # by the leg that changes its mode, and whether it folds for that
     (0, False): dict(color=LEFT, lw=1.8, ls="-", label="Type 1, the left leg in line"),
     (0, True): dict(
-        color=LEFT, lw=1.8, ls=(0, (1.2, 1.4)), label="the left leg folded on its base joint"
+        color=LEFT,
+        lw=1.8,
+        ls=(0, (1.2, 1.4)),
+        label="the left leg folded on its base joint",
     ),
     (1, False): dict(color=RIGHT, lw=1.8, ls="-", label="Type 1, the right leg in line"),
     (1, True): dict(
-        color=RIGHT, lw=1.8, ls=(0, (1.2, 1.4)), label="the right leg folded on its base joint"
+        color=RIGHT,
+        lw=1.8,
+        ls=(0, (1.2, 1.4)),
+        label="the right leg folded on its base joint",
     ),
     (None, False): dict(color=INK, lw=1.4, ls=(0, (6, 2.5)), label="Type 2"),
 }
 FILL = {1: "white", -1: "#d6dbe0"}
-RING, BOW = 0.27, 0.12  # of the nodes of one pair of modes, which are 1 apart; how far a line bends
+RING, BOW = (
+    0.27,
+    0.12,
+)  # of the nodes of one pair of modes, which are 1 apart; how far a line bends
 
 
 def aspect_graph(robot: FiveBar) -> Figure:
@@ -50,7 +59,13 @@ def aspect_graph(robot: FiveBar) -> Figure:
         x, y = np.array(working) / 2
         words = f"working modes ({working[0]:+d}, {working[1]:+d})".replace("-", "−")
         axes.text(
-            x, y + np.sign(y) * 0.45, words, ha="center", va="center", color=PALE, fontsize=10
+            x,
+            y + np.sign(y) * 0.45,
+            words,
+            ha="center",
+            va="center",
+            color=PALE,
+            fontsize=10,
         )
     drawn = {}
     for passage in passages(robot):
@@ -61,13 +76,30 @@ def aspect_graph(robot: FiveBar) -> Figure:
         ends = [at[number] for number in passage.between]
         axes.add_patch(
             FancyArrowPatch(
-                *ends, connectionstyle=bow, arrowstyle="-", shrinkA=0, shrinkB=0, zorder=1, **kind
+                *ends,
+                connectionstyle=bow,
+                arrowstyle="-",
+                shrinkA=0,
+                shrinkB=0,
+                zorder=1,
+                **kind,
             )
         )
     for aspect in found:
-        box = dict(boxstyle="circle,pad=0.35", fc=FILL[aspect.assembly], ec=INK, lw=1.0)
+        box = dict(
+            boxstyle="circle,pad=0.35",
+            fc=FILL[aspect.assembly],
+            ec=INK,
+            lw=1.0,
+        )
         text = dict(
-            ha="center", va="center", fontsize=11, fontweight="bold", color=INK, bbox=box, zorder=3
+            ha="center",
+            va="center",
+            fontsize=11,
+            fontweight="bold",
+            color=INK,
+            bbox=box,
+            zorder=3,
         )
         axes.text(*at[aspect.number], str(aspect.number), **text)
     axes.set(xlim=(-1.02, 1.02), ylim=(-1.02, 1.02))
@@ -94,7 +126,8 @@ def _places(found):
     places = {}
     for working in MODES:
         own = sorted(
-            (a for a in found if a.working == working), key=lambda a: (-a.assembly, a.point[0])
+            (a for a in found if a.working == working),
+            key=lambda a: (-a.assembly, a.point[0]),
         )
         # Begun a little off the axes, so that no line to another ring passes behind a node between.
         angles = 2.0 - 2 * np.pi * np.arange(len(own)) / max(len(own), 1)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ...estimation.identification.result import Identification
 
 
-def identification(result: Identification) -> Figure:
+def draw_identification(result: Identification) -> Figure:
     """Draw an Identification: a row for its run, and one for the run it was tried on, if any."""
     if not len(result.t):
         raise ValueError(
@@ -34,6 +34,18 @@ def identification(result: Identification) -> Figure:
         t = np.insert(run.t, breaks, np.nan)
         tau = np.insert([run.tau, run.predicted], breaks, np.nan, axis=1)
         for k, (axes, (side, colour)) in enumerate(zip(row, SIDES)):
-            ylabel = draw_measured(axes, t, tau[..., k], result.robot.words, colour, "predicted")
-            over_time(axes, 3, ylabel, f"{side} motor, {name}: misses {100 * run.misfit:.3g} %")
+            ylabel = draw_measured(
+                axes,
+                t,
+                tau[..., k],
+                result.robot.words,
+                colour,
+                "predicted",
+            )
+            over_time(
+                axes,
+                3,
+                ylabel,
+                f"{side} motor, {name}: misses {100 * run.misfit:.3g} %",
+            )
     return figure

@@ -29,7 +29,7 @@ VECTOR_METHOD = {
 }
 
 
-def study_figure(study: Study, panels: Sequence | None = None) -> Figure:
+def draw_study(study: Study, panels: Sequence | None = None) -> Figure:
     """Draw a Study: the linkage with its traced path, and a panel over time for each list of
     quantity names.
     """
@@ -43,13 +43,24 @@ def study_figure(study: Study, panels: Sequence | None = None) -> Figure:
         angle = unit(names[0]) == "rad"
         for number, name in enumerate(names):
             values = np.degrees(study[name]) if angle else study[name]
-            axes.plot(study.t, values, color=COLOURS[number % len(COLOURS)], lw=1.4, label=name)
+            axes.plot(
+                study.t,
+                values,
+                color=COLOURS[number % len(COLOURS)],
+                lw=1.4,
+                label=name,
+            )
         if study.lock:
             axes.axvline(study.lock[1], **STYLES["line.limit"])
         axes.set_ylabel(f"({'deg' if angle else of_unit(unit(names[0]))})")
         axes.margins(x=0)
         axes.grid(alpha=0.25)
-        axes.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))
+        axes.legend(
+            fontsize=8,
+            frameon=False,
+            loc="center left",
+            bbox_to_anchor=(1, 0.5),
+        )
         axes.tick_params(labelbottom=row == len(panels) - 1)
     axes.set_xlabel("time (s)")
     return figure
@@ -60,21 +71,47 @@ def _picture(axes, study):
     body = study_body(study)
     points = body.points
     sliding = [*body.moving_rails, *(block[:2] for block in body.blocks)]
-    for sample in (*np.linspace(0, len(points) - 1, 6).astype(int)[1:-1], 0):
+    for sample in (
+        *np.linspace(0, len(points) - 1, 6).astype(int)[1:-1],
+        0,
+    ):
         first = sample == 0
-        block = dict(lw=11, solid_capstyle="butt", alpha=0.75 if first else 0.15, color=PALE)
+        block = dict(
+            lw=11,
+            solid_capstyle="butt",
+            alpha=0.75 if first else 0.15,
+            color=PALE,
+        )
         bar = dict(lw=3, marker="o", ms=5, mfc="white") if first else dict(lw=1.2, alpha=0.3)
         for pair in sliding:
             axes.plot(*points[sample, pair].T, zorder=2 + first, **block)
         for pair, colour in zip(body.bars, body.colours):
-            axes.plot(*points[sample, pair].T, color=colour, zorder=2 + first, **bar)
+            axes.plot(
+                *points[sample, pair].T,
+                color=colour,
+                zorder=2 + first,
+                **bar,
+            )
     label = f"path of {study.motion.chain.traced}"
     draw(axes, "path.linkage", *points[:, body.traced].T, label=label)
-    draw(axes, "path.feet", *points[0, body.feet].T, ls=":", lw=1.2, zorder=1.5)
+    draw(
+        axes,
+        "path.feet",
+        *points[0, body.feet].T,
+        ls=":",
+        lw=1.2,
+        zorder=1.5,
+    )
     for rail in body.fixed_rails:
         draw(axes, "path.rail", *points[0, rail].T)
     for name, place in zip(body.names, points[0]):
-        axes.annotate(name, place, textcoords="offset points", xytext=(6, 6), fontsize=9)
+        axes.annotate(
+            name,
+            place,
+            textcoords="offset points",
+            xytext=(6, 6),
+            fontsize=9,
+        )
     axes.margins(0.08)  # for the names
     _plane(axes, f"{study.linkage.title}; at the start, later (pale)")
     axes.legend(fontsize=8, frameon=False, loc="upper right")
@@ -96,7 +133,12 @@ def vector_method_figure(study: Study, point: str = "M") -> Figure:
     figure = new_figure(12, 6.4)
     panels = figure.subplots(2, 3, sharex=True)
     for axes, (name, title) in zip(panels.flat, VECTOR_METHOD.items()):
-        axes.plot(np.degrees(study.q), study[f"{point}.{name}"], color=COLOURS[0], lw=1.5)
+        axes.plot(
+            np.degrees(study.q),
+            study[f"{point}.{name}"],
+            color=COLOURS[0],
+            lw=1.5,
+        )
         axes.set_title(f"{title} of {point}", fontsize=10)
         axes.set_ylabel(f"({of_unit(unit(f'{point}.{name}'))})")
         axes.grid(alpha=0.25)
@@ -120,8 +162,16 @@ def coupler_curve_figure(curves: Sequence[Curve], linkages: Sequence[FourBar] = 
     for curve in curves:
         new = curve.label not in labels
         number = labels.setdefault(curve.label, len(labels))
-        style = dict(color=COLOURS[number % len(COLOURS)], ls=DASHES[number % len(DASHES)])
-        axes.plot(*curve.points.T, lw=1.6, label=curve.label if new else None, **style)
+        style = dict(
+            color=COLOURS[number % len(COLOURS)],
+            ls=DASHES[number % len(DASHES)],
+        )
+        axes.plot(
+            *curve.points.T,
+            lw=1.6,
+            label=curve.label if new else None,
+            **style,
+        )
     for four_bar in linkages:
         angle = four_bar.tilt
         foot = four_bar.base + four_bar.ground * np.array([np.cos(angle), np.sin(angle)])

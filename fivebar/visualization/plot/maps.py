@@ -30,7 +30,9 @@ HALO = [withStroke(linewidth=3.0, foreground="white")]
 
 
 def singularity_map(
-    data: Map, path: ArrayLike | None = None, dexterous: tuple | None = None
+    data: Map,
+    path: ArrayLike | None = None,
+    dexterous: tuple | None = None,
 ) -> Figure:
     """Return the figure of a singularity map: a panel for each mode, in mm or degrees.
 
@@ -53,14 +55,22 @@ def singularity_map(
     x, y = scale * data.x, scale * data.y
     width, height = np.ptp(x), np.ptp(y)
     rows = 2 if task else 1
-    figure = new_figure(9.6, 1.0 + rows * (0.35 + 3.75 * np.clip(height / width, 0.4, 2.0)))
+    figure = new_figure(
+        9.6,
+        1.0 + rows * (0.35 + 3.75 * np.clip(height / width, 0.4, 2.0)),
+    )
     panels = figure.subplots(rows, 2, sharex=True, sharey=True)
     regions = None
     if task and turns:
         regions = aspects(data.robot) if dexterous is None else dexterous
     shown = field_scale(data)
     norm = (LogNorm if shown.logarithmic else Normalize)(shown.low, shown.high)
-    colours = dict(cmap=PALETTES[shown.palette], norm=norm, interpolation="bilinear", zorder=0)
+    colours = dict(
+        cmap=PALETTES[shown.palette],
+        norm=norm,
+        interpolation="bilinear",
+        zorder=0,
+    )
     # The image's borders are half a step beyond the outer nodes, the middles of its pixels.
     half_x, half_y = width / (len(x) - 1) / 2, height / (len(y) - 1) / 2
     borders = x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y
@@ -70,10 +80,21 @@ def singularity_map(
 
         def show(words, points, axes=axes, **style):
             known[words] = f"map.{words}"
-            draw(axes, f"map.{words}", *(scale * np.asarray(points)).T, label=words, **style)
+            draw(
+                axes,
+                f"map.{words}",
+                *(scale * np.asarray(points)).T,
+                label=words,
+                **style,
+            )
 
         image = axes.imshow(values[k], origin="lower", extent=borders, **colours)
-        axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]), facecolor="#ececec", aspect="equal")
+        axes.set(
+            xlim=(x[0], x[-1]),
+            ylim=(y[0], y[-1]),
+            facecolor="#ececec",
+            aspect="equal",
+        )
         for words, layers, points in map_loci(data):
             if k in layers:
                 show(words, points)
@@ -107,7 +128,14 @@ def singularity_map(
             axes.xaxis.set_major_locator(_degrees(width))
             axes.yaxis.set_major_locator(_degrees(height))
     extend = "neither" if data.field in (*SIGNED, "transmission_angle") else "max"
-    figure.colorbar(image, ax=panels, label=shown.words, shrink=0.85, pad=0.02, extend=extend)
+    figure.colorbar(
+        image,
+        ax=panels,
+        label=shown.words,
+        shrink=0.85,
+        pad=0.02,
+        extend=extend,
+    )
     handles = [Line2D([], [], label=words, **STYLES[kind]) for words, kind in known.items()]
     place = dict(loc="outside lower center", ncols=3, handlelength=3.2)
     figure.legend(handles=handles, fontsize=9, frameon=False, **place)
@@ -133,7 +161,14 @@ def _number(axes, region, scale):
         return
     width = right - left
     box = dict(boxstyle="circle,pad=0.25", fc="white", ec=INK, lw=0.8)
-    text = dict(ha="center", va="center", fontsize=9, fontweight="bold", bbox=box, color=INK)
+    text = dict(
+        ha="center",
+        va="center",
+        fontsize=9,
+        fontweight="bold",
+        bbox=box,
+        color=INK,
+    )
     away = 0
     if scale * region.clearance <= 0.03 * width:
         away = 34 if x >= (left + right) / 2 - 0.01 * width else -34

@@ -90,7 +90,13 @@ def plane(axes: Axes, columns: int = 0, title: str = "") -> None:
 def over_time(axes: Axes, columns: int, ylabel: str, title: str, last: bool = True) -> None:
     """Finish a panel over time, with the time's label under the last."""
     axes.margins(x=0)
-    finish(axes, columns, xlabel="time (s)" if last else "", ylabel=ylabel, title=title)
+    finish(
+        axes,
+        columns,
+        xlabel="time (s)" if last else "",
+        ylabel=ylabel,
+        title=title,
+    )
 
 
 def draw(axes: Axes, kind: str, x: ArrayLike, y: ArrayLike, **more) -> None:
@@ -124,7 +130,13 @@ def draw_robot(axes: Axes, body: Skeleton, sample: int = 0, **style) -> None:
     for path, colours in zip(body.paths, LEGS):
         # A bar folded back lies under the other.
         for first, colour in reversed(list(zip(range(len(path) - 1), colours))):
-            draw_points(axes, "robot.bar", points[path[first : first + 2]], color=colour, **style)
+            draw_points(
+                axes,
+                "robot.bar",
+                points[path[first : first + 2]],
+                color=colour,
+                **style,
+            )
     draw_points(axes, "robot.motor", points[list(body.actuated)], **style)
     for low, _ in body.rails:
         axes.axvline(1e3 * points[low, 0], **STYLES["robot.guide"])
@@ -140,7 +152,12 @@ def set_window(axes: Axes, points: np.ndarray) -> tuple[float, float]:
     return low, high
 
 
-def draw_loci(axes: Axes, robot: Robot, working: tuple | None, ends: tuple | None = None) -> None:
+def draw_loci(
+    axes: Axes,
+    robot: Robot,
+    working: tuple | None,
+    ends: tuple | None = None,
+) -> None:
     """Draw the loci of these working modes (None: of all), each type named once.
 
     ends: y, mm, of those that have no ends, which are left out without.
@@ -164,21 +181,44 @@ def mark_crossing(axes: Axes, place: float, kind: Singularity) -> None:
 
 
 def draw_torques(
-    axes: Axes, words: Words, t: np.ndarray, tau: np.ndarray, limits: Any, limit: str
+    axes: Axes,
+    words: Words,
+    t: np.ndarray,
+    tau: np.ndarray,
+    limits: Any,
+    limit: str,
 ) -> str:
     """Draw torques (n, 2) and their limits, named once as `limit`; return the axis's label."""
     most = limits.torque or (0.0, 0.0)
     scale, unit = readable(max(np.abs(tau).max(), *most), words.effort_unit)
     for leg, (name, colour) in enumerate(SIDES):
-        draw(axes, "line.medium", t, scale * tau[:, leg], color=colour, label=name)
+        draw(
+            axes,
+            "line.medium",
+            t,
+            scale * tau[:, leg],
+            color=colour,
+            label=name,
+        )
         if most[leg]:
             label = None if leg else limit
-            draw_level(axes, "line.limit", scale * most[leg], -scale * most[leg], label=label)
+            draw_level(
+                axes,
+                "line.limit",
+                scale * most[leg],
+                -scale * most[leg],
+                label=label,
+            )
     return f"{words.effort} ({unit})"
 
 
 def draw_measured(
-    axes: Axes, t: np.ndarray, pair: np.ndarray, words: Words, colour: str, label: str
+    axes: Axes,
+    t: np.ndarray,
+    pair: np.ndarray,
+    words: Words,
+    colour: str,
+    label: str,
 ) -> str:
     """Draw measured and computed efforts (2, n) of a motor; return the axis's label."""
     sizes = np.abs(pair)[np.isfinite(pair)]

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from ...planning.plans import Plan
 
 
-def planned(plan: Plan) -> Figure:
+def draw_plan(plan: Plan) -> Figure:
     """Draw a Plan: path with the robot at both ends, torques, sines of both legs and det A.
 
     Where its modes are free, the loci are those of any modes, and the four bars' angles stand
@@ -45,7 +45,11 @@ def planned(plan: Plan) -> Figure:
     figure = new_figure(12, 9 if free else 7)
     grid = figure.add_gridspec(2 + free, 2, width_ratios=(1, 1.1))
     # Every interval at both of its ends: torques may jump from one to the next.
-    k, sigma = np.meshgrid(np.arange(len(plan.pieces.xi)), np.linspace(0, 1, 21), indexing="ij")
+    k, sigma = np.meshgrid(
+        np.arange(len(plan.pieces.xi)),
+        np.linspace(0, 1, 21),
+        indexing="ij",
+    )
     k, sigma = k.ravel(), sigma.ravel()
     t = plan.pieces.knots[k] + sigma * plan.pieces.widths[k]
     motion = plan.pieces.motion(k, sigma)
@@ -71,9 +75,23 @@ def _bars(axes, plan, t, bars):
     scale, unit = (180 / np.pi, "deg") if turns else (1e3, "mm")
     for leg, (name, (_, colour)) in enumerate(zip(names, SIDES)):
         label = f"$q_{{{name[1:]}}}$ ({unit})"
-        draw(axes, "line.medium", t, scale * bars[:, 2 * leg], color=colour, label=label)
+        draw(
+            axes,
+            "line.medium",
+            t,
+            scale * bars[:, 2 * leg],
+            color=colour,
+            label=label,
+        )
         label = rf"$\phi_{leg + 1}$ (deg)"
-        draw(axes, "line.dotted", t, np.degrees(bars[:, 2 * leg + 1]), color=colour, label=label)
+        draw(
+            axes,
+            "line.dotted",
+            t,
+            np.degrees(bars[:, 2 * leg + 1]),
+            color=colour,
+            label=label,
+        )
     axes.margins(x=0)
     finish(axes, 4, title="the four bars: proximal solid, distal dotted")
 
@@ -93,10 +111,19 @@ def _path(axes, plan, pose, crossed):
         still = [np.concatenate([at, np.zeros(2 * len(at))]) for at in vias]
         points = [plan.problem.accelerations(motion).rates.pose.xi for motion in still]
         draw_points(axes, "mark.via", points)
-    for kind, marker in ((Singularity.SERIAL, "+"), (Singularity.PARALLEL, "x")):
+    for kind, marker in (
+        (Singularity.SERIAL, "+"),
+        (Singularity.PARALLEL, "x"),
+    ):
         if places := [place for other, place in crossed if other == kind]:
             label = f"crossing of {LOCI[kind]['label']}"
-            draw_points(axes, "mark.crossing", xi[places], marker=marker, label=label)
+            draw_points(
+                axes,
+                "mark.crossing",
+                xi[places],
+                marker=marker,
+                label=label,
+            )
     plane(axes, 4, "path, with the robot at start (pale) and goal")
 
 
@@ -120,7 +147,14 @@ def _sines(axes, plan, t, pose):
     if plan.robot.turns:
         names = "q_{12}", "q_{22}"
     for leg, (name, (_, colour)) in enumerate(zip(names, SIDES)):
-        draw(axes, "line.medium", t, pose.sines[leg], color=colour, label=rf"$\sin {name}$")
+        draw(
+            axes,
+            "line.medium",
+            t,
+            pose.sines[leg],
+            color=colour,
+            label=rf"$\sin {name}$",
+        )
         if limits.sin:
             limit = -plan.problem.working[leg] * limits.sin
             draw_level(axes, "line.limit", limit, color=colour)

@@ -134,7 +134,13 @@ def _shape(scene):
 
 def _stage(axes, scene):
     (left, low), (right, high) = scene.window
-    axes.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[], aspect="equal")
+    axes.set(
+        xlim=(left, right),
+        ylim=(low, high),
+        xticks=[],
+        yticks=[],
+        aspect="equal",
+    )
     axes.spines[:].set_color("#d5dade")
 
 
@@ -177,13 +183,24 @@ def _draw(axes, scene, time):
 def _place(x=0.0, y=0.0, angle=0.0, scale=(1.0, 1.0)):
     """The matrix of a place, a turn and a scale in the plane."""
     c, s = np.cos(angle), np.sin(angle)
-    return np.array([(c * scale[0], -s * scale[1], x), (s * scale[0], c * scale[1], y), (0, 0, 1)])
+    return np.array(
+        [
+            (c * scale[0], -s * scale[1], x),
+            (s * scale[0], c * scale[1], y),
+            (0, 0, 1),
+        ]
+    )
 
 
 def _place_at(part, t, time):
     values = {name: _between(t, track, time) for name, (_, track) in part.tracks.items()}
     x, y, _ = values.get("position", (0.0, 0.0, 0.0))
-    return _place(x, y, values.get("rotation[z]", 0.0), values.get("scale", (1.0, 1.0)))
+    return _place(
+        x,
+        y,
+        values.get("rotation[z]", 0.0),
+        values.get("scale", (1.0, 1.0)),
+    )
 
 
 def _is_shown(part, time):
@@ -203,7 +220,11 @@ def _areas(meshes, place, share):
             if share < 1:
                 rows = round(share * (len(outline) / 2 - 1)) + 1
                 outline = np.concatenate([outline[:rows], outline[-rows:]])
-            yield mesh["top"], outline @ place[:2, :2].T + place[:2, 2], colour
+            yield (
+                mesh["top"],
+                outline @ place[:2, :2].T + place[:2, 2],
+                colour,
+            )
 
 
 def _between(t, values, time):

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..style import SIDES, readable
-from .panels import draw, draw_measured, draw_points, new_figure, over_time, plane
+from .panels import (
+    draw,
+    draw_measured,
+    draw_points,
+    new_figure,
+    over_time,
+    plane,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,7 +22,7 @@ if TYPE_CHECKING:
     from ...estimation.logs.replays import Replay
 
 
-def replayed(replay: Replay) -> Figure:
+def draw_replay(replay: Replay) -> Figure:
     """Draw a Replay."""
     measured, simulated = replay.measured, replay.simulated
     figure = new_figure(12, 7)
@@ -31,7 +38,10 @@ def replayed(replay: Replay) -> Figure:
     draw(top, "line.distance", measured.t, scale * size)
     title = f"difference: {scale * replay.figures['rms_error_m']:.3g} {unit} rms"
     over_time(top, 1, f"apart ({unit})", title, last=False)
-    tau, words = np.array([measured.tau, simulated.tau]), measured.robot.words
+    tau, words = (
+        np.array([measured.tau, simulated.tau]),
+        measured.robot.words,
+    )
     for k, (side, colour) in enumerate(SIDES):
         axes = figure.add_subplot(grid[1 + k, 1], sharex=top)
         ylabel = draw_measured(axes, measured.t, tau[..., k], words, colour, "simulated")

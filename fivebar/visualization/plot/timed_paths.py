@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 FINE = 12  # times on each stretch
 
 
-def timed(motion: TimedPath) -> Figure:
+def draw_timed_path(motion: TimedPath) -> Figure:
     """Draw a TimedPath."""
     figure = new_figure(12.5, 7.5)
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15))
@@ -64,15 +64,32 @@ def _drawing(figure, axes, motion, t):
     for down, width, alpha in ((True, 2.6, 1.0), (False, 1.0, 0.45)):
         now = pen_down == down
         if now.any():
-            style = dict(cmap=PALETTES["lines"], linewidths=width, alpha=alpha, zorder=3)
+            style = dict(
+                cmap=PALETTES["lines"],
+                linewidths=width,
+                alpha=alpha,
+                zorder=3,
+            )
             lines = LineCollection(parts[now], capstyle="round", **style)
             lines.set(array=speed[now], clim=(0, speed.max()))
             axes.add_collection(lines)
             if down or now.all():
-                figure.colorbar(lines, ax=axes, location="top", shrink=0.8, label="speed (m/s)")
+                figure.colorbar(
+                    lines,
+                    ax=axes,
+                    location="top",
+                    shrink=0.8,
+                    label="speed (m/s)",
+                )
     if motion.crossing.any():
         places = motion.path(motion.s[motion.crossing])[0]
-        draw_points(axes, "mark.crossing", places, marker="x", label="crossing of Type 2")
+        draw_points(
+            axes,
+            "mark.crossing",
+            places,
+            marker="x",
+            label="crossing of Type 2",
+        )
     plane(axes, 4, "the path, with the robot at its start")
 
 

@@ -80,7 +80,11 @@ def choose(t: ArrayLike, *numbers: np.ndarray, lack: str = "are not numbers") ->
 
 def grid(duration: float) -> np.ndarray:
     """Return times (n,) s from 0 to `duration` for a motion that is known at any time."""
-    return np.linspace(0.0, duration, int(np.clip(round(duration * PER_SECOND) + 1, 2, MOST)))
+    return np.linspace(
+        0.0,
+        duration,
+        int(np.clip(round(duration * PER_SECOND) + 1, 2, MOST)),
+    )
 
 
 def _nearest(t, times):
@@ -94,7 +98,10 @@ def _nearest(t, times):
 def stretches(flags: np.ndarray) -> list[tuple[int, int]]:
     """Return (first, last) index of each stretch of true values."""
     change = np.diff(np.concatenate([[0], flags.astype(int), [0]]))
-    first, last = np.flatnonzero(change == 1), np.flatnonzero(change == -1) - 1
+    first, last = (
+        np.flatnonzero(change == 1),
+        np.flatnonzero(change == -1) - 1,
+    )
     return list(zip(first.tolist(), last.tolist()))
 
 

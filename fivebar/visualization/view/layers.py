@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .frames import last_true
-from .solids import arc, dashed, flat, link, polygon, ribbon
-from .tracks import Part, placed, scaled
+from .solids import arc, dash_pieces, flat, link, polygon, ribbon
+from .tracks import Part, place_tracks, scale_track
 
 if TYPE_CHECKING:
     from .machine import Machine
@@ -20,7 +20,7 @@ SWEEP = np.radians(300)  # of the turning arrow of the largest value
 PIECES = 120  # of its band
 
 
-def shown_at(times: np.ndarray, good: np.ndarray) -> tuple | None:
+def visibility(times: np.ndarray, good: np.ndarray) -> tuple | None:
     """Return when a part is shown (times, flags), of flags (m,) at the frames; None for always."""
     if good.all():
         return None
@@ -74,12 +74,12 @@ class LineLayer(Layer):
         w, paths, path = machine.pen, self.paths, f"{self.name}/{number}"
         if self.dash:
             on, off = w * np.array(self.dash)
-            paths = sum((dashed(line, on, off) for line in paths), [])
+            paths = sum((dash_pieces(line, on, off) for line in paths), [])
         height = machine.top + self.lift * w if self.over else (self.lift - 0.5) * machine.layer
         glass = {"transparent": self.opacity < 1, "opacity": self.opacity}
         band = ribbon(paths, self.width * w, height, self.colour, **glass)
         times = machine.frames.t
-        shown = None if self.good is None else shown_at(times, self.good)
+        shown = None if self.good is None else visibility(times, self.good)
         # A path that stays in one point has no band, and the viewer complains of an empty one.
         yield Part(path, [band] if band else [], shown=shown)
 
@@ -99,11 +99,34 @@ class Area(Layer):
     def parts(self, machine: Machine, number: int) -> Iterator[Part]:
         points = np.concatenate(self.strips).reshape(-1, 2)
         has_next = [np.arange(len(rows)) < len(rows) - 1 for rows in self.strips]
-        faces = 2 * np.flatnonzero(np.concatenate(has_next))[:, None] + (0, 1, 2, 2, 1, 3)
+        faces = 2 * np.flatnonzero(np.concatenate(has_next))[:, None] + (
+            0,
+            1,
+            2,
+            2,
+            1,
+            3,
+        )
         edges = [np.concatenate([rows[:, 0], rows[::-1, 1]]) for rows in self.strips]
-        glass = {"transparent": True, "opacity": 0.12, "depthWrite": False}
-        area = flat(points, faces, -4.6 * machine.layer, self.colour, edges, **glass)
-        border = ribbon(self.outline, 0.1 * machine.pen, -0.6 * machine.layer, self.colour)
+        glass = {
+            "transparent": True,
+            "opacity": 0.12,
+            "depthWrite": False,
+        }
+        area = flat(
+            points,
+            faces,
+            -4.6 * machine.layer,
+            self.colour,
+            edges,
+            **glass,
+        )
+        border = ribbon(
+            self.outline,
+            0.1 * machine.pen,
+            -0.6 * machine.layer,
+            self.colour,
+        )
         yield Part(f"{self.name}/{number}", [area, border])
 
 
@@ -137,20 +160,36 @@ class Arrows(Layer):
         return self.vectors * (ARROW * machine.size / (self.largest or 1.0))
 
     def parts(self, machine: Machine, number: int) -> Iterator[Part]:
-        arrows, w, path = self.drawn(machine), machine.pen, f"{self.name}/{number}"
+        arrows, w, path = (
+            self.drawn(machine),
+            machine.pen,
+            f"{self.name}/{number}",
+        )
         good = np.isfinite(arrows).all(axis=1)
         arrows = np.where(good[:, None], arrows, 0.0)
-        yield Part(path, [], placed(self.places, arrows), shown_at(machine.frames.t, good))
+        yield Part(
+            path,
+            [],
+            place_tracks(self.places, arrows),
+            visibility(machine.frames.t, good),
+        )
         # Both have unit length along x; a scale of 0 has no inverse, which the viewer's shading
         # asks for.
-        length, height = np.hypot(*arrows.T), machine.top + (0.25 + 0.02 * number) * w
+        length, height = (
+            np.hypot(*arrows.T),
+            machine.top + (0.25 + 0.02 * number) * w,
+        )
         head = np.maximum(np.minimum(1.3 * w, 0.7 * length), 1e-6 * w)
         neck = np.maximum(length - head, 1e-6 * w)
         half = 0.14 * w
-        shaft = polygon([(0, -half), (1, -half), (1, half), (0, half)], height, self.colour)
-        yield Part(f"{path}/shaft", [shaft], scaled(neck, 1.0))
+        shaft = polygon(
+            [(0, -half), (1, -half), (1, half), (0, half)],
+            height,
+            self.colour,
+        )
+        yield Part(f"{path}/shaft", [shaft], scale_track(neck, 1.0))
         tip = polygon([(0, -0.45), (1, 0), (0, 0.45)], height, self.colour)
-        tracks = placed(np.stack([neck, 0 * neck], axis=1)) | scaled(head, head)
+        tracks = place_tracks(np.stack([neck, 0 * neck], axis=1)) | scale_track(head, head)
         yield Part(f"{path}/tip", [tip], tracks)
 
 
@@ -177,7 +216,10 @@ class TurningArrows(Layer):
 
     def place_of_sign(self, machine: Machine) -> dict:
         """Return where it is in the tip's frame, and the tip's least size for it to be seen."""
-        return {"at": (self.radius * machine.pen, 2.2 * machine.pen), "least": 0.3}
+        return {
+            "at": (self.radius * machine.pen, 2.2 * machine.pen),
+            "least": 0.3,
+        }
 
     def sweeps(self) -> np.ndarray:
         """Return the angles (m,) through which they turn, rad."""
@@ -185,18 +227,28 @@ class TurningArrows(Layer):
 
     def parts(self, machine: Machine, number: int) -> Iterator[Part]:
         good = np.isfinite(self.values)
-        sweep, w, path = np.where(good, self.sweeps(), 0.0), machine.pen, f"{self.name}/{number}"
+        sweep, w, path = (
+            np.where(good, self.sweeps(), 0.0),
+            machine.pen,
+            f"{self.name}/{number}",
+        )
         radius, height = self.radius * w, machine.top + 0.2 * w
-        tracks = placed(self.places) | scaled(1.0, np.where(sweep < 0, -1.0, 1.0))
-        yield Part(path, [], tracks, shown_at(machine.frames.t, good))
+        tracks = place_tracks(self.places) | scale_track(1.0, np.where(sweep < 0, -1.0, 1.0))
+        yield Part(path, [], tracks, visibility(machine.frames.t, good))
         # The page draws as many pieces of the band as the tip has passed: no track can change a
         # geometry.
         size = np.abs(sweep)
         band = arc(radius, 0.34 * w, SWEEP, PIECES, height, self.colour)
         yield Part(f"{path}/band", [band], drawn=size / SWEEP)
-        corners = [(radius - 0.55 * w, 0), (radius + 0.55 * w, 0), (radius, 1.1 * w)]
+        corners = [
+            (radius - 0.55 * w, 0),
+            (radius + 0.55 * w, 0),
+            (radius, 1.1 * w),
+        ]
         tip = polygon(corners, height, self.colour)
-        tracks = {"rotation[z]": ("number", size)} | scaled(1.0, np.clip(size / 0.3, 0.02, 1.0))
+        tracks = {"rotation[z]": ("number", size)} | scale_track(
+            1.0, np.clip(size / 0.3, 0.02, 1.0)
+        )
         yield Part(f"{path}/tip", [tip], tracks)
 
 
@@ -215,11 +267,14 @@ class Ghost(Layer):
         good = np.isfinite(self.mechanism).all(axis=(1, 2))
         if not good.any():
             return
-        shown = shown_at(machine.frames.t, good)
-        points, low = self.mechanism[last_true(good)], -0.3 * machine.layer
+        shown = visibility(machine.frames.t, good)
+        points, low = (
+            self.mechanism[last_true(good)],
+            -0.3 * machine.layer,
+        )
         glass = {"transparent": True, "opacity": 0.4, "depthWrite": False}
         size = 0.8 * machine.width, low, low + 0.1 * machine.layer
         for b, (i, j) in enumerate(machine.body.bars):
             solid = link(machine.lengths[b], *size, self.colour, **glass)
-            tracks = placed(points[:, i], points[:, j] - points[:, i])
+            tracks = place_tracks(points[:, i], points[:, j] - points[:, i])
             yield Part(f"{self.name}/{number}-{b}", [solid], tracks, shown)

@@ -13,12 +13,23 @@ from ..skeleton import Skeleton
 from ..style import PATH
 from .frames import Frames
 from .solids import arc, box, circle, cylinder, link, polygon
-from .tracks import Part, placed
+from .tracks import Part, place_tracks
 
-PLATE, MOTOR, PIN, STEEL, RAIL = "#b9c1c9", "#4a5058", "#2a2e33", "#e8ebee", "#98a2ac"
+PLATE, MOTOR, PIN, STEEL, RAIL = (
+    "#b9c1c9",
+    "#4a5058",
+    "#2a2e33",
+    "#e8ebee",
+    "#98a2ac",
+)
 EVENT = "#e51c23"
 SHADOW_OFFSET = np.array([0.3, -0.4])  # widths of a bar: the light comes from the upper left
-SHADOW = {"type": "MeshBasicMaterial", "transparent": True, "opacity": 0.13, "depthWrite": False}
+SHADOW = {
+    "type": "MeshBasicMaterial",
+    "transparent": True,
+    "opacity": 0.13,
+    "depthWrite": False,
+}
 
 
 class Notice(NamedTuple):
@@ -108,22 +119,56 @@ class Machine:
         yield Part("base", list(self._base()))
         for number, rail in enumerate(body.moving_rails):
             length, span = self._mean_length(rail), body.span(rail)
-            guide = box((length / 2, 0.0), length, 0.6 * w, -1.2 * layer, -0.3 * layer, RAIL)
-            yield Part(f"rails/{number}", [guide], placed(body.points[:, rail[0]], span))
+            guide = box(
+                (length / 2, 0.0),
+                length,
+                0.6 * w,
+                -1.2 * layer,
+                -0.3 * layer,
+                RAIL,
+            )
+            yield Part(
+                f"rails/{number}",
+                [guide],
+                place_tracks(body.points[:, rail[0]], span),
+            )
         for number, (i, j, joint) in enumerate(body.blocks):
             length = max(self._mean_length((i, j)), 2.6 * w)
             colour = MOTOR if joint in body.actuated else RAIL
-            block = box((0.0, 0.0), length, 2.0 * w, -2.2 * layer, -0.25 * layer, colour)
+            block = box(
+                (0.0, 0.0),
+                length,
+                2.0 * w,
+                -2.2 * layer,
+                -0.25 * layer,
+                colour,
+            )
             middle = (body.points[:, i] + body.points[:, j]) / 2
-            yield Part(f"blocks/{number}", [block], placed(middle, body.span((i, j))))
+            yield Part(
+                f"blocks/{number}",
+                [block],
+                place_tracks(middle, body.span((i, j))),
+            )
         for b, (bar, length) in enumerate(zip(body.bars, self.lengths)):
-            tracks = placed(body.points[:, bar[0]], body.span(bar))
+            tracks = place_tracks(body.points[:, bar[0]], body.span(bar))
             low, colour = self.heights[b], body.colours[b]
-            shadow = link(length, 1.05 * w, -4.4 * layer, -4.3 * layer, "#000000", **SHADOW)
+            shadow = link(
+                length,
+                1.05 * w,
+                -4.4 * layer,
+                -4.3 * layer,
+                "#000000",
+                **SHADOW,
+            )
             yield Part(f"shadows/{b}", [shadow], tracks)
             solids = [link(length, w, low, low + 0.9 * layer, colour)]
             if length > 4 * w:
-                groove = length - 2.4 * w, 0.36 * w, low, low + 0.93 * layer
+                groove = (
+                    length - 2.4 * w,
+                    0.36 * w,
+                    low,
+                    low + 0.93 * layer,
+                )
                 solids.append(link(*groove, _shaded(colour, 0.82), 1.2 * w))
             yield Part(f"bars/{b}", solids, tracks)
         for joint in body.joints:
@@ -147,7 +192,12 @@ class Machine:
         low, top = min(bars), max(bars) + 0.9 * layer
         solids = [
             cylinder(0.36 * w, low, top + 0.12 * layer, STEEL),
-            cylinder(0.22 * w, low, top + 0.3 * layer, PATH if joint == body.traced else PIN),
+            cylinder(
+                0.22 * w,
+                low,
+                top + 0.3 * layer,
+                PATH if joint == body.traced else PIN,
+            ),
         ]
         moved = body.points[:, joint]
         if joint in body.grounded:
@@ -160,7 +210,7 @@ class Machine:
                 solids.append(cylinder(0.75 * w, -3 * layer, -0.15 * layer, RAIL))
         elif joint in body.travelling:  # the motor is between the two bars it drives
             solids.append(cylinder(0.62 * w, low - 0.4 * layer, top + 0.06 * layer, MOTOR))
-        return Part(f"joints/{joint}", solids, placed(moved))
+        return Part(f"joints/{joint}", solids, place_tracks(moved))
 
     @cached_property
     def flash(self) -> list[dict]:

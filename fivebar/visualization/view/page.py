@@ -12,7 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..document import as_json, document, library, script
+from ..document import as_json, document, library_folder, script
 from .layers import PIECES, SWEEP, TurningArrows
 from .machine import SHADOW_OFFSET
 from .solids import at
@@ -28,16 +28,34 @@ MOST_EVENTS = 200  # marks on the time line: more could not be told apart
 
 def page(scene: Scene) -> str:
     """Return the page of a Scene, complete. Raises ImportError without meshcat."""
-    viewer = library("meshcat", "an animation needs the viewer in meshcat") / "viewer"
+    viewer = library_folder("meshcat", "an animation needs the viewer in meshcat") / "viewer"
     (left, low), (right, high) = scene.window
     # About the origin at unit size: there the viewer's lights and the centre of its orbit are right
     # for any mechanism.
     span = right - left, high - low
     scale = 1 / max(span)
-    messages, animations, entries, events, labels, tips, bands = [*_stage()], [], {}, [], [], [], []
+    messages, animations, entries, events, labels, tips, bands = (
+        [*_stage()],
+        [],
+        {},
+        [],
+        [],
+        [],
+        [],
+    )
     for k, (machine, offset) in enumerate(zip(scene.machines, scene.offsets)):
-        root, x, y = f"/m{k}", scale * (offset - (left + right) / 2), -scale * (low + high) / 2
-        messages.append({"type": "set_transform", "path": root, "matrix": at(x, y, scale=scale)})
+        root, x, y = (
+            f"/m{k}",
+            scale * (offset - (left + right) / 2),
+            -scale * (low + high) / 2,
+        )
+        messages.append(
+            {
+                "type": "set_transform",
+                "path": root,
+                "matrix": at(x, y, scale=scale),
+            }
+        )
         animations += _machine(root, machine, messages, entries)
         for number, layer in enumerate(machine.layers):
             path = f"{root}/moving/{layer.name}/{number}"
@@ -49,8 +67,20 @@ def page(scene: Scene) -> str:
         events += [{**event._asdict(), "root": root} for event in machine.events]
         if scene.names:
             middle = float(machine.box[0][0] + machine.box[1][0]) / 2
-            labels.append({"text": scene.names[k], "x": x + scale * middle, "y": y + scale * low})
-    messages.append({"type": "set_animation", "options": {"play": True}, "animations": animations})
+            labels.append(
+                {
+                    "text": scene.names[k],
+                    "x": x + scale * middle,
+                    "y": y + scale * low,
+                }
+            )
+    messages.append(
+        {
+            "type": "set_animation",
+            "options": {"play": True},
+            "animations": animations,
+        }
+    )
     notes = list(scene.notes)
     if len(events) > MOST_EVENTS:
         notes.append(f"{MOST_EVENTS} of {len(events)} events are marked.")
@@ -100,7 +130,12 @@ def _stage():
     """Light, and none of the viewer's grid, axes and sky: the page's own colours are seen behind
     the scene.
     """
-    for path in ("/Grid", "/Axes", "/Lights/PointLightNegativeX", "/Lights/PointLightPositiveX"):
+    for path in (
+        "/Grid",
+        "/Axes",
+        "/Lights/PointLightNegativeX",
+        "/Lights/PointLightPositiveX",
+    ):
         yield {"type": "delete", "path": path}
     for path, name, value in (
         ("/Background", "visible", False),
@@ -112,7 +147,12 @@ def _stage():
 
 
 def _property(path, name, value):
-    return {"type": "set_property", "path": path, "property": name, "value": value}
+    return {
+        "type": "set_property",
+        "path": path,
+        "property": name,
+        "value": value,
+    }
 
 
 def _machine(root, machine, messages, entries):
@@ -125,17 +165,33 @@ def _machine(root, machine, messages, entries):
             messages.append(node(f"{root}/{path}/{part.path}", part.meshes))
         animations += clips(f"{root}/{path}", part, times)
     for name, colours in machine.body.key.items():
-        bar = {"key": name, "glyph": "bar", "colours": colours, "nodes": []}
+        bar = {
+            "key": name,
+            "glyph": "bar",
+            "colours": colours,
+            "nodes": [],
+        }
         entries.setdefault((name, *colours), bar)
     for layer in machine.layers:
-        empty = {"key": layer.key, "glyph": layer.glyph, "colours": [], "nodes": []}
+        empty = {
+            "key": layer.key,
+            "glyph": layer.glyph,
+            "colours": [],
+            "nodes": [],
+        }
         entry = entries.setdefault(layer.name, empty)
         path = f"{root}/{'still' if layer.still else 'moving'}/{layer.name}"
         for name, value in (("colours", layer.colour), ("nodes", path)):
             if value not in entry[name]:
                 entry[name].append(value)
     shadows = at(*SHADOW_OFFSET * w)
-    messages.append({"type": "set_transform", "path": f"{root}/moving/shadows", "matrix": shadows})
+    messages.append(
+        {
+            "type": "set_transform",
+            "path": f"{root}/moving/shadows",
+            "matrix": shadows,
+        }
+    )
     if machine.frames.gaps:
         animations += clips(root, Part("moving", [], shown=machine.frames.switches), times)
     if machine.events:

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...base.tables import replaced, saved
-from ..document import WebPage, framed
+from ..document import WebPage, frame_html
 from .machine import Machine
 from .page import page
-from .shows import alike, shown
+from .shows import shown, with_common_scale
 from .sources import source
 
 if TYPE_CHECKING:
@@ -76,7 +76,14 @@ class Scene(WebPage):
     @property
     def notes(self) -> tuple[str, ...]:
         """What was left out, as sentences."""
-        return tuple(dict.fromkeys(sum((machine.frames.notes for machine in self.machines), ())))
+        return tuple(
+            dict.fromkeys(
+                sum(
+                    (machine.frames.notes for machine in self.machines),
+                    (),
+                )
+            )
+        )
 
     def save(self, path: str | Path) -> None:
         """Write a page (.html), an animation (.gif, .mp4, .webm) or a strip of six poses (.png).
@@ -118,12 +125,15 @@ class Scene(WebPage):
         """The page in a frame that covers the picture of poses: where frames are stripped, the
         picture is seen.
         """
-        title, picture = html.escape(self.title), b64encode(self.png).decode()
+        title, picture = (
+            html.escape(self.title),
+            b64encode(self.png).decode(),
+        )
         return (
             f'<div style="position:relative;height:{HEIGHT}px;overflow:hidden">'
             f'<img style="max-width:100%;max-height:100%" alt="{title}"'
             f' src="data:image/png;base64,{picture}">'
-            f"{framed(self.html, self.title, HEIGHT, 'position:absolute;left:0;top:0')}</div>"
+            f"{frame_html(self.html, self.title, HEIGHT, 'position:absolute;left:0;top:0')}</div>"
         )
 
 
@@ -180,12 +190,16 @@ def scene(
     names = tuple(map(str, names))
     if names and len(names) != len(sources):
         raise ValueError(f"names has {len(names)} texts for {len(sources)} motions")
-    groups = alike([shown(one, show) for one in sources])
+    groups = with_common_scale([shown(one, show) for one in sources])
     machines = tuple(
         Machine(one.frames, one.body, tuple(one.events), layers)
         for one, layers in zip(sources, groups)
     )
-    return Scene(machines, sources[0].heading if title is None else str(title), names)
+    return Scene(
+        machines,
+        sources[0].heading if title is None else str(title),
+        names,
+    )
 
 
 def strip(
@@ -225,4 +239,7 @@ def strip(
     from ..plot.poses import strip_figure
 
     subject = getattr(motion, "robot", None) or getattr(motion, "linkage", robot)
-    return saved(strip_figure(scene(subject, motion, show, title=title), poses), path)
+    return saved(
+        strip_figure(scene(subject, motion, show, title=title), poses),
+        path,
+    )

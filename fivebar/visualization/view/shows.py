@@ -11,7 +11,15 @@ import numpy as np
 
 from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
-from ..style import GREEN, LEGS, PALE, PATH, REFERENCE, largest_of, names_of
+from ..style import (
+    GREEN,
+    LEGS,
+    PALE,
+    PATH,
+    REFERENCE,
+    largest_of,
+    names_of,
+)
 from .frames import stretches
 from .layers import Area, Arrows, Ghost, Layer, LineLayer, TurningArrows
 from .solids import circle
@@ -23,7 +31,11 @@ if TYPE_CHECKING:
 SINGULAR, VELOCITY, ACCELERATION, FORCE, TORQUE = "#7e6bd9 #9933ff #999933 #ff1166 #994477".split()
 MOST_POINTS = 2000  # of a reference: on a simulator's steps it would outweigh the motion
 # In widths of a bar.
-LOCUS_DASHES = {"stretched": (0.9, 0.5), "folded": (1.2, 0.5), "self-motion": (0.3, 0.35)}
+LOCUS_DASHES = {
+    "stretched": (0.9, 0.5),
+    "folded": (1.2, 0.5),
+    "self-motion": (0.3, 0.35),
+}
 
 
 def shown(source: RobotSource | StudySource, items: str | Iterable[str] | None) -> list[Layer]:
@@ -45,7 +57,9 @@ def shown(source: RobotSource | StudySource, items: str | Iterable[str] | None) 
     return list(chain.from_iterable(ITEMS[item](source) for item in items))
 
 
-def alike(groups: list[list[Layer]]) -> list[tuple[Layer, ...]]:
+def with_common_scale(
+    groups: list[list[Layer]],
+) -> list[tuple[Layer, ...]]:
     """Return the layers of several mechanisms with arrows of one scale."""
     largest = {}
     for layer in chain(*groups):
@@ -69,7 +83,15 @@ def _reference(source):
     if len(path) > MOST_POINTS:
         path = path[np.linspace(0, len(path) - 1, MOST_POINTS).astype(int)]
     paths = [path[first : last + 1] for first, last in stretches(np.isfinite(path).all(axis=1))]
-    yield LineLayer("reference", REFERENCE, paths, width=0.34, over=True, lift=0.06, opacity=0.75)
+    yield LineLayer(
+        "reference",
+        REFERENCE,
+        paths,
+        width=0.34,
+        over=True,
+        lift=0.06,
+        opacity=0.75,
+    )
 
 
 def _ghost(source):
@@ -81,7 +103,10 @@ def _loci(source):
     longest = max(source.robot.distal)
     dot = 0.017 * sum(source.robot.distal)
     heights = np.append(source.elbows[..., 1], source.xi[:, 1])
-    ends = heights.min() - longest / 2, heights.max() + longest / 2  # of lines without ends
+    ends = (
+        heights.min() - longest / 2,
+        heights.max() + longest / 2,
+    )  # of lines without ends
     for mode in np.unique(source.working, axis=0):
         now = (source.working == mode).all(axis=1)
         groups = {}
@@ -93,7 +118,15 @@ def _loci(source):
         for dash, paths in groups.items():
             good = None if now.all() else now
             words = "loci: Type 1 solid, Type 2 dashed"
-            yield LineLayer("loci", SINGULAR, paths, 0.16, dash, good=good, words=words)
+            yield LineLayer(
+                "loci",
+                SINGULAR,
+                paths,
+                0.16,
+                dash,
+                good=good,
+                words=words,
+            )
 
 
 def _workspace(source):
@@ -104,24 +137,38 @@ def _workspace(source):
         for piece in singularity_loci(source.robot).task
         if piece.type == Singularity.SERIAL and len(piece.points) > 1
     ]
-    yield Area("workspace", GREEN, _strips(source.robot, np.concatenate(arcs)), arcs)
+    yield Area(
+        "workspace",
+        GREEN,
+        _strips(source.robot, np.concatenate(arcs)),
+        arcs,
+    )
 
 
 def _strips(robot, border):
     """Strips, rows (n, 2, 2), that fill what both legs reach, between heights at which its border
     may turn.
     """
-    y = np.union1d(np.linspace(border[:, 1].min(), border[:, 1].max(), 241), border[:, 1][::7])
+    y = np.union1d(
+        np.linspace(border[:, 1].min(), border[:, 1].max(), 241),
+        border[:, 1][::7],
+    )
     sides = []  # per leg, the intervals of x that it reaches at each height
     for drive, bar in zip(robot.drives, robot.distal):
         radii = np.array([[drive.length + bar], [drive.length - bar]])
         outer, inner = np.sqrt(np.maximum(radii**2 - (y - drive.y) ** 2, 0))
-        parted = [(drive.x - outer, drive.x - inner), (drive.x + inner, drive.x + outer)]
+        parted = [
+            (drive.x - outer, drive.x - inner),
+            (drive.x + inner, drive.x + outer),
+        ]
         sides.append(parted if inner.any() else [(drive.x - outer, drive.x + outer)])
     strips = []
     for left in sides[0]:
         for right in sides[1]:
-            first, last = np.maximum(left[0], right[0]), np.minimum(left[1], right[1])
+            first, last = (
+                np.maximum(left[0], right[0]),
+                np.minimum(left[1], right[1]),
+            )
             rows = np.array([(first, y), (np.maximum(first, last), y)]).transpose(2, 0, 1)
             strips += [rows[max(low - 1, 0) : high + 2] for low, high in stretches(last > first)]
     return strips
@@ -133,7 +180,14 @@ def _elbow_circles(source):
     for leg, drive in zip(LEGS, source.robot.drives):
         path = circle((drive.x, drive.y), drive.length, 181)
         words = "circles of the elbows"
-        yield LineLayer("elbow-circles", leg[0], [path], dash=(0.5, 0.5), lift=0.1, words=words)
+        yield LineLayer(
+            "elbow-circles",
+            leg[0],
+            [path],
+            dash=(0.5, 0.5),
+            lift=0.1,
+            words=words,
+        )
 
 
 def _arrows(name, colour, unit, *words_and_sign):
@@ -145,7 +199,16 @@ def _arrows(name, colour, unit, *words_and_sign):
         largest = largest_of(np.linalg.norm(vectors, axis=-1))
         vectors = np.moveaxis(vectors.reshape(len(vectors), -1, 2), 1, 0)
         for (words, sign), values in zip(words_and_sign, vectors):
-            yield Arrows(name, colour, source.traced, values, unit, largest, words=words, sign=sign)
+            yield Arrows(
+                name,
+                colour,
+                source.traced,
+                values,
+                unit,
+                largest,
+                words=words,
+                sign=sign,
+            )
 
     return arrows
 

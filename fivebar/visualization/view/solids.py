@@ -19,7 +19,10 @@ def packed(numbers: ArrayLike, dtype: str = "<f4") -> object:
     """Return numbers in the msgpack extension that the viewer reads as a typed array."""
     import umsgpack  # a dependency of meshcat
 
-    return umsgpack.Ext({"<f4": 0x17, "<u4": 0x16}[dtype], np.asarray(numbers, dtype).tobytes())
+    return umsgpack.Ext(
+        {"<f4": 0x17, "<u4": 0x16}[dtype],
+        np.asarray(numbers, dtype).tobytes(),
+    )
 
 
 def unit_vectors(angle: ArrayLike) -> np.ndarray:
@@ -53,13 +56,24 @@ def surface(
     """
     arrays = {"position": position} if normal is None else {"position": position, "normal": normal}
     attributes = {
-        name: {"itemSize": 3, "type": "Float32Array", "array": packed(values)}
+        name: {
+            "itemSize": 3,
+            "type": "Float32Array",
+            "array": packed(values),
+        }
         for name, values in arrays.items()
     }
-    index = {"itemSize": 1, "type": "Uint32Array", "array": packed(faces, "<u4")}
+    index = {
+        "itemSize": 1,
+        "type": "Uint32Array",
+        "array": packed(faces, "<u4"),
+    }
     kind = PLAIN if normal is None else SHADED
     return {
-        "geometry": {"type": "BufferGeometry", "data": {"attributes": attributes, "index": index}},
+        "geometry": {
+            "type": "BufferGeometry",
+            "data": {"attributes": attributes, "index": index},
+        },
         "material": {**kind, "color": int(colour[1:], 16), **material},
         "outlines": outlines,
         "top": position[:, 2].max(),
@@ -71,14 +85,24 @@ def _lifted(points, height):
 
 
 def flat(
-    points: np.ndarray, faces: ArrayLike, height: float, colour: str, outlines: list, **material
+    points: np.ndarray,
+    faces: ArrayLike,
+    height: float,
+    colour: str,
+    outlines: list,
+    **material,
 ) -> dict:
     """Return a flat figure of triangles between points (n, 2)."""
     return surface(_lifted(points, height), faces, colour, outlines, **material)
 
 
 def prism(
-    outline: np.ndarray, out: np.ndarray, low: float, high: float, colour: str, **material
+    outline: np.ndarray,
+    out: np.ndarray,
+    low: float,
+    high: float,
+    colour: str,
+    **material,
 ) -> dict:
     """Return an upright solid of a convex outline (n, 2), its upper edge broken.
 
@@ -105,7 +129,13 @@ def prism(
 
 
 def link(
-    length: float, width: float, low: float, high: float, colour: str, start=0.0, **material
+    length: float,
+    width: float,
+    low: float,
+    high: float,
+    colour: str,
+    start=0.0,
+    **material,
 ) -> dict:
     """Return a bar with round ends from (start, 0) to (start + length, 0)."""
     out = unit_vectors(np.linspace(0.5 * np.pi, 1.5 * np.pi, 17))
@@ -130,7 +160,13 @@ def box(
 ) -> dict:
     """Return a box about a centre (x, y), turned by an angle."""
     axes = unit_vectors([angle, angle + np.pi / 2])
-    return prism(centre + SQUARE * (length, width) @ axes, SQUARE @ axes, low, high, colour)
+    return prism(
+        centre + SQUARE * (length, width) @ axes,
+        SQUARE @ axes,
+        low,
+        high,
+        colour,
+    )
 
 
 def _band_faces(rows):
@@ -155,7 +191,10 @@ def ribbon(paths: list, width: float, height: float, colour: str, **material) ->
             continue
         path, step = path[np.append(True, moves)], step[moves]
         along = step / np.hypot(*step.T)[:, None]
-        ahead, behind = np.concatenate([along, along[-1:]]), np.concatenate([along[:1], along])
+        ahead, behind = (
+            np.concatenate([along, along[-1:]]),
+            np.concatenate([along[:1], along]),
+        )
         both = ahead + behind
         square = (both**2).sum(axis=1)[:, None]
         # In a corner the band keeps its width up to 120 degrees; where the path turns back it is
@@ -168,10 +207,17 @@ def ribbon(paths: list, width: float, height: float, colour: str, **material) ->
         outlines.append(_around(left, right))
     if not outlines:
         return None
-    return flat(np.concatenate(points), np.concatenate(faces), height, colour, outlines, **material)
+    return flat(
+        np.concatenate(points),
+        np.concatenate(faces),
+        height,
+        colour,
+        outlines,
+        **material,
+    )
 
 
-def dashed(path: np.ndarray, on: float, off: float) -> list[np.ndarray]:
+def dash_pieces(path: np.ndarray, on: float, off: float) -> list[np.ndarray]:
     """Return the pieces of a path (n, 2) that a dash `on` long and a space `off` long leave."""
     s = np.append(0.0, np.cumsum(np.hypot(*np.diff(path, axis=0).T)))
     if s[-1] == 0:
@@ -186,7 +232,14 @@ def dashed(path: np.ndarray, on: float, off: float) -> list[np.ndarray]:
     return pieces
 
 
-def arc(radius: float, width: float, sweep: float, pieces: int, height: float, colour: str) -> dict:
+def arc(
+    radius: float,
+    width: float,
+    sweep: float,
+    pieces: int,
+    height: float,
+    colour: str,
+) -> dict:
     """Return a flat band on a circle about the origin from angle 0 to `sweep`.
 
     Its first 6 k indices are k pieces of it.
@@ -194,7 +247,13 @@ def arc(radius: float, width: float, sweep: float, pieces: int, height: float, c
     unit = unit_vectors(np.linspace(0.0, sweep, pieces + 1))
     left, right = (radius - width / 2) * unit, (radius + width / 2) * unit
     points = np.stack([left, right], axis=1).reshape(-1, 2)
-    return flat(points, _band_faces(pieces + 1), height, colour, [_around(left, right)])
+    return flat(
+        points,
+        _band_faces(pieces + 1),
+        height,
+        colour,
+        [_around(left, right)],
+    )
 
 
 def polygon(corners: ArrayLike, height: float, colour: str, **material) -> dict:

@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...models.dynamics import bar_forces, drives_forces, forward_dynamics, inverse_dynamics
+from ...models.dynamics import (
+    bar_forces,
+    drives_forces,
+    forward_dynamics,
+    inverse_dynamics,
+)
 from ...models.geometry import Pose, igm
 from ...models.joint_positions import elbows, joints
 from ...models.kinematics import dkm, ikm, ikm2
@@ -46,7 +51,7 @@ def source(robot: object, motion: Run | Study | Callable) -> RobotSource | Study
     return ReferenceSource(robot, motion)
 
 
-def scattered(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def scatter(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return values (k, ...) at those rows (m,) that are true, nan at the others: (m, ...)."""
     full = np.full((len(rows), *values.shape[1:]), np.nan)
     full[rows] = values
@@ -96,7 +101,11 @@ class RobotSource:
     xi_ref = None
 
     def __init__(self, robot: Robot):
-        self.robot, self.title, self.effort = robot, robot.words.title, robot.words.effort
+        self.robot, self.title, self.effort = (
+            robot,
+            robot.words.title,
+            robot.words.effort,
+        )
         self.heading = robot_title(robot)
 
     @cached_property
@@ -118,10 +127,15 @@ class RobotSource:
     def ghost(self) -> np.ndarray:
         """The reference's positions in the modes of the motion, (m, k, 2) m, nan out of reach."""
         rows = np.isfinite(self.xi_ref).all(axis=1)
-        pose = igm(self.robot, self.xi_ref[rows], self.working[rows], unreachable="nan")
+        pose = igm(
+            self.robot,
+            self.xi_ref[rows],
+            self.working[rows],
+            unreachable="nan",
+        )
         points = joints(self.robot, pose.elbows, self.xi_ref[rows])
         points[np.isnan(points).any(axis=(1, 2))] = np.nan
-        return scattered(points, rows)
+        return scatter(points, rows)
 
     @property
     def bar_forces(self) -> np.ndarray:
@@ -132,7 +146,7 @@ class RobotSource:
         else:  # a reference: without inertia of a drive, what all drives say determines both
             acc = ikm2(rates, self.acceleration)
             forces = np.stack(drives_forces(acc, tuple(self.tau.T)), axis=-1)
-        return scattered(forces[..., None] * rates.pose.A, rows)
+        return scatter(forces[..., None] * rates.pose.A, rows)
 
     @property
     def torques(self) -> list[tuple]:
@@ -175,7 +189,10 @@ class RunSource(RobotSource):
         return measured_pose(self.robot, self.q, self.xi)
 
     def _rates_at(self, rows):
-        return dkm(measured_pose(self.robot, self.q[rows], self.xi[rows]), self.q_dot[rows])
+        return dkm(
+            measured_pose(self.robot, self.q[rows], self.xi[rows]),
+            self.q_dot[rows],
+        )
 
     @cached_property
     def _rows(self):
@@ -189,11 +206,14 @@ class RunSource(RobotSource):
     @property
     def velocity(self) -> np.ndarray:
         rows = np.isfinite(self.q_dot).all(axis=1)
-        return scattered(self._rates_at(rows).xi_dot, rows)
+        return scatter(self._rates_at(rows).xi_dot, rows)
 
     @property
     def acceleration(self) -> np.ndarray:
-        return scattered(forward_dynamics(self._rates, self.tau[self._rows]).xi_ddot, self._rows)
+        return scatter(
+            forward_dynamics(self._rates, self.tau[self._rows]).xi_ddot,
+            self._rows,
+        )
 
 
 class ReferenceSource(RobotSource):
@@ -206,7 +226,11 @@ class ReferenceSource(RobotSource):
         times = reference.start + grid(reference.duration)
         xi = reference(times)[0]
         reached = np.isfinite(self._pose_at(times, xi, "nan").elbows).all(axis=(1, 2))
-        self.frames = choose(times, np.where(reached[:, None], xi, np.nan), lack="are out of reach")
+        self.frames = choose(
+            times,
+            np.where(reached[:, None], xi, np.nan),
+            lack="are out of reach",
+        )
         self.times = self.frames.start + self.frames.t
         self.xi = xi[self.frames.index]
         self.pose = self._pose_at(self.times, self.xi, "raise")
