@@ -175,7 +175,7 @@ def start_of(robot: FiveBar | Biglide, start: Pose | None) -> Pose:
     return dgm(robot, poses.q[np.unravel_index(np.nanargmax(margins), margins.shape)])
 
 
-def angles_of(pose: Pose) -> tuple[tuple[float, float], tuple[float, float]]:
+def angles_of(pose: Pose) -> tuple[tuple[float, float], ...]:
     """Per leg the coordinates of the drive's joint and of the passive one."""
     return tuple(zip(pose.q.tolist(), pose.q_passive.tolist()))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..base.checks import instance, one_of, optional, seconds, shown, strings, takes, text
@@ -25,7 +26,7 @@ OPTIONS = {
     "sdf": ("start", "step", "closure"),
     "c": ("functions",),
 }
-WRITERS = {"mjcf": mjcf, "urdf": urdf, "sdf": sdf, "c": header}
+WRITERS: dict[str, Callable[..., str]] = {"mjcf": mjcf, "urdf": urdf, "sdf": sdf, "c": header}
 
 
 def _identifier(value, name):

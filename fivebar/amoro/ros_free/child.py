@@ -31,7 +31,8 @@ LAST_GRACE = 5.0  # s for a hanging script to leave
 
 def main():
     """sys.argv: [..., options as JSON, script, its arguments]."""
-    options, path, *rest = json.loads(sys.argv[1]), *sys.argv[2:]
+    options = json.loads(sys.argv[1])
+    path, *rest = sys.argv[2:]
     for_data = os.dup(1) if options["json"] else None
     if for_data is not None:
         os.dup2(2, 1)  # what the script prints is not data

@@ -20,7 +20,7 @@ MOST_FRAMES = (
 )
 
 shown = 0
-timers = {}  # those that run, and when they are due, s
+timers: dict = {}  # those that run, and when they are due, s
 
 
 class FigureManager(FigureManagerBase):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 start = Path.cwd()  # a script may go elsewhere
 folder, stem = start, "script"
-written = []  # paths from where the run began, in order
+written: list[str] = []  # paths from where the run began, in order
 
 
 def picture(name):

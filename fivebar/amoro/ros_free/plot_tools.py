@@ -6,7 +6,7 @@ import numpy as np
 
 __all__ = ["QtGui", "Scope", "np"]
 
-scopes = []
+scopes: list = []
 
 
 class Scope:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import timeit
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from ...models.kinematics import ikm, ikm2
 from ...models.links import Link
 from ...models.named_robots import ROBOTS
 from ...models.parameters import names_of, parameters_of
-from ...models.robots import FiveBar
+from ...models.robots import Biglide, FiveBar
 from ...planning.trajectory import Trajectory, circle
 from ...simulation.simulate import simulate
 from ...simulation.steps import free_step
@@ -44,7 +45,7 @@ CALLS = 300  # of which the fastest half gives the time of a step
 class Case:
     """A robot with all that is known of it, its task, the source of its numbers, working modes."""
 
-    robot: FiveBar
+    robot: FiveBar | Biglide
     reference: Trajectory
     source: str
     working: tuple[int, int] = (-1, -1)
@@ -114,7 +115,9 @@ def climb(case: Case, progress: Callable[[], object] = lambda: None) -> list[Run
     expected = task_torques(robot, case)
     for name, fields in RUNGS.items():
         unknown = [field for field in unknown if field not in fields]
-        zeros = {field: (0.0, 0.0) if field == "gravity" else 0.0 for field in unknown}
+        zeros: dict[str, Any] = {
+            field: (0.0, 0.0) if field == "gravity" else 0.0 for field in unknown
+        }
         model = replace(robot, **zeros)
         law = ComputedTorque(
             model,
@@ -143,16 +146,17 @@ def climb(case: Case, progress: Callable[[], object] = lambda: None) -> list[Run
     return rungs
 
 
-def task_torques(robot: FiveBar, case: Case) -> np.ndarray:
+def task_torques(robot: FiveBar | Biglide, case: Case) -> np.ndarray:
     """Return the torques (n, 2) N m that a robot needs for the task of a case."""
     xi, xi_dot, xi_ddot = case.reference(np.linspace(0, case.reference.duration, 1001))
     return inverse_dynamics(ikm2(ikm(igm(robot, xi, case.working), xi_dot), xi_ddot))
 
 
-def step_time(robot: FiveBar) -> float:
+def step_time(robot: FiveBar | Biglide) -> float:
     """Return the time of a step of the plant, s: the median of the faster half of many."""
     names = names_of([robot])
-    call = Buffered(free_step(type(robot), names))
+    kind: Any = type(robot)
+    call = Buffered(free_step(kind, names))
     state = np.array([0.3, 1.2, 1.5, 2.2, 1.0, -0.5, 0.7, 0.2])
     inputs = [state, np.zeros(2), 1e-3, 1e-12, np.array(parameters_of(robot, names))]
     if {"fs1", "fs2"} & set(names):

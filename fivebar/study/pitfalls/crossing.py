@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +13,7 @@ from ...control.laws import Reference
 from ...models.dynamics import inverse_dynamics
 from ...models.geometry import igm
 from ...models.kinematics import ikm, ikm2
-from ...models.robots import Robot
+from ...models.robots import Biglide, FiveBar, Robot
 from ...planning.trajectory import Trajectory, line, polynomial
 
 START = (0.09, 0.06796322)
@@ -25,7 +26,7 @@ def straight() -> Trajectory:
     return line(START, GOAL, DURATION)
 
 
-def compliant(robot: Robot, speed: float = 0.05) -> Trajectory:
+def compliant(robot: FiveBar | Biglide, speed: float = 0.05) -> Trajectory:
     """Return a polynomial of degree 8 that is on the singularity at half time without acceleration.
 
     There it passes with `speed`, m/s, along the line. Its inertial force then has no component
@@ -33,11 +34,11 @@ def compliant(robot: Robot, speed: float = 0.05) -> Trajectory:
     2008: the torque stays finite.
     """
     rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
-    place = check_path(robot, straight()).pose.xi
+    met: Any = check_path(robot, straight())
     along = np.subtract(GOAL, START)
     velocity = speed * along / np.linalg.norm(along)
-    middle = {
-        0: tuple(place),
+    middle: dict = {
+        0: tuple(met.pose.xi),
         1: tuple(velocity),
         2: (0.0, 0.0),
     }
@@ -75,10 +76,11 @@ class Crossing:
 
 
 def beside_crossing(
-    robot: Robot, reference: Trajectory, closest: float = 1e-6, count: int = 400
+    robot: FiveBar | Biglide, reference: Trajectory, closest: float = 1e-6, count: int = 400
 ) -> Crossing:
     """Return the exact torque up to `closest` (s) to the crossing on both sides."""
-    crossing = check_path(robot, reference).time
+    met: Any = check_path(robot, reference)
+    crossing = met.time
     before = -np.geomspace(crossing, closest, count)
     after = np.geomspace(closest, reference.duration - crossing, count)
     offset = np.concatenate([before, after])

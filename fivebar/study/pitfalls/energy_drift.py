@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from .integrators import adaptive, explicit_euler, march, rk4, semi_implicit_eul
 from .joint_space import joint_model, joint_slope
 
 # A robot without Type 2, so that only the integrators lose energy; its inertias are ours.
-ROBOT = replace(ROBOTS["hoang-2015"].robot, zz1=0.002, zz2=0.002, m=0.5)
+ROBOT: Any = replace(ROBOTS["hoang-2015"].robot, zz1=0.002, zz2=0.002, m=0.5)
 FIXED = {
     "explicit Euler": explicit_euler,
     "semi-implicit Euler": semi_implicit_euler,

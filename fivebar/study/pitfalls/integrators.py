@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-Slope = Callable[[float, np.ndarray], np.ndarray]
+Slope = Callable[[Any, np.ndarray], np.ndarray]
 
 
 def explicit_euler(slope: Slope, t: float, state: np.ndarray, step: float) -> np.ndarray:
@@ -29,7 +30,7 @@ def semi_implicit_euler(slope: Slope, t: float, state: np.ndarray, step: float) 
     return np.concatenate([state[:half] + step * rates, rates])
 
 
-def rk4(slope: Slope, t: float, state: np.ndarray, step: float) -> np.ndarray:
+def rk4(slope: Slope, t: float, state: np.ndarray, step: float | np.ndarray) -> np.ndarray:
     """Return the state after a step of the classical Runge-Kutta method."""
     k1 = slope(t, state)
     k2 = slope(t + step / 2, state + step / 2 * k1)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ...models.geometry import igm
 from ...models.kinematics import Rates, ikm
@@ -140,7 +139,7 @@ class StepSizes:
     energy_error: np.ndarray
 
 
-def free_motion_by_steps(robot: FiveBar, steps: ArrayLike) -> StepSizes:
+def free_motion_by_steps(robot: FiveBar, steps: np.ndarray) -> StepSizes:
     """Return RK4 on the joint-space model with all the fixed steps (n,) s at once, a column each.
 
     The energy error is the one at the end, with its sign.
@@ -157,7 +156,7 @@ def free_motion_by_steps(robot: FiveBar, steps: ArrayLike) -> StepSizes:
     return StepSizes(steps, xi.T, energy / joint_model(robot, start, assembly)[3] - 1)
 
 
-def free_motion_of_ours_by_steps(robot: Robot, steps: ArrayLike) -> StepSizes:
+def free_motion_of_ours_by_steps(robot: Robot, steps: np.ndarray) -> StepSizes:
     """Return the same by fivebar.simulate; the energy error is the largest on the way."""
     runs = [free_motion_of_ours(robot, float(step)) for step in steps]
     ends = np.array([run.xi[-1] for run in runs])

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ...models.robots import Robot
 
@@ -22,8 +22,8 @@ class NewtonPose(NamedTuple):
 
 def newton_dgm(
     robot: Robot,
-    q: ArrayLike,
-    start: tuple[float, float],
+    q: Sequence[float],
+    start: Sequence[float],
     tolerance: float = 1e-12,
     iterations: int = 50,
 ) -> NewtonPose:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,14 +18,14 @@ from .redundant import Redundant
 from .sampled import MeasuredLimit, boundary
 
 # What survives is ink; the others are told apart by dashes too.
-OTHERS = (
+OTHERS: tuple[dict[str, Any], ...] = (
     {"color": ORANGE, "ls": "--"},
     {"color": BLUE, "ls": "-."},
     {"color": PINK, "ls": ":"},
     {"color": AMBER, "ls": (0, (6, 2, 1, 2, 1, 2))},
     {"color": SKY, "ls": (0, (1, 1))},
 )
-OURS = {"color": INK, "ls": "-"}
+OURS: dict[str, Any] = {"color": INK, "ls": "-"}
 FLOOR = 1e-17  # an error of zero is drawn here
 
 

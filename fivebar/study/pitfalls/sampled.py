@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -98,7 +99,7 @@ def hold(
         of_angles, of_rates = next(samples)
         return control(t, angles + of_angles, rates + of_rates / PERIOD, reference)
 
-    timing = {
+    timing: dict[str, Any] = {
         "control_period": PERIOD,
         "step": PERIOD,
         "delay": delay,

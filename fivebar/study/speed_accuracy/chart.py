@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,8 +34,8 @@ class Attempt:
     times : () -> (n,) s, where the call measures its own times
     """
 
-    call: Callable[[], object]
-    judge: Callable[[object], dict[str, float]]
+    call: Callable[[], Any]
+    judge: Callable[[Any], dict[str, float]]
     per: int = 1
     times: Callable[[], np.ndarray] | None = None
 
@@ -56,7 +56,7 @@ class Method:
 
     name: str
     family: str
-    prepare: Callable[[str, float], Attempt]
+    prepare: Callable[[str, Any], Attempt]
     knobs: tuple | dict[str, tuple] = (0,)
     needs: tuple[Callable[[], str | None], ...] = ()
     order: int | None = None

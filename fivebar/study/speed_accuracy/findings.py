@@ -74,7 +74,7 @@ def words_of(failed: list[tuple[dict, str]]) -> str:
 
 def fastest(result: Result, panel: Panel, level: float) -> dict[str, float]:
     """Return {method: shortest time in s to an error of at most `level`}."""
-    times = {}
+    times: dict[str, float] = {}
     for row in counted(result, panel):
         if row[panel.y] <= level:
             name = row["method"]
@@ -93,7 +93,7 @@ def caption(result: Result) -> str:
             ours = min((times[n] for n in times if families[n] == OURS), default=math.inf)
             compared = [n for n in times if families[n] not in result.chart.excluded]
             if compared:
-                best = min(compared, key=times.get)
+                best = min(compared, key=lambda name: times[name])
                 name = OURS if families[best] == OURS else best
                 ratios[name].append(ours / times[best])
                 total += 1

@@ -59,8 +59,8 @@ def panels(result: Result) -> Figure:
         heights += [LANE * max(0.1, *map(len, failed[-1])), HEIGHT]
     words = 0.3 * len(styles) / max(1, int(columns * WIDTH / 4.5)) + 1.2
     size = columns * WIDTH, sum(heights) + words
-    figure = Figure(figsize=size, layout="constrained")
-    figure.get_layout_engine().set(h_pad=0.02, hspace=0)
+    figure = Figure(figsize=size)
+    figure.set_layout_engine("constrained", h_pad=0.02, hspace=0)
     grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
     for i, row in enumerate(rows):
         for k, panel in enumerate(row):

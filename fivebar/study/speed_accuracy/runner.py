@@ -13,6 +13,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +33,7 @@ WORDS = {
     RuntimeError: "gives up",
     MemoryError: "out of memory",
 }
+REFUSALS: tuple[type[Exception], ...] = (Failed, *WORDS)
 THREADS = "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"
 SHORTEST_SAMPLE = 1e-4  # s; shorter calls are timed together
 MOST_SAMPLES = 101
@@ -77,8 +79,8 @@ def row_of(problem: str, method: Method, knob: float, measure: Callable[..., dic
 
 def measure(chart: Chart, problem: str, name: str, knob: float, budget: float) -> dict:
     """Return times and measures of an attempt, or how it failed and after what time."""
-    attempt = Attempt(None, None)
-    times = ()
+    attempt = Attempt(lambda: None, lambda result: {})
+    times: Any = ()
     before = time.perf_counter()
     try:
         with np.errstate(all="ignore"):
@@ -89,7 +91,7 @@ def measure(chart: Chart, problem: str, name: str, knob: float, budget: float) -
             measures = attempt.judge(result)
         if not all(np.isfinite(value) for value in measures.values()):
             raise Failed("nan")
-    except (Failed, *WORDS) as error:
+    except REFUSALS as error:
         times = times or (time.perf_counter() - before,)
         if attempt.times and len(attempt.times()):
             times = attempt.times()
@@ -139,7 +141,7 @@ class Worker:
         self.module = module
         self.limit = limit
         self.budget = budget
-        self.pool = None
+        self.pool: Any = None
 
     def __enter__(self) -> Worker:
         return self

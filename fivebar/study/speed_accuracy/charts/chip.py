@@ -87,10 +87,10 @@ def evaluated(function: ca.Function, problem: str, gap: float, precision: type) 
     """Return results (n, all elements) of the instructions of a function in this precision."""
     known = inputs_of(problem, gap)
     inputs = {function.name_in(k): known[function.name_in(k)] for k in range(function.n_in())}
-    given = {name: value.astype(precision) for name, value in inputs.items()}
+    given: dict = {name: value.astype(precision) for name, value in inputs.items()}
     count = len(known["q"])
     outputs = range(function.n_out())
-    result = {
+    result: dict = {
         function.name_out(k): np.empty((count, function.numel_out(k)), precision) for k in outputs
     }
     names = {name: getattr(np, name) for name in ("sqrt", "sin", "cos", "arctan2", "ceil", "abs")}

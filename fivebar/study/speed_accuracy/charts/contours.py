@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -95,7 +96,7 @@ def judge(drawn: dict) -> dict[str, float]:
 
 def lines_of(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> list[np.ndarray]:
     """Return the polylines of value 0 on a grid, by Matplotlib's contouring."""
-    lines = contour_generator(x, y, np.ma.masked_invalid(values)).lines(0.0)
+    lines: Any = contour_generator(x, y, np.ma.masked_invalid(values)).lines(0.0)
     return [line for line in lines if len(line) > 1]
 
 

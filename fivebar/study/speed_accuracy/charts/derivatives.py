@@ -120,24 +120,18 @@ def chart() -> Chart:
         Method("central differences, 5 points", by_step, by(five_points), STEPS, order=4),
         Method("complex step", "complex step", by(complex_step), LONE_STEPS, order=2),
     )
-    step = "knob", "step Δt between the positions (s)", ()
-    time = "seconds", "time for velocity and acceleration of one pose (s)", (1e-3, 1e-9, 1e-14)
+    step: tuple = "knob", "step Δt between the positions (s)", ()
+    time: tuple = (
+        "seconds",
+        "time for velocity and acceleration of one pose (s)",
+        (1e-3, 1e-9, 1e-14),
+    )
     rows = []
-    for suffix, axis in (("", step), (", against time", time)):
+    for suffix, (x, xlabel, levels) in (("", step), (", against time", time)):
         row = []
         for y in ("velocity", "acceleration"):
             label = f"largest error of the {y} (relative)"
-            row.append(
-                Panel(
-                    "swing",
-                    y + suffix,
-                    y,
-                    label,
-                    *axis,
-                    rounding=1e-16,
-                    ceiling=10.0,
-                )
-            )
+            row.append(Panel("swing", y + suffix, y, label, x, xlabel, levels, 1e-16, ceiling=10.0))
         rows.append(tuple(row))
     return Chart(
         name="derivatives",

@@ -5,6 +5,8 @@ Angles are floats, arrays or CasADi symbols.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ....base.backend import cos, sin, sqrt
@@ -33,7 +35,7 @@ Angle = float | np.ndarray
 
 def ours(q1: Angle, q2: Angle) -> tuple:
     """fivebar.dgm: the RRR dyad."""
-    pair = (q1, q2) if isinstance(q1, float) else np.stack([q1, q2], axis=-1)
+    pair: Any = (q1, q2) if isinstance(q1, float) else np.stack([q1, q2], axis=-1)
     return dgm(ROBOT, pair, ASSEMBLY).point
 
 

@@ -79,4 +79,5 @@ def cos_sin(x: Decimal) -> tuple[Decimal, Decimal]:
 def distance(point: Sequence[float], exact: Sequence[Decimal]) -> float:
     """Return |point - exact| of two numbers and two decimals, without rounding the exact ones."""
     with localcontext(prec=DIGITS + 15):
-        return float(sum((Decimal(float(a)) - b) ** 2 for a, b in zip(point, exact)).sqrt())
+        squares = [(Decimal(float(a)) - b) ** 2 for a, b in zip(point, exact)]
+        return float(sum(squares, Decimal(0)).sqrt())

@@ -6,7 +6,7 @@ import ctypes
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import root
@@ -232,7 +232,10 @@ def chart() -> Chart:
         Method("Newton, cold start", loops, iterated(newton, False), cold),
         Method("SciPy root, warm start", loops, iterated(scipy_root, True), both),
     )
-    labels = {"ylabel": "largest error of the position (m)", "xlabel": "time per pose (s)"}
+    labels: dict[str, Any] = {
+        "ylabel": "largest error of the position (m)",
+        "xlabel": "time per pose (s)",
+    }
     one = Panel(
         "one", "one pose at a time, called from Python", levels=(1e-3, 1e-9, 1e-15), **labels
     )

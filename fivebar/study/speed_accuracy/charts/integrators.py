@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -274,7 +275,7 @@ def chart() -> Chart:
                 order,
             )
         )
-    labels = {
+    labels: dict[str, Any] = {
         "ylabel": "end-effector's error after 2 s (m)",
         "xlabel": "time for 2 s of motion (s)",
     }
@@ -284,7 +285,7 @@ def chart() -> Chart:
         for problem, motion in MOTIONS.items()
     )
     labels["ylabel"] = "largest error of a bar's length (m)"
-    limits = {
+    limits: dict[str, Any] = {
         "ceiling": 1e-3,
         "rounding": 1e-16,
         "floor": 1e-18,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -105,7 +106,7 @@ def chart() -> Chart:
     for name in list(SOLVERS)[1:]:
         prepare = tracked(predictive(name))
         methods.append(Method(f"MPC, QP by {name}", "MPC by another QP solver", prepare, HORIZONS))
-    labels = {
+    labels: dict[str, Any] = {
         "ylabel": "RMS error of the end-effector (m)",
         "xlabel": "time of a control step (s)",
         "ceiling": 0.1,
