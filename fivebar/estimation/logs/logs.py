@@ -106,11 +106,11 @@ def wanted(robot: Robot) -> dict[str, Quantity]:
         angle, torque, rate = METRES, {"n": 1.0, "mn": 1e-3}, {"m/s": 1.0, "mm/s": 1e-3}
     units = angle | COUNTS, torque | {"a": 1.0, "ma": 1e-3}, rate
     columns = {"t": TIME}
-    for number, side, joint in zip("12", ("left", "right"), robot.words.joints):
+    for digit, side, joint in zip("12", ("left", "right"), robot.words.joints):
         for name, own in zip(HEADINGS, units):
-            words = HEADINGS[name].replace("#", number).replace("@", side).replace("$", joint)
+            words = HEADINGS[name].replace("#", digit).replace("@", side).replace("$", joint)
             needed = name == "q#"
-            columns[name.replace("#", number)] = Quantity(tuple(words.split()), own, needed)
+            columns[name.replace("#", digit)] = Quantity(tuple(words.split()), own, needed)
     for axis in "xy":
         columns[axis] = Quantity((), METRES, False)
         references = (f"{axis}_desired", f"{axis}d", f"ref_{axis}")
