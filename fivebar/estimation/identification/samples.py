@@ -265,7 +265,7 @@ def _regressors(motion, robot, assembly, n, notes):
         for k, name in enumerate(("fs1", "fs2")):
             W[:, k, names.index(name)] = np.sign(np.nan_to_num(q_dot[:, k]))
         result.append((np.nan_to_num(W), good[:, None] & ~creeps))
-    open_words = f"{open_} of {total} rows do not close the loop of this robot's bars"
+    open_words = f"{open_} of {total} rows do not close the loop"
     if open_ > 0.02 * total:
         _refuse_open(
             np.concatenate([q for q, _, _ in motion]),
@@ -274,7 +274,7 @@ def _regressors(motion, robot, assembly, n, notes):
             open_words,
         )
     if open_:
-        notes.append(f"{open_words} and do not count")
+        notes.append(f"{open_words} of this robot's bars and do not count")
     if near:
         notes.append(
             f"{near} of {total} rows are within |det A| < {SINGULAR:g} of a Type-2 singularity and"
@@ -286,6 +286,7 @@ def _regressors(motion, robot, assembly, n, notes):
 
 def _refuse_open(q, robot, assembly, words):
     """Say why poses do not close: degrees, or other lengths."""
+    words += ": the bars of this robot do not reach"
     radians = np.radians(q[np.isfinite(q).all(axis=1)])
     closes = np.isfinite(dgm(robot, radians, assembly, unreachable="nan").xi).all(axis=1)
     if robot.turns and np.nanmax(np.abs(q)) > 2 * np.pi and closes.mean() > 0.999:
