@@ -84,7 +84,7 @@ def scene(result: Any, show: object, title: str | None) -> Scene:
             measured.robot,
             measured,
             show,
-            beside=simulated,
+            second=simulated,
             title=title,
             names=names,
         )

@@ -31,7 +31,7 @@ def test_names_are_known_and_fit_the_motion(run):
     with pytest.raises(ValueError, match="another robot"):
         view.scene(fb.FiveBar(d=0.1), run)
     with pytest.raises(ValueError, match="names has 1 texts for 2 motions"):
-        view.scene(ROBOT, run, beside=run, names=["one"])
+        view.scene(ROBOT, run, second=run, names=["one"])
     with pytest.raises(TypeError, match="a reference needs the robot that follows it, not None"):
         view.strip(fb.line((0.05, 0.1), (0.0, 0.1), 1.0))
     with pytest.raises(

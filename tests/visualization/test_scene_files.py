@@ -63,7 +63,7 @@ def test_pages_of_the_same_motion_are_the_same(run):
 
 
 def test_texts_are_escaped(run):
-    scene = view.scene(ROBOT, run, title=HOSTILE, beside=run, names=[HOSTILE, "b"])
+    scene = view.scene(ROBOT, run, title=HOSTILE, second=run, names=[HOSTILE, "b"])
     assert "<script>window.hacked" not in scene.html and "<img" not in scene.html
     assert scene.html.count("</script>") == scene.html.count("<script")
 

@@ -406,7 +406,7 @@ def test_two_runs_side_by_side(opened, run):
     short = fb.simulate(
         ROBOT, fb.PD(ROBOT, 1.0, 0.1), fb.line((0.09, 0.06796322535018479), (0.0, 0.1), 0.5)
     )
-    page = opened(view.scene(ROBOT, run, beside=short, names=["left <b>", "right"]))
+    page = opened(view.scene(ROBOT, run, second=short, names=["left <b>", "right"]))
     assert page.evaluate("data.duration") == pytest.approx(4)
     for seconds in (0.25, 0.5, 3.0):  # the shorter one stays where it ends
         seek(page, seconds)
@@ -515,7 +515,7 @@ def test_who_wants_little_motion_is_not_played_to(opened):
 
 @pytest.mark.deep
 def test_texts_are_only_texts(opened, run):
-    page = opened(view.scene(ROBOT, run, title=HOSTILE, beside=run, names=[HOSTILE, "b"]))
+    page = opened(view.scene(ROBOT, run, title=HOSTILE, second=run, names=[HOSTILE, "b"]))
     assert page.title() == HOSTILE and page.locator("h1").text_content() == HOSTILE
     assert page.locator("#labels span").first.text_content() == HOSTILE
     assert page.locator("img").count() == 0 and page.evaluate("window.hacked") is None

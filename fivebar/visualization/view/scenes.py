@@ -142,7 +142,7 @@ def scene(
     motion: Run | Study | Callable,
     show: str | Iterable[str] | None = None,
     *,
-    beside: Run | Study | Callable | None = None,
+    second: Run | Study | Callable | None = None,
     title: str | None = None,
     names: Iterable[str] | None = None,
 ) -> Scene:
@@ -156,7 +156,7 @@ def scene(
         How it moves.
     show : str or sequence of str, optional
         Names out of `SHOWS`; the path, and the reference where there is one, by default.
-    beside : Run, Plan, reference or Study, optional
+    second : Run, Plan, reference or Study, optional
         A second motion of the same kind, drawn to the right on the same clock.
     title : str, optional
         Text over the picture; the mechanism's own by default.
@@ -182,9 +182,9 @@ def scene(
     Scene('five-bar robot, all bars 90 mm, base 118 mm', 1 s)
     """
     sources = [source(robot, motion)]
-    if beside is not None:
-        second = getattr(beside, "robot", None) or getattr(beside, "linkage", robot)
-        sources.append(source(second, beside))
+    if second is not None:
+        mechanism = getattr(second, "robot", None) or getattr(second, "linkage", robot)
+        sources.append(source(mechanism, second))
     if names is None:
         names = ("first", "second") if len(sources) == 2 else ()
     names = tuple(map(str, names))
