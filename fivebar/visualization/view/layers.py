@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .frames import last_true
-from .solids import arc, dash_pieces, flat, link, polygon, ribbon
+from .solids import QUAD, arc, dash_pieces, flat, link, polygon, ribbon
 from .tracks import Part, place_tracks, scale_track
 
 if TYPE_CHECKING:
@@ -99,14 +99,7 @@ class Area(Layer):
     def parts(self, machine: Machine, number: int) -> Iterator[Part]:
         points = np.concatenate(self.strips).reshape(-1, 2)
         has_next = [np.arange(len(rows)) < len(rows) - 1 for rows in self.strips]
-        faces = 2 * np.flatnonzero(np.concatenate(has_next))[:, None] + (
-            0,
-            1,
-            2,
-            2,
-            1,
-            3,
-        )
+        faces = 2 * np.flatnonzero(np.concatenate(has_next))[:, None] + QUAD
         edges = [np.concatenate([rows[:, 0], rows[::-1, 1]]) for rows in self.strips]
         glass = {
             "transparent": True,

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 SHADED = {"type": "MeshLambertMaterial"}
 PLAIN = {"type": "MeshBasicMaterial", "side": 2}
 SQUARE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+QUAD = np.array([0, 2, 1, 1, 2, 3])  # the triangles between two rows of a band
 
 
 def packed(numbers: ArrayLike, dtype: str = "<f4") -> object:
@@ -171,7 +172,7 @@ def box(
 
 def _band_faces(rows):
     """Triangles of a band of so many rows, each a left and a right point."""
-    return 2 * np.arange(rows - 1)[:, None] + (0, 2, 1, 1, 2, 3)
+    return 2 * np.arange(rows - 1)[:, None] + QUAD
 
 
 def _around(left, right):
