@@ -19,10 +19,9 @@ _EXACT = ContextVar("exact", default=False)
 
 @contextmanager
 def as_numbers() -> Iterator[None]:
-    """Within, expressions of CasADi symbols do at their limits what numbers do: rounding forgiven,
-    nan beyond.
+    """Give CasADi symbols the limits of numbers within the block: rounding forgiven, nan beyond.
 
-    For models in another language; it costs comparisons, and derivatives there are no use.
+    For models in another language. It costs comparisons, and its derivatives are of no use.
     """
     token = _EXACT.set(True)
     try:
@@ -38,7 +37,7 @@ def _chosen(condition, value, otherwise):
 
 
 def is_symbolic(x):
-    """Whether x is a CasADi matrix (without importing CasADi for those who do not use it)."""
+    """Return whether x is a CasADi matrix, without importing CasADi."""
     return type(x).__module__.startswith("casadi")
 
 
@@ -69,7 +68,7 @@ def copysign(x, y):
 
 
 def atan2(y, x):
-    """The angle of (x, y) in (-pi, pi]."""
+    """Return the angle of (x, y) in (-pi, pi]."""
     angle = _module(y).atan2(y, x)
     if isinstance(angle, float):
         return math.pi if angle == -math.pi else angle
@@ -79,14 +78,14 @@ def atan2(y, x):
 
 
 def wrap(angle):
-    """The angle (rad) modulo 2 pi, in (-pi, pi]; small ones to the last bit."""
+    """Return an angle (rad) modulo 2 pi, in (-pi, pi]; small ones to the last bit."""
     return angle - 2 * math.pi * _module(angle).ceil(angle / (2 * math.pi) - 0.5)
 
 
 def sqrt_or_nan(square, floor):
-    """sqrt(square), 0 for rounding errors in [floor, 0), nan below; CasADi symbols get a bare sqrt.
+    """Return sqrt(square), 0 for rounding errors in [floor, 0), nan below.
 
-    floor: a number, or a function that gives it where it is needed.
+    CasADi symbols get a bare sqrt. floor: a number, or a function that returns it where needed.
     """
     if is_symbolic(square):
         if not _EXACT.get():
@@ -104,7 +103,7 @@ def sqrt_or_nan(square, floor):
 
 
 def where_zero(x, value, otherwise):
-    """value() where x is 0, else otherwise; CasADi symbols get otherwise."""
+    """Return value() where x is 0, else otherwise; CasADi symbols get otherwise."""
     if isinstance(x, float):
         return value() if x == 0 else otherwise
     if is_symbolic(x) and _EXACT.get():
@@ -113,7 +112,7 @@ def where_zero(x, value, otherwise):
 
 
 def reciprocal_or_nan(x, floor):
-    """1 / x, nan where x <= floor; CasADi symbols get a bare division."""
+    """Return 1 / x, nan where x <= floor; CasADi symbols get a bare division."""
     if isinstance(x, float):
         return 1.0 / x if x > floor else math.nan
     if is_symbolic(x) and _EXACT.get():
@@ -124,16 +123,14 @@ def reciprocal_or_nan(x, floor):
 
 
 def sign(x, tolerance):
-    """+1, -1, or 0 where |x| <= tolerance or x is nan, as int8; CasADi's own sign for symbols."""
+    """Return +1, -1, or 0 where |x| <= tolerance or x is nan, as int8; of symbols CasADi's sign."""
     if is_symbolic(x):
         return (x > tolerance) - (x < -tolerance) if _EXACT.get() else _module(x).sign(x)
     return np.subtract(x > tolerance, x < -tolerance, dtype=np.int8)
 
 
 def unpack(v, name):
-    """The two components of v, shape (*batch, 2): floats without a batch, else contiguous
-    arrays.
-    """
+    """Return both components of v (*batch, 2): floats without a batch, else contiguous arrays."""
     if is_symbolic(v) and type(v).__name__ == "DM":
         v = v.full().ravel()  # CasADi's numbers are numbers
     if is_symbolic(v):
@@ -156,7 +153,7 @@ def unpack(v, name):
 
 
 def real_numbers(v, name, shape=""):
-    """v as an array of floats; ValueError for anything but real numbers, texts of numbers too."""
+    """Return v as an array of floats; ValueError for anything but real numbers, also for texts."""
     try:
         array = np.asarray(v)
         if array.dtype is _FLOAT:
@@ -167,7 +164,7 @@ def real_numbers(v, name, shape=""):
             or array.dtype.kind in "fiu"
         ):
             return array.astype(float)
-    except Exception:  # of whatever somebody's own class raises when it is taken for an array
+    except Exception:  # Whatever a class of the caller raises when it is taken for an array.
         array = None
     raise ValueError(f"{name} must be real numbers{shape and ' '}{shape}, not {repr(v)[:80]}")
 
@@ -177,7 +174,7 @@ def _is_a_word(x):
 
 
 def finite_numbers(v, name):
-    """v as an array of floats below HUGE in size."""
+    """Return v as an array of floats below HUGE in size."""
     array = real_numbers(v, name)
     if not (np.abs(array) < HUGE).all():
         _refuse_huge(array, name)
@@ -185,7 +182,7 @@ def finite_numbers(v, name):
 
 
 def _refuse_huge(array, name):
-    """Name the first of an array's numbers that is not finite, or too large."""
+    """Raise ValueError for the first of an array's numbers that is not finite, or too large."""
     good = np.abs(array) < HUGE
     index = tuple(int(i) for i in np.argwhere(~good)[0])
     what = "finite" if not np.isfinite(array[index]) else f"below {HUGE:g} in size"
@@ -200,9 +197,7 @@ def _refuse_huge(array, name):
 
 
 def unpack_for(known, v, name):
-    """`unpack` for a value that goes with `known`, a component of what it is added to: their
-    batches must fit.
-    """
+    """Return `unpack` of a value whose batch must fit that of `known`, a component."""
     components = unpack(v, name)
     if isinstance(known, np.ndarray) and isinstance(components[0], np.ndarray):
         try:
@@ -216,7 +211,7 @@ def unpack_for(known, v, name):
 
 
 def pack(*components):
-    """Components as one array (*batch, n), or a CasADi n x 1 vector: the inverse of unpack."""
+    """Return components as one array (*batch, n), or a CasADi n x 1 vector."""
     symbol = next((c for c in components if is_symbolic(c)), None)
     if symbol is not None:
         return _module(symbol).vertcat(*components)
@@ -226,7 +221,7 @@ def pack(*components):
 
 
 def pack_matrix(a, b, c, d):
-    """[[a, b], [c, d]] as one array (*batch, 2, 2), or a CasADi 2 x 2 matrix."""
+    """Return [[a, b], [c, d]] as one array (*batch, 2, 2), or a CasADi 2 x 2 matrix."""
     flat = pack(a, b, c, d)
     if is_symbolic(flat):
         return _module(flat).horzcat(_module(flat).vertcat(a, c), _module(flat).vertcat(b, d))
@@ -234,7 +229,7 @@ def pack_matrix(a, b, c, d):
 
 
 def check_modes(modes, name):
-    """Refuse any mode other than +1 and -1."""
+    """Return modes as int8; ValueError for any other than +1 and -1."""
     modes = real_numbers(modes, name)
     wrong = ~((modes == 1) | (modes == -1))
     if wrong.any():
@@ -243,6 +238,6 @@ def check_modes(modes, name):
 
 
 def first_index(mask):
-    """(how many, index of the first) true entries, the index as a tuple of ints."""
+    """Return the number of true entries and the index of the first, a tuple of ints."""
     mask = np.asarray(mask)
     return int(mask.sum()), tuple(int(i) for i in np.argwhere(mask)[0])

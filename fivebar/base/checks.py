@@ -1,9 +1,8 @@
-"""What public functions take: one rule for each kind of argument, and an error that names the
-argument.
+"""Checks of the arguments of public functions.
 
-A rule is called (value, name) and gives the value as it is to be used. `takes` puts rules before a
-function; those of a single pose, which takes microseconds, ask for the type of what they get and
-come here only where it is not the usual one.
+A rule is called (value, name) and returns the value as it is to be used, or raises an error that
+names the argument. `takes` applies rules to the arguments of a function. Functions of a single
+pose, which take microseconds, come here only where the type of an argument is unusual.
 """
 
 from __future__ import annotations
@@ -22,28 +21,29 @@ from .backend import HUGE, finite_numbers, is_symbolic, real_numbers
 
 P = ParamSpec("P")
 T = TypeVar("T")
-# In between, all products keep far off where doubles overflow, underflow or lose their digits.
+# Between these limits products stay far from where doubles overflow, underflow or lose digits.
 SHORTEST, LONGEST, RATIO = 1e-6, 1e6, 1e6  # m, of bars, and the longest over the shortest
 NARROWEST = 1e-12  # m, between base joints that are not in one point
 LIGHTEST, HEAVIEST = 1e-30, 1e30  # kg, kg m^2
-WORDS = 80  # letters of a value that a message repeats
 
 
 def takes(**rules: Callable) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Decorator: the named arguments, where they are given, are what their rules make of them."""
+    """Return a decorator that replaces the named arguments by what their rules make of them.
+
+    Defaults are not checked.
+    """
+
+    def check(name, value):
+        return rules[name](value, name) if name in rules else value
 
     def decorate(function):
         names = list(inspect.signature(function).parameters)
 
         @wraps(function)
         def checked(*args, **kwargs):
-            args = [
-                *(rules[n](a, n) if n in rules else a for n, a in zip(names, args)),
-                *args[len(names) :],
-            ]
-            return function(
-                *args, **{n: rules[n](a, n) if n in rules else a for n, a in kwargs.items()}
-            )
+            positional = [check(name, value) for name, value in zip(names, args)]
+            named = {name: check(name, value) for name, value in kwargs.items()}
+            return function(*positional, *args[len(names) :], **named)
 
         return checked
 
@@ -51,26 +51,25 @@ def takes(**rules: Callable) -> Callable[[Callable[P, T]], Callable[P, T]]:
 
 
 def shown(value: object) -> str:
-    """A value as a message repeats it, cut where it is long."""
+    """Return a value as a message repeats it, cut after 80 letters."""
     words = repr(value)
-    return words if len(words) <= WORDS else f"{words[:WORDS]}..."
+    return words if len(words) <= 80 else f"{words[:80]}..."
 
 
 def instance(*kinds: type | str, what: str = "") -> Callable:
-    """Rule: an instance of one of these classes; TypeError for anything else. what: to be called in
-    the message.
+    """Rule: an instance of one of these classes; TypeError for anything else.
 
-    A class that a lower room does not know is given by its name.
+    A class that a lower room does not know is given by its name. what: the message's words for it.
     """
     names = [kind if isinstance(kind, str) else kind.__name__ for kind in kinds]
     classes = tuple(kind for kind in kinds if not isinstance(kind, str))
 
     def rule(value, name):
-        if isinstance(value, classes) or any(own.__name__ in names for own in type(value).__mro__):
+        known = isinstance(value, classes)
+        if known or any(kind.__name__ in names for kind in type(value).__mro__):
             return value
-        raise TypeError(
-            f"{name} must be {what or ' or '.join(map(_article, names))}, not {shown(value)}"
-        )
+        wanted = what or " or ".join(map(_article, names))
+        raise TypeError(f"{name} must be {wanted}, not {shown(value)}")
 
     return rule
 
@@ -79,23 +78,23 @@ def _article(name):
     return f"{'an' if name[0] in 'AEIO' else 'a'} {name}"
 
 
+ROBOT_PARTS = (
+    "drives",
+    "distal",
+    "inertias",
+    "m",
+    "turns",
+    "words",
+    "joint_difference",
+    "continuous",
+)
+
+
 def robot(value: object, name: str) -> object:
-    """Rule: a robot, that is all that `models.robots.Robot` asks for; TypeError for anything
-    else.
-    """
-    asked = (
-        "drives",
-        "distal",
-        "inertias",
-        "m",
-        "turns",
-        "words",
-        "joint_difference",
-        "continuous",
-    )
-    if isinstance(value, type) or not all(
-        hasattr(type(value), each) or hasattr(value, each) for each in asked
-    ):
+    """Rule: a robot, which has all of `models.robots.Robot`; TypeError for anything else."""
+    kind = type(value)
+    has_all = all(hasattr(kind, part) or hasattr(value, part) for part in ROBOT_PARTS)
+    if isinstance(value, type) or not has_all:
         raise TypeError(f"{name} must be a robot, as FiveBar() or Biglide(), not {shown(value)}")
     return value
 
@@ -103,37 +102,36 @@ def robot(value: object, name: str) -> object:
 def number(
     value: object, name: str, low: float = -HUGE, high: float = HUGE, above: bool = False
 ) -> float:
-    """Rule: a finite number from low (above: more than it) to high, as a float; ValueError for
-    anything else.
-    """
+    """Rule: a finite number from low to high, as a float; above: more than low. ValueError."""
     if isinstance(value, np.ndarray) and value.ndim == 0 and value.dtype != object:
         value = value.item()
     if not isinstance(value, Real):
         raise ValueError(f"{name} must be a number, not {shown(value)}")
     try:
-        found = math.nan if isinstance(value, bool) else float(value)
+        x = math.nan if isinstance(value, bool) else float(value)
     except OverflowError:
-        found = math.inf
-    if low <= found <= high and not (above and found == low):
-        return found
-    words = ["finite"]
-    if math.isfinite(found) and abs(found) > HUGE:
-        words = [f"below {HUGE:g} in size"]
-    elif low == 0 and not high < found < math.inf or high == HUGE > -low:
-        words.append(f"{'>' if above else '>='} {low:g}")
-    elif math.isfinite(found):
-        words.append(f"from {low:g} to {high:g}")
-    raise ValueError(f"{name} must be {' and '.join(words)}, not {shown(value)}")
+        x = math.inf
+    if low <= x <= high and not (above and x == low):
+        return x
+    if math.isfinite(x) and abs(x) > HUGE:
+        wanted = f"below {HUGE:g} in size"
+    elif (low == 0 and not high < x < math.inf) or high == HUGE > -low:
+        wanted = f"finite and {'>' if above else '>='} {low:g}"
+    elif math.isfinite(x):
+        wanted = f"finite and from {low:g} to {high:g}"
+    else:
+        wanted = "finite"
+    raise ValueError(f"{name} must be {wanted}, not {shown(value)}")
 
 
 def positive(value: object, name: str) -> float:
     """Rule: a finite number > 0, whose inverse is below HUGE."""
-    found = number(value, name, 0.0, above=True)
-    if found < 1 / HUGE:
+    x = number(value, name, 0.0, above=True)
+    if x < 1 / HUGE:
         raise ValueError(
             f"{name} must be finite and > 0, at least {1 / HUGE:g}, not {shown(value)}"
         )
-    return found
+    return x
 
 
 def not_negative(value: object, name: str) -> float:
@@ -147,9 +145,7 @@ def share(value: object, name: str) -> float:
 
 
 def seconds(value: object, name: str) -> float:
-    """Rule: how long something takes, s; outside 1e-12 to 1e12 powers of it might overflow.
-    ValueError.
-    """
+    """Rule: a duration, s; outside 1e-12 to 1e12 its powers might overflow. ValueError."""
     return number(positive(value, name), name, 1e-12, 1e12)
 
 
@@ -172,7 +168,7 @@ def table_of(rule: Callable) -> Callable:
     def check(value, name):
         if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
             raise ValueError(f"{name} must be a table by names, not {shown(value)}")
-        return {key: rule(each, f"{name}[{key!r}]") for key, each in value.items()}
+        return {key: rule(item, f"{name}[{key!r}]") for key, item in value.items()}
 
     return check
 
@@ -184,14 +180,10 @@ def flag(value: object, name: str) -> bool:
 
 def strings(value: object, name: str) -> list[str]:
     """Rule: strings, not one string; TypeError for anything else."""
-    if (
-        isinstance(value, Iterable)
-        and not isinstance(value, (str, bytes, np.ndarray))
-        and not is_symbolic(value)
-    ):
-        found = list(value)
-        if all(isinstance(each, str) for each in found):
-            return found
+    iterable = isinstance(value, Iterable) and not isinstance(value, (str, bytes, np.ndarray))
+    words = list(value) if iterable and not is_symbolic(value) else [None]
+    if all(isinstance(word, str) for word in words):
+        return words
     raise TypeError(f"{name} must be a list of strings, not {shown(value)}")
 
 
@@ -217,20 +209,17 @@ def one_of(*known: object) -> Callable:
     """Rule: one of these values; ValueError for anything else."""
 
     def rule(value, name):
-        if not any(type(value) is type(each) and value == each for each in known):
-            raise ValueError(
-                f"{name} must be one of {', '.join(map(str, known))}, not {shown(value)}"
-            )
+        if not any(type(value) is type(choice) and value == choice for choice in known):
+            choices = ", ".join(map(str, known))
+            raise ValueError(f"{name} must be one of {choices}, not {shown(value)}")
         return value
 
     return rule
 
 
 def jit(value: object, name: str) -> bool | str:
-    """Rule: what `compile` takes as jit; ValueError for anything else."""
-    if not (isinstance(value, bool) or (isinstance(value, str) and value == "auto")):
-        raise ValueError(f'{name} must be False, True or "auto", not {shown(value)}')
-    return value
+    """Rule: False, True or "auto"; ValueError for anything else."""
+    return one_of(False, True, "auto")(value, name)
 
 
 def text(value: object, name: str) -> str:
@@ -239,7 +228,7 @@ def text(value: object, name: str) -> str:
 
 
 def a_callable(value: object, name: str) -> Callable:
-    """Rule: something that can be called; TypeError for anything else."""
+    """Rule: a function or another callable; TypeError for anything else."""
     if not callable(value) or isinstance(value, type):
         raise TypeError(f"{name} must be a function or another callable, not {shown(value)}")
     return value
@@ -249,76 +238,68 @@ def modes(count: int) -> Callable:
     """Rule: +1 or -1, or two of them, as plain ints; ValueError for anything else."""
 
     def rule(value, name):
+        wanted = "two modes, +1 or -1" if count == 2 else "+1 or -1"
         try:
-            found = real_numbers(value, name)
+            signs = real_numbers(value, name).tolist()
         except ValueError:
-            found = np.array(np.nan)
-        if found.shape != ((), (2,))[count - 1]:
-            raise ValueError(
-                f"{name} must be {'two modes, ' * (count == 2)}+1 or -1, not {shown(value)}"
-            )
-        if not np.all(np.abs(found) == 1):
+            signs = None
+        listed = signs if isinstance(signs, list) else [signs]
+        if isinstance(signs, list) != (count == 2) or len(listed) != count:
+            raise ValueError(f"{name} must be {wanted}, not {shown(value)}")
+        if any(sign not in (1, -1) for sign in listed):
             raise ValueError(f"{name} must be +1 or -1, not {shown(value)}")
-        return int(found) if count == 1 else tuple(int(mode) for mode in found)
+        return int(signs) if count == 1 else tuple(map(int, signs))
 
     return rule
 
 
 def size(value: object, name: str) -> float:
     """Rule: a bar's length, m, from SHORTEST to LONGEST; ValueError for anything else."""
-    found = number(value, name, 0.0, sys.float_info.max, above=True)
-    if not SHORTEST <= found <= LONGEST:
+    x = number(value, name, 0.0, sys.float_info.max, above=True)
+    if not SHORTEST <= x <= LONGEST:
         raise ValueError(
-            f"{name} = {found:g} m is outside {SHORTEST:g} to {LONGEST:g} m: choose another unit of"
+            f"{name} = {x:g} m is outside {SHORTEST:g} to {LONGEST:g} m: choose another unit of"
             " length"
         )
-    return found
+    return x
 
 
 def base(value: object, name: str) -> float:
-    """Rule: a distance of base joints or guides, m: 0, or from NARROWEST to LONGEST; ValueError for
-    anything else.
-    """
-    found = number(value, name, 0.0, sys.float_info.max)
-    if found and not NARROWEST <= found <= LONGEST:
-        raise ValueError(
-            f"{name} = {found:g} m is outside {NARROWEST:g} to {LONGEST:g} m, and not 0"
-        )
-    return found
+    """Rule: a distance of base joints or guides, m: 0, or from NARROWEST to LONGEST. ValueError."""
+    x = number(value, name, 0.0, sys.float_info.max)
+    if x and not NARROWEST <= x <= LONGEST:
+        raise ValueError(f"{name} = {x:g} m is outside {NARROWEST:g} to {LONGEST:g} m, and not 0")
+    return x
 
 
 def inertia(value: object, name: str) -> float:
     """Rule: a mass or an inertia, 0 or from LIGHTEST to HEAVIEST; ValueError for anything else."""
-    found = not_negative(value, name)
-    if found and not LIGHTEST <= found <= HEAVIEST:
-        raise ValueError(f"{name} = {found:g} is outside {LIGHTEST:g} to {HEAVIEST:g}, and not 0")
-    return found
+    x = not_negative(value, name)
+    if x and not LIGHTEST <= x <= HEAVIEST:
+        raise ValueError(f"{name} = {x:g} is outside {LIGHTEST:g} to {HEAVIEST:g}, and not 0")
+    return x
 
 
 def moment(value: object, name: str) -> float:
-    """Rule: a first moment, or a grouped inertia that may be negative: 0 or from LIGHTEST to
-    HEAVIEST in size.
-    """
-    found = number(value, name)
-    inertia(abs(found), f"the size of {name}")
-    return found
+    """Rule: a first moment or a grouped inertia, of any sign; its size is checked as `inertia`."""
+    x = number(value, name)
+    inertia(abs(x), f"the size of {name}")
+    return x
 
 
 def not_too_different(lengths: dict[str, float]) -> None:
-    """Refuse lengths (name -> m) of which one is RATIO times another; 0 is none."""
-    found = {name: abs(length) for name, length in lengths.items() if length}
-    short, long = (extreme(found, key=lambda name: found[name]) for extreme in (min, max))
-    if found[long] > RATIO * found[short]:
+    """Raise ValueError where one of the lengths {name: m} is RATIO times another; 0 is none."""
+    sizes = {name: abs(length) for name, length in lengths.items() if length}
+    short, long = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
+    if sizes[long] > RATIO * sizes[short]:
         raise ValueError(
-            f"{long} = {found[long]:g} m is more than {RATIO:g} times {short} = {found[short]:g} m:"
-            " rounding of the one would be as large as what the other does"
+            f"{long} = {sizes[long]:g} m is more than {RATIO:g} times {short} = {sizes[short]:g} m:"
+            " rounding of the one would be as large as the effect of the other"
         )
 
 
 def bounded(count: float, most: float, what: str, bytes_each: float) -> None:
-    """Refuse what would take too much memory, and say how much; what: where so many rows, or the
-    like, come from.
-    """
+    """Raise ValueError for so many rows, or the like, and say how much memory they would take."""
     if not count <= most:
         raise ValueError(
             f"{what}: at most {most:g}, and these would take about"

@@ -1,11 +1,18 @@
-"""What the models raise when a pose does not exist or a model has no answer there."""
+"""Errors of the models, and of what a user typed."""
 
 from __future__ import annotations
 
 
 class UnreachableError(ValueError):
-    """No pose closes the mechanism; `gap` is by how many metres, `index` where in a batch (None for
-    one pose).
+    """No pose closes the mechanism.
+
+    Parameters
+    ----------
+    message : str
+    gap : float
+        By how many metres it does not close.
+    index : tuple of int or None
+        Place of the first such pose in a batch; None for one pose.
     """
 
     def __init__(self, message: str, gap: float, index: tuple | None = None):
@@ -15,8 +22,15 @@ class UnreachableError(ValueError):
 
 
 class SingularityError(ArithmeticError):
-    """The model asked for has no answer at a singular pose; `margin` is the singular quantity,
-    `index` as above.
+    """A model has no answer at a singular pose.
+
+    Parameters
+    ----------
+    message : str
+    margin : float
+        The singular quantity.
+    index : tuple of int or None
+        Place of the first such pose in a batch; None for one pose.
     """
 
     def __init__(self, message: str, margin: float, index: tuple | None = None):

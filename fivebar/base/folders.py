@@ -13,21 +13,32 @@ from .tables import is_part
 
 try:
     import fcntl
-except ImportError:  # Windows, where two are not told apart
+except ImportError:  # Windows has no locks of this kind
     fcntl = None
 
 
 class FolderError(ValueError, UsageError):
-    """A folder of results that cannot be one, or that another process has."""
+    """A path that can be no folder of results, or a folder that another process writes to."""
 
 
 @contextmanager
 def locked_folder(folder: Path, what: str, parts: tuple[str, ...] = ()) -> Iterator[None]:
-    """Make a folder, keep out of it all others who do the same, and clear away what a killed one
-    began to write.
+    """Make a folder, lock it, and remove the files that a killed process left half-written.
 
-    what: is done there, as "sweep"; parts: folders in it that are made and cleared too. FolderError
-    for what is no folder, or where another process writes; OSError where it is read-only.
+    Parameters
+    ----------
+    folder : Path
+    what : str
+        The work of which another run may hold the folder, as "sweep".
+    parts : tuple of str
+        Folders in it that are made and cleared, too.
+
+    Raises
+    ------
+    FolderError
+        The path is no folder, or another process writes there.
+    OSError
+        The folder is read-only.
     """
     places = [folder, *(folder / name for name in parts)]
     try:
@@ -44,21 +55,22 @@ def locked_folder(folder: Path, what: str, parts: tuple[str, ...] = ()) -> Itera
         _lock(handle, f"out: another {what} writes to {folder}: wait for its end, or give another")
         if not os.access(folder, os.W_OK):
             raise PermissionError(errno.EACCES, "the folder is read-only", str(folder))
-        for path in (path for place in places for path in place.iterdir() if is_part(path.name)):
-            path.unlink()
+        for place in places:
+            for path in list(place.iterdir()):
+                if is_part(path.name):
+                    path.unlink()
         yield
     finally:
         if fcntl:
             os.close(handle)
 
 
-def _lock(handle, words):
+def _lock(handle, message):
+    """Lock an open folder until the process ends, however that ends."""
     try:
         if fcntl:
-            fcntl.flock(
-                handle, fcntl.LOCK_EX | fcntl.LOCK_NB
-            )  # it goes with the process, however that ends
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        raise FolderError(words) from None
+        raise FolderError(message) from None
     except OSError:
-        pass  # a file system without locks, as clusters may have: two are not told apart
+        pass  # File systems of clusters may have no locks.

@@ -9,5 +9,5 @@ from tqdm import tqdm
 
 
 def progress(iterable: Iterable | None = None, **options: Any) -> tqdm:
-    """tqdm(iterable, **options), which writes nothing where stderr is no terminal."""
+    """Return tqdm(iterable, **options), which writes nothing where stderr is no terminal."""
     return tqdm(iterable, disable=None, dynamic_ncols=True, **options)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def check_branch(
     linkage: Linkage, branch: int | ArrayLike | None
 ) -> int | tuple[int, int] | np.ndarray:
-    """Return the branch, the usual one for None; ValueError where it is not +1 or -1, or no pair."""
+    """Return the branch, the usual one for None; ValueError where it is no branch."""
     if branch is None:
         return linkage.usual_branch
     if isinstance(linkage.usual_branch, tuple):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..base.backend import EPS, is_symbolic
-from ..base.checks import instance, modes, takes
+from ..base.checks import instance, modes, one_of, takes
 from ..models.robots import must_close
 from .chain import Fixed, Reach, Still, Turned, meet
 from .checks import check, check_lengths, coordinate, pair
@@ -158,9 +158,7 @@ class FourBar:
 
         The next link is driven.
         """
-        if fixed not in SIDES:
-            raise ValueError(f"no link {fixed!r} to hold; the known ones are {', '.join(SIDES)}")
-        k = SIDES.index(fixed)
+        k = SIDES.index(one_of(*SIDES)(fixed, "fixed"))
         return FourBar(*self.sides[k:], *self.sides[:k])
 
 

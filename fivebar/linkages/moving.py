@@ -37,8 +37,8 @@ def move(
     q : (*batch,) array_like or CasADi scalar
         Crank angles, rad; for two motors (*batch, 2).
     q_dot, q_ddot : array_like
-        rad/s and rad/s^2, of the same shape or one number. With 1 and 0 all derivatives are analogs,
-        by the crank angle.
+        rad/s and rad/s^2, of the same shape or one number. With 1 and 0 all derivatives are by the
+        crank angle.
     branch : int or array_like
         +1 or -1, for the press a pair; None: the linkage's usual one.
     unreachable : {"raise", "nan"}

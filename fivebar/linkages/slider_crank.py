@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..base.backend import EPS, is_symbolic
-from ..base.checks import instance
+from ..base.checks import instance, one_of
 from .chain import Along, Fixed, Reach, Slot, Still, Turned, slide
 from .checks import check, check_lengths, coordinate
 from .limits import ends_of, guide_limits
@@ -53,8 +53,7 @@ class SliderCrank:
         check_lengths(self, "crank", "rod")
         check(self, coordinate, "offset")
         check(self, instance(Body), "crank_body", "rod_body", "slider_body", "guide_body")
-        if self.held not in HELD:
-            raise ValueError(f"no link {self.held!r} to hold; the known ones are {', '.join(HELD)}")
+        check(self, one_of(*HELD), "held")
         if abs(self.offset) > self.crank + self.rod:
             raise ValueError(
                 f"this slider-crank can never close: offset = {abs(self.offset):g} m is more than"

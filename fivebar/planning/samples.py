@@ -63,7 +63,7 @@ def from_csv(
         raise ValueError(
             "from_csv: kind=polyline needs a deviation, m, within which its corners are cut"
         )
-    table = read(path, PLACES, units)
+    table = read(path, PLACES, units, "path")
     needs = (
         (6, 'a quintic spline (kind="polyline" takes 2)') if kind == "spline" else (2, "a motion")
     )

@@ -193,11 +193,11 @@ def test_lengths_that_cannot_be():
         ),
         (
             lambda: SliderCrank(0.1, 0.2, held="piston"),
-            "no link 'piston' to hold; the known ones are guide, crank",
+            "held must be one of guide, crank",
         ),
         (
             lambda: TABLE_2.inversion("piston"),
-            "no link 'piston' to hold; the known ones are ground, crank",
+            "fixed must be one of ground, crank",
         ),
         (lambda: SixBarPress(0.1, 0.1, 0.1, 0.4, 0.5, 0.6, 0), "l11 = 0.5 m is longer than l2"),
         (lambda: SixBarPress(0.1, 0.5, 0.4, 0.0, 0.5, 0.6, 0), "l5 must be finite and > 0"),
