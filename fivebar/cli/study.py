@@ -36,21 +36,19 @@ def _ladder(arguments):
     if arguments.out:
         arguments.out.mkdir(parents=True, exist_ok=True)
     with progress(total=len(names) * len(RUNGS), unit=" rungs", leave=False) as bar:
-        found = {name: climb(CASES[name], bar.update) for name in names}
-    header, rows = table(found)
+        rungs = {name: climb(CASES[name], bar.update) for name in names}
+    header, rows = table(rungs)
     if arguments.out:
-        with written(arguments.out / "ladder.csv") as file:
+        paths = arguments.out / "ladder.csv", arguments.out / "ladder.png"
+        with written(paths[0]) as file:
             csv.writer(file).writerows([header, *rows])
-        saved(figure(found), arguments.out / "ladder.png", dpi=150, bbox_inches="tight")
-        print(arguments.out / "ladder.csv", arguments.out / "ladder.png", sep="\n", file=sys.stderr)
+        saved(figure(rungs), paths[1], dpi=150, bbox_inches="tight")
+        print(*paths, sep="\n", file=sys.stderr)
     if arguments.json:
         print(json.dumps([dict(zip(header, row)) for row in rows]))
         return
-    print(
-        f"{'robot':10}{'rung':20}{'instructions':>13}{'step µs':>9}{'missed N m':>12}{'rms µm':>10}{'largest µm':>12}"
-    )
-    for robot, rung, named, count, step, missed, rms, largest in rows:
-        told = rung if named else f"({rung}: none)"
-        print(
-            f"{robot:10}{told:26.26}{count:7d}{step:9.1f}{missed:12.3g}{rms:10.3g}{largest:12.3g}"
-        )
+    heading = "robot", "rung", "instructions", "step µs", "missed N m", "rms µm", "largest µm"
+    print("{:10}{:20}{:>13}{:>9}{:>12}{:>10}{:>12}".format(*heading))
+    for robot, rung, named, *values in rows:
+        label = rung if named else f"({rung}: none)"
+        print(f"{robot:10}{label:26.26}" + "{:7d}{:9.1f}{:12.3g}{:10.3g}{:12.3g}".format(*values))
