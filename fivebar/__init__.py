@@ -117,6 +117,8 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .estimation.identification.exciting import exciting_trajectory
     from .estimation.identification.identify import identify
     from .estimation.identification.result import Identification
+    from .estimation.logs.measured_runs import from_log
+    from .estimation.logs.replays import replay
     from .exporters.export import export
     from .models.compiled import compile
     from .optimal_design.optimum import design

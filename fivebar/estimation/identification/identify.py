@@ -247,7 +247,9 @@ def _joined(found, known):
     starts = np.cumsum([0, *(len(part.t) for part in parts)])
     breaks = [int(start) + k for start, part in zip(starts, parts) for k in part.breaks]
     arrays = "W", "tau", "counts", "t", "cover"
-    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in arrays}
+    joined = {}
+    for name in arrays:
+        joined[name] = np.concatenate([getattr(part, name) for part in parts])
     joined["tau"] = joined["tau"] - joined["W"] @ known
     return Rows(**joined, breaks=tuple(breaks), gain=parts[0].gain)
 

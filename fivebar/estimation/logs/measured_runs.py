@@ -221,10 +221,8 @@ def _crossings(log, robot, pose, closes):
             continue
         share = sines[k, leg] / (sines[k, leg] - sines[k + 1, leg])
         t = float(log.t[k] + share * (log.t[k + 1] - log.t[k]))
-        before, after = (
-            tuple(int(-np.sign(value)) for value in (*sines[row], pose.det_A[row]))
-            for row in (k, k + 1)
-        )
+        signs = -np.sign(np.column_stack([sines, pose.det_A])[k : k + 2])
+        before, after = (tuple(modes) for modes in signs.astype(int).tolist())
         events.append(
             Event(
                 t,
