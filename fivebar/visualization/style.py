@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..base.checks import strings
 from ..singularities.maps import SIGNED
 from ..singularities.margins import Singularity
 
@@ -142,12 +143,8 @@ def signs(*modes: int) -> str:
 
 
 def names_of(show: str | Iterable[str]) -> tuple[str, ...]:
-    """Return the names in `show`, one or several; raises TypeError for what is neither."""
-    names = (show,) if isinstance(show, str) or not isinstance(show, Iterable) else tuple(show)
-    for name in names:
-        if not isinstance(name, str):
-            raise TypeError(f"show must be a name or several, not {name!r}")
-    return names
+    """Return the names in `show`, one or several; TypeError for what is neither."""
+    return tuple(strings([show] if isinstance(show, str) else show, "show"))
 
 
 def of_unit(unit: str) -> str:

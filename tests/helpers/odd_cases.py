@@ -311,6 +311,17 @@ CASES = {
     ),
     "compare": Case(fb.compare, dict(runs={"one": RUN})),
     # logs
+    "from_log": Case(
+        fb.from_log,
+        dict(
+            t=RUN.t, q1=RUN.q[:, 0], q2=RUN.q[:, 1], tau1=RUN.tau[:, 0], tau2=RUN.tau[:, 1], robot=ROBOT,
+            assembly=None, units=None, counts_per_turn=None, gear_ratio=1.0, offset=(0.0, 0.0), torque_constant=None,
+            more=None,
+        ), words=("the log", "a log", "rows", "column", "times", *WORDS_OF_FILES),
+    ),
+    "replay": Case(
+        fb.replay, dict(run=RUN, robot=None, by="torques", controller=None, restart=None), words=("the run",)
+    ),
     "identify": Case(
         fb.identify,
         dict(

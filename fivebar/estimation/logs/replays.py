@@ -12,6 +12,7 @@ from scipy.interpolate import make_splrep
 
 from ...base.checks import (
     a_callable,
+    instance,
     one_of,
     optional,
     positive,
@@ -144,6 +145,7 @@ class Replay(Animated):
 
 
 @takes(
+    run=instance("Run"),
     robot=optional(must_be_robot),
     by=one_of("torques", "reference"),
     controller=optional(a_callable),
