@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..singularities.maps import Map
 
 
-def map_loci(data: Map) -> Iterator[tuple[str, list[int], np.ndarray]]:
+def map_loci(data: Map) -> Iterator[tuple]:
     """Yield (words, layers of the map, points (n, 2)) of each piece of the exact loci.
 
     As angles they repeat with every turn.

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -89,7 +89,7 @@ class Skeleton:
         fixed = [j for j in dict.fromkeys([*self.grounded, *self.actuated]) if j in jointed]
         roots = fixed or dict.fromkeys(first for first, _ in self.bars)
         reached = {joint: (0, leg) for leg, joint in enumerate(roots)}
-        legs = {}
+        legs: dict = {}
         for _ in self.bars:  # one bar further out each time
             wave = {}
             for b, (i, j) in enumerate(self.bars):
@@ -206,7 +206,7 @@ def study_body(study: Study) -> Skeleton:
     )
 
 
-def chain_parts(chain: object) -> dict:
+def chain_parts(chain: Any) -> dict:
     """Return bars, rails and so on of a linkage's chain by the numbers of its points."""
     index = {name: k for k, name in enumerate(chain.points)}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...base.checks import text
 from ...linkages import Study
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def page(
-    subject: object,
+    subject: Any,
     path: str | Path | None = None,
     show: str | Iterable | None = None,
     title: str | None = None,

@@ -121,7 +121,7 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
         notes += (
             words + (broken or gap_notes(name, computed)) + list(getattr(run.measured, "notes", ()))
         )
-        column = {}
+        column: dict = {}
         for key in show:
             column |= {f"{key} {part}": computed[key][:, k] for k, part in parts[key]}
         columns.append(column)

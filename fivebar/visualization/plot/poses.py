@@ -51,7 +51,7 @@ def strip_figure(scene: Scene, poses: int = 6) -> Figure:
     for axes in panels[poses:]:
         axes.remove()
     figure.suptitle(_heading(scene), fontsize=11)
-    entries = {}
+    entries: dict = {}
     for machine in scene.machines:
         entries |= {name: colours[0] for name, colours in machine.body.key.items()}
         entries |= {layer.key: layer.colour for layer in machine.layers}

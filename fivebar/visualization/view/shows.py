@@ -61,7 +61,7 @@ def with_common_scale(
     groups: list[list[Layer]],
 ) -> list[tuple[Layer, ...]]:
     """Return the layers of several mechanisms with arrows of one scale."""
-    largest = {}
+    largest: dict = {}
     for layer in chain(*groups):
         if hasattr(layer, "largest"):
             largest[layer.name] = max(largest.get(layer.name, 0.0), layer.largest)

@@ -7,6 +7,8 @@ card that is most of a picture's cost.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -31,7 +33,7 @@ def unit_vectors(angle: ArrayLike) -> np.ndarray:
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
-def circle(centre: ArrayLike, radius: float, points: int) -> np.ndarray:
+def circle(centre: Any, radius: float, points: int) -> np.ndarray:
     """Return a closed circle, (points, 2)."""
     return centre + radius * unit_vectors(np.linspace(0, 2 * np.pi, points))
 
@@ -44,7 +46,7 @@ def at(x: float = 0.0, y: float = 0.0, scale: float = 1.0) -> list[float]:
 
 
 def surface(
-    position: ArrayLike,
+    position: np.ndarray,
     faces: ArrayLike,
     colour: str,
     outlines: list,

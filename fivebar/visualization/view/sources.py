@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from ...simulation.run import Run
 
 
-def source(robot: object, motion: Run | Study | Callable) -> RobotSource | StudySource:
+def source(robot: Any, motion: Any) -> RobotSource | StudySource:
     """Return the source of a motion: a Run, a Study, or a Plan or other reference.
 
     Raises ValueError for a motion of another robot, TypeError for what does not move.
@@ -98,7 +98,7 @@ class RobotSource:
         "trace reference loci workspace elbow-circles velocity acceleration bar-forces torques"
         " ghost"
     ).split()
-    xi_ref = None
+    xi_ref: np.ndarray | None = None
 
     def __init__(self, robot: Robot):
         self.robot, self.title, self.effort = (
