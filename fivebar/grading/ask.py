@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -14,7 +13,6 @@ from .diagnosis import consistent
 from .exercise import Exercise, Misconception
 from .following import modelled
 from .judge import TOLERANCE, Verdict, came_text, judge
-from .python_errors import explained
 from .questions import Questions, rows_of, with_answers
 
 
@@ -276,16 +274,6 @@ class Ask(Questions):
     def _keep(self, asked):
         __tracebackhide__ = True
         v = asked.verdict
-        if v.reason in ("exception", "timeout"):
-            text = (
-                "timeout" if v.reason == "timeout" else v.text.removeprefix("raised an exception: ")
-            )
-            asked = replace(
-                asked,
-                verdict=replace(
-                    v, explained=explained(text, v.source, re.findall(r"\w+", self._program.source))
-                ),
-            )
         self.record.append(asked)
         if v.share < 1:
             raise Wrong(asked.verdict)

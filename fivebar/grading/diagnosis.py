@@ -16,8 +16,8 @@ import numpy as np
 from ..models.robots import Robot
 from .columns import Columns
 from .exercise import Exercise, Follow, Misconception, Slip
-from .fits import Fit
 from .misconceptions.of_any import arguments_exchanged, in_degrees
+from .relations import relation
 
 MOST_PAIRS = 3_000
 MODES = ("assembly_mode", "gamma1", "gamma2", "branch")
@@ -137,18 +137,13 @@ def diagnose(answers: Answers) -> Misconception | None:
         np.all(np.isfinite(answers.came), axis=1)
     ):  # nothing a mistake could fit, but what it builds on
         return _of_called(answers)
-    fit = Fit(
-        exercise, answers.robot, answers.columns, answers.came, answers.expected, answers.limits
-    )
     return (
         _single(
             answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
         )
-        or fit.constant()
         or _of_called(answers)
         or _single(answers, in_degrees(exercise, answers.robot))
-        or next(fit.facts(), None)
-        or fit.nearly()
+        or relation(answers)
         or _single(answers, arguments_exchanged(exercise))
         or _in_parts(answers)
         or (_pair(answers) if answers.deep else None)

@@ -22,7 +22,6 @@ from ..models.robots import Biglide
 from .labs import Lab, find_lab, known_labs
 from .plugin import Checks
 from .program import Job, NoProgram, Program
-from .python_errors import explained
 from .report.shown import ShownReport
 from .variants import PUBLIC_SEED, parameters
 from .worker.live import Live, from_functions
@@ -198,9 +197,8 @@ def _old_numpy(program):
     """What a file does that only the NumPy of its year did: it is graded as it ran then."""
     for reply in getattr(program.student, "mended", ()):
         place = f"{program.where(reply.line)}, `{reply.source.strip()}`: " if reply.line else ""
-        sentence = explained(reply.text, reply.source) or reply.text
         yield (
-            f"{place}{sentence} The file is graded as it ran before; the same may stand in other"
+            f"{place}{reply.text} The file is graded as it ran before; the same may stand in other"
             " lines."
         )
 

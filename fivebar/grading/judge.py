@@ -48,7 +48,7 @@ class Verdict:
     diagnosis: the Misconception that gives the student's answers; line, source: in the student's
     file; sample: the numbers of that call for a figure, never printed; remarks: what was let pass;
     beside: what the lab's own test says;
-    explained: a sentence on Python's own message; related: whether wrong answers go with the right
+    related: whether wrong answers go with the right
     ones, as those of a model with a mistake do.
     """
 
@@ -66,7 +66,6 @@ class Verdict:
     remarks: tuple[str, ...] = ()
     sample: dict | None = None
     beside: str = ""
-    explained: str = ""
     related: bool = False
 
 

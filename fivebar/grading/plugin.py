@@ -80,10 +80,7 @@ class Checks:
         self.program, self.seed = program, seed
         self.found, self.trouble, self.interrupted, self.killed = [], [], False, None
         self.bar = None  # of who watches
-        self._hopeless, self._known = (
-            {},
-            ({}, {}),
-        )  # of all checks; the latter: repairs and diagnoses by function
+        self._hopeless, self._known = {}, {}  # of all checks; the latter: diagnoses by function
 
     def pytest_configure(self, config: pytest.Config) -> None:
         config.addinivalue_line("markers", "points(n): what a check is worth")

@@ -4,16 +4,17 @@ and is it so?
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..models.robots import Robot
+from .columns import Columns
+from .exercise import Exercise
 from .following import modelled, some
 from .judge import Verdict, answered, judge
 from .labs import Lab
-from .one_place import Rows, one_place
 from .program import Program
 from .second_look import CHANGES, changing, typed, with_other_masses
 from .variants import parameters
@@ -31,6 +32,18 @@ LOST = (
 )  # kinds that cost a worker: not risked again for nothing
 
 
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Rows of questions: columns, tolerance and refuse (n,), and the constants set in the file."""
+
+    exercise: Exercise
+    robot: Robot
+    columns: Columns
+    tolerance: np.ndarray
+    refuse: np.ndarray
+    constants: dict
+
+
 class Questions:
     """A student's program, the lab that asks it, and what is known of it from earlier questions."""
 
@@ -40,10 +53,10 @@ class Questions:
         lab: Lab,
         hopeless: dict[str, Reply],
         order: np.random.Generator,
-        known: tuple[dict, dict] | None = None,
+        known: dict | None = None,
     ):
         self._program, self._hopeless, self._order = program, hopeless, order
-        self._repairs, self._known = ({}, {}) if known is None else known
+        self._known = {} if known is None else known
         self._exercises, self._robot, self._standard = (
             lab.exercises(),
             program.robot_in(lab),
@@ -75,7 +88,7 @@ class Questions:
         exercise, wanted = self._exercises[name], self._set_for(robot)
         rows, tolerance = with_answers(exercise, robot, columns), np.max(tolerance)
         replies = self._replies(name, list(zip(*(c.tolist() for c in rows))), wanted, None)
-        verdict = judge(exercise, robot, rows, replies, tolerance, deep=name not in self._repairs)
+        verdict = judge(exercise, robot, rows, replies, tolerance, deep=True)
         return self._settled(
             verdict, rows_of(exercise, robot, rows, tolerance, None, wanted), replies, None
         )
@@ -101,11 +114,7 @@ class Questions:
                 exercise.name, list(zip(*(c.tolist() for c in known))), rows.constants, limit
             )
             found = CHANGES if changing(came, again) else None
-        if (
-            found or "RecursionError" in verdict.text
-        ):  # of which each change would cost as much again
-            return replace(verdict, diagnosis=found)
-        return self._with_a_slip(verdict, rows)
+        return replace(verdict, diagnosis=found)
 
     def _with_other_masses(self, rows, limit):
         """The diagnosis of the same rows with other masses: with m = 0.5 the factors 2 and 1/m are
@@ -142,13 +151,6 @@ class Questions:
             if kept
             else {}
         )
-
-    def _with_a_slip(self, verdict, rows):
-        """The verdict with the only place whose change makes all these answers right."""
-        name = rows.exercise.name
-        if self._program.again is not None and name not in self._repairs:
-            self._repairs[name] = one_place(self._program, rows, set(self._exercises))
-        return replace(verdict, diagnosis=self._repairs.get(name))
 
     def _own(self, exercise, robot, columns, tolerance, constants=None):
         """Gives what a function that the exercise builds on answers to the same rows, where that is

@@ -17,8 +17,7 @@ class Check:
     points: earned of max_points; reason, text, wrong, rows, asked, came, off, line, source,
     remarks: as in Verdict, of what was asked first and was not right; place: the line in its
         author's words;
-    function: whose answers were judged; beside: what the lab's own test says of them; explained: a
-        sentence on " "Python's message; misconception, hint: "" where none.
+    function: whose answers were judged; beside: what the lab's own test says of them; misconception, hint: "" where none.
     """
 
     name: str
@@ -42,7 +41,6 @@ class Check:
     place: str = ""
     remarks: tuple[str, ...] = ()
     beside: str = ""
-    explained: str = ""
     figure: str = field(default="", repr=False)  # SVG, for pages only
 
 
@@ -95,7 +93,6 @@ def checked(
         f"line {v.line}" if v.line else "",
         remarks,
         v.beside,
-        v.explained,
         figure,
     )
 

@@ -10,7 +10,15 @@ from tests.helpers.hand_ins import graded, hand_ins, outcome
 from tests.helpers.mutants import tried
 
 CASES = [*hand_ins("cases.txt"), *hand_ins("others.txt")]
-NOT_NAMED = {("the mass of the feet, and a minus", "dynamic_model")}  # two changes in one product
+# Changes that no derivation with a slip gives.
+NOT_NAMED = {
+    ("the mass of the feet, and a minus", "dynamic_model"),  # two changes in one product
+    ("a grid that is fine enough", "first_crossing"),
+    ("the whole distance over one radius", "dgm"),
+    ("the whole distance over one radius", "igm"),
+    ("the same speed for both", "dkm_passive"),
+    ("rotations added once more", "dgm_passive"),
+}
 
 
 def test_forty_files_and_ten_in_another_hand():
@@ -20,7 +28,7 @@ def test_forty_files_and_ten_in_another_hand():
         sum(len(case.truths) for case in CASES) >= 90
         and sum(not case.truths for case in CASES) >= 12
     )
-    assert len(NOT_NAMED) <= 0.15 * sum(len(case.truths) for case in others)
+    assert len(NOT_NAMED) <= 0.06 * sum(len(case.truths) for case in CASES)
 
 
 @pytest.mark.parametrize(

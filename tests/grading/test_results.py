@@ -19,7 +19,7 @@ SAMPLE = {
 }
 LOST = Verdict(
     0.25, "value", "wrong value of y", 3, 4, "dgm(q11=0.1)", "(0.1, 0.06)", 0.01, Misconception("lost", "Where?", None),
-    7, "return x, y", ("a column",), SAMPLE, "mean errors", "explained",
+    7, "return x, y", ("a column",), SAMPLE, "mean errors",
 )  # fmt: skip
 FINE = Verdict(1.0, rows=4, remarks=("a column", "a dict"), beside="OK")
 ASKED = [Asked(FINE, "igm"), Asked(FINE)]
@@ -55,7 +55,7 @@ def test_what_is_partly_right_earns_its_share_to_the_hundredth_and_no_more_than_
         share,
         outcome,
     )
-    own = "reason text wrong rows asked came off line source beside explained".split()
+    own = "reason text wrong rows asked came off line source beside".split()
     assert [getattr(found, name) for name in own] == [getattr(lost, name) for name in own]
     assert (found.function, found.misconception, found.hint, found.place) == (
         "dgm",

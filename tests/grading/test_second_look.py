@@ -74,7 +74,7 @@ def test_count(ask, draw):
 
 
 @pytest.mark.parametrize(
-    "pull, name", [("2 * m * cos(q)", "2 times the right answer"), ("cos(q)", "mass forgotten")]
+    "pull, name", [("2 * m * cos(q)", "f is 2 times the right one"), ("cos(q)", "mass forgotten")]
 )
 def test_what_other_masses_or_the_same_question_refute_is_not_named(tmp_path, pull, name):
     (tmp_path / "weights").mkdir()

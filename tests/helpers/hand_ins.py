@@ -60,7 +60,7 @@ def outcome(case, report):
     named, false, lost = set(), set(), 0
     for check in report.checks:
         true = case.truths.get(check.function)
-        notes = " ".join((check.misconception, check.text, check.explained, *check.remarks))
+        notes = " ".join((check.misconception, check.text, *check.remarks))
         if true is not None and re.search(true, notes, re.DOTALL):
             named.add(check.function)
         elif check.misconception and not re.match(
@@ -93,7 +93,7 @@ def main(files):
         )
         for name in sorted(set(case.truths) - named):
             texts = {
-                f"{c.text} [{c.misconception}] {c.explained}"
+                f"{c.text} [{c.misconception}]"
                 for c in report.checks
                 if c.function == name
             }

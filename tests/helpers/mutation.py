@@ -46,7 +46,7 @@ ROOMS = {  # room: its tests, less those that take long or are about other proce
         "tests/simulation", "tests/test_bad_input.py", "tests/control/test_loads.py", "tests/models/test_compiled.py",
         "-k", "not twelve_lines and not tracker and not compiled_models and not processes and not machine_code",
     ),
-    "grading": tuple(f"tests/grading/test_{name}.py" for name in "judge values fits results".split()),
+    "grading": tuple(f"tests/grading/test_{name}.py" for name in "judge values relations results".split()),
 }  # fmt: skip
 # What those that are left by these, and not justified, must pass too: in a process of its own, so that what is made
 # at import is made of the mutant.
@@ -62,7 +62,7 @@ SLOW = {
     ),
 }  # fmt: skip
 # Of grading what gives the points: the rest is about processes, files and words.
-FILES = {"grading": ["judge.py", "values.py", "fits.py", "results.py", "exercise.py"]}
+FILES = {"grading": ["judge.py", "values.py", "relations.py", "results.py", "exercise.py"]}
 COPIED = ["labs", "notebooks", "README.md", ".readme", ".ci"]
 ARGUMENTS = ["-p", "no:cacheprovider", "-p", "tests.helpers.mutation"]
 TABLE = DATA / "mutants.toml"

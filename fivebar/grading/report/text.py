@@ -74,8 +74,6 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
         )
     elif check.text:
         yield "why", check.text
-        if check.explained:
-            yield "means", check.explained
         if check.rows > 1:
             yield (
                 "how many",
