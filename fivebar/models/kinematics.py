@@ -52,9 +52,10 @@ class Rates:
         15).
         """
         if self._from_task and not self.pose.robot.turns:
-            # Across its guide a foot stands still: a motion along the guides, however fast, turns
-            # no bar.
-            return tuple(-self._xi_dot[0] / sine for sine in self.pose.sines)
+            # Across its guide, whose direction is P_i', a foot stands still. Without q_i' a fast
+            # motion along the guides turns no bar.
+            legs = zip(self.pose.tangents, self.pose.b)
+            return tuple(cross(tangent, self._xi_dot) / along for tangent, along in legs)
         legs = zip(self.pose.u2, self.pose._velocity_coefficients, self._q_dot)
         return tuple(cross(u2, self._xi_dot) - across * q_dot for u2, (_, across), q_dot in legs)
 
@@ -176,10 +177,11 @@ class Accelerations:
         """Per leg l_i2 phi_i'' = v_i2 . (xi'' - P_i' q_i'' - P_i'' q_i'^2) (AMORO eq. 20)."""
         pose = self.rates.pose
         if self._from_task and not pose.robot.turns:
-            legs = zip(pose.legs, pose.robot.distal, self.rates._transverse_velocity)
+            coefficients = zip(pose.tangents, pose._velocity_coefficients)
+            swings = zip(self.rates._transverse_velocity, pose.robot.distal)
             return tuple(
-                -(self._xi_ddot[0] + leg.cosine * swing * swing * (1 / bar)) / leg.sine
-                for leg, bar, swing in legs
+                (cross(tangent, self._xi_ddot) - across * swing * swing * (1 / bar)) / along
+                for (tangent, (along, across)), (swing, bar) in zip(coefficients, swings)
             )
         legs = zip(pose.u2, pose._velocity_coefficients, self._q_ddot, self.rates._centripetal)
         return tuple(

@@ -78,8 +78,8 @@ class Pose:
 
     robot; q (*batch, 2) rad (m for sliders); xi (*batch, 2) m; elbows (*batch, 2 legs, 2) m, of a
     biglide its feet; q_passive (*batch, 2) rad in (-pi, pi], of a biglide the bars' absolute
-    angles; assembly (*batch,) and working (*batch, 2), int8, 0 where singular or unreachable; A, B
-    (*batch, 2, 2); reach_margin (*batch,) m: how far the span of the bars is inside its limits,
+    angles; assembly (*batch,) and working (*batch, 2), int8, 0 where singular or unreachable; A, B,
+    J = A^-1 B (*batch, 2, 2); reach_margin (*batch,) m: how far the span of the bars is inside its limits,
     negative outside.
     """
 
@@ -154,6 +154,13 @@ class Pose:
             for drive, leg in zip(self.robot.drives, self.legs)
         )
 
+    @property
+    def tangents(self) -> tuple:
+        """Per leg P_i'(q_i), on components."""
+        return tuple(
+            drive.tangent(leg.direction) for drive, leg in zip(self.robot.drives, self.legs)
+        )
+
     @cached_property
     def q(self) -> np.ndarray:
         return pack(*(leg.q for leg in self.legs))
@@ -191,6 +198,16 @@ class Pose:
     def B(self) -> np.ndarray:
         zero = 0.0 * self.b[0]
         return pack_matrix(self.b[0], zero, zero, self.b[1])  # AMORO eq. 13
+
+    @cached_property
+    def J(self) -> np.ndarray:
+        """Jacobian xi' = J q', J = A^-1 B (AMORO eq. 25), (*batch, 2, 2); nan at Type 2."""
+        determinant = self.det_A
+        if not is_symbolic(determinant):
+            determinant = np.where(np.abs(determinant) <= SINGULAR, np.nan, determinant)
+        (x1, y1), (x2, y2) = self.u2
+        left, right = (b / determinant for b in self.b)
+        return pack_matrix(y2 * left, -y1 * right, -x2 * left, x1 * right)
 
     @cached_property
     def reach_margin(self) -> np.ndarray:
