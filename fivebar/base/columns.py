@@ -14,6 +14,7 @@ import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 
@@ -185,17 +186,13 @@ def read(
         raise TypeError(
             f"{name} must be a CSV file, an NPZ file or a mapping of arrays, not {shown(source)}"
         )
-    if str(source).endswith(".npz"):
-        return _from_arrays(
-            arrays_in(source),
-            wanted,
-            named_units,
-            str(source),
-        )
+    path = str(source)
+    if path.endswith(".npz"):
+        return _from_arrays(arrays_in(path), wanted, named_units, path)
     return _from_text(source, wanted, named_units)
 
 
-def units_named(value: object, name: str) -> Mapping[str, str] | tuple[str, ...]:
+def units_named(value: Any, name: str) -> Mapping[str, str] | tuple[str, ...]:
     """Rule: what `read` takes as units; one word alone is one unit."""
     if value is None or isinstance(value, str):
         return (value,) if value else ()

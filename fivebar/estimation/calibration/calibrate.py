@@ -152,7 +152,7 @@ def calibrate(
         _bounds(bounds, unknown),
         loss,
     )
-    wrong = []
+    wrong: list[str] = []
     if mistakes == "keep":
         p = begin(task)
     else:

@@ -86,7 +86,7 @@ def find_mistakes(task: Task, sigma: float) -> tuple[list[str], Task, ndarray]:
         )
         p = begin(task)
     if not found and doubt(task, p) >= limit:  # far offsets are likelier than two mistakes
-        pairs = {}
+        pairs: dict[tuple, list] = {}
         for words, change in (READINGS | _counts(task)).items():
             pairs |= {(words, other): [change, POINTS[other]] for other in POINTS}
         found, task = _wrong_columns(task, p, pairs)

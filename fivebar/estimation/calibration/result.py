@@ -332,8 +332,10 @@ class Calibration(Plotted):
     @cached_property
     def outliers(self) -> dict[str, float]:
         """{row: p} of outlying rows, p the probability of that by chance in any row, below 1 %."""
+        off, jacobian = self._residuals
         found = outlying_rows(
-            *self._residuals,
+            off,
+            jacobian,
             self.rank,
             self.rows.row_of,
             self.absolute,

@@ -25,7 +25,9 @@ def independent(
     """
     flat = W.reshape(-1, W.shape[-1])
     sizes = np.linalg.norm(flat, axis=0)
-    kept, folded, basis = [], {}, np.zeros((len(flat), 0))
+    kept: list[int] = []
+    folded: dict[int, dict[int, float]] = {}
+    basis = np.zeros((len(flat), 0))
     for k in columns:
         if sizes[k] <= 1e-12 * sizes.max():
             folded[k] = {}

@@ -76,8 +76,8 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
         )
         breaks.append(rows)
         rows += len(at)
-    joined = (np.concatenate(part) for part in zip(*parts))
-    return Rows(*joined, tuple(breaks), float(np.linalg.norm(kernel)))
+    W, tau, keep, t, cover = (np.concatenate(part) for part in zip(*parts))
+    return Rows(W, tau, keep, t, cover, tuple(breaks), float(np.linalg.norm(kernel)))
 
 
 def spikes(column: ndarray) -> ndarray:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import binary_dilation
@@ -52,7 +53,7 @@ class Samples:
 
 
 def log_of(
-    source: object,
+    source: Any,
     robot: Robot,
     units: Mapping | None,
     gauges: Gauges,

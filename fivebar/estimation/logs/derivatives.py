@@ -52,7 +52,7 @@ def spectrum(pieces: Sequence[ndarray], step: float) -> Spectrum:
 
     rate = 1 / step
     window = max(16, min(4096, 2 * max(map(len, pieces)) // 8))
-    power, weight = 0.0, 0
+    power, weight = np.zeros(()), 0
     for piece in pieces:
         if len(piece) >= window + 2:
             second = np.diff(piece, 2, axis=0)

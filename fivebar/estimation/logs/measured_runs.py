@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy import ndarray
@@ -93,7 +93,7 @@ def from_log(
     >>> run.q_dot[1].round(6).tolist()
     [10.0, 0.0]
     """
-    source = t
+    source: Any = t
     whole = isinstance(t, (Mapping, str, PathLike)) or hasattr(t, "read")
     columns = {
         "q1": q1,
