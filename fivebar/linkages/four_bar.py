@@ -153,12 +153,12 @@ class FourBar:
         stretches = self.ground + length <= first + second + tolerance
         return stretches and abs(self.ground - length) >= abs(first - second) - tolerance
 
-    def inversion(self, fixed: str) -> FourBar:
+    def inversion(self, held: str) -> FourBar:
         """Return the four-bar with another link held, of "ground", "crank", "coupler", "rocker".
 
         The next link is driven.
         """
-        k = SIDES.index(one_of(*SIDES)(fixed, "fixed"))
+        k = SIDES.index(one_of(*SIDES)(held, "held"))
         return FourBar(*self.sides[k:], *self.sides[:k])
 
 

@@ -197,7 +197,7 @@ def test_lengths_that_cannot_be():
         ),
         (
             lambda: TABLE_2.inversion("piston"),
-            "fixed must be one of ground, crank",
+            "held must be one of ground, crank",
         ),
         (lambda: SixBarPress(0.1, 0.1, 0.1, 0.4, 0.5, 0.6, 0), "l11 = 0.5 m is longer than l2"),
         (lambda: SixBarPress(0.1, 0.5, 0.4, 0.0, 0.5, 0.6, 0), "l5 must be finite and > 0"),
