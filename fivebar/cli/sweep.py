@@ -163,9 +163,9 @@ def _show(arguments, swept, best):
     rows = zip(best.tolist(), *table.values())
     if arguments.json:
         names = ("design", *columns)
-        finite = [[x if math.isfinite(x) else None for x in row] for row in rows]
+        designs = [dict(zip(names, map(_finite_or_none, row))) for row in rows]
         about = {"designs": swept.count, "errors": len(swept.errors)}
-        print(json.dumps(about | {"best": [dict(zip(names, row)) for row in finite]}, indent=1))
+        print(json.dumps(about | {"best": designs}, indent=1))
         return
     widths = [max(12, len(name) + 2) for name in columns]
     print(f"{'design':>8}" + "".join(f"{name:>{w}}" for name, w in zip(columns, widths)))
@@ -178,3 +178,7 @@ def _show(arguments, swept, best):
         print(f"design {k}: {text}", file=sys.stderr)
     if len(swept.errors) > 3:
         print(f"... {len(swept.errors)} errors in {swept.count} designs", file=sys.stderr)
+
+
+def _finite_or_none(value):
+    return value if math.isfinite(value) else None

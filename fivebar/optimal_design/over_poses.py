@@ -165,9 +165,9 @@ def _box(poses):
     elbows = [
         drive.pivot(leg.direction) for drive, leg in zip(poses.robots.drives, poses.pose.legs)
     ]
-    xs, ys = ([points[k] for points in (*elbows, poses.point)] for k in (0, 1))
-    xs, ys = [*xs, half, -half], [*ys, 0.0 * half]
-    return [_widest(parts, len(poses.det_A)) for parts in (xs, ys)]
+    xs, ys = zip(*elbows, poses.point)
+    count = len(poses.det_A)
+    return _widest((*xs, half, -half), count), _widest((*ys, 0.0 * half), count)
 
 
 def _widest(parts, count):
