@@ -126,20 +126,29 @@ def identify(
     known = np.array([0.0 if name in sought else getattr(robot, name) for name in names])
     columns = [k for k, name in enumerate(names) if name in sought]
 
-    def prepared(at):
+    def prepared(at, logs):
         found = [samples(own, held, robot, assembly, at) for own, held in logs]
         return found, _joined(found, known)
 
-    found, rows = prepared(cutoff)
+    found, rows = prepared(cutoff, logs)
     _refuse_few(rows, found, 2 * len(sought))
     any_W = any_motion(robot, assembly, _working(robot, found[0]))
     base, unseen = independent(any_W, columns, EXACT)
     told, also_unseen = independent(rows.W, base, NEARLY)
     full = fit(rows, told)
+    notes = []
+    if full.misfit < POOR and not all(held for _, held in logs):
+        # A drive that holds its commands logs torques of whole samples, not of instants.
+        held_logs = [(own, True) for own, _ in logs]
+        held_found, held_rows = prepared(cutoff, held_logs)
+        better, count = fit(held_rows, told), rows.counts.sum(axis=0)
+        if 2 * count @ np.log(full.sigma / better.sigma) > price(int(count.sum()), 1):
+            logs, found, rows, full = held_logs, held_found, held_rows, better
+            notes = ["each torque is taken as held to the next row, which fits the motion better"]
     for _ in range(8 if cutoff is None and full.misfit < POOR else 0):
         if bias(found, told, full).max() < BIASED:
             break
-        fewer, lower = prepared(0.7 * min(each.cutoff for each in found))
+        fewer, lower = prepared(0.7 * min(each.cutoff for each in found), logs)
         if lower.counts.sum(axis=0).min() < 8 * len(columns):
             break
         found, rows = fewer, lower
@@ -177,7 +186,7 @@ def identify(
     whole = known.copy()
     whole[chosen] = theta
     longest = max(found, key=lambda each: len(each.pieces[0][0]))
-    notes = [sentence for each in found for sentence in each.notes]
+    notes += [sentence for each in found for sentence in each.notes]
     notes += beyond_the_model(result, longest, chosen, whole, last)
     by_known = rows.W @ known
     identified = Identification(
@@ -210,6 +219,7 @@ def identify(
     if validate is None:
         return identified
     second, held = log_of(validate, robot, units, gauges)
+    held = held or all(held for _, held in logs)
     at = identified.cutoff if cutoff is None else cutoff
     rows = samples(second, held, robot, assembly, at).rows
     return replace(identified, validation=_validation(identified, rows))
