@@ -1,4 +1,4 @@
-"""Constraints on a motion: limits on torques and rates, joint ranges, regions, margins, collisions."""
+"""Constraints on a motion: limits on torques and rates, ranges, regions, margins, collisions."""
 
 from __future__ import annotations
 
@@ -10,12 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.backend import finite_numbers
-from ..base.checks import not_negative, number, share, shown
+from ..base.checks import instance, not_negative, number, share, shown
 from ..base.representation import one_line
 from ..models.geometry import Pose
-from .link_collisions import LinkCollisions, apart, off
+from .link_collisions import (
+    LinkCollisions,
+    point_segment_distance,
+    segment_distance,
+)
 
-LEAST, MOST = 1e-9, 1e9  # SI; limits on torques and rates outside of these are typing errors
 PER_JOINT = "torque", "joint_speed", "joint_acceleration"
 OF_END_EFFECTOR = "speed", "acceleration", "jerk"
 MARGINS = "det_A", "sin"
@@ -26,19 +29,19 @@ ON_POSES = "joints", "half_planes", "region", *MARGINS, "collisions"
 class Constraints:
     """All that a motion must keep. What is not named is free.
 
-    `plan`, `time_path`, `place`, `check_path`, `largest_disc`, `largest_rectangle`, `certify` and `Tracker` take it.
-    Each of them says which constraints it keeps, and refuses the others.
+    `plan`, `time_path`, `place`, `check_path`, `largest_disc`, `largest_rectangle`, `certify` and
+    `Tracker` take it. Each of them says which constraints it keeps, and refuses the others.
 
     Parameters
     ----------
     torque, joint_speed, joint_acceleration : float or (2,), optional
-        Largest torque, N m, speed, rad/s, and acceleration, rad/s^2, of both joints or of each. Of a biglide N, m/s
-        and m/s^2.
+        Largest torque, N m, speed, rad/s, and acceleration, rad/s^2, of both joints or of each. Of
+        a biglide N, m/s and m/s^2.
     speed, acceleration, jerk : float, optional
         Largest values of the end-effector, m/s, m/s^2 and m/s^3.
     joints : ((low, high) or None, (low, high) or None), optional
-        Ranges of q11 and q21, rad (of a biglide m). An angle and its full turns are the same, so a range is at most a
-        full turn.
+        Ranges of q11 and q21, rad (of a biglide m). An angle and its full turns are the same, so a
+        range is at most a full turn.
     half_planes : sequence of (a, b, c)
         The end-effector stays where a x + b y >= c, m. y > 0 is (0, 1, 0).
     region : (n, 2), optional
@@ -59,7 +62,7 @@ class Constraints:
     --------
     >>> import fivebar as fb
     >>> fb.Constraints(torque=0.05, det_A=0.2, half_planes=[(0, 1, 0.01)])
-    <Constraints: torque 0.05, 0.05, 0 x + 1 y >= 0.01 m, |det A| >= 0.2>
+    <Constraints: torque (0.05, 0.05), half_planes ((0.0, 1.0, 0.01),), det_A 0.2>
     """
 
     torque: ArrayLike | None = None
@@ -77,42 +80,21 @@ class Constraints:
     collisions: LinkCollisions | None = None
 
     def __post_init__(self) -> None:
-        checks = dict.fromkeys(PER_JOINT, _per_joint) | dict.fromkeys(OF_END_EFFECTOR, _limit)
-        checks |= {"joints": _joints, "half_planes": _half_planes, "region": _polygon}
-        checks |= dict.fromkeys(MARGINS, share) | {"clearance": not_negative}
-        for name, check in checks.items():
+        for name, check in CHECKS.items():
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, check(value, f"Constraints: {name}"))
-        if not (self.collisions is None or isinstance(self.collisions, LinkCollisions)):
-            raise TypeError(
-                f"Constraints: collisions must be LinkCollisions, not {shown(self.collisions)}"
-            )
 
     def __repr__(self) -> str:
-        words = []
-        for name in PER_JOINT:
-            limits = getattr(self, name)
-            words += [f"{name} {limits[0]:g}, {limits[1]:g}"] if limits else []
-        for name in OF_END_EFFECTOR:
-            limit = getattr(self, name)
-            words += [f"{name} {limit:g}"] if limit else []
-        for name, limits in zip(("q11", "q21"), self.joints or ()):
-            words += [f"{name} from {limits[0]:g} to {limits[1]:g}"] if limits else []
-        words += [f"{a:g} x + {b:g} y >= {c:g} m" for a, b, c in self.half_planes]
-        words += [f"in a polygon of {len(self.region)} corners"] if self.region else []
-        words += [f"|det A| >= {self.det_A:g}"] if self.det_A else []
-        words += [f"|sin q_i2| >= {self.sin:g}"] if self.sin else []
-        words += [f"clearance {self.clearance:g} m"] if self.clearance else []
-        words += [repr(self.collisions)] if self.collisions else []
-        return one_line("Constraints", *words)
+        return one_line(
+            "Constraints",
+            *(f"{name} {getattr(self, name)}" for name in self.named),
+        )
 
     @property
     def named(self) -> tuple[str, ...]:
         """Names of the constraints that are not free."""
-        return tuple(
-            field.name for field in fields(self) if getattr(self, field.name) != field.default
-        )
+        return tuple(f.name for f in fields(self) if getattr(self, f.name) != f.default)
 
     def clearances(self, pose: Pose) -> dict[str, np.ndarray]:
         """Return how far each constraint on poses is from being violated.
@@ -125,21 +107,20 @@ class Constraints:
         Returns
         -------
         dict
-            (*batch,) arrays by constraint, in m, in rad, or a difference of sines: negative where the constraint is
-            violated, nan where the pose is.
+            (*batch,) arrays by constraint, in m, in rad, or a difference of sines: negative where
+            the constraint is violated, nan where the pose is.
         """
-        x, y = (np.asarray(component) for component in pose.point)
+        x, y = np.asarray(pose.point[0]), np.asarray(pose.point[1])
         result = {}
         for leg, limits in enumerate(self.joints or ()):
             if limits:
-                q = pose.legs[leg].q
-                result[f"joint limits of q{leg + 1}1"] = _range_clearance(
-                    limits, q, pose.robot.turns
-                )
+                clearance = _range_clearance(limits, pose.legs[leg].q, pose.robot.turns)
+                result[f"joint limits of q{leg + 1}1"] = clearance
         for a, b, c in self.half_planes:
             result[f"{a:g} x + {b:g} y >= {c:g} m"] = a * x + b * y - c
         if self.region:
-            result["region"] = off_sides(np.array(self.region) @ (1, 1j), x + 1j * y)
+            corners = np.array(self.region) @ (1, 1j)
+            result["region"] = distance_inside(corners, x + 1j * y)
         if self.det_A:
             result[f"|det A| >= {self.det_A:g}"] = np.abs(pose.det_A) - self.det_A
         if self.sin:
@@ -151,7 +132,8 @@ class Constraints:
     def smooth(self, pose: Pose, length: float) -> list:
         """Return differentiable clearances of CasADi symbols, >= 0 where the constraint holds.
 
-        They are those of joints, half-planes, a convex region and collisions; distances are divided by `length`, m.
+        They are those of joints, half-planes, a convex region and collisions. Distances are divided
+        by `length`, m.
         """
         x, y = pose.point
         result = []
@@ -173,7 +155,7 @@ class Constraints:
         return result
 
     def _sides_of_convex_region(self) -> list[tuple[float, float, float]]:
-        """Return the half-planes (a, b, c) whose intersection is the region; [] if it is not convex."""
+        """Return the half-planes (a, b, c) of a convex region's sides; [] if it is not convex."""
         if not self.region:
             return []
         corners = np.array(self.region) @ (1, 1j)
@@ -181,12 +163,13 @@ class Constraints:
         turns = (sides.conj() * np.roll(sides, -1)).imag
         if (turns < 0).any() and (turns > 0).any():
             return []
-        normals = 1j * sides / np.abs(sides) * (1 if turns.sum() > 0 else -1)
+        inwards = 1j if turns.sum() > 0 else -1j
+        normals = inwards * sides / np.abs(sides)
         pairs = zip(normals.tolist(), corners.tolist())
         return [(n.real, n.imag, (n.conjugate() * corner).real) for n, corner in pairs]
 
     def satisfied(self, pose: Pose) -> np.ndarray:
-        """Return whether a pose keeps all constraints on poses: bool (*batch,), False where it is nan."""
+        """Return whether all constraints on poses hold, bool (*batch,), False for poses of nan."""
         clearances = list(self.clearances(pose).values())
         closes = np.isfinite(pose.det_A)
         return closes & (np.min(clearances, axis=0) >= 0) if clearances else closes
@@ -198,23 +181,27 @@ def refuse_others(constraints: Constraints | None, function: str, kept: Sequence
     others = [name for name in names if name not in kept]
     if others:
         raise ValueError(
-            f"{function}: the constraint {others[0]} is not kept here, only {', '.join(kept)}: leave"
-            " it out"
+            f"{function}: the constraint {others[0]} is not kept here, leave it out; kept are"
+            f" {', '.join(kept)}"
         )
 
 
-def off_sides(corners: np.ndarray, z: np.ndarray) -> np.ndarray:
+def distance_inside(corners: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Return the distance of points (*batch,) from the sides of a polygon, corners (n,) complex.
 
     It is negative outside.
     """
-    start, end, point = corners, np.roll(corners, -1), np.asarray(z)[..., None]
-    distance = off(point, start, end).min(axis=-1)
+    start, end, point = (
+        corners,
+        np.roll(corners, -1),
+        np.asarray(z)[..., None],
+    )
+    distance = point_segment_distance(point, start, end).min(axis=-1)
+    # A point is inside if a ray along x meets an odd number of sides.
     spans = (start.imag > point.imag) != (end.imag > point.imag)
     with np.errstate(divide="ignore", invalid="ignore"):
-        x = start.real + (point.imag - start.imag) / (end.imag - start.imag) * (
-            end.real - start.real
-        )
+        share = (point.imag - start.imag) / (end.imag - start.imag)
+        x = start.real + share * (end.real - start.real)
     inside = (spans & (x > point.real)).sum(axis=-1) % 2 == 1
     return np.where(inside, distance, -distance)
 
@@ -228,7 +215,8 @@ def _range_clearance(limits, q, turns):
 
 
 def _limit(value, name):
-    return number(value, name, LEAST, MOST)
+    # SI; limits outside of this range are typing errors.
+    return number(value, name, 1e-9, 1e9)
 
 
 def _per_joint(value, name):
@@ -285,6 +273,18 @@ def _polygon(region, name):
         raise ValueError(f"{name} has the same corner twice in a row")
     for k in range(len(z)):
         for m in range(k + 2, len(z) - (k == 0)):
-            if apart(z[k], z[k + 1], z[m], z[(m + 1) % len(z)]) <= 0:
+            if segment_distance(z[k], z[k + 1], z[m], z[(m + 1) % len(z)]) <= 0:
                 raise ValueError(f"Constraints: sides {k + 1} and {m + 1} of the region meet")
     return tuple(map(tuple, corners.tolist()))
+
+
+CHECKS = {
+    **dict.fromkeys(PER_JOINT, _per_joint),
+    **dict.fromkeys(OF_END_EFFECTOR, _limit),
+    **dict.fromkeys(MARGINS, share),
+    "joints": _joints,
+    "half_planes": _half_planes,
+    "region": _polygon,
+    "clearance": not_negative,
+    "collisions": instance(LinkCollisions),
+}

@@ -24,7 +24,7 @@ CANDIDATES = 4  # of the search, that are solved for exactly
 
 @dataclass(frozen=True, eq=False)
 class Disc:
-    """center (2,) m, radius m."""
+    """A disc: center (2,) m, radius m."""
 
     center: np.ndarray
     radius: float
@@ -32,8 +32,9 @@ class Disc:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BoundedAspect(Aspect):
-    """An aspect within which something must be kept: walls, arcs across which it is not; allowed:
-    where it is.
+    """An aspect in which constraints hold only in a part.
+
+    walls: arcs across which a constraint is violated; allowed: a function that tells where none is.
     """
 
     walls: tuple = ()
@@ -45,7 +46,12 @@ def bounded_by(aspect: Aspect, constraints: Constraints | None) -> Aspect:
     if constraints is None or not set(constraints.named) & set(ON_POSES):
         return aspect
     place = aspect.robot, aspect.working, constraints
-    return as_kind(BoundedAspect, aspect, tuple(boundaries(*place)), satisfied_at(*place))
+    return as_kind(
+        BoundedAspect,
+        aspect,
+        tuple(boundaries(*place)),
+        satisfied_at(*place),
+    )
 
 
 @takes(aspect=instance(Aspect), constraints=optional(instance(Constraints)))
@@ -84,17 +90,23 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
     refuse_others(constraints, "largest_disc", (*ON_POSES, "clearance"))
     margin = constraints.clearance if constraints else 0.0
     aspect = bounded_by(aspect, constraints)
-    best, clearance = None, 0.0
     bounded = isinstance(aspect, BoundedAspect)
-    own = dict(walls=aspect.walls, allowed=aspect.allowed) if bounded else {}
-    for z, coarse in points_of_largest_clearance(
-        aspect.boundary, punctures(aspect), aspect.area, CANDIDATES, **own
-    ):
+    limits = {"walls": aspect.walls, "allowed": aspect.allowed} if bounded else {}
+    candidates = points_of_largest_clearance(
+        aspect.boundary,
+        punctures(aspect),
+        aspect.area,
+        CANDIDATES,
+        **limits,
+    )
+    best, clearance = None, 0.0
+    for z, coarse in candidates:
         if coarse <= clearance:
             break  # samples are never nearer than the boundary itself
         polished = _polished(aspect, z)
-        if clearance_at(aspect, polished) > clearance:
-            best, clearance = polished, clearance_at(aspect, polished)
+        exact = clearance_at(aspect, polished)
+        if exact > clearance:
+            best, clearance = polished, exact
     if clearance and bounded and constraints.collisions:
         clearance = _largest_kept_radius(aspect, best, clearance)
     if clearance <= margin:
@@ -103,28 +115,30 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
 
 
 def _largest_kept_radius(aspect, z, clearance):
-    """The radius up to which all is kept on rings around a point: traced walls end short of the
-    limit of reach.
+    """Return the radius up to which all rings around a point are allowed.
+
+    Traced boundaries end short of the limit of reach, so the rings are sampled.
     """
     ring = np.exp(1j * np.linspace(0, 2 * np.pi, 721)[:-1])
     radii = clearance * np.append(1 - 1e-9, np.linspace(0.99, 0, 100))
-    broken = [
-        k for k, radius in enumerate(radii[:-1]) if not aspect.allowed(z + radius * ring).all()
-    ]
-    if not broken:
+
+    def is_allowed(radius):
+        return aspect.allowed(z + radius * ring).all()
+
+    violated = [k for k, radius in enumerate(radii[:-1]) if not is_allowed(radius)]
+    if not violated:
         return clearance
-    high, low = radii[broken[-1]], radii[broken[-1] + 1]
+    high, low = radii[violated[-1]], radii[violated[-1] + 1]
     for _ in range(40):
         middle = (low + high) / 2
-        low, high = (middle, high) if aspect.allowed(z + middle * ring).all() else (low, middle)
+        low, high = (middle, high) if is_allowed(middle) else (low, middle)
     return float(low)
 
 
-def too_narrow(aspect: Aspect, what: str, margin: float, clearance: float) -> str:
-    return f"no {what} in aspect {aspect.number} keeps a clearance of {margin:g} m: " + (
-        f"its point of largest clearance is {clearance:.6g} m from the next singularity"
-        if clearance
-        else "nothing of it is kept"
+def too_narrow(aspect: Aspect, shape: str, margin: float, clearance: float) -> str:
+    return (
+        f"no {shape} in aspect {aspect.number} keeps a clearance of {margin:g} m: its largest"
+        f" clearance is {clearance:.6g} m"
     )
 
 
@@ -133,70 +147,68 @@ def punctures(aspect: Aspect) -> np.ndarray:
 
 
 def arcs_of(aspect: Aspect) -> list[Arc]:
-    """All that bounds it, walls too."""
-    return [*(arc for loop in aspect.boundary for arc in loop), *getattr(aspect, "walls", ())]
+    """Return all arcs that bound an aspect, those of constraints too."""
+    return [
+        *(arc for loop in aspect.boundary for arc in loop),
+        *getattr(aspect, "walls", ()),
+    ]
 
 
 def clearance_at(aspect: Aspect, z: complex) -> float:
-    """Exact distance of a point to the boundary and the punctures."""
-    # Samples tell which arcs can be nearest: nothing of an arc is nearer than its samples by more
-    # than half a step.
-    samples = [(np.abs(arc.z - z).min(), arc) for arc in arcs_of(aspect)]
-    clearance = min([least for least, _ in samples] + np.abs(punctures(aspect) - z).tolist())
-    near = [
-        arc.nearest(np.array([z]))[1][0]
-        for least, arc in samples
-        if least - 0.51 * arc.step <= clearance
-    ]
-    return float(min([clearance, *near]))
+    """Return the exact distance of a point from the boundary and the punctures."""
+    # No point of an arc is nearer than its samples by more than half a step.
+    arcs = arcs_of(aspect)
+    sampled = [np.abs(arc.z - z).min() for arc in arcs]
+    clearance = min(sampled + np.abs(punctures(aspect) - z).tolist())
+    for arc, least in zip(arcs, sampled):
+        if least - 0.51 * arc.step <= clearance:
+            clearance = min(clearance, arc.nearest(np.array([z]))[1][0])
+    return float(clearance)
 
 
 def _polished(aspect, z):
-    """The point near z that is farthest from all, by equal distances to two or three feet on the
-    exact curves.
+    """Return the point near z that is farthest from all boundaries.
+
+    It has equal distances to two or three feet on the exact curves.
     """
-    samples, clearance = (
-        np.concatenate([punctures(aspect), *(arc.z for arc in arcs_of(aspect))]),
-        clearance_at(aspect, z),
-    )
+    samples = np.concatenate([punctures(aspect), *(arc.z for arc in arcs_of(aspect))])
+    clearance = clearance_at(aspect, z)
     for _ in range(4):
         before, feet = clearance, _feet(aspect, z, 1.2 * clearance)
-        chosen = [foot for count in (2, 3) for foot in combinations(feet, count)]
-        proposals = [_equidistant(z, clearance, [foot[1:] for foot in each]) for each in chosen]
-        most = [(np.abs(samples - p).min(), p) for p in proposals if abs(p - z) < clearance]
-        for bound, p in sorted(most, key=lambda each: -each[0]):
+        proposals = []
+        for chosen in [*combinations(feet, 2), *combinations(feet, 3)]:
+            p = _equidistant(z, clearance, [foot[1:] for foot in chosen])
+            if abs(p - z) < clearance:
+                proposals.append((np.abs(samples - p).min(), p))
+        for bound, p in sorted(proposals, key=lambda proposal: -proposal[0]):
             if bound <= clearance:
                 break
-            if (own := clearance_at(aspect, p)) > clearance:
-                z, clearance = p, own
+            exact = clearance_at(aspect, p)
+            if exact > clearance:
+                z, clearance = p, exact
         if clearance <= before * (1 + 1e-14):
             break
     return z
 
 
 def _feet(aspect, z, within, most=6):
-    """(distance, arc or None, parameter or point) of the nearest points that block the way from
-    z.
-    """
-    feet = [
-        (abs(point - z), None, complex(point))
-        for point in punctures(aspect)
-        if abs(point - z) <= within
-    ]
+    """Return (distance, arc, parameter), or (distance, None, point), of the nearest points."""
+    feet = [(abs(point - z), None, complex(point)) for point in punctures(aspect)]
+    feet = [foot for foot in feet if foot[0] <= within]
     for arc in arcs_of(aspect):
         for s, distance in zip(*arc.feet(z, within)):
             feet.append((distance, arc, float(s)))
-            if s in (
-                arc.start,
-                arc.end,
-            ):  # where arcs join, their curvatures differ and the foot can rest
+            # Where arcs join, their curvatures differ, and the foot can rest there.
+            if s in (arc.start, arc.end):
                 feet.append((distance, None, complex(arc.at(s))))
     feet.sort(key=lambda foot: foot[0])
     return feet[:most]
 
 
 def _equidistant(z, clearance, feet):
-    """Newton for the center, its distance to all feet, and their parameters; two feet are to be on
+    """Return the point near z that has one distance from all feet; z where Newton's steps leave.
+
+    The unknowns are the center, the distance and the feet's parameters. Two feet are to be on
     opposite sides.
     """
     curves = [k for k, (arc, _) in enumerate(feet) if arc is not None]
@@ -207,15 +219,14 @@ def _equidistant(z, clearance, feet):
 
     def residual(v):
         center, residuals, ways = complex(v[0], v[1]), [], []
-        at = 3
-        for k, (arc, where) in enumerate(feet):
+        parameters = iter(v[3:])
+        for k, (arc, point) in enumerate(feet):
             if arc is None:
-                way = center - where
+                way = center - point
             else:
-                on, tangent = on_curve(k, v[at])
+                on, tangent = on_curve(k, next(parameters))
                 way = center - on
                 residuals.append((way * tangent.conjugate()).real / abs(tangent))
-                at += 1
             residuals.append(abs(way) - v[2])
             ways.append(way)
         if len(feet) == 2:
@@ -225,13 +236,11 @@ def _equidistant(z, clearance, feet):
     v = np.array([z.real, z.imag, clearance, *(feet[k][1] for k in curves)])
     steps = 1e-6 * np.array([clearance, clearance, clearance, *(1.0 for _ in curves)])
     for _ in range(12):
-        jacobian = np.stack(
-            [
-                (residual(v + h) - residual(v - h)) / (2 * step)
-                for h, step in zip(np.diag(steps), steps)
-            ],
-            axis=1,
-        )
+        columns = [
+            (residual(v + h) - residual(v - h)) / (2 * step)
+            for h, step in zip(np.diag(steps), steps)
+        ]
+        jacobian = np.stack(columns, axis=1)
         change = np.linalg.lstsq(jacobian, -residual(v), rcond=1e-9)[0]
         v = v + change
         if not abs(complex(v[0], v[1]) - z) < clearance:

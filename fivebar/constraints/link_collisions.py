@@ -1,6 +1,4 @@
-"""Bars that must not meet: their widths, the layers they turn in, and how far apart they are in a
-pose.
-"""
+"""Collisions between links: widths, layers, and distances in a pose."""
 
 from __future__ import annotations
 
@@ -14,165 +12,210 @@ from ..base.checks import instance, not_negative, shown
 from ..models.geometry import Pose
 from ..models.robots import FiveBar
 
-NAMES = ("11", "12", "21", "22")
-TOUCHING = 1e-9  # m, by which a distance is larger, so that it has a slope where it is 0
-JOINED = {
-    ("11", "12"),
-    ("21", "22"),
-    ("12", "22"),
-}  # by a joint, about which one lies over the other
+BARS = ("11", "12", "21", "22")
+# m^2, added to a squared distance, so that its root has a slope where the distance is 0.
+SMOOTHING = 1e-9**2
+# Bars joined by a joint, about which one lies over the other.
+JOINED = {("11", "12"), ("21", "22"), ("12", "22")}
 
 
 @dataclass(frozen=True)
 class LinkCollisions:
-    """Bars that must not meet: two in one layer, not joined to each other, keep their half widths
-    apart.
+    """Links that must not meet.
 
-    widths: m, of all bars or of 11, 12, 21, 22; ends are round. layers: of these four; bars of
-    different layers pass over each other; joined bars may share one. posts: radius, m, of a motor's
-    axle at each base joint, 0: none; it stands in post_layers, where every bar but the proximal one
-        that it turns keeps off it.
+    Two bars of one layer that no joint connects keep half of both widths apart. The ends of bars
+    are round. Only five-bar robots have them.
+
+    Parameters
+    ----------
+    widths : float or (4,)
+        Widths, m, of all bars or of the bars 11, 12, 21 and 22.
+    layers : (4,) of int
+        Layers of these bars. Bars of different layers pass over each other.
+    posts : float
+        Radius, m, of a motor's axle at each base joint, 0 for none.
+    post_layers : int or sequence of int
+        Layers that the axles stand in. There every bar keeps off them, except the proximal bar that
+        the axle turns.
+
+    Raises
+    ------
+    ValueError, TypeError
+        A value is no such width or layer; the message names it.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> pose = fb.dgm(fb.FiveBar(), (0.0, 0.0))
+    >>> collisions = fb.LinkCollisions(widths=0.01)
+    >>> {name: round(float(m), 4) for name, m in collisions.clearances(pose).items()}
+    {'bars 11 and 21': 0.018, 'bars 11 and 22': 0.0687, 'bars 12 and 21': 0.0155}
     """
 
     widths: float | tuple[float, float, float, float] = 0.0
     layers: tuple[int, int, int, int] = (1, 1, 1, 1)
     posts: float = 0.0
-    post_layers: tuple[int, ...] = (1,)
+    post_layers: int | tuple[int, ...] = (1,)
 
     def __post_init__(self) -> None:
         widths = finite_numbers(self.widths, "LinkCollisions: widths")
         widths = np.full(4, widths) if widths.ndim == 0 else widths
-        layers = finite_numbers(self.layers, "LinkCollisions: layers")
-        posts = np.atleast_1d(finite_numbers(self.post_layers, "LinkCollisions: post_layers"))
-        for name, value, given in (
-            ("widths", widths, self.widths),
-            ("layers", layers, self.layers),
-        ):
-            if value.shape != (4,):
+        layers = _whole_numbers(self.layers, "layers")
+        for name, values in (("widths", widths), ("layers", layers)):
+            if len(values) != 4:
                 raise ValueError(
                     f"LinkCollisions: {name} must be four, of the bars 11, 12, 21 and 22, not"
-                    f" {shown(given)}"
+                    f" {shown(getattr(self, name))}"
                 )
-        for name, value, given in (
-            ("layers", layers, self.layers),
-            ("post_layers", posts, self.post_layers),
-        ):
-            if value.ndim != 1 or (value != np.round(value)).any():
-                raise ValueError(
-                    f"LinkCollisions: {name} must be whole numbers, not {shown(given)}"
-                )
+        widths = tuple(not_negative(width, "LinkCollisions: widths") for width in widths.tolist())
+        object.__setattr__(self, "widths", widths)
+        object.__setattr__(self, "layers", layers)
+        object.__setattr__(self, "posts", not_negative(self.posts, "LinkCollisions: posts"))
         object.__setattr__(
             self,
-            "widths",
-            tuple(not_negative(each, "LinkCollisions: widths") for each in widths.tolist()),
+            "post_layers",
+            _whole_numbers(self.post_layers, "post_layers"),
         )
-        object.__setattr__(self, "layers", tuple(map(int, layers)))
-        object.__setattr__(self, "posts", not_negative(self.posts, "LinkCollisions: posts"))
-        object.__setattr__(self, "post_layers", tuple(map(int, posts)))
 
     def clearances(self, pose: Pose) -> dict[str, np.ndarray]:
-        """How far apart what must not meet is, m, (*batch,) by words; below 0 it meets, nan where
-        the pose is.
-        """
-        instance(FiveBar)(pose.robot, "robot of bars")
-        with np.errstate(invalid="ignore"):
-            return dict(self._rooms(*_ends(pose), pose.robot.d))
+        """Return the distances, m, between links that must not meet.
 
-    def _rooms(self, bars, bases, d):
-        half = {name: width / 2 for name, width in zip(NAMES, self.widths)}
-        for one, other in self.pairs(d):
-            yield (
-                f"bars {one} and {other}",
-                apart(*bars[one], *bars[other]) - half[one] - half[other],
-            )
-        for k, name in self.posted(d):
-            clearance = off(bases[k], *bars[name]) - self.posts - half[name]
-            yield f"bar {name} and the {('left', 'right')[k]} post", clearance
+        Parameters
+        ----------
+        pose : Pose
+            One pose or a batch, of a five-bar robot.
+
+        Returns
+        -------
+        dict
+            (*batch,) arrays by the links' names: negative where they meet, nan where the pose is.
+        """
+        instance(FiveBar)(pose.robot, "robot with link collisions")
+        half = self._half_widths
+        result = {}
+        with np.errstate(invalid="ignore"):
+            bars, bases = _ends(pose)
+            for one, other in self.pairs(pose.robot.d):
+                distance = segment_distance(*bars[one], *bars[other])
+                result[f"bars {one} and {other}"] = distance - half[one] - half[other]
+            for k, bar in self.posted(pose.robot.d):
+                distance = point_segment_distance(bases[k], *bars[bar])
+                side = ("left", "right")[k]
+                result[f"bar {bar} and the {side} post"] = distance - self.posts - half[bar]
+        return result
+
+    @property
+    def _half_widths(self):
+        return {bar: width / 2 for bar, width in zip(BARS, self.widths)}
 
     def pairs(self, d: float) -> list[tuple[str, str]]:
-        """The bars that must not meet, of a robot whose bases are d apart."""
-        layer, free = dict(zip(NAMES, self.layers)), JOINED | ({("11", "21")} if d == 0 else set())
+        """Return the bars that must not meet, of a robot whose bases are d apart."""
+        layer = dict(zip(BARS, self.layers))
+        joined = JOINED | {("11", "21")} if d == 0 else JOINED
         return [
-            pair
-            for pair in combinations(NAMES, 2)
-            if pair not in free and layer[pair[0]] == layer[pair[1]]
+            (one, other)
+            for one, other in combinations(BARS, 2)
+            if layer[one] == layer[other] and (one, other) not in joined
         ]
 
     def posted(self, d: float) -> list[tuple[int, str]]:
-        """(which post, bar) of those that must not meet."""
-        return [
-            (k, name)
-            for k, _ in enumerate("lr" if self.posts else "")
-            for name, layer in zip(NAMES, self.layers)
-            if name != f"{k + 1}1" and layer in self.post_layers and not (d == 0 and name[1] == "1")
-        ]
+        """Return (post 0 or 1, bar) of those that must not meet."""
+        result = []
+        for k in (0, 1) if self.posts else ():
+            for bar, layer in zip(BARS, self.layers):
+                on_axle = bar == f"{k + 1}1" or (d == 0 and bar[1] == "1")
+                if layer in self.post_layers and not on_axle:
+                    result.append((k, bar))
+        return result
 
     def smooth(self, pose: Pose) -> list:
-        """`rooms` of CasADi symbols, m: they have slopes, but where another end becomes the
-        nearest.
+        """Return the clearances of CasADi symbols, m.
+
+        They are differentiable, except where another end becomes the nearest.
         """
         import casadi as ca
 
-        half, ends, bases = {name: width / 2 for name, width in zip(NAMES, self.widths)}, {}, []
-        for leg, (drive, length, u) in enumerate(
-            zip(pose.robot.drives, pose.robot.distal, pose.u2), start=1
-        ):
-            base, tip = ca.vertcat(drive.x, drive.y), ca.vertcat(*pose.point)
+        half = self._half_widths
+        tip = ca.vertcat(*pose.point)
+        ends, bases = {}, []
+        for leg in (0, 1):
+            drive, length, u = (
+                pose.robot.drives[leg],
+                pose.robot.distal[leg],
+                pose.u2[leg],
+            )
+            base = ca.vertcat(drive.x, drive.y)
             elbow = tip - length * ca.vertcat(*u)
-            ends[f"{leg}1"], ends[f"{leg}2"] = (base, elbow), (elbow, tip)
+            ends[f"{leg + 1}1"], ends[f"{leg + 1}2"] = (
+                (base, elbow),
+                (elbow, tip),
+            )
             bases.append(base)
 
-        def off(z, a, b):
+        def distance(z, a, b):
             way = b - a
-            part = ca.fmin(ca.fmax(ca.dot(z - a, way) / ca.dot(way, way), 0), 1)
-            away = z - a - part * way
-            return ca.sqrt(ca.dot(away, away) + TOUCHING**2)
+            share = ca.fmin(ca.fmax(ca.dot(z - a, way) / ca.dot(way, way), 0), 1)
+            offset = z - a - share * way
+            return ca.sqrt(ca.dot(offset, offset) + SMOOTHING)
 
         def side(p, q, r):
             u, v = q - p, r - p
             return u[0] * v[1] - u[1] * v[0]
 
-        found = []
+        clearances = []
         for one, other in self.pairs(pose.robot.d):
             (a, b), (c, d) = ends[one], ends[other]
-            least = ca.fmin(
-                ca.fmin(off(a, c, d), off(b, c, d)), ca.fmin(off(c, a, b), off(d, a, b))
-            )
-            crossing = ca.logic_and(
-                side(a, b, c) * side(a, b, d) < 0, side(c, d, a) * side(c, d, b) < 0
-            )
-            found.append(ca.if_else(crossing, -least, least) - half[one] - half[other])
-        return found + [
-            off(bases[k], *ends[name]) - self.posts - half[name]
-            for k, name in self.posted(pose.robot.d)
-        ]
+            first = ca.fmin(distance(a, c, d), distance(b, c, d))
+            second = ca.fmin(distance(c, a, b), distance(d, a, b))
+            least = ca.fmin(first, second)
+            divides = side(a, b, c) * side(a, b, d) < 0
+            is_divided = side(c, d, a) * side(c, d, b) < 0
+            signed = ca.if_else(ca.logic_and(divides, is_divided), -least, least)
+            clearances.append(signed - half[one] - half[other])
+        for k, bar in self.posted(pose.robot.d):
+            clearances.append(distance(bases[k], *ends[bar]) - self.posts - half[bar])
+        return clearances
+
+
+def _whole_numbers(values, name):
+    numbers = np.atleast_1d(finite_numbers(values, f"LinkCollisions: {name}"))
+    if numbers.ndim != 1 or (numbers != np.round(numbers)).any():
+        raise ValueError(f"LinkCollisions: {name} must be whole numbers, not {shown(values)}")
+    return tuple(map(int, numbers))
 
 
 def _ends(pose):
-    """{bar: its two ends}, and the base joints, as complex numbers."""
+    """Return {bar: its two ends} and the base joints, as complex numbers."""
     z = np.asarray(pose.point[0]) + 1j * np.asarray(pose.point[1])
     bars, bases = {}, []
-    for leg, (drive, length, (ux, uy)) in enumerate(
-        zip(pose.robot.drives, pose.robot.distal, pose.u2), start=1
-    ):
-        base, elbow = complex(drive.x, drive.y) + 0 * z, z - length * (ux + 1j * np.asarray(uy))
-        bars[f"{leg}1"], bars[f"{leg}2"] = (base, elbow), (elbow, z)
+    for leg in (0, 1):
+        drive, (ux, uy) = pose.robot.drives[leg], pose.u2[leg]
+        base = complex(drive.x, drive.y) + 0 * z
+        elbow = z - pose.robot.distal[leg] * (ux + 1j * np.asarray(uy))
+        bars[f"{leg + 1}1"], bars[f"{leg + 1}2"] = (base, elbow), (elbow, z)
         bases.append(base)
     return bars, bases
 
 
-def off(z: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Distance of points from segments a to b."""
+def point_segment_distance(z: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the distance of points from the segments a to b, all complex."""
     way = b - a
-    part = np.clip(((z - a) * way.conj()).real / np.abs(way) ** 2, 0, 1)
-    return np.abs(z - a - part * way)
+    share = np.clip(((z - a) * way.conj()).real / np.abs(way) ** 2, 0, 1)
+    return np.abs(z - a - share * way)
 
 
-def apart(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Distance of segments a to b and c to d; where they cross, less than 0, by how far the nearest
-    end is across.
+def segment_distance(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Return the distance of the segments a to b and c to d, all complex.
+
+    Where they cross it is negative, by how far the nearest end is across.
     """
-    least = np.min([off(a, c, d), off(b, c, d), off(c, a, b), off(d, a, b)], axis=0)
+    distances = [
+        point_segment_distance(a, c, d),
+        point_segment_distance(b, c, d),
+        point_segment_distance(c, a, b),
+        point_segment_distance(d, a, b),
+    ]
+    least = np.min(distances, axis=0)
 
     def side(p, q, r):
         return ((q - p).conj() * (r - p)).imag

@@ -1,12 +1,10 @@
-"""Whether a trajectory of the end-effector can be followed: reach, singularities, and how it meets
-the first one.
-"""
+"""Check a trajectory of the end-effector: reach, singularities, crossing criterion, constraints."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,20 +34,34 @@ EXACT = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class PathCheck:
-    """What `check_path` found.
+    """The result of `check_path`.
 
-    reachable: the whole path is in the workspace; singularity_free: reachable, and no pose on it is
-        singular;
-    leaves: the time at which it leaves the workspace, s, or None; time: of the first singular pose,
-        s, or None;
-    pose: that pose; type: its Singularity (leaving is Type 1); touching: the margin is 0 there
-        without changing sign;
-    criterion: t_s . m xi'' in N at a Type-2 pose, t_s = u_12 turned by +90 degrees (A t_s = 0),
-    None elsewhere (of a robot with gravity or heavy bars t_s . the whole force that the motion asks
-    for there, `models.loads`), and criterion_holds whether it is 0, as exactly as the path is
-    given, so that the torque stays finite; min_margin: the smallest |sin q_i2| (of a biglide |sin
-    phi_i|) or |sin(phi2 - phi1)| on the path, as far as it is reachable, and min_margin_time;
-    broken: of what was to be kept, what is not: its name, the time, by how much at most and when.
+    Attributes
+    ----------
+    reachable : bool
+        The whole path is in the workspace.
+    singularity_free : bool
+        It is reachable, and no pose on it is singular.
+    leaves : float or None
+        Time, s, at which it leaves the workspace.
+    time : float or None
+        Time, s, of the first singular pose.
+    pose : Pose or None
+        That pose.
+    type : Singularity
+        Its type. Leaving the workspace is Type 1.
+    touching : bool
+        The margin is 0 there without changing its sign.
+    criterion : float or None
+        t_s . m xi'', N, at a pose of Type 2, where A t_s = 0. With gravity or heavy bars it is
+        t_s . the whole force that the motion needs.
+    criterion_holds : bool or None
+        The criterion is 0, as exactly as the path is known, so the torque stays finite.
+    min_margin, min_margin_time : float
+        Smallest |sin q_i2| (of a biglide |sin phi_i|) or |sin(phi2 - phi1)| on the reachable part,
+        and its time, s.
+    broken : tuple of Broken
+        Violated constraints: name, time, largest violation and its time.
     """
 
     reachable: bool
@@ -66,20 +78,19 @@ class PathCheck:
     broken: tuple[Broken, ...] = ()
 
     def __repr__(self) -> str:
-        words = [f"leaves the workspace at {self.leaves:.6g} s"] if self.leaves is not None else []
+        words = []
+        if self.leaves is not None:
+            words.append(f"leaves the workspace at {self.leaves:.6g} s")
         if self.time not in (None, self.leaves):
-            met = "touches" if self.touching else "meets"
-            torque = {None: "", True: " with finite torque", False: ", where its torque diverges"}[
-                self.criterion_holds
-            ]
-            words.append(f"{met} Type {int(self.type)} at {self.time:.6g} s{torque}")
-        words += ["free of singularities"] if self.singularity_free else []
-        words += [f"breaks {each.what} from {each.time:.6g} s" for each in self.broken]
-        return one_line(
-            "PathCheck",
-            *words,
-            f"least margin {self.min_margin:.3g} at {self.min_margin_time:.6g} s",
-        )
+            verb = "touches" if self.touching else "meets"
+            words.append(f"{verb} Type {int(self.type)} at {self.time:.6g} s")
+        if self.criterion_holds is not None:
+            words.append("finite torque" if self.criterion_holds else "torque diverges")
+        if self.singularity_free:
+            words.append("free of singularities")
+        words += [f"breaks {one.what} from {one.time:.6g} s" for one in self.broken]
+        margin = f"least margin {self.min_margin:.3g} at {self.min_margin_time:.6g} s"
+        return one_line("PathCheck", *words, margin)
 
 
 @takes(
@@ -94,20 +105,45 @@ def check_path(
     tolerance: float | None = None,
     constraints: Constraints | None = None,
 ) -> PathCheck:
-    """Check a trajectory in one working mode: PathCheck.
+    """Check whether a trajectory can be followed in one working mode.
 
-    path: t -> (xi, xi_dot, xi_ddot), t (n,) s from path.start (0 if it has none) for path.duration
-        s, each (n, 2).
-    working: (2,), +1 or -1. tolerance: share of the largest inertial force on the path up to which
-    the criterion counts as 0; by default the path's own `error`, at least 1e-6. A plan has one: its
-    bars carry the inertial force but for a defect of this share, and at the crossing, where they
-    can give nothing along t_s, t_s . m xi'' is all defect.
-    constraints: what each pose must keep, as far as the path is reachable.
-    A margin is a smooth function of time of which 2049 samples are taken with its rate, more where
-    it may reach 0 between them; then its zeros are found to rounding, double ones as zeros of the
-    rate.
-    Crossing criterion: Briot and Arakelian 2008. ValueError for a path that is not one, or is not
-    finite at a time, which it names.
+    A margin is a smooth function of time. It is sampled 2049 times with its rate, more densely
+    where it may reach 0 between samples. Its zeros are found to rounding error, double ones as
+    zeros of the rate.
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    path : callable
+        t (n,) s -> (xi, xi_dot, xi_ddot), each (n, 2), from path.start (default 0) for
+        path.duration s.
+    working : (2,)
+        Working modes, +1 or -1.
+    tolerance : float, optional
+        Share of the largest inertial force on the path up to which the criterion counts as 0. By
+        default it is the path's own `error`, at least 1e-6.
+    constraints : Constraints, optional
+        Constraints on poses, checked as far as the path is reachable.
+
+    Returns
+    -------
+    PathCheck
+
+    Raises
+    ------
+    ValueError
+        The path is not callable or not finite; the message names the time.
+
+    References
+    ----------
+    Briot, Arakelian: Optimal force generation in parallel manipulators for passing through the
+    singular positions, IJRR 2008.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.check_path(fb.FiveBar(), fb.line((0.05, 0.09), (0.09, 0.07), 1.0)).singularity_free
+    True
     """
     refuse_others(constraints, "check_path", ON_POSES)
     tolerance = max(EXACT, float(getattr(path, "error", 0.0))) if tolerance is None else tolerance
@@ -118,73 +154,73 @@ def check_path(
         raise ValueError(f"working must have shape (2,), not {working.shape}")
     modes = tuple(int(m) for m in working)
 
-    legs = zip(robot.drives, robot.distal)
-    reaches = [
-        _reach(path, drive, bar, *limit) for drive, bar in legs for limit in drive.limits(bar)
-    ]
+    reaches = []
+    for drive, bar in zip(robot.drives, robot.distal):
+        reaches += [_reach(path, drive, bar, *limit) for limit in drive.limits(bar)]
     t = np.linspace(start, stop, SAMPLES)
-    found = [list(_zeros(reach, t, TOUCH_REACH, limit=True)) for reach in reaches]
-    leaving = min(
-        (zero.time for zeros in found for zero in zeros if not zero.touching), default=None
-    )
+    zeros = [list(_zeros(reach, t, TOUCH_REACH, limit=True)) for reach in reaches]
+    passages = [zero.time for some in zeros for zero in some if not zero.touching]
+    leaving = min(passages, default=None)
     end = stop if leaving is None else leaving
+    margin, margin_time, violated = 0.0, start, ()
     if end > start:
         inner = np.linspace(start, end, SAMPLES)
-        parallel = _parallel(robot, path, modes)
-        found.append(list(_zeros(parallel, inner, TOUCH)))
-    first = min((zeros[0] for zeros in found if zeros), key=lambda zero: zero.time, default=None)
-    margin, margin_time = _smallest(robot, path, modes, start, end) if end > start else (0.0, start)
-    out = (
-        broken(robot, path, modes, constraints, np.linspace(start, end, SAMPLES))
-        if constraints and end > start
-        else ()
+        zeros.append(list(_zeros(_parallel(robot, path, modes), inner, TOUCH)))
+        margin, margin_time = _smallest(robot, path, modes, inner)
+        if constraints:
+            violated = broken(robot, path, modes, constraints, inner)
+    result = PathCheck(
+        reachable=leaving is None,
+        singularity_free=True,
+        leaves=leaving,
+        time=None,
+        pose=None,
+        type=Singularity.NONE,
+        touching=False,
+        criterion=None,
+        criterion_holds=None,
+        min_margin=margin,
+        min_margin_time=margin_time,
+        broken=violated,
+    )
+    first = min(
+        (some[0] for some in zeros if some),
+        key=lambda zero: zero.time,
+        default=None,
     )
     if first is None:
-        return PathCheck(
-            True,
-            True,
-            None,
-            None,
-            None,
-            Singularity.NONE,
-            False,
-            None,
-            None,
-            margin,
-            margin_time,
-            out,
-        )
+        return result
     kind = Singularity.NONE
-    for k, zeros in enumerate(found):
-        if zeros and zeros[0].time - first.time <= 1e-9 * (stop - start):
+    for k, some in enumerate(zeros):
+        if some and some[0].time - first.time <= 1e-9 * (stop - start):
             kind |= Singularity.PARALLEL if k == len(reaches) else Singularity.SERIAL
     pose = _pose_at(robot, path, modes, first.time)
     criterion = holds = None
     if kind & Singularity.PARALLEL:
-        criterion = float(
-            cross(
-                pose.u2[0], force_at(pose, *(each[0] for each in path(np.array([first.time]))[1:]))
-            )
-        )
-        holds = bool(abs(criterion) <= tolerance * largest_force(robot, path, modes, largest))
-    return PathCheck(
-        leaving is None,
-        False,
-        leaving,
-        first.time,
-        pose,
-        kind,
-        first.touching,
-        criterion,
-        holds,
-        0.0,
-        first.time,
-        out,
+        _, velocity, acceleration = path(np.array([first.time]))
+        criterion = float(cross(pose.u2[0], force_at(pose, velocity[0], acceleration[0])))
+        holds = abs(criterion) <= tolerance * largest_force(robot, path, modes, largest)
+    return replace(
+        result,
+        singularity_free=False,
+        time=first.time,
+        pose=pose,
+        type=kind,
+        touching=first.touching,
+        criterion=criterion,
+        criterion_holds=None if holds is None else bool(holds),
+        min_margin=0.0,
+        min_margin_time=first.time,
     )
 
 
 def _pose_at(robot, path, modes, time):
-    for steps in (0, 2, 8, 32):  # the limit of reach may be rounded to beyond it
+    for steps in (
+        0,
+        2,
+        8,
+        32,
+    ):  # the limit of reach may be rounded to beyond it
         xi = path(np.array([time - steps * EPS * max(abs(time), path.duration)]))[0][0]
         pose = igm(robot, xi, modes, unreachable="nan")
         if np.isfinite(pose.q).all():
@@ -199,8 +235,9 @@ class _Zero:
 
 
 def _reach(path, drive, bar, limit, outer):
-    """t -> (margin, rate) of one limit of a leg's reach: differences of squares, smooth through the
-    limit.
+    """Return t -> (margin, rate) of one limit of a leg's reach.
+
+    The margin is a difference of squares, so it is smooth through the limit.
     """
     scale = max(abs(distance) for distance, _ in drive.limits(bar)) ** 2
     sign = -1 if outer else 1
@@ -215,7 +252,7 @@ def _reach(path, drive, bar, limit, outer):
 
 
 def _parallel(robot, path, modes):
-    """t -> (margin, rate) of det A = sin(phi2 - phi1), nan where the path is out of reach."""
+    """Return t -> (margin, rate) of det A = sin(phi2 - phi1), nan out of reach."""
 
     def margin(t):
         xi, velocity, _ = path(t)
@@ -231,11 +268,9 @@ def _parallel(robot, path, modes):
 
 
 def _zeros(margin: Callable, t: np.ndarray, touch: float, limit: bool = False) -> Iterator[_Zero]:
-    """The zeros of a margin on the samples t and between them, in order, up to the first that it
-    passes.
+    """Yield the zeros of a margin in order, up to the first that it passes.
 
-    limit: below 0 there is nothing, so that a start there, or on 0 and then downwards, is a
-        passage.
+    limit: the margin ends at 0, so a start below 0, or on 0 and then downwards, is a passage.
     """
     value, rate = margin(t)
     for _ in range(3):
@@ -253,9 +288,9 @@ def _zeros(margin: Callable, t: np.ndarray, touch: float, limit: bool = False) -
         yield _Zero(float(t[0]), False)
         return
     low, high = value[:-1], value[1:]
-    apart = ~(at[:-1] | at[1:])
+    off_zero = ~(at[:-1] | at[1:])
     turning = (low * rate[:-1] < 0) & (high * rate[1:] > 0) & _near(t, value, rate)
-    passing = apart & ((low * high < 0) | turning)
+    passing = off_zero & ((low * high < 0) | turning)
     arriving = at & ~np.append(False, at[:-1])
     for i in np.flatnonzero(np.append(passing, False) | arriving):
         first, last = i, i + 1
@@ -276,22 +311,21 @@ def _zeros(margin: Callable, t: np.ndarray, touch: float, limit: bool = False) -
 
 
 def _near(t, value, rate):
-    """Between which samples the margin may reach 0, as fast as it changes there."""
+    """Return between which samples the margin may reach 0, as fast as it changes there."""
     value, rate = np.abs(value), np.abs(rate)
     return np.minimum(value[1:], value[:-1]) < np.diff(t) * np.maximum(rate[1:], rate[:-1])
 
 
 def _zero_between(margin, a, b, at_a, at_b, touch):
-    """The first zero between two samples, of which the margin has another sign or a minimum of its
-    size.
+    """Return the first zero between two samples; None if there is none.
+
+    The margin has different signs there, or a minimum between them.
     """
     if np.sign(at_a) == np.sign(at_b):
         rate_a, rate_b = margin(np.array([a, b]))[1]
-        lowest = (
-            _root(lambda t: margin(t)[1], a, b, rate_a, rate_b)
-            if rate_a * rate_b < 0
-            else (a + b) / 2
-        )
+        lowest = (a + b) / 2
+        if rate_a * rate_b < 0:
+            lowest = _root(lambda t: margin(t)[1], a, b, rate_a, rate_b)
         value = margin(np.array([lowest]))[0][0]
         if abs(value) <= touch:
             return _Zero(lowest, True)
@@ -304,69 +338,71 @@ def _zero_between(margin, a, b, at_a, at_b, touch):
 
 
 def _root(f, a, b, at_a, at_b):
-    """A zero of f in [a, b], at whose ends it is known with opposite signs."""
+    """Return a zero of f in [a, b], whose values at both ends have opposite signs."""
 
     def margin(s):
-        if s in (a, b):  # alone, a time is rounded otherwise than in the batch that saw the signs
-            return at_a if s == a else at_b
+        # A single time is rounded otherwise than in the batch that saw the signs.
+        if s == a:
+            return at_a
+        if s == b:
+            return at_b
         value = f(np.array([s]))[0]
-        return (
-            0.0 if np.isnan(value) else value
-        )  # a leg folded on its base joint: its sine is a zero there
+        # nan: a leg folded on its base joint, where its sine is 0.
+        return 0.0 if np.isnan(value) else value
 
     return float(brentq(margin, a, b, xtol=1e-300, maxiter=500))
 
 
-def _smallest(robot, path, modes, start, end):
-    """The smallest of both |sin q_i2| (|sin phi_i|) and |det A| on [start, end], and its time."""
+def _smallest(robot, path, modes, t):
+    """Return the smallest |sin q_i2| (|sin phi_i|) or |det A| from t[0] to t[-1], and its time."""
 
     def margins(t):
         xi = path(t)[0]
         pose = task_pose(robot, (xi[:, 0], xi[:, 1]), modes)
         return np.abs(np.stack([*pose.sines, pose.det_A]))
 
-    t = np.linspace(start, end, SAMPLES)
-    values = margins(t)
-    found = []
-    for k, each in enumerate(values):
-        i = int(np.nanargmin(each))
-        found.append((float(each[i]), float(t[i])))
-        around = t[max(i - 1, 0)], t[min(i + 1, SAMPLES - 1)]
-        refined = minimize_scalar(lambda s, k=k: margins(np.array([s]))[k, 0], bounds=around)
+    minima = []
+    for k, values in enumerate(margins(t)):
+        i = int(np.nanargmin(values))
+        minima.append((float(values[i]), float(t[i])))
+        bounds = t[max(i - 1, 0)], t[min(i + 1, SAMPLES - 1)]
+        refined = minimize_scalar(lambda s, k=k: margins(np.array([s]))[k, 0], bounds=bounds)
         if np.isfinite(refined.fun):
-            found.append((float(refined.fun), float(refined.x)))
-    return min(found)
+            minima.append((float(refined.fun), float(refined.x)))
+    return min(minima)
 
 
 def _finite(path):
-    """The path, which raises a ValueError where it is asked at a time and does not answer with
-    finite numbers.
-    """
+    """Return the path with a check that its values are finite; ValueError if it is no path."""
     if not callable(path) or not hasattr(path, "duration"):
         raise ValueError(
             f"path must be callable, t -> (xi, xi_dot, xi_ddot), with a duration, not {shown(path)}"
         )
 
     def motion(t):
-        answer = tuple(np.asarray(value) for value in path(t))
-        if len(answer) != 3 or any(value.shape != (len(t), 2) for value in answer):
+        values = tuple(np.asarray(value) for value in path(t))
+        if [value.shape for value in values] != 3 * [(len(t), 2)]:
             raise ValueError(
                 "path: for times (n,) it must give xi, xi_dot and xi_ddot, each (n, 2)"
             )
-        for name, value in zip(("xi", "xi_dot", "xi_ddot"), answer):
-            if not np.isfinite(value).all():
-                k = int(np.argmin(np.isfinite(value).all(axis=1)))
+        for name, value in zip(("xi", "xi_dot", "xi_ddot"), values):
+            finite = np.isfinite(value).all(axis=1)
+            if not finite.all():
+                k = int(np.argmin(finite))
                 raise ValueError(
                     f"path: at t = {t[k]:.12g} s its {name} is {value[k].tolist()}, not finite"
                 )
-        return answer
+        return values
 
-    motion.start, motion.duration = getattr(path, "start", 0.0), path.duration
+    motion.start, motion.duration = (
+        getattr(path, "start", 0.0),
+        path.duration,
+    )
     return motion
 
 
 def _times(path):
-    """When the path starts and stops, s, and its largest acceleration, m/s^2."""
+    """Return when the path starts and stops, s, and its largest acceleration, m/s^2."""
     start, duration = float(path.start), float(path.duration)
     if not (math.isfinite(start) and math.isfinite(duration) and duration > 0):
         raise ValueError(

@@ -15,8 +15,15 @@ from scipy.optimize import minimize
 from ..base.checks import instance, optional, takes
 from ..base.progress import progress
 from ..singularities.aspects import Aspect
+from ..singularities.locus import pairs
 from .constraints import ON_POSES, Constraints, refuse_others
-from .disc import CANDIDATES, BoundedAspect, bounded_by, clearance_at, too_narrow
+from .disc import (
+    CANDIDATES,
+    BoundedAspect,
+    bounded_by,
+    clearance_at,
+    too_narrow,
+)
 from .outline import INWARDS, Outline
 
 LEVELS = 64  # of the lower and of the upper border in the search
@@ -24,7 +31,7 @@ LEVELS = 64  # of the lower and of the upper border in the search
 
 @dataclass(frozen=True)
 class Rectangle:
-    """Borders, m."""
+    """A rectangle along x and y: its borders, m."""
 
     x_min: float
     x_max: float
@@ -71,15 +78,15 @@ def largest_rectangle(aspect: Aspect, constraints: Constraints | None = None) ->
     aspect = bounded_by(aspect, constraints)
     outline = Outline(aspect, margin)
     starts = progress(_starts(outline), desc="rectangle", delay=2, leave=False)
-    found = [each for start in starts if (each := _fitted(outline, start)) is not None]
-    if not found:
-        clearance = (
-            _point_of_largest_clearance(outline)[1]
-            if isinstance(aspect, BoundedAspect)
-            else clearance_at(aspect, complex(*aspect.point))
-        )
+    rectangles = [_fitted(outline, start) for start in starts]
+    rectangles = [v for v in rectangles if v is not None]
+    if not rectangles:
+        if isinstance(aspect, BoundedAspect):
+            clearance = _point_of_largest_clearance(outline)[1]
+        else:
+            clearance = clearance_at(aspect, complex(*aspect.point))
         raise ValueError(too_narrow(aspect, "rectangle", margin, clearance))
-    return Rectangle(*map(float, max(found, key=_area)))
+    return Rectangle(*map(float, max(rectangles, key=_area)))
 
 
 def _area(v):
@@ -87,84 +94,86 @@ def _area(v):
 
 
 def _starts(outline):
-    """Borders (4,) of the largest rectangles that pass between the obstacles, unlike one
-    another.
-    """
-    found = [
-        _around(outline, seed)
-        for seed in progress(outline.seeds, desc="rectangle", delay=2, leave=False)
-    ]
-    order = sorted(range(len(found)), key=lambda k: -_area(found[k]))
+    """Return borders (4,) of large rectangles between the obstacles, unlike one another."""
+    seeds = progress(outline.seeds, desc="rectangle", delay=2, leave=False)
+    rectangles = [_around(outline, seed) for seed in seeds]
+    order = sorted(range(len(rectangles)), key=lambda k: -_area(rectangles[k]))
     starts = []
     for k in order:
-        if _area(found[k]) < 0.9 * _area(found[order[0]]) or len(starts) == CANDIDATES:
+        v = rectangles[k]
+        if _area(v) < 0.9 * _area(rectangles[order[0]]) or len(starts) == CANDIDATES:
             break
-        if all(
-            np.abs(found[k] - other).max() > 0.05 * (np.ptp(other[:2]) + np.ptp(other[2:]))
-            for other in starts
-        ):
+        if all(np.abs(v - other).max() > 0.05 * _half_rim(other) for other in starts):
             starts.append(_around(outline, outline.seeds[k], rounds=4))
-    starts = [each for each in starts if _area(each) > 0.98 * max(map(_area, starts))]
-    # There is room for a square wherever there is for a disc.
+    starts = [v for v in starts if _area(v) > 0.98 * max(map(_area, starts))]
+    # A square fits wherever a disc does.
     z, clearance = _point_of_largest_clearance(outline)
     if clearance <= outline.margin:
         return starts
     half = np.sqrt(0.5) * (clearance - outline.margin)
-    return [*starts, np.array([z.real, z.real, z.imag, z.imag]) - half * INWARDS]
+    return [
+        *starts,
+        np.array([z.real, z.real, z.imag, z.imag]) - half * INWARDS,
+    ]
+
+
+def _half_rim(v):
+    return np.ptp(v[:2]) + np.ptp(v[2:])
 
 
 def _point_of_largest_clearance(outline):
-    """About the point that is farthest from all that is kept off, and its exact distance; 0 where
-    nothing is kept.
+    """Return about the point that is farthest from all obstacles, and its exact clearance.
+
+    The clearance is 0 where no point keeps the constraints.
     """
     z = complex(*outline.aspect.point)
     if outline.allowed:
         if not len(outline.seeds):
             return z, 0.0
-        z = outline.seeds[
-            outline.tree.query(np.stack([outline.seeds.real, outline.seeds.imag], axis=-1))[
-                0
-            ].argmax()
-        ]
+        z = outline.seeds[outline.tree.query(pairs(outline.seeds))[0].argmax()]
     return z, clearance_at(outline.aspect, z)
 
 
 def _around(outline, seed, rounds=1):
-    """The largest rectangle around a point with no obstacle in it, by its highest and lowest y on
-    so many levels.
+    """Return the largest rectangle around a point with no obstacle in it.
+
+    Its upper and its lower border are searched on LEVELS levels, in `rounds` ever narrower windows.
     """
     z = outline.obstacles - seed
     k = np.searchsorted(z.imag, 0)
-    beside = z.real[slice(*np.searchsorted(z.imag, [-outline.spacing, outline.spacing]))]
-    ends = (
-        beside[beside < 0].max(initial=z.real.min()),
-        beside[beside >= 0].min(initial=z.real.max()),
-    )
+    level = z.real[slice(*np.searchsorted(z.imag, [-outline.spacing, outline.spacing]))]
+    left_end = level[level < 0].max(initial=z.real.min())
+    right_end = level[level >= 0].min(initial=z.real.max())
     halves, windows = [], []
-    for x, y in ((z.real[k:], z.imag[k:]), (z.real[:k][::-1], -z.imag[:k][::-1])):
-        left = np.maximum.accumulate(np.append(ends[0], np.where(x < 0, x, -np.inf)))
-        right = np.minimum.accumulate(np.append(ends[1], np.where(x >= 0, x, np.inf)))
+    for x, y in (
+        (z.real[k:], z.imag[k:]),
+        (z.real[:k][::-1], -z.imag[:k][::-1]),
+    ):
+        left = np.maximum.accumulate(np.append(left_end, np.where(x < 0, x, -np.inf)))
+        right = np.minimum.accumulate(np.append(right_end, np.where(x >= 0, x, np.inf)))
         passes = np.count_nonzero(right - left > outline.spacing)
         halves.append((y, left, right))
         windows.append((0.0, np.append(0.0, y)[min(passes, len(y))]))
     for _ in range(rounds):
-        levels = [np.linspace(*window, LEVELS) for window in windows]
-        (left, right), (left2, right2) = (
-            [each[np.searchsorted(y, level)] for each in ends]
-            for (y, *ends), level in zip(halves, levels)
-        )
-        low, high = np.maximum(left[:, None], left2), np.minimum(right[:, None], right2)
+        levels, ends = [], []
+        for window, (y, left, right) in zip(windows, halves):
+            levels.append(np.linspace(*window, LEVELS))
+            index = np.searchsorted(y, levels[-1])
+            ends.append((left[index], right[index]))
+        (upper_left, upper_right), (lower_left, lower_right) = ends
+        low = np.maximum(upper_left[:, None], lower_left)
+        high = np.minimum(upper_right[:, None], lower_right)
         area = np.maximum(high - low, 0) * (levels[0][:, None] + levels[1])
         best = np.unravel_index(np.argmax(area), area.shape)
         windows = [
             (level[max(i - 2, 0)], level[min(i + 2, LEVELS - 1)]) for level, i in zip(levels, best)
         ]
-    top, bottom = (level[i] for level, i in zip(levels, best))
+    top, bottom = levels[0][best[0]], levels[1][best[1]]
     return np.array([low[best], high[best], -bottom, top]) + np.repeat([seed.real, seed.imag], 2)
 
 
 def _fitted(outline, start):
-    """The largest rectangle near a start; None if nothing there keeps the margin."""
+    """Return the largest rectangle near a start; None if none there keeps the clearance."""
     v, reach = outline.shrunk(start, outline.spacing), 0.1
     for _ in range(12 if v is not None else 0):
         scale = np.repeat([v[1] - v[0], v[3] - v[2]], 2)
@@ -187,25 +196,25 @@ def _fitted(outline, start):
 
 
 def _grown(outline, v, scale, reach, kept):
-    """The borders of the largest rectangle that keeps the margin from some pieces and ends, on its
-    side of them.
+    """Return borders of the largest rectangle that keeps the clearance from some pieces and ends.
 
-    No border moves by more than `reach` times its side: what is in the way is seen before it is
+    No border moves by more than `reach` times its side, so obstacles are seen before they are
     passed by far.
     """
-    rules = [
-        _off_piece(*outline.pieces[k]) if k >= 0 else _off_end(outline, outline.ends[-1 - k], v)
-        for k in kept
-    ]
-    # Beyond its ends a piece limits nothing: what is kept off it already may be on the other side
-    # of its tangent.
+    rules = []
+    for k in kept:
+        if k >= 0:
+            rules.append(_off_piece(*outline.pieces[k]))
+        else:
+            rules.append(_off_end(outline, outline.ends[-1 - k], v))
+    # Beyond its ends a piece limits nothing, and a rectangle there may violate its tangent.
     rules = [rule for rule in rules if rule(v)[0] >= outline.margin]
     height = scale.min()
 
     @lru_cache(maxsize=4)
     def clearances(u):
-        found, gradients = zip(*(rule(v + scale * u) for rule in rules))
-        return (np.array(found) - outline.margin) / height, np.array(gradients) * scale / height
+        values, gradients = zip(*(rule(v + scale * u) for rule in rules))
+        return (np.array(values) - outline.margin) / height, np.array(gradients) * scale / height
 
     def sides(u):
         return 1 + u[1] - u[0], 1 + u[3] - u[2]
@@ -214,24 +223,27 @@ def _grown(outline, v, scale, reach, kept):
         width, height = sides(u)
         return np.array([height, -height, width, -width])
 
-    kept_off = dict(
-        type="ineq", fun=lambda u: clearances(tuple(u))[0], jac=lambda u: clearances(tuple(u))[1]
-    )
+    keeps_clearance = {
+        "type": "ineq",
+        "fun": lambda u: clearances(tuple(u))[0],
+        "jac": lambda u: clearances(tuple(u))[1],
+    }
     solution = minimize(
         lambda u: -np.prod(sides(u)),
         np.zeros(4),
         jac=shrinking,
         bounds=[(-reach, reach)] * 4,
-        constraints=[kept_off] if rules else [],
+        constraints=[keeps_clearance] if rules else [],
         method="SLSQP",
-        options=dict(ftol=1e-13, maxiter=30),
+        options={"ftol": 1e-13, "maxiter": 30},
     )
     return v + scale * solution.x
 
 
 def _off_piece(arc, corner):
-    """v -> signed distance of a corner from an arc, positive on its left, and its gradient; beyond,
-    from a tangent.
+    """Return v -> (signed distance of a corner from an arc, positive on its left, its gradient).
+
+    Beyond the arc's ends it is the distance from a tangent.
     """
 
     def rule(v):
@@ -246,18 +258,30 @@ def _off_piece(arc, corner):
 
 
 def _off_end(outline, z, start):
-    """v -> distance of a point from the side of the rectangle that it is off at the start, or from
-    its corner there.
+    """Return v -> (distance of a point from the rectangle's nearest side or corner, its gradient).
+
+    Which side or corner it is depends on the start only.
     """
-    beyond = np.array([start[0] - z.real, z.real - start[1], start[2] - z.imag, z.imag - start[3]])
+    beyond = np.array(
+        [
+            start[0] - z.real,
+            z.real - start[1],
+            start[2] - z.imag,
+            z.imag - start[3],
+        ]
+    )
     sides = [int(np.argmax(beyond[:2])), 2 + int(np.argmax(beyond[2:]))]
     if outline.margin == 0 or min(beyond[sides]) <= 0:
         sides = [max(sides, key=lambda k: beyond[k])]
 
     def rule(v):
-        away = INWARDS[sides] * (v[sides] - np.array([z.real, z.real, z.imag, z.imag])[sides])
+        point = np.array([z.real, z.real, z.imag, z.imag])
+        away = INWARDS[sides] * (v[sides] - point[sides])
         away = np.maximum(away, 0) if away.max() > 0 else np.where(away == away.max(), away, 0)
-        distance, gradient = np.copysign(np.hypot.reduce(away), away.sum()), np.zeros(4)
+        distance, gradient = (
+            np.copysign(np.hypot.reduce(away), away.sum()),
+            np.zeros(4),
+        )
         gradient[sides] = INWARDS[sides] * (away / distance if distance else 1 / len(sides))
         return distance, gradient
 

@@ -12,14 +12,14 @@ from ..base.backend import EPS
 from ..models.geometry import task_pose
 from .constraints import Constraints
 
-# A sample's room over what the room changes to the next ones: so little is looked at between
-# samples.
+# Between samples is searched where a clearance is less than so many times its change to the next.
 NEAR = 4
 
 
 class Broken(NamedTuple):
-    """What is not kept, first at this time, s, and by how much at most (m, rad, or of a sine), then
-    at `worst`, s.
+    """A violated constraint: its name, the first time, s, the largest violation, and its time, s.
+
+    The violation is in m, in rad, or a difference of sines.
     """
 
     what: str
@@ -29,22 +29,24 @@ class Broken(NamedTuple):
 
 
 def broken(
-    robot, path: Callable, working: tuple, constraints: Constraints, t: np.ndarray
+    robot,
+    path: Callable,
+    working: tuple,
+    constraints: Constraints,
+    t: np.ndarray,
 ) -> tuple[Broken, ...]:
-    """What a path does not keep at times from t[0] to t[-1], by the time at which it breaks first.
+    """Return the constraints that a path violates from t[0] to t[-1], the first one first.
 
-    t (n,): samples; between them rooms are followed to their zeros, and to their smallest values
-    where those may be below 0. Where the pose is nan nothing is said.
+    t (n,): samples. Between them clearances are followed to their zeros, and to their smallest
+    values where those may be below 0. Poses of nan are left out.
     """
 
     def clearances(t):
         x, y = path(np.atleast_1d(t))[0].T
-        return {
-            name: np.broadcast_to(clearance, x.shape)
-            for name, clearance in constraints.clearances(task_pose(robot, (x, y), working)).items()
-        }
+        values = constraints.clearances(task_pose(robot, (x, y), working))
+        return {name: np.broadcast_to(value, x.shape) for name, value in values.items()}
 
-    found = []
+    violated = []
     for name, values in clearances(t).items():
 
         def clearance(s, name=name):
@@ -56,30 +58,38 @@ def broken(
         with np.errstate(invalid="ignore"):  # of samples without a pose
             steps = np.abs(np.diff(known, prepend=known[0], append=known[-1]))
             near = known <= NEAR * np.fmax(steps[:-1], steps[1:])
-        least = (
-            near
-            & (known >= 0)
-            & (known <= np.append(np.inf, known[:-1]))
-            & (known <= np.append(known[1:], np.inf))
-        )
+        least = near & (known >= 0)
+        least &= known <= np.append(np.inf, known[:-1])
+        least &= known <= np.append(known[1:], np.inf)
+        options = {"xatol": 1e-12 * (t[-1] - t[0])}
         for k in {*np.flatnonzero(least).tolist(), int(np.argmin(known))}:
             ends = t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)]
-            best = minimize_scalar(
-                clearance, bounds=ends, method="bounded", options=dict(xatol=1e-12 * (t[-1] - t[0]))
-            )
+            best = minimize_scalar(clearance, bounds=ends, method="bounded", options=options)
             if best.fun < min(known[k], 0.0):
-                times, lowest = np.append(times, best.x), np.append(lowest, best.fun)
+                times, lowest = (
+                    np.append(times, best.x),
+                    np.append(lowest, best.fun),
+                )
         if lowest.min(initial=np.inf) >= -4 * EPS:
             continue
         order = np.argsort(times)
         times, lowest = times[order], lowest[order]
         first = int(np.argmax(lowest < -4 * EPS))
         start = times[first]
-        if first and np.isfinite(
-            lowest[first - 1]
-        ):  # a sample at the limit itself is where it begins
-            ends = times[first - 1], start
-            start = brentq(clearance, *ends, xtol=1e-15) if lowest[first - 1] > 0 else ends[0]
+        if first and np.isfinite(lowest[first - 1]):
+            before = times[first - 1]
+            # A sample at the limit itself is where the violation begins.
+            if lowest[first - 1] > 0:
+                start = brentq(clearance, before, start, xtol=1e-15)
+            else:
+                start = before
         worst = int(np.argmin(lowest))
-        found.append(Broken(name, float(start), float(-lowest[worst]), float(times[worst])))
-    return tuple(sorted(found, key=lambda each: each.time))
+        violated.append(
+            Broken(
+                name,
+                float(start),
+                float(-lowest[worst]),
+                float(times[worst]),
+            )
+        )
+    return tuple(sorted(violated, key=lambda violation: violation.time))

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from ..constraints.constraints import off_sides
+from ..constraints.constraints import distance_inside
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
 from .problem import PlanError, Problem
@@ -167,7 +167,7 @@ def _blocked(problem, xi):
     found = problem.violations(sines=problem.signed_sines(pose))
     if problem.constraints.region:
         corners = np.array(problem.constraints.region) @ (1, 1j)
-        found["region"] = -off_sides(corners, xi @ (1, 1j))
+        found["region"] = -distance_inside(corners, xi @ (1, 1j))
     worst = np.max([value / problem.unit(name) for name, value in found.items()], axis=0)
     return np.where(
         np.isnan(worst), 2 - 10 * np.minimum(pose.reach_margin, 0) / problem.length, worst

@@ -12,7 +12,6 @@ from fivebar.constraints.disc import (
     _largest_kept_radius,
     _polished,
     clearance_at,
-    too_narrow,
 )
 from fivebar.constraints.violations import broken
 from tests.helpers.curves import backwards, ellipse, polygon
@@ -31,7 +30,7 @@ def test_the_room_of_a_point_is_its_distance_from_all():
     """From an ellipse, a hole, walls and a puncture: of each the nearest point by a dense sampling."""
     loops = ellipse(0.3, 0.2, cuts=(0, 3, 2 * np.pi)), backwards(ellipse(0.02, 0.02, 0.1))
     wall = polygon(-0.1 + 0.1j, 0.1j)
-    part = figure(*loops, punctures=[-0.1 - 0.05j], boundaries=wall[:1])
+    part = figure(*loops, punctures=[-0.1 - 0.05j], walls=wall[:1])
     t = np.linspace(0, 2 * np.pi, 40001)
     around = np.concatenate([0.3 * np.cos(t) + 0.2j * np.sin(t), 0.1 + 0.02 * np.exp(1j * t), [-0.1 - 0.05j],
                              0.1j - 0.1 * np.linspace(0, 1, 20001)])  # fmt: skip
@@ -138,12 +137,10 @@ def test_the_radius_up_to_which_all_is_kept():
     assert kept(lambda w: np.abs(w) > 1) < 1e-9
 
 
-def test_a_margin_that_nothing_keeps_is_told():
-    part = SimpleNamespace(number=7)
-    assert too_narrow(part, "disc", 0.25, 0.1234567) == (
-        "no disc in aspect 7 keeps a margin of 0.25 m: its roomiest point is 0.123457 m from the next singularity"
-    )
-    assert too_narrow(part, "disc", 0.25, 0.0).endswith("m: nothing of it is kept")
+def test_a_clearance_that_no_disc_keeps_is_named():
+    with pytest.raises(ValueError, match="clearance of 0.25 m"):
+        fb.largest_disc(fb.aspect(fb.FiveBar(), 7), fb.Constraints(clearance=0.25))
+
 
 
 def path(*heights):

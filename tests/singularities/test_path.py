@@ -186,7 +186,7 @@ def test_the_free_direction_is_the_kernel_of_a():
     ],
 )
 def test_a_plans_own_crossing_holds_as_exactly_as_it_is_planned(start, goal, duration, options):
-    planned = fb.plan(fb.FiveBar(), start, goal, duration, **options)
+    planned = fb.plan(fb.FiveBar(), start, goal, duration, collocation=fb.Collocation(**options))
     check = check_path(fb.FiveBar(), planned)
     assert check.type is Singularity.PARALLEL and check.criterion_holds
     largest = (

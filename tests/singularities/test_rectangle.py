@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fivebar.constraints.outline import CORNERS, INWARDS, Outline, _turns, apart
+from fivebar.constraints.outline import CORNERS, INWARDS, Outline, _turns, rectangle_distance
 from fivebar.constraints.rectangle import (
     _area,
     _around,
@@ -13,7 +13,7 @@ from fivebar.constraints.rectangle import (
     _grown,
     _off_end,
     _off_piece,
-    _roomiest,
+    _point_of_largest_clearance,
     _starts,
 )
 from fivebar.singularities.locus import Locus, pairs
@@ -54,8 +54,8 @@ def test_distances_from_a_rectangle():
     )
     within = (z.real > -1) & (z.real < 2) & (z.imag > 0.5) & (z.imag < 1.5)
     brute = np.abs(z[:, None] - rim).min(axis=1) * np.where(within, -1, 1)
-    np.testing.assert_allclose(apart(z, v), brute, rtol=0, atol=1e-3)
-    assert apart(np.array([-1 + 1j, -4 - 3.5j]), v).tolist() == [0, 5]
+    np.testing.assert_allclose(rectangle_distance(z, v), brute, rtol=0, atol=1e-3)
+    assert rectangle_distance(np.array([-1 + 1j, -4 - 3.5j]), v).tolist() == [0, 5]
 
 
 def test_where_an_arc_is_upright_or_level():
@@ -200,12 +200,12 @@ def test_the_largest_rectangle_around_a_point_is_empty_and_none_is_larger(seed):
             v = _around(outline, z, **rounds)
             assert v[0] <= z.real <= v[1] and v[2] <= z.imag <= v[3]
             assert (
-                not (apart(points, v + 1e-3 * INWARDS) < 0).any()
+                not (rectangle_distance(points, v + 1e-3 * INWARDS) < 0).any()
                 and 0.8 * best < _area(v) < best + 8e-3
             )
         # Each of its sides has come to a point.
         assert all(
-            (apart(points, v - 1.1e-3 * (np.arange(4) == k) * INWARDS) < 0).any() for k in range(4)
+            (rectangle_distance(points, v - 1.1e-3 * (np.arange(4) == k) * INWARDS) < 0).any() for k in range(4)
         )
 
 
@@ -239,12 +239,12 @@ def test_starts_are_the_largest_and_unlike_one_another():
     assert _starts(oval(0.2)) == [] or all(np.ptp(each[:2]) > 0 for each in _starts(oval(0.2)))
 
 
-def test_the_roomiest_of_what_is_kept():
-    assert _roomiest(oval(point=(0.05, 0.0)))[0] == 0.05
+def test_the_point_of_largest_clearance_of_what_is_kept():
+    assert _point_of_largest_clearance(oval(point=(0.05, 0.0)))[0] == 0.05
     half = oval(walls=polygon(-0.3, 0.3, 1j)[:1], allowed=lambda z: z.imag > 0)
-    z, room = _roomiest(half)
+    z, room = _point_of_largest_clearance(half)
     assert z.imag == pytest.approx(0.1, abs=0.02) and room == pytest.approx(0.1, abs=0.015)
-    assert _roomiest(oval(walls=(), allowed=lambda z: z.imag > 1)) == (0, 0.0)
+    assert _point_of_largest_clearance(oval(walls=(), allowed=lambda z: z.imag > 1)) == (0, 0.0)
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.02])

@@ -5,7 +5,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.constraints.boundaries import _polyline, _put, boundaries, facing, satisfied_at
-from fivebar.constraints.constraints import off_sides
+from fivebar.constraints.constraints import distance_inside
 from fivebar.constraints.disc import bounded_by
 from fivebar.singularities.leg_circles import size_of
 from tests.helpers.curves import polygon
@@ -192,7 +192,7 @@ def test_an_aspect_with_walls_is_what_is_kept_of_it():
     own = bounded_by(part, fb.Constraints(region=corners))
     assert (own.area, own.boundary, len(own.walls)) == (part.area, part.boundary, 3)
     z = np.random.default_rng(1).uniform(-0.1, 0.15, (200, 2)) @ (1, 1j)
-    expected = off_sides(np.array(corners) @ (1, 1j), z) >= 0
+    expected = distance_inside(np.array(corners) @ (1, 1j), z) >= 0
     np.testing.assert_array_equal(own.allowed(z)[part.contains(np.stack([z.real, z.imag], -1))],
                                   expected[part.contains(np.stack([z.real, z.imag], -1))])  # fmt: skip
     assert satisfied_at(ROBOT, part.working, fb.Constraints(region=corners))(

@@ -11,7 +11,7 @@ from operator import itemgetter
 import numpy as np
 
 from ...constraints.constraints import Constraints
-from ...constraints.link_collisions import apart
+from ...constraints.link_collisions import segment_distance
 from ...constraints.rectangle import Rectangle, largest_rectangle
 from ...models.geometry import igm
 from ...models.robots import FiveBar
@@ -128,4 +128,4 @@ def _legs_cross(robot, aspect):
         complex(*aspect.point),
     )
     bars = [((base[leg], elbow[leg]), (elbow[leg], tip)) for leg in (0, 1)]
-    return any(apart(*one, *other) < 0 for one, other in product(*bars) if one[1] != other[1])
+    return any(segment_distance(*one, *other) < 0 for one, other in product(*bars) if one[1] != other[1])
