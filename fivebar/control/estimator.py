@@ -1,4 +1,4 @@
-"""What the tracker knows of the motion: an extended Kalman filter in the four bars."""
+"""The tracker's estimator: an extended Kalman filter in the four bars."""
 
 from __future__ import annotations
 
@@ -10,7 +10,14 @@ import numpy as np
 from ..base.errors import SingularityError, UnreachableError
 from ..models.charts import halves
 from ..models.compiled import Buffered, compiled
-from ..models.four_joints import bars_of, bars_pose, closed, closure_columns, gap_rate, loop_gap
+from ..models.four_joints import (
+    bars_of,
+    bars_pose,
+    closed,
+    closure_columns,
+    gap_rate,
+    loop_gap,
+)
 from ..models.geometry import dgm
 from ..models.kinematics import dkm
 from ..models.robots import Robot
@@ -18,13 +25,15 @@ from .prediction import CHART, JOINTS, RATES, SIZE, sample
 
 # rad between measured and estimated joints: more is no error of an estimate, but another motion.
 LOST = 0.1
-EXACT = 1e-6, 1e-4  # standard deviations of joints (rad) and rates (rad/s) that are not rounded
+EXACT = (
+    1e-6,
+    1e-4,
+)  # standard deviations of joints (rad) and rates (rad/s) that are not rounded
 MEASURED = JOINTS + RATES
 
 
 class Estimator:
-    """The motion, by what was measured and applied: a state, a torque disturbance, how certain both
-    are.
+    """Estimate of the motion: a state, a torque disturbance and their covariance.
 
     noise: standard deviations (q, q', torque, its random walk); scale: the torque's unit. state
     (8,): the four bars and their rates; disturbance (2,) N m; covariance (10, 10) of both; margins:
@@ -40,13 +49,22 @@ class Estimator:
         assembly: int,
         jit: bool | str,
     ) -> None:
-        self.robot, self.noise, self.scale, self.first = robot, noise, scale, assembly
+        self.robot, self.noise, self.scale, self.first = (
+            robot,
+            noise,
+            scale,
+            assembly,
+        )
         self.filter = Buffered(compiled(_filter(robot, period, noise), jit))
         self.reset()
 
     def reset(self) -> None:
         """Forget the motion and the disturbance."""
-        self.assembly, self.disturbance, self.covariance = self.first, np.zeros(2), None
+        self.assembly, self.disturbance, self.covariance = (
+            self.first,
+            np.zeros(2),
+            None,
+        )
 
     def follow(self, tau: np.ndarray, q: np.ndarray, q_dot: np.ndarray) -> bool:
         """Take a sample in which tau was applied, and after which q, q_dot are measured; whether
@@ -65,11 +83,9 @@ class Estimator:
             except (SingularityError, UnreachableError):
                 return False
             return True
-        self.state, self.disturbance, self.covariance = (
-            state.copy(),
-            disturbance.copy(),
-            covariance.copy(),
-        )
+        self.state = state.copy()
+        self.disturbance = disturbance.copy()
+        self.covariance = covariance.copy()
         self.margins = margins.tolist()
         self.assembly = -1 if self.margins[2] > 0 else 1
         return True
@@ -82,7 +98,13 @@ class Estimator:
         self.state = np.array([*a, *a_dot])
         # What is measured and that the loop is closed, by the state: together they determine it.
         slope = np.vstack([np.eye(SIZE)[MEASURED], _closure(self.robot)(self.state).full()])
-        spread = np.linalg.inv(slope)[:, :4] * ([max(self.noise[0], EXACT[0])] * 2 + [EXACT[1]] * 2)
+        q_noise = max(self.noise[0], EXACT[0])
+        spread = np.linalg.inv(slope)[:, :4] * [
+            q_noise,
+            q_noise,
+            EXACT[1],
+            EXACT[1],
+        ]
         self.covariance = np.diag([0.0] * SIZE + [self.scale**2] * 2)
         self.covariance[:SIZE, :SIZE] = spread @ spread.T
 
@@ -106,22 +128,21 @@ def _filter(robot, period, noise):
     carries it over. Gives state, disturbance, covariance, and the sines with what q is still off
     by.
     """
-    x, delta, P = ca.SX.sym("x", SIZE), ca.SX.sym("delta", 2), ca.SX.sym("P", SIZE + 2, SIZE + 2)
+    x, delta = ca.SX.sym("x", SIZE), ca.SX.sym("delta", 2)
+    P = ca.SX.sym("P", SIZE + 2, SIZE + 2)
     tau, seen = ca.SX.sym("tau", 2), ca.SX.sym("seen", 4)
     predicted, A, B = sample(robot)(x, tau + delta, period)
     F = ca.vertcat(ca.horzcat(A, B), ca.horzcat(ca.SX(2, SIZE), ca.SX.eye(2)))
     q_noise, rate_noise, torque_noise, walk = noise
     driven = ca.vertcat(B, ca.SX(2, 2))
-    still = ca.diag(
-        ca.SX([1e-18] * 4 + [1e-14] * 4 + [walk**2] * 2)
-    )  # never quite certain: P stays regular
+    # P stays regular where nothing is ever quite certain.
+    still = ca.diag(ca.SX([1e-18] * 4 + [1e-14] * 4 + [walk**2] * 2))
     P_now = F @ P @ F.T + torque_noise**2 * driven @ driven.T + still
     innovation = seen - predicted[MEASURED]
     innovation = ca.vertcat(robot.joint_difference(innovation[:2]), innovation[2:])
     correction = ca.SX(SIZE + 2, 1)
-    for k, error, variance in zip(
-        MEASURED, ca.vertsplit(innovation), [q_noise**2] * 2 + [rate_noise**2] * 2
-    ):
+    variances = [q_noise**2] * 2 + [rate_noise**2] * 2
+    for k, error, variance in zip(MEASURED, ca.vertsplit(innovation), variances):
         # One scalar at a time: no matrix to invert.
         gain = P_now[:, k] / (P_now[k, k] + variance)
         correction += gain * (error - correction[k])
@@ -130,5 +151,10 @@ def _filter(robot, period, noise):
     state = ca.vertcat(*c, *c_dot)
     misfit = ca.norm_inf(robot.joint_difference((seen - state[MEASURED])[:2]))
     margins = ca.vertcat(*rates.pose.sines, rates.pose.det_A, misfit)
-    outputs = [state, delta + correction[SIZE:], ca.densify((P_now + P_now.T) / 2), margins]
+    outputs = [
+        state,
+        delta + correction[SIZE:],
+        ca.densify((P_now + P_now.T) / 2),
+        margins,
+    ]
     return ca.Function("tracker_estimate", [x, delta, P, tau, seen], ca.cse(outputs))

@@ -1,6 +1,4 @@
-"""What the tracker does without a solution: a torque that is safe, and torques to begin anew
-from.
-"""
+"""The tracker without a solution: a safe torque, and torques to begin anew from."""
 
 from __future__ import annotations
 
@@ -29,14 +27,17 @@ def _working(margins):
 
 
 def free_of_modes(reference: Reference) -> bool:
-    """Whether a plan's legs may change their working modes on the way."""
+    """Return whether a plan's legs may change their working modes on the way."""
     return getattr(reference, "working", ()) is None
 
 
 def reference_torques(
-    robot: Robot, margins: Sequence[float], reference: Reference, times: np.ndarray
+    robot: Robot,
+    margins: Sequence[float],
+    reference: Reference,
+    times: np.ndarray,
 ) -> np.ndarray:
-    """The torques (n, 2) of the reference itself at n times, N m; 0 where a part of it has none."""
+    """Return the torques (n, 2), N m, of the reference at n times; 0 where it has none."""
     if free_of_modes(reference):
         return reference.tau(times)
     xi, xi_dot, xi_ddot = reference(times)
@@ -47,12 +48,18 @@ def reference_torques(
 
 
 def safe_torque(
-    robot: Robot, inertia: float, margins: Sequence[float], assembly: int, call: tuple
+    robot: Robot,
+    inertia: float,
+    margins: Sequence[float],
+    assembly: int,
+    call: tuple,
 ) -> np.ndarray:
-    """Computed torque; near Type 2 PD of about the same gains; about a plan free of modes its own
-    torques with these; damping where the reference is out of reach: N m.
+    """Return the torque, N m, of a controller without a horizon.
 
-    call: (t, q, q_dot, reference), as to a controller; inertia: kg m^2, what a joint moves.
+    It is computed torque, near Type 2 a PD of about the same gains, and along a plan that is free
+    of modes feed-forward. It is damping where the reference is out of reach.
+
+    call: (t, q, q_dot, reference), as to a controller. inertia: kg m^2, that a joint moves.
     """
     kp, kd = FALLBACK_GAINS
     if free_of_modes(call[3]):

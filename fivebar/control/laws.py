@@ -25,38 +25,36 @@ if TYPE_CHECKING:
     Vector = np.ndarray | casadi.SX
 
 
-CHOICES = {
+# Checks of what controllers have besides their gains.
+CHECKS = {
     "working": modes(2),
     "assembly": modes(1),
     "gravity": flag,
     "ahead": not_negative,
-}  # their rules
+}
 
 
 class Reference(Protocol):
-    """A motion to follow: at times (...) s the end-effector's position, velocity and acceleration,
-    each (..., 2).
-    """
+    """A motion to follow: times (...) s -> position, velocity and acceleration, each (..., 2)."""
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]: ...
 
 
 class Controller(Protocol):
-    """Torques (2,) N m by time (s), measured joint coordinates and rates (2,), and the reference,
-    if there is one.
-    """
+    """A control law: time, s, measured q and q_dot (2,), reference -> torques (2,) N m."""
 
     def __call__(
-        self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None
+        self,
+        t: float,
+        q: np.ndarray,
+        q_dot: np.ndarray,
+        reference: Reference | None,
     ) -> np.ndarray: ...
 
 
 @dataclass(frozen=True, eq=False)
 class _JointController:
-    """Gains and modes of a controller on the active joints.
-
-    kp, kd: one number or one per joint, >= 0. working: the legs in which the reference is reached.
-    """
+    """Gains and working modes of a controller on the active joints."""
 
     robot: Robot
     kp: ArrayLike
@@ -73,19 +71,23 @@ class _JointController:
                     f" {shown(getattr(self, name))}"
                 )
             object.__setattr__(self, name, gain)
-        for name, rule in CHOICES.items():
+        for name, rule in CHECKS.items():
             if hasattr(self, name):
                 object.__setattr__(self, name, rule(getattr(self, name), name))
 
     def target(self, t: ArrayLike, reference: Reference | None) -> Accelerations:
-        """The reference in joint coordinates, at one time or many."""
+        """Return the reference in joint coordinates, at one time or many."""
         if reference is None:
             raise ValueError(f"{type(self).__name__} needs a reference to track")
         xi, xi_dot, xi_ddot = reference(t)
         return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
 
     def __call__(
-        self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None
+        self,
+        t: float,
+        q: np.ndarray,
+        q_dot: np.ndarray,
+        reference: Reference | None,
     ) -> np.ndarray:
         target = self.target(t, reference)
         return self.law(q, q_dot, target.rates.pose.q, target.rates.q_dot, target.q_ddot)
@@ -93,68 +95,143 @@ class _JointController:
 
 @dataclass(frozen=True, eq=False)
 class PD(_JointController):
-    """tau = kp (q_ref - q) + kd (q_ref' - q'), kp in N m/rad, kd in N m s/rad.
+    """Proportional-derivative control of the joints.
 
-    gravity: whether the torques that hold its robot at q are added (`gravity_torques`; Takegaki and
-        Arimoto 1981); at
-    Type 2 there are none: SingularityError. assembly: the mode that q is then read in.
+    tau = kp (q_ref - q) + kd (q_ref' - q')
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    kp, kd : float or (2,)
+        Gains, >= 0, N m/rad and N m s/rad (of a biglide N/m and N s/m).
+    working : (2,)
+        Working modes in which the reference is reached.
+    gravity : bool
+        Add the torques that hold the robot at q. At Type 2 there are none: SingularityError.
+    assembly : int
+        Assembly mode in which q is then read.
+
+    References
+    ----------
+    Takegaki, Arimoto: A new feedback method for dynamic control of manipulators, 1981.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> controller = fb.PD(fb.FiveBar(), kp=10, kd=1)
+    >>> reference = fb.line((0.09, 0.068), (0.08, 0.075), 1.0)
+    >>> controller(0.0, [0.0, 0.0], [0.0, 0.0], reference).round(4).tolist()
+    [-0.0039, -0.0039]
     """
 
     gravity: bool = False
     assembly: int = -1
 
     def law(
-        self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector
+        self,
+        q: Vector,
+        q_dot: Vector,
+        q_ref: Vector,
+        q_ref_dot: Vector,
+        q_ref_ddot: Vector,
     ) -> Vector:
-        """The torques, of numbers or of CasADi symbols."""
+        """Return the torques, of numbers or of CasADi symbols."""
         tau = self.robot.joint_difference(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
         return tau + gravity_torques(dgm(self.robot, q, self.assembly)) if self.gravity else tau
 
 
 @dataclass(frozen=True, eq=False)
 class ComputedTorque(_JointController):
-    """tau = M (q_ref'' + kd (q_ref' - q') + kp (q_ref - q)) + c, kp in 1/s^2, kd in 1/s; M, c at
-    the measured state.
+    """Computed-torque control.
 
-    c holds the gravity and the friction of its robot; Coulomb friction is that of q_ref', as the
-    sign of a measured rate that should be 0 changes from sample to sample.
-    assembly: the assembly mode that the measured joint angles are read in.
+    tau = M (q_ref'' + kd (q_ref' - q') + kp (q_ref - q)) + c, with M and c at the measured state.
+    c holds the robot's gravity and friction. Coulomb friction is that of q_ref', as the sign of a
+    measured rate that should be 0 changes from sample to sample.
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    kp, kd : float or (2,)
+        Gains, >= 0, 1/s^2 and 1/s.
+    working : (2,)
+        Working modes in which the reference is reached.
+    assembly : int
+        Assembly mode in which the measured joint angles are read.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> controller = fb.ComputedTorque(fb.FiveBar(), kp=100, kd=20)
+    >>> reference = fb.line((0.09, 0.068), (0.08, 0.075), 1.0)
+    >>> run = fb.simulate(fb.FiveBar(), controller, reference)
+    >>> bool(abs(run.error[-1]).max() < 1e-4)
+    True
     """
 
     assembly: int = -1
 
     def law(
-        self, q: Vector, q_dot: Vector, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector
+        self,
+        q: Vector,
+        q_dot: Vector,
+        q_ref: Vector,
+        q_ref_dot: Vector,
+        q_ref_ddot: Vector,
     ) -> Vector:
-        """The torques, of numbers or of CasADi symbols."""
+        """Return the torques, of numbers or of CasADi symbols."""
         rates = dkm(dgm(self.robot, q, self.assembly), q_dot)
         return computed_torque(rates, q_ref, q_ref_dot, q_ref_ddot, self.kp, self.kd)
 
 
 def computed_torque(
-    rates: Rates, q_ref: Vector, q_ref_dot: Vector, q_ref_ddot: Vector, kp: Vector, kd: Vector
+    rates: Rates,
+    q_ref: Vector,
+    q_ref_dot: Vector,
+    q_ref_ddot: Vector,
+    kp: Vector,
+    kd: Vector,
 ) -> Vector:
-    """`ComputedTorque.law` at the measured Rates; the gains may be symbols too."""
+    """Return the torques of `ComputedTorque.law` at the measured Rates; gains may be symbols."""
     robot, q, q_dot = rates.pose.robot, rates.pose.q, rates.q_dot
     M, c = dynamic_model(rates)
     if loads_of(robot).sticks:
         c = c + dry_friction(robot, q_ref_dot) - dry_friction(robot, q_dot)
-    return M @ (q_ref_ddot + (q_ref_dot - q_dot) * kd + robot.joint_difference(q_ref - q) * kp) + c
+    error = robot.joint_difference(q_ref - q)
+    return M @ (q_ref_ddot + (q_ref_dot - q_dot) * kd + error * kp) + c
 
 
 @dataclass(frozen=True, eq=False)
 class FeedForward(_JointController):
-    """tau = tau_plan + kp (q_ref - q) + kd (q_ref' - q') about a Plan; kp, kd as in PD.
+    """Feed-forward of a plan's torques, with PD about it.
 
-    It inverts no model, so that it holds a plan through any singularity. Beyond the plan's end it
-    is a PD.
-    ahead: s, half the control period, by which the held torque is read in advance.
+    tau = tau_plan + kp (q_ref - q) + kd (q_ref' - q'). It inverts no model, so it follows a plan
+    through any singularity. After the plan's end it is a PD.
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    kp, kd : float or (2,)
+        Gains, >= 0, as of `PD`.
+    working : (2,)
+        Not used: a plan knows its joints.
+    ahead : float
+        Time, s, by which the held torque is read in advance: half the control period.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.FeedForward(fb.FiveBar(), kp=10, kd=1).ahead
+    0.005
     """
 
     ahead: float = 0.005
 
     def __call__(
-        self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference | None
+        self,
+        t: float,
+        q: np.ndarray,
+        q_dot: np.ndarray,
+        reference: Reference | None,
     ) -> np.ndarray:
         if reference is None or not hasattr(reference, "tau"):
             raise ValueError(
@@ -162,7 +239,6 @@ class FeedForward(_JointController):
             )
         q_ref, q_ref_dot = reference.joints(t)
         end = reference.start + reference.duration
-        push = reference.tau(min(t + self.ahead, end)) if t < end - 1e-9 * end else np.zeros(2)
-        return (
-            push + self.robot.joint_difference(q_ref - q) * self.kp + (q_ref_dot - q_dot) * self.kd
-        )
+        tau = reference.tau(min(t + self.ahead, end)) if t < end - 1e-9 * end else np.zeros(2)
+        error = self.robot.joint_difference(q_ref - q)
+        return tau + error * self.kp + (q_ref_dot - q_dot) * self.kd

@@ -33,49 +33,40 @@ if TYPE_CHECKING:
 
 HORIZON = 20  # periods
 USUAL = 0.3  # m/s^2, up to which the tracker's own weights do
-POSITION, ACCELERATION, SIZE = (
-    1e4,
-    10.0,
-    0.09,
-)  # 1/m, s^2/m, its own weights; m, of the robot they were chosen for
+POSITION, ACCELERATION = 1e4, 10.0  # 1/m, s^2/m, the tracker's own weights
+SIZE = 0.09  # m, of the robot that they were chosen for
 PERIODS = 5e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4  # s
 SHOWN = 2e-5  # m, by which an acceleration that changes within a period may be missed
 FAST = 1.0  # m/s^2
-COARSE = (
-    5e-3  # of a bar, missed in a period: there only the far view of a Tracker's own horizon helps
-)
+# Of a bar, missed in a period: there only the far view of a Tracker's own horizon helps.
+COARSE = 5e-3
 
 
 def peak_acceleration(reference: Reference, start: float, duration: float) -> float:
-    """The largest acceleration of a motion, m/s^2, at rows at most half of the shortest period
-    apart if it is short.
-    """
+    """Return the largest acceleration of a motion, m/s^2, at times as dense as short periods."""
     rows = int(np.clip(2 * duration / PERIODS[-1], 1000, 40_000))
-    return float(np.hypot(*reference(start + np.linspace(0.0, duration, rows))[2].T).max())
+    _, _, xi_ddot = reference(start + np.linspace(0.0, duration, rows))
+    return float(np.hypot(*xi_ddot.T).max())
 
 
 def missed(acceleration: float, period: float) -> float:
-    """a h^2 / 8, m: how far a torque held over a period leaves a motion whose acceleration changes
-    by a within it.
-    """
+    """Return a h^2 / 8, m, the error of a torque held while the acceleration changes by a."""
     return acceleration * period**2 / 8
 
 
 def period_for(robot: Robot, acceleration: float) -> float:
-    """The longest of PERIODS, s, in which that is at most SHOWN, less for a small robot; or the
-    shortest.
-    """
+    """Return the longest of PERIODS, s, with an error of at most SHOWN; else the shortest."""
     shown = SHOWN / _smaller(robot)
-    return next(
-        (period for period in PERIODS if missed(acceleration, period) <= shown), PERIODS[-1]
-    )
+    periods = [period for period in PERIODS if missed(acceleration, period) <= shown]
+    return max(periods, default=PERIODS[-1])
 
 
 def _smaller(robot):
-    """How many times a robot is smaller than the one that weights were chosen for; 1 of larger
-    ones.
-    """
-    return max(1.0, SIZE / min(*robot.distal, *(drive.length for drive in robot.drives)))
+    """Return how many times a robot is smaller than the weights' own one, at least 1."""
+    return max(
+        1.0,
+        SIZE / min(*robot.distal, *(drive.length for drive in robot.drives)),
+    )
 
 
 def asks_for_it(
@@ -85,8 +76,9 @@ def asks_for_it(
     torque_limit: float | None,
     working: tuple[int, int],
 ) -> float | None:
-    """The peak acceleration of a motion with start and duration if it is fast, but in reach of this
-    limit and period; else None.
+    """Return the peak acceleration of a motion if it is fast but feasible, else None.
+
+    Feasible is what the torque limit and the control period allow.
     """
     peak = peak_acceleration(motion, motion.start, motion.duration)
     if not peak > FAST or missed(peak, period) > COARSE * min(robot.distal):
@@ -94,20 +86,19 @@ def asks_for_it(
     try:
         xi, xi_dot, xi_ddot = motion(motion.start + np.linspace(0.0, motion.duration, 2000))
         tau = inverse_dynamics(ikm2(ikm(igm(robot, xi, working), xi_dot), xi_ddot))
-    except (
-        SingularityError,
-        UnreachableError,
-    ):  # where it has no such torques, the far view matters
-        return None
+    except (SingularityError, UnreachableError):
+        return None  # without such torques, the far view matters
     return peak if torque_limit is None or np.abs(tau).max() <= torque_limit else None
 
 
 def matched(
-    robot: Robot, acceleration: float, period: float, torque_limit: float | None, assembly: int
+    robot: Robot,
+    acceleration: float,
+    period: float,
+    torque_limit: float | None,
+    assembly: int,
 ) -> Tracker:
-    """A Tracker for motions that are in reach of the torque limit, by their peak acceleration,
-    m/s^2.
-    """
+    """Return a Tracker for feasible motions of this peak acceleration, m/s^2."""
     share = min(1.0, USUAL / max(acceleration, 1e-9))
     rate = RATE / (ARM * moved(robot)) * share if moved(robot) else None
     return Tracker(

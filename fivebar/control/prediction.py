@@ -1,7 +1,7 @@
-"""What the tracker predicts by: one sample of the motion, the horizon, and what a state shows.
+"""The tracker's prediction: one sample of the motion, the horizon, and the end-effector of a state.
 
-The state is that of the four bars, (a, a'): no mode, and regular at Type 1 and at Type 2, so that a
-horizon may lie across both, where a model in joint or in task coordinates ends.
+The state is that of the four bars, (a, a'). It has no mode and is regular at Type 1 and Type 2, so
+a horizon may lie across both, where a model in joint or in task coordinates ends.
 """
 
 from __future__ import annotations
@@ -34,32 +34,37 @@ class Model:
     """
 
     def __init__(self, robot: Robot, lengths: tuple[float, ...], jit: bool | str) -> None:
-        self.step, self.rollout, self.look = (
-            Buffered(compiled(f, jit)) for f in _functions(robot, lengths)
-        )
+        step, rollout, look = _functions(robot, lengths)
+        self.step = Buffered(compiled(step, jit))
+        self.rollout = Buffered(compiled(rollout, jit))
+        self.look = Buffered(compiled(look, jit))
 
 
 @lru_cache(maxsize=64)
 def sample(robot: Robot) -> ca.Function:
-    """(state, tau, length) -> the state a sample later, on the closed loop, and its slopes A, B
-    before it is closed.
+    """Return (state, tau, length) -> the state a sample later, and its slopes A and B.
+
+    The state is on the closed loop again, the slopes are those before.
     """
     x, tau, h = ca.SX.sym("x", SIZE), ca.SX.sym("tau", 2), ca.SX.sym("h")
 
     def slope(state):
         rates = CHART.turned(robot, *halves(state, CHART), None)
-        return ca.vertcat(state[CHART.size :], *CHART.accelerations(forward_dynamics(rates, tau)))
+        return ca.vertcat(
+            state[CHART.size :],
+            *CHART.accelerations(forward_dynamics(rates, tau)),
+        )
 
     # The midpoint rule, with the derivative of the slope taken once, at the midpoint: of second
     # order, like the rule.
     middle = ca.SX.sym("middle", SIZE)
     k = slope(middle)
-    slope_at = ca.Function(
-        "slope", [middle, tau], ca.cse([k, ca.jacobian(k, middle), ca.jacobian(k, tau)])
-    )
+    slopes = ca.cse([k, ca.jacobian(k, middle), ca.jacobian(k, tau)])
+    slope_at = ca.Function("slope", [middle, tau], slopes)
     k, fx, fu = slope_at(x + h / 2 * slope(x), tau)
     one = ca.SX.eye(SIZE)
-    A, B = one + h * fx @ (one + h / 2 * fx), h * (one + h / 2 * fx) @ fu
+    A = one + h * fx @ (one + h / 2 * fx)
+    B = h * (one + h / 2 * fx) @ fu
     c, c_dot, _ = closed(robot, *halves(x + h * k, CHART))
     return ca.Function("sample", [x, tau, h], [ca.vertcat(*c, *c_dot), A, B])
 
@@ -67,13 +72,15 @@ def sample(robot: Robot) -> ca.Function:
 @lru_cache(maxsize=64)
 def _functions(robot, lengths):
     x, tau, h = ca.SX.sym("x", SIZE), ca.SX.sym("tau", 2), ca.SX.sym("h")
-    step = ca.Function("tracker_step", [x, tau], ca.cse([sample(robot)(x, tau, lengths[0])[0]]))
+    after = sample(robot)(x, tau, lengths[0])[0]
+    step = ca.Function("tracker_step", [x, tau], ca.cse([after]))
     rates = CHART.rates(robot, *halves(x, CHART), None)
     y = ca.vertcat(*rates.pose.point, *rates.components[1])
     look = ca.Function("tracker_look", [x], ca.cse([y, _rows(ca.jacobian(y, x))]))
     after, A, B = sample(robot)(x, tau, h)
     outputs = [after, _rows(ca.horzcat(A, B)), *look(after)]
-    stage, N = ca.Function("stage", [x, tau, h], ca.cse(outputs)), len(lengths)
+    stage = ca.Function("stage", [x, tau, h], ca.cse(outputs))
+    N = len(lengths)
     start, torques = ca.MX.sym("x", SIZE), ca.MX.sym("tau", 2, N)
     stages = stage.mapaccum(N)(start, torques, ca.DM(lengths).T)
     return step, ca.Function("tracker_rollout", [start, torques], stages), look

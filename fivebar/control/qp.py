@@ -12,7 +12,10 @@ import numpy as np
 from ..models.compiled import Buffered
 
 SOLVER = "daqp"  # by measurement: tests/benchmarks/qp_solvers.py
-HORIZON, LONGEST_STAGE = 1.0, 0.14  # s: to be seen ahead; what the midpoint rule predicts well
+HORIZON, LONGEST_STAGE = (
+    1.0,
+    0.14,
+)  # s: to be seen ahead; what the midpoint rule predicts well
 TOLERANCE = 1e-6  # of a solution's optimality, in units of the QP's unknowns and multipliers
 
 
@@ -33,20 +36,14 @@ def stage_lengths(horizon: int, period: float, seconds: float | None = None) -> 
     """
     if seconds is None:
         growth = max(1.0, LONGEST_STAGE / period) ** (1 / (horizon - 1))
-        seconds = max(
-            horizon * period, min(HORIZON, period * sum(growth**k for k in range(horizon)))
-        )
-    low, high = (
-        1.0,
-        max(1.0, seconds / period) ** (1 / (horizon - 1)),
-    )  # there, the last one has it all
+        longest = period * sum(growth**k for k in range(horizon))
+        seconds = max(horizon * period, min(HORIZON, longest))
+    # With the second of these factors the last stage alone covers all.
+    low, high = 1.0, max(1.0, seconds / period) ** (1 / (horizon - 1))
     for _ in range(60):
         ratio = (low + high) / 2
-        low, high = (
-            (ratio, high)
-            if period * sum(ratio**k for k in range(horizon)) < seconds
-            else (low, ratio)
-        )
+        too_short = period * sum(ratio**k for k in range(horizon)) < seconds
+        low, high = (ratio, high) if too_short else (low, ratio)
     return tuple(period * low**k for k in range(horizon))
 
 
@@ -59,11 +56,10 @@ def riccati(period: float, position: float, acceleration: float) -> np.ndarray:
     after the horizon's end. With equal stages the horizon then acts as an infinite one, whose cost
     falls along the motion.
     """
-    A, G = (
-        np.array([[1.0, period], [0.0, 1.0]]),
-        np.array([[period**4 / 4, period**3 / 2], [period**3 / 2, period**2]]),
-    )
-    G, P = G / acceleration**2, np.diag([position**2, 0.0])
+    A = np.array([[1.0, period], [0.0, 1.0]])
+    G = np.array([[period**4 / 4, period**3 / 2], [period**3 / 2, period**2]])
+    G = G / acceleration**2
+    P = np.diag([position**2, 0.0])
     # Doubling: each turn squares the number of samples looked ahead. SciPy's solve_discrete_are
     # loses: with our weights at 0.1 ms it has 9e-13 where this has 9e-15, it refuses some others,
     # and takes 1 to 2 times as long.
@@ -101,22 +97,31 @@ class Condenser:
         self.known = np.zeros((N + 1, size + 2, n))
         for k in range(N):
             self.known[k, size:, 2 * k : 2 * k + 2] = scale * np.eye(2)
-        self.G, self.stages = (
-            self.known[:, :size],
-            [(self.known[k], self.known[k + 1, :size]) for k in range(N)],
-        )
+        self.G = self.known[:, :size]
+        self.stages = [(self.known[k], self.known[k + 1, :size]) for k in range(N)]
         self.Y = np.zeros((N + 1, 4, n))  # position and velocity by scaled torques
         self.R, self.r = np.zeros((4 * N + 4, n)), np.zeros(4 * N + 4)
-        parts = slice(2 * N), slice(2 * N, 4 * N), slice(4 * N, None)
-        self.matrices = [self.R[part].reshape(-1, 2, n) for part in parts[:2]] + [self.R[parts[2]]]
-        self.vectors = [self.r[part].reshape(-1, 2) for part in parts[:2]] + [self.r[parts[2]]]
+        # Views of R and r: position, acceleration, and the terminal cost.
+        self.matrices = [
+            self.R[: 2 * N].reshape(-1, 2, n),
+            self.R[2 * N : 4 * N].reshape(-1, 2, n),
+            self.R[4 * N :],
+        ]
+        self.vectors = [
+            self.r[: 2 * N].reshape(-1, 2),
+            self.r[2 * N : 4 * N].reshape(-1, 2),
+            self.r[4 * N :],
+        ]
         share = np.sqrt(np.array(lengths) / lengths[0])[:, None]
         self.acceleration = share * acceleration / np.array(lengths)[:, None]
-        self.share, self.weight, self.position = share, position, share * position
-        self.position[-1] = 0.0  # that one is in the terminal cost
-        self.terminal = np.kron(
-            np.linalg.cholesky(riccati(lengths[0], position, acceleration)).T, np.eye(2)
+        self.share, self.weight, self.position = (
+            share,
+            position,
+            share * position,
         )
+        self.position[-1] = 0.0  # that one is in the terminal cost
+        cost_to_go = riccati(lengths[0], position, acceleration)
+        self.terminal = np.kron(np.linalg.cholesky(cost_to_go).T, np.eye(2))
         change = np.eye(n) - np.eye(n, k=-2)
         self.first = (torque_rate * scale) ** 2
         self.smooth = self.first * change.T @ change
@@ -145,7 +150,10 @@ class Condenser:
             np.dot(slope, before, out=after)
         np.matmul(C, self.G[1:], out=self.Y[1:])
         G = self.Y
-        (position, acceleration, last), (p, a, end) = self.matrices, self.vectors
+        (position, acceleration, last), (p, a, end) = (
+            self.matrices,
+            self.vectors,
+        )
         np.multiply(G[1:, :2], self.position[:, :, None], out=position)
         np.multiply(e[:, :2], self.position, out=p)
         np.subtract(G[1:, 2:], G[:-1, 2:], out=acceleration)
@@ -174,13 +182,21 @@ class QP:
     """
 
     def __init__(
-        self, n: int, rows: int, solver: str = SOLVER, options: dict | None = None
+        self,
+        n: int,
+        rows: int,
+        solver: str = SOLVER,
+        options: dict | None = None,
     ) -> None:
         shapes = {"h": ca.Sparsity.dense(n, n), "a": ca.Sparsity.dense(rows, n)}
-        self.call = Buffered(
-            ca.conic("qp", solver, shapes, {"error_on_fail": False, **(options or {})})
+        options = {"error_on_fail": False, **(options or {})}
+        self.call = Buffered(ca.conic("qp", solver, shapes, options))
+        self.cold = (
+            np.full(rows, -np.inf),
+            np.zeros(n),
+            np.zeros(rows),
+            np.zeros(0),
         )
-        self.cold = np.full(rows, -np.inf), np.zeros(n), np.zeros(rows), np.zeros(0)
 
     def __call__(
         self,
@@ -198,17 +214,29 @@ class QP:
         none, zero, multipliers, empty = self.cold
         try:
             v, _, forces, pushes = self.call(
-                H, g, rows.T, none, upper, low, high, zero, zero, multipliers, empty, empty
+                H,
+                g,
+                rows.T,
+                none,
+                upper,
+                low,
+                high,
+                zero,
+                zero,
+                multipliers,
+                empty,
+                empty,
             )
         except RuntimeError:
             return zero, 0, Status.QP_FAILED
         iterations = 1 + int(np.count_nonzero(pushes) + np.count_nonzero(forces))
         if optimality(H, g, rows, upper, low, high, v, forces) <= TOLERANCE:
             return v, iterations, Status.SOLVED
+        succeeded = self.call.stats()["success"]
         return (
             v,
             iterations,
-            Status.CHECK_FAILED if self.call.stats()["success"] else Status.QP_FAILED,
+            Status.CHECK_FAILED if succeeded else Status.QP_FAILED,
         )
 
 
@@ -236,8 +264,6 @@ def optimality(
     if not len(upper):
         return step
     gap = upper - rows @ v
-    return max(
-        step,
-        np.abs(np.minimum(gap, forces / (1 + np.abs(forces).max()))).max()
-        / (1 + np.abs(upper).max()),
-    )
+    multipliers = forces / (1 + np.abs(forces).max())
+    complementarity = np.abs(np.minimum(gap, multipliers)).max()
+    return max(step, complementarity / (1 + np.abs(upper).max()))

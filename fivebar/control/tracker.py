@@ -1,6 +1,4 @@
-"""A model-predictive tracker: nonlinear MPC by real-time iteration, usable wherever a controller
-is.
-"""
+"""A model-predictive tracker by real-time iteration, usable wherever a controller is."""
 
 from __future__ import annotations
 
@@ -28,24 +26,25 @@ if TYPE_CHECKING:
 ASTRAY = 0.1  # of a bar, by which a prediction may err
 FARTHEST = 0.5  # rad that a bar turns in a stage, m that a foot moves
 LEAST_STAGES = 3  # that a prediction must reach
-MOST_STAGES, MOST_DELAY = (
-    500,
-    1000,
-)  # of a horizon, whose time and memory grow with the square; samples
 # Of the torque's noise, and of the change of the disturbance per sample, in units of the torque
 # scale: with exact and with rounded angles. Less noise lets the disturbance follow a wrong mass
 # more slowly, more follows the rounding.
 TORQUE_NOISE, WALK, WALK_ROUNDED = 3e-3, 3e-3, 3e-4
-RATE, ARM = 6.0, 10.0  # of the torques' change, over their scale; of that, rad/s^2 (m/s^2)
+RATE, ARM = (
+    6.0,
+    10.0,
+)  # of the torques' change, over their scale; of that, rad/s^2 (m/s^2)
 TORQUE_RATE, FORCE_RATE = (
     100.0,
     0.15,
-)  # 1/(N m), 1/N: both RATE over that scale, of the lab's two robots
+)  # 1/(N m), 1/N: RATE over that scale, of the lab's robots
 
 
 class Log(NamedTuple):
-    """A tracker's steps since its reset, k of them: t (k,) s; solve_time (k,) s, of the whole step;
-    iterations (k,) of the QP; status (k,), of `Status`; disturbance (k, 2) N m, estimated.
+    """A tracker's k steps since its reset.
+
+    t (k,) s; solve_time (k,) s, of the whole step; iterations (k,) of the QP; status (k,), of
+    `Status`; disturbance (k, 2) N m, estimated.
     """
 
     t: np.ndarray
@@ -56,46 +55,69 @@ class Log(NamedTuple):
 
 
 class Tracker:
-    """Nonlinear model-predictive tracking of an end-effector motion, one Gauss-Newton step per
-    sample.
+    """Nonlinear model-predictive tracking of an end-effector motion.
 
-    Called (t, q, q_dot, reference) -> tau (2,) N m, once each period; a time that does not increase
-    resets it. The reference, for arrays of times too, is read over the horizon ahead. Linearised
-    about the last plan, shifted, in the
-    four bars: regular at Type 1 and Type 2, so it goes on through both. Of a plan that is free of
-        modes the elbows are
-    followed besides: at Type 1 the end-effector does not tell on which side a leg goes on. The cost
-    beyond the horizon is a Riccati equation's. A constant disturbance of the torques is estimated
-    and taken away, so at rest there is no offset.
+    Call it once each period, as any controller: (t, q, q_dot, reference) -> tau (2,), N m. It reads
+    the reference over the horizon ahead, for arrays of times. A time that does not increase resets
+    it. It makes one Gauss-Newton step per sample, linearised about its last plan in the angles of
+    the four bars. These are regular at Type 1 and Type 2, so it goes on through both. Along a plan
+    that is free of modes it also follows the elbows. The cost beyond the horizon is that of a
+    Riccati equation. A constant disturbance of the torques is estimated and compensated, so there
+    is no offset at rest.
 
-    horizon: stages ahead, the first a period, growing so that all cover `seconds`.
-    period: s.
-    seconds: default 1, less where stages of at most 0.14 s cover less; limits need a far view.
-    constraints: torque, N m, and joint_speed, rad/s, the same for both joints. The speed is kept
-        unless that is impossible.
-    delay: samples between a measurement and its torque, bridged by prediction.
-    encoder_resolution: rad, where joint angles are rounded to it: the rates are then estimated from
-        the angles.
-    position, acceleration, torque_rate: weights of residuals whose squares are summed, 1/m, s^2/m
-        (their ratio is the square of the error's bandwidth in 1/s), 1/(N m), by default 100, of a
-        biglide 0.15, of a robot with gravity, friction or heavy bars as much by its own inertia.
-    assembly: mode in which the first measurement is read; from there on it is followed by
-        prediction, as at Type 2 the joints do not tell it.
-    jit: as in `compile`.
+    Where the QP fails or its solution is not optimal, the torque is that of computed torque, near
+    Type 2 of a PD, clipped. `log` reports the steps.
 
-    `log` reports the steps. Where the QP fails or its solution does not stand the check, the torque
-    is that of computed torque (PD near Type 2), clipped. ValueError for options that make no sense
-    and calls that are not a period apart; SingularityError or UnreachableError where the first
-    measurement gives no motion.
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    horizon : int
+        Stages ahead. The first lasts a period, the others grow so that all cover `seconds`.
+    period : float
+        Control period, s.
+    seconds : float, optional
+        Length of the horizon, s. By default 1, less where stages of at most 0.14 s cover less.
+    constraints : Constraints, optional
+        torque, N m, and joint_speed, rad/s, the same for both joints. The speed is kept unless that
+        is impossible.
+    delay : int
+        Samples between a measurement and its torque, bridged by prediction.
+    encoder_resolution : float, optional
+        Resolution, rad, to which joint angles are rounded. Rates are then estimated from angles.
+    position, acceleration, torque_rate : float
+        Weights of residuals, 1/m, s^2/m and 1/(N m). The ratio of the first two is the square of
+        the error's bandwidth in 1/s. By default torque_rate is 100, of a biglide 0.15, and of a
+        robot with gravity, friction or heavy bars it follows from the inertia.
+    assembly : int
+        Assembly mode in which the first measurement is read. It is followed by prediction, as at
+        Type 2 the joints do not determine it.
+    jit : bool or str
+        As of `compile`.
+
+    Raises
+    ------
+    ValueError
+        Options make no sense together, or calls are not a period apart.
+    SingularityError, UnreachableError
+        The first measurement gives no motion.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> tracker = fb.Tracker(fb.FiveBar(), constraints=fb.Constraints(torque=0.5))
+    >>> reference = fb.line((0.09, 0.068), (0.085, 0.072), 0.2)
+    >>> run = fb.simulate(fb.FiveBar(), tracker, reference)
+    >>> bool(abs(run.error[-1]).max() < 1e-4)
+    True
     """
 
     @takes(
         robot=must_be_robot,
-        horizon=whole(2, MOST_STAGES),
+        horizon=whole(2, 500),
         period=span,
         seconds=optional(span),
         constraints=optional(instance(Constraints)),
-        delay=whole(0, MOST_DELAY),
+        delay=whole(0, 1000),
         encoder_resolution=optional(positive),
         position=positive,
         acceleration=positive,
@@ -119,8 +141,9 @@ class Tracker:
         assembly: int = -1,
         jit: bool | str = False,
     ) -> None:
+        # Grouped inertias may be negative, but not 0.
         for name, inertia in zip((*robot.words.inertias, "m"), (*robot.inertias, robot.m)):
-            positive(abs(inertia), f"a tracker's robot: {name}")  # grouped: maybe negative
+            positive(abs(inertia), f"a tracker's robot: {name}")
         if torque_rate is None:
             torque_rate = TORQUE_RATE if robot.turns else FORCE_RATE
             if physics_of(robot) is not None and moved(robot):
@@ -129,7 +152,12 @@ class Tracker:
             raise ValueError(
                 f"seconds = {seconds:g} is less than horizon = {horizon} periods of {period:g} s"
             )
-        self.robot, self.horizon, self.period, self.delay = robot, horizon, period, delay
+        self.robot, self.horizon, self.period, self.delay = (
+            robot,
+            horizon,
+            period,
+            delay,
+        )
         refuse_others(constraints, "Tracker", ("torque", "joint_speed"))
         constraints = Constraints() if constraints is None else constraints
         torque_limit = _same(constraints.torque, "torque")
@@ -143,20 +171,27 @@ class Tracker:
         noise = *measured, TORQUE_NOISE * self.scale, walk * self.scale
         self.lengths = stage_lengths(horizon, period, seconds)
         edges = np.concatenate([[0.0], np.cumsum(self.lengths)])
-        self.middles, self.ahead = (edges[1:] + edges[:-1]) / 2, edges + period * delay
+        self.middles, self.ahead = (
+            (edges[1:] + edges[:-1]) / 2,
+            edges + period * delay,
+        )
         # Where in the last plan a stage's torque is found, a period later.
         self.shift = np.minimum(np.searchsorted(edges, self.middles + period) - 1, horizon - 1)
         try:
             self.condense = Condenser(
-                self.lengths, position, acceleration, torque_rate, self.scale, SIZE
+                self.lengths,
+                position,
+                acceleration,
+                torque_rate,
+                self.scale,
+                SIZE,
             )
         except np.linalg.LinAlgError:
             raise ValueError(
                 "the tracker's position, acceleration and torque_rate are too different for one"
                 f" cost: {position:g}, {acceleration:g}, {torque_rate:g}"
             ) from None
-        # Of a joint speed over its limit, per rad/s: more than any tracking error within the
-        # robot's size may cost.
+        # Of a joint speed over its limit, per rad/s: more than tracking errors of the robot's size.
         self.price = sum(self.lengths) / period * (position * max(robot.distal)) ** 2
         self._bounds(2 * horizon)
         self.levers = [drive.length for drive in robot.drives]
@@ -167,15 +202,13 @@ class Tracker:
         self.reset()
 
     def _bounds(self, n):
-        """The QP, with one more unknown, the excess over the speed limit, where there is one."""
+        """Make the QP. A limit on the speed adds one unknown, the excess over it."""
         soft = self.speed_limit is not None
         self.qp = QP(n + soft, 2 * n * soft)
         self.high = np.full(n + soft, self.torque_limit / self.scale)
-        self.low, self.rows, self.upper = (
-            -self.high,
-            np.zeros((2 * n * soft, n + soft)),
-            np.zeros(2 * n * soft),
-        )
+        self.low = -self.high
+        self.rows = np.zeros((2 * n * soft, n + soft))
+        self.upper = np.zeros(2 * n * soft)
         if soft:
             self.low[-1], self.high[-1], self.rows[:, -1] = 0.0, np.inf, -1.0
 
@@ -183,7 +216,9 @@ class Tracker:
         """Forget the motion, the disturbance and the log."""
         self.last = None
         self.estimator.reset()
-        self.sent, self.tau, self.guess = [np.zeros(2)] * self.delay, np.zeros(2), None
+        self.sent = [np.zeros(2)] * self.delay
+        self.tau = np.zeros(2)
+        self.guess = None
         self._steps = []
 
     @property
@@ -197,27 +232,26 @@ class Tracker:
         before = time.perf_counter()
         if self.last is not None and t <= self.last:
             self.reset()
-        known, iterations, status = self._observe(t, q, q_dot), 0, Status.NOT_FINITE
+        iterations, status = 0, Status.NOT_FINITE
+        is_known = self._observe(t, q, q_dot)
         self.last = t
-        if known:
+        if is_known:
             plan, iterations, status = self._plan(t, reference)
         if status == Status.SOLVED:
             self.tau = self._clip(self.scale * plan[:2])
             self.guess = plan[: 2 * self.horizon].reshape(-1, 2)[self.shift].ravel()
         else:
-            mode = self.estimator.assembly
-            safe = safe_torque(
-                self.robot, self.inertia, self.estimator.margins, mode, (t, q, q_dot, reference)
-            )
+            margins, assembly = self.estimator.margins, self.estimator.assembly
+            call = t, q, q_dot, reference
+            safe = safe_torque(self.robot, self.inertia, margins, assembly, call)
             self.tau, self.guess = self._clip(safe), None
         self.sent.append(self.tau)
-        self._steps.append(
-            (t, time.perf_counter() - before, iterations, status, self.estimator.disturbance)
-        )
+        elapsed = time.perf_counter() - before
+        self._steps.append((t, elapsed, iterations, status, self.estimator.disturbance))
         return self.tau.copy()
 
     def _observe(self, t, q, q_dot):
-        """Bring the estimate to time t; whether there is one."""
+        """Bring the estimate to time t. Return whether there is one."""
         if self.last is None:
             self.estimator.locate(q, q_dot)
             return True
@@ -229,14 +263,14 @@ class Tracker:
         return self.estimator.follow(self.sent.pop(0), q, q_dot)
 
     def _clip(self, tau):
-        """Within the limit, and exactly on it where that is all that rounding leaves."""
+        """Return the torque within its limit, on it where it differs by rounding error."""
         edge = self.torque_limit * (1 - 1e-12)
         return np.array(
             [math.copysign(self.torque_limit, x) if abs(x) >= edge else x for x in tau.tolist()]
         )
 
     def _plan(self, t, reference):
-        """(scaled torques over the horizon, QP iterations, status)."""
+        """Return (scaled torques over the horizon, QP iterations, status)."""
         xi, xi_dot, _ = reference(t + self.ahead)
         if np.shape(xi) != (self.horizon + 1, 2):
             raise ValueError(
@@ -249,88 +283,89 @@ class Tracker:
             state = self.model.step(state, tau + known.disturbance)[0].copy()
         target = np.concatenate([xi, xi_dot], axis=1)
         now = self.model.look(state)[0] - target[0]
-        guesses = [] if self.guess is None else [self.guess]
-        predicted = [self._predict(state, guess, target) for guess in guesses]
-        if not predicted or predicted[0][-1] > max(
-            ASTRAY * min(self.robot.distal), 2 * math.hypot(*now[:2])
-        ):
-            # The last plan, shifted, leads astray: the reference's own torques may be the better
-            # beginning.
-            tau = reference_torques(
-                self.robot, known.margins, reference, t + self.period * self.delay + self.middles
-            )
+        guesses, predicted = [], []
+        if self.guess is not None:
+            guesses.append(self.guess)
+            predicted.append(self._predict(state, self.guess, target))
+        astray = max(ASTRAY * min(self.robot.distal), 2 * math.hypot(*now[:2]))
+        if not predicted or predicted[0][-1] > astray:
+            # The last plan leads astray: the reference's own torques may be the better beginning.
+            times = t + self.period * self.delay + self.middles
+            tau = reference_torques(self.robot, known.margins, reference, times)
             limit = min(self.torque_limit, self.scale + self.lift)
             guesses.append(np.clip(tau - known.disturbance, -limit, limit).ravel() / self.scale)
             predicted.append(self._predict(state, guesses[-1], target))
         best = min(range(len(guesses)), key=lambda k: predicted[k][-1])
-        self.guess, (states, AB, error, C, ends, _) = guesses[best], predicted[best]
+        self.guess, (states, AB, error, C, ends, _) = (
+            guesses[best],
+            predicted[best],
+        )
         if ends < LEAST_STAGES:
             return None, 0, Status.NOT_FINITE
+        for array in (error, AB, C):
+            array[ends:] = 0.0
         arcs = None
         if free_of_modes(reference):
             q = reference.joints(t + self.ahead[1:])[0]
-            arcs = (
-                self.robot.joint_difference(states[:, JOINTS] - q) * self.levers,
-                JOINTS,
-                np.array([self.levers]),
-            )
-        for array in (error, AB, C, states, *(() if arcs is None else arcs[:1])):
-            array[ends:] = 0.0
+            lengths = self.robot.joint_difference(states[:, JOINTS] - q) * self.levers
+            lengths[ends:] = 0.0
+            arcs = lengths, JOINTS, np.array([self.levers])
+        states[ends:] = 0.0
         H, g = self.condense(now, error, AB, C, self.tau / self.scale, self.guess, arcs)
         if self.speed_limit is not None:
             H, g = self._limit_speed(H, g, states[:, RATES])
         return self.qp(H, g, self.rows, self.upper, self.low, self.high)
 
     def _predict(self, state, guess, target):
-        """States, slopes and errors over the horizon, how many of its stages count, and the largest
+        """Predict the horizon.
+
+        Return states, slopes, errors, slopes of the motion, how many stages count, and the largest
         error of these.
         """
         N = self.horizon
         torques = self.scale * guess.reshape(N, 2) + self.estimator.disturbance
         states, AB, motion, C = (array.copy() for array in self.model.rollout(state, torques))
         AB, error = AB.reshape(N, SIZE, SIZE + 2), motion - target[1:]
-        # Where a bar turns so far in a stage, the rule of the prediction says nothing, nor of what
-        # comes after.
+        # The midpoint rule does not hold where a bar turns far in a stage, nor after that.
         turns = np.abs(states[:, CHART.size :]).max(axis=1) * self.lengths
-        ends = int(
-            np.argmin(np.append((turns < FARTHEST) & np.isfinite(AB).all(axis=(1, 2)), False))
-        )
+        holds = (turns < FARTHEST) & np.isfinite(AB).all(axis=(1, 2))
+        ends = int(np.argmin(np.append(holds, False)))
         farthest = np.inf if ends < N else np.hypot(*error[:, :2].T).max()
         return states, AB, error, C.reshape(N, 4, SIZE), ends, farthest
 
     def _limit_speed(self, H, g, speeds):
-        """A row per joint, stage and sign, and the price of the excess."""
+        """Add a row per joint, stage and sign, and the price of the excess."""
         n = 2 * self.horizon
         slope = self.condense.G[1:, RATES].reshape(n, n)
         without = speeds.ravel() - slope @ self.guess
         self.rows[:n, :n], self.rows[n:, :n] = slope, -slope
-        self.upper[:n], self.upper[n:] = self.speed_limit - without, self.speed_limit + without
+        self.upper[:n], self.upper[n:] = (
+            self.speed_limit - without,
+            self.speed_limit + without,
+        )
         wide = np.diag(np.full(n + 1, self.price))
         wide[:n, :n] = H
         return wide, np.append(g, self.price)
 
 
 def _differentiable(robot, longest):
-    """The robot whose dry friction is smoothed: over rates at which it stops no drive within the
-    longest stage.
-    """
-    if not loads_of(robot).sticks:
+    """Return the robot with dry friction so smooth that it stops no drive within a stage."""
+    loads = loads_of(robot)
+    if not loads.sticks:
         return robot
-    return smoothed(
-        robot, max(fs * longest / z for fs, z in zip(loads_of(robot).coulomb, robot.inertias))
-    )
+    rates = [fs * longest / z for fs, z in zip(loads.coulomb, robot.inertias)]
+    return smoothed(robot, max(rates))
 
 
 def moved(robot):
-    """The inertia that a drive moves, kg m^2 (kg); what is grouped may be negative."""
-    return (
-        sum(map(abs, robot.inertias)) / 2
-        + abs(robot.m) * max(drive.length for drive in robot.drives) ** 2
-    )
+    """Return the inertia that a drive moves, kg m^2 (kg)."""
+    lever = max(drive.length for drive in robot.drives)
+    # Grouped parameters may be negative.
+    return sum(map(abs, robot.inertias)) / 2 + abs(robot.m) * lever**2
 
 
 def _lift(robot):
-    """More than the torque, N m, that weights ask for anywhere away from Type 2."""
+    """Return a bound of the torque, N m, that weights need away from Type 2."""
     physics = loads_of(robot)
     if not physics.has_gravity:
         return 0.0
