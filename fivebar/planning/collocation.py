@@ -19,12 +19,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 METHODS = ("hermite-simpson", "legendre-gauss")
-LIMITS = ("torque", "joint_speed", "acceleration", "poses", "sin", "det_A")
+LIMITS = (
+    "torque",
+    "joint_speed",
+    "acceleration",
+    "poses",
+    "sin",
+    "det_A",
+)
 
 
 class Scheme:
-    """Collocation points c in [0, 1] of an interval and what integrates the polynomial through
-    values at them.
+    """Collocation points c in [0, 1], and matrices that integrate polynomials through their values.
 
     to_power (s, s): values -> coefficients of 1, sigma, ...; to_bezier (s, s): values -> Bezier
     points, which hold the polynomial in their hull. shared: the last point is the first of the next
@@ -35,22 +41,26 @@ class Scheme:
         self.c, self.shared = np.asarray(c, dtype=float), shared
         k = np.arange(len(self.c))
         self.to_power = np.linalg.inv(self.c[:, None] ** k)
-        binomials = np.array([[math.comb(i, j) / math.comb(len(k) - 1, j) for j in k] for i in k])
+        binomials = np.zeros((len(k), len(k)))
+        for i, j in np.ndindex(binomials.shape):
+            binomials[i, j] = math.comb(i, j) / math.comb(len(k) - 1, j)
         self.to_bezier = binomials @ self.to_power
         # Factors of the integrals over [0, 1] of the squares of a polynomial and of its slope.
         self.square = np.linalg.cholesky(1 / (k[:, None] + k + 1.0)).T
         i = k[1:]
-        self.square_slope = (
-            np.linalg.cholesky(i[:, None] * i / (i[:, None] + i - 1.0)).T @ np.eye(len(k))[1:]
-        )
+        products = i[:, None] * i / (i[:, None] + i - 1.0)
+        self.square_slope = np.linalg.cholesky(products).T @ np.eye(len(k))[1:]
 
     def powers(self, sigma: ArrayLike) -> tuple[np.ndarray, ...]:
-        """Rows that give acceleration, velocity / h and position / h^2 at sigma (...) from the
-        values at the points.
+        """Return rows that give acceleration, velocity / h and position / h^2 at sigma (...).
+
+        They are multiplied by the acceleration's values at the points.
         """
         k, sigma = np.arange(len(self.c)), np.asarray(sigma)[..., None]
-        terms = sigma**k, sigma ** (k + 1) / (k + 1), sigma ** (k + 2) / ((k + 1) * (k + 2))
-        return tuple(term @ self.to_power for term in terms)
+        acceleration = sigma**k
+        velocity = sigma ** (k + 1) / (k + 1)
+        position = sigma ** (k + 2) / ((k + 1) * (k + 2))
+        return tuple(terms @ self.to_power for terms in (acceleration, velocity, position))
 
     def points(self, intervals: int) -> np.ndarray:
         """Indices (intervals, s) of every interval's points among all points of the mesh."""
@@ -86,55 +96,45 @@ class Pieces:
     xi_ddot: np.ndarray
     tau: np.ndarray
 
-    @classmethod
-    def through(
-        cls,
-        scheme: Scheme,
-        knots: np.ndarray,
-        xi: np.ndarray,
-        xi_dot: np.ndarray,
-        xi_ddot: np.ndarray,
-        tau: np.ndarray,
-    ) -> Pieces:
-        """The pieces whose position and velocity (m, 2) at all points are known, with xi_ddot and
-        tau as above.
-        """
-        h, first = np.diff(knots)[:, None], scheme.points(len(knots) - 1)[:, 0]
-        _, single, double = (row @ xi_ddot for row in scheme.powers(scheme.c[0]))
-        v0 = xi_dot[first] - h * single
-        return cls(scheme, knots, xi[first] - h * (scheme.c[0] * v0 + h * double), v0, xi_ddot, tau)
-
     @cached_property
     def widths(self) -> np.ndarray:
         return np.diff(self.knots)
 
     def locate(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Interval and place in it, in [0, 1], of times (...) in s."""
-        k = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.xi) - 1)
+        """Return interval and place in it, in [0, 1], of times (...) in s."""
+        k = np.clip(
+            np.searchsorted(self.knots, t, side="right") - 1,
+            0,
+            len(self.xi) - 1,
+        )
         return k, np.clip((t - self.knots[k]) / self.widths[k], 0.0, 1.0)
 
     @cached_property
     def _table(self):
         """Coefficients (n, s + 2, 8) of powers of the place in each interval."""
-        s, h, n = len(self.scheme.c), self.widths[:, None, None], self.xi.shape[1]
+        s, h, n = (
+            len(self.scheme.c),
+            self.widths[:, None, None],
+            self.xi.shape[1],
+        )
         a, tau = (self.scheme.to_power @ values for values in (self.xi_ddot, self.tau))
         k = np.arange(s)[:, None]
         table = np.zeros((len(h), s + 2, 3 * n + 2))
-        table[:, 0, :n], table[:, 1, :n], table[:, 0, n : 2 * n] = (
-            self.xi,
-            h[:, 0] * self.xi_dot,
-            self.xi_dot,
-        )
-        table[:, 2:, :n], table[:, 1:-1, n : 2 * n] = (
-            h**2 * a / ((k + 1) * (k + 2)),
-            h * a / (k + 1),
-        )
-        table[:, :-2, 2 * n : 3 * n], table[:, :-2, 3 * n :] = a, tau
+        position, velocity = slice(n), slice(n, 2 * n)
+        acceleration, torque = slice(2 * n, 3 * n), slice(3 * n, None)
+        table[:, 0, position] = self.xi
+        table[:, 1, position] = h[:, 0] * self.xi_dot
+        table[:, 2:, position] = h**2 * a / ((k + 1) * (k + 2))
+        table[:, 0, velocity] = self.xi_dot
+        table[:, 1:-1, velocity] = h * a / (k + 1)
+        table[:, :-2, acceleration] = a
+        table[:, :-2, torque] = tau
         return table
 
     def motion(self, k: np.ndarray, sigma: np.ndarray) -> np.ndarray:
-        """Position, velocity, acceleration and torque, (..., 8) or (..., 14), at places sigma of
-        intervals k.
+        """Return position, velocity, acceleration and torque at places sigma of intervals k.
+
+        They are (..., 8), in the four bars' angles (..., 14).
         """
         powers = np.asarray(sigma)[..., None] ** np.arange(self._table.shape[1])
         return (powers[..., None, :] @ self._table[k])[..., 0, :]

@@ -1,6 +1,4 @@
-"""A first motion for the planner: along a path that keeps off the limits, as fast as the limits
-seem to allow.
-"""
+"""First guesses of the planner: along a path within the limits, about as fast as they allow."""
 
 from __future__ import annotations
 
@@ -23,15 +21,14 @@ if TYPE_CHECKING:
 
     Guess = Callable[[np.ndarray], np.ndarray]  # times (n,) s -> (n, 8): motion, bar forces
 
-GRID, SMOOTHINGS = (
-    121,
-    100,
-)  # nodes per side of the grid on which a first path is sought; passes over it
+GRID = 121  # nodes per side of the grid on which a first path is searched
+SMOOTHINGS = 100  # passes over that path
 
 
 def guess_again(plan: Plan, found: Solution) -> Guess:
-    """A solution as the guess of the next; its forces between its nodes, as computed ones might be
-    huge there.
+    """Return a solution as the guess of the next.
+
+    Forces are interpolated between nodes, as computed ones might be huge there.
     """
 
     def guess(t):
@@ -44,24 +41,27 @@ def guess_again(plan: Plan, found: Solution) -> Guess:
 def first_guess(
     problem: Problem, paths: list[np.ndarray] | None = None
 ) -> tuple[Guess, np.ndarray]:
-    """(times -> (n, 8 or 14), duration of each phase): from rest to rest between stops along paths
-    (m, coordinates).
+    """Return (times -> (n, 8 or 14), duration of each phase), from rest to rest along paths.
 
-    Paths are run through point by point; without them straight where the limits allow.
+    paths: (m, coordinates) between stops, in even steps. Without them the paths are straight where
+    the limits allow.
     """
     even = paths is not None
     if paths is None:
         points = [np.array(conditions[0]) for conditions, _ in problem.stops]
         paths = [_path(problem, a, b) for a, b in zip(points, points[1:])]
-    lengths = np.array([np.linalg.norm(np.diff(path, axis=0), axis=1).sum() for path in paths])
+    lengths = np.array([_steps(path).sum() for path in paths])
     shares = np.maximum(lengths, 0.05 * problem.coordinates.units(problem).max())
     sigma = np.linspace(0, 1, 201)
     blend = sigma**3 * (10 - 15 * sigma + 6 * sigma**2)
     motions = []
     for path in paths:
-        steps = np.ones(len(path) - 1) if even else np.linalg.norm(np.diff(path, axis=0), axis=1)
-        along = np.concatenate([[0.0], np.cumsum(steps)])
-        xi = np.stack([np.interp(blend * along[-1], along, column) for column in path.T], axis=1)
+        along = np.insert(
+            np.cumsum(np.ones(len(path) - 1) if even else _steps(path)),
+            0,
+            0.0,
+        )
+        xi = _interpolated(blend * along[-1], along, path)
         xi_dot = np.gradient(xi, sigma, axis=0)
         motions.append((xi, xi_dot, np.gradient(xi_dot, sigma, axis=0)))
     durations = shares / shares.sum()
@@ -70,35 +70,44 @@ def first_guess(
         durations[i:j] = (after - before) * shares[i:j] / shares[i:j].sum()
     last = timed[-1][0]
     if last < len(paths):
-        free = slice(last, None)
-        durations[free] = shares[free] / shares[free].sum()
-        durations[free] *= max(
-            _time_needed(problem, m, T) for m, T in zip(motions[free], durations[free])
-        )
-    ends = np.cumsum(durations)
-    times = np.concatenate([end + duration * (sigma - 1) for end, duration in zip(ends, durations)])
-    powers = [np.concatenate([m[i] / T**i for m, T in zip(motions, durations)]) for i in range(3)]
-    columns = np.concatenate([*powers, np.zeros((len(times), 2))], axis=1)
-    return (
-        lambda t: np.stack([np.interp(t, times, column) for column in columns.T], axis=-1),
-        durations,
-    )
+        free = shares[last:] / shares[last:].sum()
+        factors = [_time_needed(problem, m, T) for m, T in zip(motions[last:], free)]
+        durations[last:] = free * max(factors)
+    times, rows = [], []
+    for motion, duration, end in zip(motions, durations, np.cumsum(durations)):
+        times.append(end + duration * (sigma - 1))
+        derivatives = [value / duration**order for order, value in enumerate(motion)]
+        rows.append(np.concatenate([*derivatives, np.zeros((len(sigma), 2))], axis=1))
+    times, table = np.concatenate(times), np.concatenate(rows)
+    return lambda t: _interpolated(t, times, table), durations
+
+
+def _steps(path):
+    return np.linalg.norm(np.diff(path, axis=0), axis=1)
+
+
+def _interpolated(x, nodes, table):
+    return np.stack([np.interp(x, nodes, column) for column in table.T], axis=-1)
 
 
 def _time_needed(problem, motion, duration):
-    """By what factor a phase of `duration` is to be stretched: torque goes as 1 / time^2, speed as
-    1 / time.
+    """Return the factor by which a phase of `duration` is to be stretched.
+
+    Torque goes as 1 / time^2, speed as 1 / time.
     """
     motion = np.concatenate([m / duration**i for i, m in enumerate(motion)], axis=1)
-    acc, limits, weights = problem.accelerations(motion), problem.constraints, problem.weights
-    regular = np.abs(acc.rates.pose.det_A) > 0.1
-    tau = (
-        inverse_dynamics(problem.accelerations(motion[regular]))
-        if regular.any()
-        else np.zeros((1, 2))
+    acc, limits, weights = (
+        problem.accelerations(motion),
+        problem.constraints,
+        problem.weights,
     )
+    regular = np.abs(acc.rates.pose.det_A) > 0.1
+    tau = np.zeros((1, 2))
+    if regular.any():
+        tau = inverse_dynamics(problem.accelerations(motion[regular]))
+    third = np.gradient(acc.xi_ddot, duration / 200, axis=0)
     effort = np.mean(np.sum(tau**2, axis=1)) * duration
-    jerk = np.mean(np.sum(np.gradient(acc.xi_ddot, duration / 200, axis=0) ** 2, axis=1)) * duration
+    jerk = np.mean(np.sum(third**2, axis=1)) * duration
     factors = [1e-3]
     if limits.torque is not None:
         factors.append(np.sqrt(np.quantile(np.abs(tau) / limits.torque, 0.95)))
@@ -112,30 +121,38 @@ def _time_needed(problem, motion, duration):
 
 
 def _path(problem, a, b):
-    """Points (n, 2) from a to b: the straight line, or where that breaks limits a shortest way
-    round on a grid.
-    """
+    """Return points (n, 2) of the line from a to b, or of a shortest way round on a grid."""
     straight = a + np.linspace(0, 1, 101)[:, None] * (b - a)
     if (_blocked(problem, straight) <= 0).all():
         return straight
-    low, high = np.minimum(a, b) - 2 * problem.length, np.maximum(a, b) + 2 * problem.length
+    low, high = (
+        np.minimum(a, b) - 2 * problem.length,
+        np.maximum(a, b) + 2 * problem.length,
+    )
     axes = [np.linspace(low[i], high[i], GRID) for i in (0, 1)]
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
     blocked = np.maximum(_blocked(problem, nodes), 0.0)
+    # Edges from each node to its eight neighbours.
     number = np.arange(GRID**2).reshape(GRID, GRID)
-    pairs = [(number[1:], number[:-1]), (number[:, 1:], number[:, :-1])]
-    pairs += [(number[1:, 1:], number[:-1, :-1]), (number[1:, :-1], number[:-1, 1:])]
-    i, j = (np.concatenate([np.ravel(pair[k]) for pair in pairs]) for k in (0, 1))
-    between = np.maximum(_blocked(problem, (nodes[i] + nodes[j]) / 2), 0.0)
-    cost = np.linalg.norm(nodes[i] - nodes[j], axis=1) + 100 * problem.length * (
-        blocked[i] + blocked[j] + between
+    firsts = number[1:], number[:, 1:], number[1:, 1:], number[1:, :-1]
+    seconds = (
+        number[:-1],
+        number[:, :-1],
+        number[:-1, :-1],
+        number[:-1, 1:],
     )
-    ends = [int(np.argmin(np.linalg.norm(nodes - p, axis=1) + 1e3 * blocked)) for p in (a, b)]
-    before = dijkstra(
-        coo_array((cost, (i, j)), shape=(GRID**2,) * 2).tocsr(), False, ends[0], True
-    )[1]
-    way = [ends[1]]
-    while way[-1] != ends[0]:
+    i = np.concatenate([np.ravel(some) for some in firsts])
+    j = np.concatenate([np.ravel(some) for some in seconds])
+    between = np.maximum(_blocked(problem, (nodes[i] + nodes[j]) / 2), 0.0)
+    excess = blocked[i] + blocked[j] + between
+    cost = np.linalg.norm(nodes[i] - nodes[j], axis=1) + 100 * problem.length * excess
+    first, last = (
+        int(np.argmin(np.linalg.norm(nodes - p, axis=1) + 1e3 * blocked)) for p in (a, b)
+    )
+    graph = coo_array((cost, (i, j)), shape=(GRID**2,) * 2).tocsr()
+    _, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
+    way = [last]
+    while way[-1] != first:
         way.append(int(before[way[-1]]))
     path = np.concatenate([[a], nodes[way[::-1]], [b]])
     worst = path[np.argmax(_blocked(problem, path))]
@@ -147,28 +164,30 @@ def _path(problem, a, b):
             f" ({worst[0]:.4g}, {worst[1]:.4g}) m",
             {"reach": gap},
         )
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
-    path = np.stack(
-        [np.interp(np.linspace(0, along[-1], 101), along, column) for column in path.T], axis=1
-    )
+    along = np.insert(np.cumsum(_steps(path)), 0, 0.0)
+    path = _interpolated(np.linspace(0, along[-1], 101), along, path)
     allowed = np.maximum(_blocked(problem, path), 0.0)
     for _ in range(SMOOTHINGS):
         smooth = path.copy()
         smooth[1:-1] = (path[:-2] + 2 * path[1:-1] + path[2:]) / 4
-        path = np.where((_blocked(problem, smooth) <= allowed)[:, None], smooth, path)
+        path = np.where(
+            (_blocked(problem, smooth) <= allowed)[:, None],
+            smooth,
+            path,
+        )
     return path
 
 
 def _blocked(problem, xi):
-    """By what points (n, 2) break the limits on poses, relative to their units; over 1 out of
-    reach.
-    """
+    """Return the violations of limits at points (n, 2), over their units; > 1 out of reach."""
     pose = igm(problem.robot, xi, problem.working, unreachable="nan")
-    found = problem.violations(sines=problem.signed_sines(pose))
+    excess = problem.violations(sines=problem.signed_sines(pose))
     if problem.constraints.region:
         corners = np.array(problem.constraints.region) @ (1, 1j)
-        found["region"] = -distance_inside(corners, xi @ (1, 1j))
-    worst = np.max([value / problem.unit(name) for name, value in found.items()], axis=0)
-    return np.where(
-        np.isnan(worst), 2 - 10 * np.minimum(pose.reach_margin, 0) / problem.length, worst
+        excess["region"] = -distance_inside(corners, xi @ (1, 1j))
+    worst = np.max(
+        [value / problem.unit(name) for name, value in excess.items()],
+        axis=0,
     )
+    unreachable = 2 - 10 * np.minimum(pose.reach_margin, 0) / problem.length
+    return np.where(np.isnan(worst), unreachable, worst)

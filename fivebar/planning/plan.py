@@ -11,9 +11,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.checks import instance, number, one_of, optional, positive, takes, whole
+from ..base.checks import (
+    instance,
+    number,
+    one_of,
+    optional,
+    positive,
+    takes,
+    whole,
+)
 from ..base.checks import robot as must_be_robot
-from ..constraints.constraints import ON_POSES, Constraints, refuse_others
+from ..constraints.constraints import (
+    ON_POSES,
+    Constraints,
+    refuse_others,
+)
 from ..models.geometry import Pose, igm
 from .collocation import LIMITS, METHODS, scheme
 from .guess import first_guess, guess_again
@@ -30,7 +42,7 @@ from .problem import (
     refuse_stops,
     working_modes,
 )
-from .program import solve
+from .program import Solution, solve
 from .search import ways_between
 
 if TYPE_CHECKING:
@@ -43,7 +55,12 @@ RATES = "torque", "joint_speed", "acceleration"
 LEAST_SIN = 0.05  # that a motion in one pair of working modes keeps by default
 REFINEMENTS, MOST_INTERVALS, MOST_PARTS = 12, 600, 8
 GUESSING = 60  # iterations of IPOPT from one of several first guesses
-LIFTS = 0.03, 0.1, 0.3, 0.6  # of gravity, under which motions of the four bars are sought first
+LIFTS = (
+    0.03,
+    0.1,
+    0.3,
+    0.6,
+)  # of gravity, under which motions of the four bars are sought first
 BETTER = 0.01  # of the objective
 WORK = 6000  # points times iterations of IPOPT, about what a processor does in 1 s
 # Times the shortest way from which a plan was found: effort goes as the square of a way's length.
@@ -63,8 +80,9 @@ class Collocation:
     intervals : int
         Intervals of the first mesh, 2 to 600.
     tolerance : float
-        Largest relative defect of the force between nodes, and largest relative violation of a limit there; the mesh is
-        refined until both hold. Torque and acceleration are never exceeded.
+        Largest relative defect of the force between nodes, and largest relative violation of a
+        limit there. The mesh is refined until both hold. Torque and acceleration are never
+        exceeded.
     max_time : float
         Processor time, s, of the search.
 
@@ -107,26 +125,29 @@ def plan(
 ) -> Plan:
     """Return an optimal motion. It crosses singularities where that is better or the only way.
 
-    Direct collocation with the two bar forces as controls, m xi'' = A^T lambda and tau = Z q'' + B^T lambda: nothing is
-    divided by det A, so the motion may cross Type 2 with finite torque.
+    Direct collocation with the two bar forces as controls, m xi'' = A^T lambda and
+    tau = Z q'' + B^T lambda: nothing is divided by det A, so the motion may cross Type 2 with
+    finite torque.
 
     Parameters
     ----------
     robot : FiveBar or Biglide
     start, goal : (2,), dict or Pose
-        A point, m, at rest; or {order: (x, y)}, its position and derivatives, as in `polynomial`: the motion is in
-        working modes (-1, -1) and keeps at least |sin q_i2| = 0.05. Or a Pose, at rest: the motion may pass Type 1 and
-        Type 2 as often as needed, through all modes. With `constraints.sin` it keeps the working modes of its Poses.
+        A point, m, at rest; or {order: (x, y)}, its position and derivatives, as in `polynomial`.
+        Then the motion is in working modes (-1, -1) and keeps at least |sin q_i2| = 0.05. Or a
+        Pose, at rest: then the motion may pass Type 1 and Type 2 as often as needed, through all
+        modes. With `constraints.sin` it keeps the working modes of its Poses.
     duration : float, optional
         Duration, s. By default it is free.
     via : iterable of (time or None, point)
         Points to pass, in this order; between Poses, Poses.
     objective : "effort", "time", "jerk" or dict
-        Integral of tau^2, duration, integral of the squared third derivative of xi; or weights {name: weight >= 0} on their SI values.
+        Integral of tau^2, duration, integral of the squared third derivative of xi; or weights
+        {name: weight >= 0} on their SI values.
     constraints : Constraints, optional
-        What the motion must keep: torque, joint_speed, acceleration, joints, half_planes, region, det_A, sin,
-        collisions. Those on poses are limits of the program at the nodes, and checked between them. A region that is
-        not convex is only checked.
+        torque, joint_speed, acceleration, joints, half_planes, region, det_A, sin and collisions.
+        Those on poses are limits of the program at the nodes, and checked between them. A region
+        that is not convex is only checked.
     collocation : Collocation, optional
         Mesh and accuracy.
 
@@ -173,13 +194,18 @@ def plan(
     bounded = weights["effort"] or weights["jerk"] or constraints.torque or constraints.acceleration
     if duration is None and not bounded:
         raise ValueError(
-            "plan: minimum time needs a torque or an acceleration among the constraints: without, it is 0"
+            "plan: minimum time needs a torque or an acceleration among the constraints: without,"
+            " it is 0"
         )
     rule = scheme(collocation.method, collocation.degree)
     if free:
         ways = ways_between(robot, start, goal, duration, via)
         problems = [
-            (Problem(robot, stops, None, weights, constraints, rule), paths, length)
+            (
+                Problem(robot, stops, None, weights, constraints, rule),
+                paths,
+                length,
+            )
             for stops, paths, length in ways
         ]
         return refuse_broken(_best(problems, collocation, began), collocation.tolerance)
@@ -190,8 +216,8 @@ def plan(
     sides = {np.sign(igm(robot, conditions[0], working).det_A) for conditions, _ in problem.stops}
     if sides >= {-1.0, 1.0} and not weights["effort"] and constraints.torque is None:
         raise ValueError(
-            "plan: this motion must cross a Type-2 singularity, where without a torque among the constraints or a"
-            ' weight on "effort" the torque has no bound'
+            "plan: this motion must cross a Type-2 singularity, where without a torque among the"
+            ' constraints or a weight on "effort" the torque has no bound'
         )
     guess, durations = first_guess(problem)
     search = _Search(problem, collocation, began)
@@ -205,13 +231,15 @@ def _mesh(intervals, durations):
 
 
 def _best(problems, collocation, began):
-    """The plan refined from the best of what first guesses lead to, of (problem, paths, length),
-    the shortest first.
+    """Return the plan refined from the best of several first guesses.
+
+    problems: (problem, paths, length), the shortest first.
     """
-    found, tried, last, work = [], 0, None, 0
+    candidates, tried, work, last = [], 0, 0, None
     for problem, paths, length in problems:
         refuse_massless(problem)
-        if found and (length > LONGEST * found[0][-1] or work > WORK * collocation.max_time / 3):
+        too_long = candidates and length > LONGEST * candidates[0].length
+        if too_long or (candidates and work > WORK * collocation.max_time / 3):
             break
         guess, durations = first_guess(problem, paths)
         search = _Search(problem, collocation, began)
@@ -223,53 +251,82 @@ def _best(problems, collocation, began):
         except PlanError as error:
             last = error
             break
-        work += sum(each.intervals * each.iterations for each in search.meshes) * len(
-            problem.scheme.c
-        )
+        points = len(problem.scheme.c)
+        work += points * sum(each.intervals * each.iterations for each in search.meshes)
         if solution.solved:
-            found.append((plan.objective, tried, search, mesh, solution, plan, length))
-        last = last or search.failure(
-            plan, f"IPOPT did not converge ({solution.status})", solution.status
-        )
-    # A coarse mesh flatters: the one that looks best is refined, until another looks better by more
-    # than BETTER.
-    now = None
-    while found:
-        now = min(found, key=lambda each: (each[0] * (1 - BETTER * (each[1] == now)), each[1]))[1]
-        k = next(k for k, each in enumerate(found) if each[1] == now)
-        _, _, search, mesh, solution, plan, length = found[k]
-        parts = search.parts(plan)
+            candidates.append(_Candidate(tried, length, search, mesh, solution, plan))
+        if last is None:
+            reason = f"IPOPT did not converge ({solution.status})"
+            last = search.failure(plan, reason, solution.status)
+    # A coarse mesh flatters: the candidate that looks best is refined, until another looks better
+    # by more than BETTER.
+    current = None
+    while candidates:
+        ranks = [
+            (
+                one.plan.objective * (1 - BETTER * (one is current)),
+                one.number,
+            )
+            for one in candidates
+        ]
+        current = candidates[min(range(len(ranks)), key=ranks.__getitem__)]
+        parts = current.search.parts(current.plan)
         if parts is None:
-            return replace(plan, tried=tried)
+            return replace(current.plan, tried=tried)
         try:
-            mesh, solution, plan = search.refine(mesh, solution, plan, parts)
-            found[k] = plan.objective, now, search, mesh, solution, plan, length
+            refined = current.search.refine(current.mesh, current.solution, current.plan, parts)
+            current.mesh, current.solution, current.plan = refined
         except PlanError as error:
             last = error
-            del found[k]
+            candidates.remove(current)
     raise last or PlanError("plan: no first guess leads from start to goal", {})
 
 
+@dataclass(eq=False)
+class _Candidate:
+    """A solution from one first guess, on the mesh that it was last refined to."""
+
+    number: int
+    length: float
+    search: _Search
+    mesh: list
+    solution: Solution
+    plan: Plan
+
+
 class _Search:
-    """Solve, refine the mesh where the plan errs, solve again; or find out what is wrong."""
+    """Solve, refine the mesh where the plan is inaccurate, solve again; or name what is wrong."""
 
     def __init__(self, problem, collocation, began):
-        self.problem, self.collocation, self.began = problem, collocation, began
+        self.problem, self.collocation, self.began = (
+            problem,
+            collocation,
+            began,
+        )
         self.tolerance = collocation.tolerance
-        self.meshes, self.best, self.refinements = [], None, 0  # best: the last converged plan
+        self.meshes, self.best, self.refinements = (
+            [],
+            None,
+            0,
+        )  # best: the last converged plan
 
     def lifted(self, mesh, durations, guess):
-        """(durations, guess), from the motions under less gravity where there is some: it grows by
-        and by.
-        """
+        """Return (durations, guess), with gravity from motions under ever more of it."""
         for share in LIFTS if self.problem.fall else ():
             robot = self.problem.robot
             lighter = replace(robot, gravity=tuple(share * g for g in robot.gravity))
-            search = _Search(replace(self.problem, robot=lighter), self.collocation, self.began)
+            search = _Search(
+                replace(self.problem, robot=lighter),
+                self.collocation,
+                self.began,
+            )
             found, plan = search.solve(mesh, durations, guess, iterations=GUESSING)
             self.meshes += search.meshes
             if found.solved:
-                durations, guess = found.durations, guess_again(plan, found)
+                durations, guess = (
+                    found.durations,
+                    guess_again(plan, found),
+                )
         return durations, guess
 
     def run(self, mesh, durations, guess):
@@ -280,14 +337,13 @@ class _Search:
         return plan
 
     def parts(self, plan):
-        """Into how many parts each interval is to be divided; None where the plan is accurate."""
+        """Return into how many parts to divide each interval; None where the plan is accurate."""
         excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes
         for name, value in plan._exceeded.items():
             excess = np.fmax(excess, value.max(axis=1) / self.problem.unit(name))
         order = len(self.problem.scheme.c)  # of the defect between nodes
-        parts = np.clip(
-            np.ceil((2 * excess / self.tolerance) ** (1 / order)), 2, MOST_PARTS
-        ).astype(int)
+        needed = np.ceil((2 * excess / self.tolerance) ** (1 / order))
+        parts = np.clip(needed, 2, MOST_PARTS).astype(int)
         parts[excess <= self.tolerance] = 1
         return parts if parts.max() > 1 else None
 
@@ -295,12 +351,11 @@ class _Search:
         """(mesh, Solution, Plan) on the divided mesh."""
         self.refinements += 1
         if parts.sum() > MOST_INTERVALS or self.refinements == REFINEMENTS:
-            raise self.failure(
-                plan,
+            reason = (
                 f"not accurate: error {plan.error:.3g} between nodes on {len(parts)} intervals, "
-                f"{self.tolerance:g} is allowed",
-                plan.status,
+                f"{self.tolerance:g} is allowed"
             )
+            raise self.failure(plan, reason, plan.status)
         mesh = _refined(mesh, parts)
         return mesh, *self.solved(mesh, found.durations, guess_again(plan, found))
 
@@ -310,50 +365,53 @@ class _Search:
 
     def solve(self, mesh, durations, guess, elastic=False, iterations=None):
         left = self.collocation.max_time - self.worked
-        found = solve(self.problem, mesh, durations, guess, left, elastic, iterations)
-        plan = Plan(self.problem, found.pieces, found.objective, found.status)
-        self.meshes.append(
-            Mesh(len(plan.pieces.xi), found.iterations, found.objective, plan.error, self.elapsed)
+        found = solve(
+            self.problem,
+            mesh,
+            durations,
+            guess,
+            left,
+            elastic,
+            iterations,
         )
+        plan = Plan(self.problem, found.pieces, found.objective, found.status)
+        intervals = len(plan.pieces.xi)
+        done = Mesh(
+            intervals,
+            found.iterations,
+            found.objective,
+            plan.error,
+            self.elapsed,
+        )
+        self.meshes.append(done)
         plan = replace(plan, meshes=tuple(self.meshes), solve_time=self.elapsed)
         if found.solved and not elastic:
             self.best = plan
         if self.worked > self.collocation.max_time:
-            raise self.failure(
-                self.best or plan,
-                f"no solution within max_time = {self.collocation.max_time:g} s",
-                found.status,
-            )
+            reason = f"no solution within max_time = {self.collocation.max_time:g} s"
+            raise self.failure(self.best or plan, reason, found.status)
         return found, plan
 
     elapsed = property(lambda self: time.perf_counter() - self.began[0])  # what a user waits
     worked = property(lambda self: time.thread_time() - self.began[1])
 
     def recover(self, mesh, failed, plan):
-        """Begin afresh; else meet the limits as well as can be, and where that meets them, try
-        again from there.
-        """
+        """Begin afresh; else meet the limits as well as can be, and try again from there."""
         if len(self.meshes) > 1:
             found, plan = self.solve(mesh, *self.first)
             if found.solved:
                 return found, plan
         best, nearest = self.solve(mesh, *self.first, elastic=True)
         if not best.solved:
-            raise self.failure(
-                self.best or plan,
-                f"IPOPT did not converge ({failed.status}, then {best.status})",
-                failed.status,
-            )
+            reason = f"IPOPT did not converge ({failed.status}, then {best.status})"
+            raise self.failure(self.best or plan, reason, failed.status)
         if best.slack.max() > self.tolerance:
             names = [name for name, slack in zip(LIMITS, best.slack) if slack > 1e-6]
             raise self.failure(nearest, "infeasible", failed.status, names)
         found, plan = self.solve(mesh, best.durations, guess_again(nearest, best))
         if not found.solved:
-            raise self.failure(
-                self.best or plan,
-                f"IPOPT did not converge ({failed.status}, then {found.status})",
-                found.status,
-            )
+            reason = f"IPOPT did not converge ({failed.status}, then {found.status})"
+            raise self.failure(self.best or plan, reason, found.status)
         return found, plan
 
     def failure(self, plan, reason, status, names=(*LIMITS, "reach")):
@@ -368,9 +426,7 @@ class _Search:
         return PlanError(words, broken, plan, status)
 
     def unbounded(self, plan):
-        """That the motion crosses Type 2 and nothing bounds its torque there, in words; empty where
-        it is not so.
-        """
+        """Return a sentence if the motion crosses Type 2 and nothing bounds its torque there."""
         if self.problem.weights["effort"] or self.problem.constraints.torque is not None:
             return ""
         t = np.linspace(plan.start, plan.start + plan.duration, LOOKED_AT)

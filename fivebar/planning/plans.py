@@ -1,4 +1,4 @@
-"""Plans: the motion found, which proves itself."""
+"""Plans: optimal motions with their residuals."""
 
 from __future__ import annotations
 
@@ -42,13 +42,16 @@ COLUMNS = (
     "lambda1",
     "lambda2",
 )
-BARS = ("q1_ddot", "phi1_ddot", "q2_ddot", "phi2_ddot")  # of a plan in the four bars
+BARS = (
+    "q1_ddot",
+    "phi1_ddot",
+    "q2_ddot",
+    "phi2_ddot",
+)  # of a plan in the four bars
 
 
 class Mesh(NamedTuple):
-    """One solution on the way: intervals, IPOPT's iterations, objective, error (as `Plan.error`), s
-    since the call.
-    """
+    """One solution: intervals, IPOPT's iterations, objective, `Plan.error`, s since the call."""
 
     intervals: int
     iterations: int
@@ -59,12 +62,27 @@ class Mesh(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Plan(Animated):
-    """A planned motion: call it with t, as any reference, for (xi, xi_dot, xi_ddot); it holds its
+    """A planned motion.
+
+    Call it with t (n,) s, as any reference, for (xi, xi_dot, xi_ddot), each (n, 2). It holds its
     first and last point.
 
-    problem: what was asked; pieces: the polynomials; objective: its value, SI; status: IPOPT's
-    word; meshes: the way to it, mesh by mesh; solve_time: s, of the whole call; tried: first
-    guesses of which this one came out best.
+    Attributes
+    ----------
+    problem : Problem
+        Stops, weights, constraints and scheme.
+    pieces : Pieces
+        The polynomials.
+    objective : float
+        Its value, SI.
+    status : str
+        IPOPT's return status.
+    meshes : tuple of Mesh
+        The solutions on the way, mesh by mesh.
+    solve_time : float
+        Time, s, of the whole call.
+    tried : int
+        Number of first guesses, of which this one was best.
     """
 
     problem: Problem
@@ -79,8 +97,18 @@ class Plan(Animated):
     def __repr__(self) -> str:
         aims = " + ".join(name for name, weight in self.problem.weights.items() if weight)
         modes = "free of modes" if self.working is None else f"working {self.working}"
-        solved = f"{aims} {self.objective:.4g}", f"{len(self.pieces.xi)} intervals", self.status
-        return one_line("Plan", self.robot.words.title, f"{self.duration:g} s", modes, *solved)
+        solved = (
+            f"{aims} {self.objective:.4g}",
+            f"{len(self.pieces.xi)} intervals",
+            self.status,
+        )
+        return one_line(
+            "Plan",
+            self.robot.words.title,
+            f"{self.duration:g} s",
+            modes,
+            *solved,
+        )
 
     @property
     def robot(self) -> Robot:
@@ -106,18 +134,16 @@ class Plan(Animated):
         return acc.rates.pose.xi, acc.rates.xi_dot, acc.xi_ddot
 
     def tau(self, t: ArrayLike) -> np.ndarray:
-        """Planned torques (*t.shape, 2), N m; 0 before and after."""
+        """Return planned torques (*t.shape, 2), N m; 0 before and after."""
         return self.motion(t)[..., -2:]
 
     def joints(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """Active joints' coordinates and rates (*t.shape, 2): rad, rad/s."""
+        """Return the active joints' coordinates and rates (*t.shape, 2): rad, rad/s."""
         rates = self.accelerations(t).rates
         return rates.pose.q, rates.q_dot
 
     def motion(self, t: ArrayLike) -> np.ndarray:
-        """Coordinates that were planned in, their rates and accelerations, torques: (*t.shape, 8),
-        of bars 14.
-        """
+        """Return planned coordinates, rates, accelerations and torques, (*t.shape, 8 or 14)."""
         times = np.asarray(t, dtype=float)
         motion = self.pieces.motion(*self.pieces.locate(times))
         outside = ~((times >= 0) & (times <= self.duration))
@@ -128,56 +154,52 @@ class Plan(Animated):
         return motion
 
     def accelerations(self, t: ArrayLike) -> Accelerations:
-        """The planned motion as `Accelerations`, with pose and rates: angles, det A and whatever
-        follows from them.
-        """
+        """Return the planned motion as `Accelerations`, with its pose and rates."""
         return self.problem.accelerations(self.motion(t))
 
     def bar_forces(self, t: ArrayLike) -> np.ndarray:
-        """Forces in the distal bars (*t.shape, 2), N, finite at every singularity: of a plan in one
-        pair of working modes B^-1 (tau - Z q''), else by `dynamics.bar_forces`.
+        """Return the forces in the distal bars (*t.shape, 2), N, finite at every singularity.
+
+        In one pair of working modes they are B^-1 (tau - Z q''), else those of
+        `dynamics.bar_forces`.
         """
         motion = self.motion(t)
-        acc, tau = self.problem.accelerations(motion, self.problem.model), motion[..., -2:]
+        acc, tau = (
+            self.problem.accelerations(motion, self.problem.model),
+            motion[..., -2:],
+        )
         if self.working is None:
             return bar_forces(acc.rates, tau)
         return np.stack(drives_forces(acc, (tau[..., 0], tau[..., 1])), axis=-1)
 
     @property
     def nodes(self) -> np.ndarray:
-        """Times (n,) s of the collocation points."""
+        """Return the times (n,) s of the collocation points."""
         return self.pieces.scheme.nodes(self.pieces.knots)
 
     @cached_property
     def _fine(self):
-        """Motion (n, 13, columns) within every interval, and it as Accelerations."""
+        """Return the motion (n, 13, columns) within every interval, and it as Accelerations."""
         k, sigma = np.meshgrid(np.arange(len(self.pieces.xi)), FINE, indexing="ij")
         motion = self.pieces.motion(k, sigma)
         return motion, self.problem.accelerations(motion, self.problem.model)
 
     @cached_property
     def defects(self) -> np.ndarray:
-        """By what force the motion errs at most in each interval (n,), N."""
+        """Return the largest defect of the force in each interval (n,), N."""
         return self.problem.coordinates.defect(*self._fine).max(axis=1)
 
     @property
     def error(self) -> float:
-        """Largest defect over the largest force |m xi''| (with loads all that is asked for), both
-        between nodes too.
-        """
+        """Return the largest defect over the largest force |m xi''|, both between nodes too."""
         return float(self._relative_defects.max())
 
     @property
     def friction_error(self) -> float:
-        """By what torque at most, N m, the friction that was planned with, smoothed, differs from
-        the robot's own.
-        """
-        models = self.robot, self.problem.model
-        own, smooth = (
-            friction_torques(self.problem.accelerations(self._fine[0], each).rates)
-            for each in models
-        )
-        return float(np.abs(own - smooth).max())
+        """Return the largest difference, N m, of the robot's friction and its smoothed model."""
+        motion, smooth = self._fine
+        exact = self.problem.accelerations(motion, self.robot)
+        return float(np.abs(friction_torques(exact.rates) - friction_torques(smooth.rates)).max())
 
     @cached_property
     def _relative_defects(self):
@@ -192,16 +214,14 @@ class Plan(Animated):
     def _exceeded(self):
         motion, acc = self._fine
         pose = acc.rates.pose
-        found = self.problem.violations(
-            acc.rates.q_dot, acc.xi_ddot, motion[..., -2:], self.problem.signed_sines(pose)
-        )
-        return found | {
-            "reach": np.hypot(*loop_gap(pose)) if self.working is None else -pose.reach_margin
-        }
+        sines = self.problem.signed_sines(pose)
+        excess = self.problem.violations(acc.rates.q_dot, acc.xi_ddot, motion[..., -2:], sines)
+        reach = np.hypot(*loop_gap(pose)) if self.working is None else -pose.reach_margin
+        return excess | {"reach": reach}
 
     @cached_property
     def violations(self) -> dict[str, float]:
-        """{limit: by how much it is exceeded anywhere, 0.0 if not}, SI, between nodes too."""
+        """Return {limit: by how much it is exceeded anywhere, 0.0 if not}, SI."""
         return {
             name: max(0.0, float(np.fmax.reduce(value, axis=None)))
             for name, value in self._exceeded.items()
@@ -209,19 +229,23 @@ class Plan(Animated):
 
     @property
     def saturated(self) -> float:
-        """Part of the time in which at least one torque is within 0.1 % of its limit."""
-        if self.problem.constraints.torque is None:
+        """Return the part of the time in which at least one torque is within 0.1 % of its limit."""
+        limits = self.problem.constraints.torque
+        if limits is None:
             return 0.0
         tau = self.tau(np.linspace(0, self.duration, 2001))
-        return float(
-            np.mean((np.abs(tau) >= 0.999 * np.array(self.problem.constraints.torque)).any(axis=1))
-        )
+        return float(np.mean((np.abs(tau) >= 0.999 * np.array(limits)).any(axis=1)))
 
     def to_csv(self, path: TextFile) -> None:
-        """Write the plan at its nodes and both ends; problem, knots and the solution's data in a
-        comment line. SI.
+        """Write the plan at its nodes and both ends, SI.
+
+        The problem, the knots and the solution's data are in a comment line.
         """
-        pieces, rule, problem = self.pieces, self.pieces.scheme, self.problem
+        pieces, rule, problem = (
+            self.pieces,
+            self.pieces.scheme,
+            self.problem,
+        )
         about = {
             "robot": self.robot.parameters,
             "stops": [[list(c.items()), t] for c, t in problem.stops],
@@ -239,18 +263,35 @@ class Plan(Animated):
             "begins": np.hstack([pieces.xi, pieces.xi_dot]),
         }
         ends = 0 if rule.shared else 1  # nodes of Legendre and Gauss lie inside
-        t, n, index = self.nodes, problem.coordinates.size, rule.points(len(pieces.xi)) + ends
+        t, n, index = (
+            self.nodes,
+            problem.coordinates.size,
+            rule.points(len(pieces.xi)) + ends,
+        )
         t = np.concatenate([[0.0] * ends, t, [self.duration] * ends])
         motion = self.motion(t)
-        motion[index, 2 * n : 3 * n], motion[index, 3 * n :] = (
-            pieces.xi_ddot,
-            pieces.tau,
-        )  # to the last bit
-        xi, xi_dot, xi_ddot = self(t) if n == 4 else np.split(motion[:, :6], 3, axis=1)
-        table = [t, xi, xi_dot, xi_ddot, motion[:, -2:], self.bar_forces(t)] + [motion[:, 8:12]] * (
-            n == 4
+        # The values themselves, to the last bit.
+        motion[index, 2 * n : 3 * n] = pieces.xi_ddot
+        motion[index, 3 * n :] = pieces.tau
+        in_bars = n == 4
+        xi, xi_dot, xi_ddot = self(t) if in_bars else np.split(motion[:, :6], 3, axis=1)
+        table = [
+            t,
+            xi,
+            xi_dot,
+            xi_ddot,
+            motion[:, -2:],
+            self.bar_forces(t),
+        ]
+        if in_bars:
+            table.append(motion[:, 8:12])
+        write(
+            path,
+            "plan",
+            about,
+            COLUMNS + BARS * in_bars,
+            np.column_stack(table).tolist(),
         )
-        write(path, "plan", about, COLUMNS + BARS * (n == 4), np.column_stack(table).tolist())
 
     @classmethod
     def from_csv(cls, path: TextFile) -> Plan:
@@ -263,53 +304,59 @@ class Plan(Animated):
             in_bars = problem.coordinates.size == 4
             values = table.numbers(COLUMNS[:-2] + BARS * in_bars)
             nodes = index[-1, -1] + 1
-            if len(values) == nodes + 2 and not problem.scheme.shared:
-                values = values[1:-1]  # the ends, which files had not at first
-            if len(values) != nodes:
-                raise ValueError(
-                    f"{table.name}: {len(values)} rows, but its first line speaks of {nodes}"
-                )
+            rows = nodes if problem.scheme.shared else nodes + 2
+            if len(values) != rows:
+                raise ValueError(f"{table.name}: {len(values)} rows, its first line needs {rows}")
+            if not problem.scheme.shared:
+                values = values[1:-1]
             if np.abs(values[:, 0] - problem.scheme.nodes(knots)).max() > 1e-9 * knots[-1]:
                 raise ValueError(
                     f"{table.name}: the times are not those that its first line speaks of"
                 )
-        xi, xi_dot, xi_ddot, tau = (values[:, k : k + 2] for k in (1, 3, 5, 7))
-        if begins is None:  # files of the first version
-            pieces = Pieces.through(problem.scheme, knots, xi, xi_dot, xi_ddot[index], tau[index])
-        else:
-            planned_in = values[:, 9:] if in_bars else xi_ddot
-            pieces = Pieces(
-                problem.scheme, knots, *np.hsplit(begins, 2), planned_in[index], tau[index]
-            )
+        accelerations = values[:, 9:] if in_bars else values[:, 5:7]
+        tau = values[:, 7:9]
+        start, start_rate = np.hsplit(begins, 2)
+        pieces = Pieces(
+            problem.scheme,
+            knots,
+            start,
+            start_rate,
+            accelerations[index],
+            tau[index],
+        )
         return cls(problem, pieces, *known)
 
 
 def _known(about):
-    """Problem, knots, coordinates and rates (n, 4 or 8) at all knots but the last, and the rest of
-    a Plan's file.
-    """
+    """Return problem, knots, state (n, 4 or 8) at each interval's begin, and the rest of a file."""
     constraints = dict(about["constraints"])
     if constraints["collisions"] is not None:
         constraints["collisions"] = LinkCollisions(**constraints["collisions"])
     if about["method"] not in METHODS or about["degree"] not in range(2, 8):
         raise ValueError(f"no method {about['method']} of degree {about['degree']}")
+    stops = []
+    for conditions, t in about["stops"]:
+        stops.append(({order: tuple(value) for order, value in conditions}, t))
     problem = Problem(
         robot_of(about["robot"]),
-        tuple(({k: tuple(v) for k, v in conditions}, t) for conditions, t in about["stops"]),
+        tuple(stops),
         about["working"] and tuple(about["working"]),
         about["weights"],
         Constraints(**constraints),
         scheme(about["method"], about["degree"]),
     )
-    knots, meshes = (
-        np.array(about["knots"], dtype=float),
-        tuple(Mesh(*mesh) for mesh in about["meshes"]),
-    )
+    knots = np.array(about["knots"], dtype=float)
+    meshes = tuple(Mesh(*mesh) for mesh in about["meshes"])
     must_increase(knots, "knots")
-    begins = about.get("begins")
-    if begins is not None or problem.working is None:
-        begins = np.array(begins, dtype=float).reshape(len(knots) - 1, 2 * problem.coordinates.size)
-        if not np.isfinite(begins).all():
-            raise ValueError("begins must be finite")
-    known = about["objective"], about["status"], meshes, about["solve_time"], about.get("tried", 1)
+    size = 2 * problem.coordinates.size
+    begins = np.array(about["begins"], dtype=float).reshape(len(knots) - 1, size)
+    if not np.isfinite(begins).all():
+        raise ValueError("begins must be finite")
+    known = (
+        about["objective"],
+        about["status"],
+        meshes,
+        about["solve_time"],
+        about["tried"],
+    )
     return problem, knots, begins, known

@@ -1,4 +1,4 @@
-"""What `plan` is asked: arguments and their checks, limits and by how much a motion breaks them."""
+"""The problem of `plan`: stops, weights and constraints, their checks and their violations."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..base.checks import not_negative, number, positive, shown, two_numbers
+from ..base.checks import (
+    not_negative,
+    number,
+    positive,
+    shown,
+    two_numbers,
+)
 from ..base.errors import SingularityError, UnreachableError
 from ..constraints.constraints import Constraints
 from ..models.geometry import Pose, igm
@@ -33,24 +39,38 @@ OBJECTIVES = ("effort", "time", "jerk")
 
 
 class PlanError(RuntimeError):
-    """No plan was found; `plan` is the best one found (None where there is none), never converged
-    or never feasible.
+    """No plan was found.
 
-    violations: dict, by how much it exceeds each limit (SI); status: how IPOPT ended where it did
-        not solve.
+    Attributes
+    ----------
+    plan : Plan or None
+        The best motion, which is not optimal or not feasible.
+    violations : dict
+        By how much it exceeds each limit, SI.
+    status : str
+        IPOPT's return status where it did not solve.
     """
 
     def __init__(
-        self, message: str, violations: dict[str, float], plan: Plan | None = None, status: str = ""
+        self,
+        message: str,
+        violations: dict[str, float],
+        plan: Plan | None = None,
+        status: str = "",
     ) -> None:
         super().__init__(message)
-        self.violations, self.plan, self.status = violations, plan, status
+        self.violations, self.plan, self.status = (
+            violations,
+            plan,
+            status,
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is asked: stops are (conditions by order of derivative, time or None), as in
-    `trajectory.polynomial`.
+    """Stops, weights and constraints of a plan.
+
+    stops: (conditions by order of derivative, time or None), as of `trajectory.polynomial`.
     """
 
     robot: Robot
@@ -66,7 +86,7 @@ class Problem:
 
     @property
     def lever(self) -> float:
-        """What makes a speed of a joint's: a length where it turns, 1 where it slides."""
+        """Return the length by which a joint's rate is a speed, m; 1 where it slides."""
         return self.length if self.robot.turns else 1.0
 
     @cached_property
@@ -74,32 +94,35 @@ class Problem:
         """The robot that is planned with: its dry friction smoothed, as an optimisation needs
         slopes.
         """
-        return smoothed(self.robot, SLOW * (1.0 if self.robot.turns else self.length))
+        return smoothed(
+            self.robot,
+            SLOW * (1.0 if self.robot.turns else self.length),
+        )
 
     @property
     def mass(self) -> float:
-        return (
-            abs(self.robot.m) + sum(map(abs, self.robot.inertias)) / self.lever**2
-        )  # what is grouped may be negative
+        # Grouped parameters may be negative.
+        return abs(self.robot.m) + sum(map(abs, self.robot.inertias)) / self.lever**2
 
     @property
     def fall(self) -> float:
-        """Of gravity, m/s^2."""
+        """Return the acceleration of gravity, m/s^2."""
         return math.hypot(*loads_of(self.robot).gravity)
 
     @cached_property
     def side(self) -> float:
-        """Sign of det A at the start, which a limit on it keeps."""
+        """Return the sign of det A at the start, which a limit on it keeps."""
         at = np.array(self.stops[0][0][0])
         motion = np.concatenate([at, np.zeros(2 * len(at))])
         return float(np.sign(self.accelerations(motion).rates.pose.det_A)) or 1.0
 
     def signed_sines(self, pose: Pose) -> tuple:
-        """-w_i sin q_i2 of both legs (positive in these working modes), det A with the sign it has
-        at the start.
-        """
+        """Return -w_i sin q_i2 of both legs and det A, all positive at the start."""
+        modes = self.working or (1, 1)
+        left, right = pose.sines
         return (
-            *(-w * sine for w, sine in zip(self.working or (1, 1), pose.sines)),
+            -modes[0] * left,
+            -modes[1] * right,
             self.side * pose.det_A,
         )
 
@@ -110,9 +133,7 @@ class Problem:
         tau: np.ndarray | None = None,
         sines: tuple | None = None,
     ) -> dict[str, np.ndarray]:
-        """Return by how much the limits on what is given, (..., 2), are exceeded, <= 0 where they
-        hold.
-        """
+        """Return by how much quantities (..., 2) exceed their limits, <= 0 where they hold."""
         limits, excess = self.constraints, {}
         if tau is not None and limits.torque:
             excess["torque"] = (np.abs(tau) - limits.torque).max(axis=-1)
@@ -128,7 +149,7 @@ class Problem:
         return excess
 
     def unit(self, name: str) -> float:
-        """What a violation is compared with: the limit itself, a bar's length, a sine of 1."""
+        """Return what a violation is compared with: the limit, a bar's length, or a sine of 1."""
         if name in ("torque", "joint_speed", "acceleration"):
             return float(np.max(getattr(self.constraints, name)))
         return self.length if name in ("region", "reach") else 1.0
@@ -138,29 +159,24 @@ class Problem:
         return BarCoordinates() if self.working is None else TaskCoordinates(self.working)
 
     def accelerations(self, motion: np.ndarray, robot: Robot | None = None) -> Accelerations:
-        """Of a motion (..., 3 size or more) in the problem's coordinates; nan out of reach. robot:
-        of `model`, too.
-        """
+        """Return the Accelerations of a motion (..., 3 size or more); nan out of reach."""
         return self.coordinates.accelerations(robot or self.robot, motion)
 
     def listed(self, violations: dict[str, float]) -> str:
-        """The violated limits in words."""
-        words, own = [], self.robot.words
+        """Return the violated limits as a part of a message."""
+        own = self.robot.words
         units = {
             "torque": own.effort_unit,
             "joint_speed": f"{own.unit}/s",
-            "acceleration": "m/s²",
-            "reach": "m",
         }
+        units |= {"acceleration": "m/s²", "reach": "m"}
+        words = []
         for name, value in violations.items():
             if value > 1e-6 * self.unit(name):
-                limit = (
-                    ""
-                    if name == "reach"
-                    else f" (limit {np.max(getattr(self.constraints, name)):.6g})"
-                )
+                limit = getattr(self.constraints, name, None)
+                bound = "" if limit is None else f" (limit {np.max(limit):.6g})"
                 quantity = own.effort if name == "torque" else name
-                words.append(f"{quantity} by {value:.4g} {units.get(name, '')}".rstrip() + limit)
+                words.append(f"{quantity} by {value:.4g} {units.get(name, '')}".rstrip() + bound)
         return f"; violated: {', '.join(words)}" if words else ""
 
 
@@ -210,42 +226,40 @@ def refuse_stops(problem: Problem) -> None:
         found = {key: max(float(value), 0.0) for key, value in found.items()}
         if any(value > 1e-9 * problem.unit(key) for key, value in found.items()):
             raise PlanError(
-                f"plan: infeasible: {name} itself breaks limits{problem.listed(found)}", found
+                f"plan: infeasible: {name} itself breaks limits{problem.listed(found)}",
+                found,
             )
 
 
 def refuse_broken(plan: Plan, tolerance: float) -> Plan:
-    """The plan; PlanError where it breaks what is to be kept by more than the tolerance of a bar's
-    length, or rad.
+    """Return the plan; PlanError where it violates a constraint on poses.
+
+    The tolerance is a share of a bar's length, or a number of radians.
     """
     constraints = plan.problem.constraints
     t = np.linspace(plan.start, plan.start + plan.duration, LOOKED_AT)
     with np.errstate(all="ignore"):
         clearances = constraints.clearances(plan.problem.accelerations(plan.motion(t)).rates.pose)
-    found = {}
+    violated = {}
     for name, clearance in clearances.items():
         k = int(np.argmin(clearance))
-        if -clearance[k] > tolerance * (
-            1.0 if name.startswith(("|", "joint")) else plan.problem.length
-        ):
-            found[f"{name} (t = {t[k]:.4g} s)"] = float(-clearance[k])
-    if found:
-        broken = ", ".join(f"{name}: by {by:.3g}" for name, by in found.items())
-        raise PlanError(
-            f"plan: the best motion found does not keep {broken}; it is attached as .plan",
-            found,
-            plan,
-        )
+        unit = 1.0 if name.startswith(("|", "joint")) else plan.problem.length
+        if -clearance[k] > tolerance * unit:
+            violated[f"{name} (t = {t[k]:.4g} s)"] = float(-clearance[k])
+    if violated:
+        words = ", ".join(f"{name}: by {by:.3g}" for name, by in violated.items())
+        message = f"plan: the best motion found does not keep {words}; it is attached as .plan"
+        raise PlanError(message, violated, plan)
     return plan
 
 
 def stop_names(count: int) -> list[str]:
-    """What so many stops are called."""
+    """Return the names of so many stops."""
     return ["start", *(f"via[{k}]" for k in range(count - 2)), "goal"]
 
 
 def timed(start: object, goal: object, duration: float | None, via: Iterable) -> list[tuple]:
-    """[(what it is called, time or None, point), ...] of all stops, in the order of their times."""
+    """Return [(name, time or None, point), ...] of all stops, in the order of their times."""
     try:
         via = [(t, point) for t, point in via]
     except (TypeError, ValueError):
@@ -255,18 +269,14 @@ def timed(start: object, goal: object, duration: float | None, via: Iterable) ->
     found, last = [("start", 0.0, start)], 0.0
     for name, (t, point) in zip(stop_names(len(via) + 2)[1:], [*via, (duration, goal)]):
         if t is not None:
-            words = (
-                f"plan: the time of {name}"
-                if name != "goal"
-                else f"plan: duration{', after via,' if last else ''}"
-            )
+            words = "plan: duration" if name == "goal" else f"plan: the time of {name}"
             t = last = number(positive(t, words), words, last, above=True)
         found.append((name, t, point))
     return found
 
 
 def checked_stops(start: object, goal: object, duration: float | None, via: Iterable) -> tuple:
-    """((conditions, time or None), ...), checked."""
+    """Return ((conditions, time or None), ...); ValueError for stops that are none."""
     stops = []
     for name, t, point in timed(start, goal, duration, via):
         if not isinstance(point, dict):
@@ -275,15 +285,18 @@ def checked_stops(start: object, goal: object, duration: float | None, via: Iter
             raise ValueError(
                 f"plan: {name} needs a position under order 0, and no other orders than 1 and 2"
             )
-        stops.append(
-            ({k: two_numbers(value, f"plan: {name}, order {k},") for k, value in point.items()}, t)
-        )
+        conditions = {}
+        for order, value in point.items():
+            conditions[order] = two_numbers(value, f"plan: {name}, order {order},")
+        stops.append((conditions, t))
     if duration is None and all(conditions[0] == stops[0][0][0] for conditions, _ in stops):
         raise ValueError("plan: start and goal are the same point: a free duration would be 0")
     return tuple(stops)
 
 
-def checked_weights(objective: str | dict[str, float]) -> dict[str, float]:
+def checked_weights(
+    objective: str | dict[str, float],
+) -> dict[str, float]:
     weights = {objective: 1.0} if isinstance(objective, str) else objective
     if not isinstance(weights, dict) or not weights or not set(weights) <= set(OBJECTIVES):
         raise ValueError(

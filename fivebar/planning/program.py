@@ -17,18 +17,17 @@ if TYPE_CHECKING:
     from .problem import Problem
 
 MOST_ITERATIONS = 200
-NEAR_STOP = (
-    0.1  # of the coordinates' units: of the poses that a stop leaves open the one that is meant
-)
+# Of the coordinates' units, about a stop: its conditions hold in other poses too, far away.
+NEAR_STOP = 0.1
 REGULARIZING = 1e-6  # weight of the objective where the violation of limits is minimized
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What the solver left: pieces, duration of each phase (p,) s, controls at all points (n, 2),
-    how it ended.
+    """A result of IPOPT, solved or not.
 
-    slack: by what part of its unit each of LIMITS was exceeded, where that was allowed.
+    durations: s, of each phase (p,). controls: at all points (n, 2). slack: by what part of its
+    unit each of LIMITS was exceeded, where that was allowed.
     """
 
     pieces: Pieces
@@ -53,9 +52,8 @@ def solve(
     elastic: bool = False,
     iterations: int | None = None,
 ) -> Solution:
-    """Solve on a mesh. Gives a Solution, solved or not.
+    """Solve a problem on one mesh.
 
-    problem: what is asked.
     mesh: per phase the knots from 0 to 1.
     durations: s, of the phases in the guess.
     guess: times (n,) -> (n, 3 size + 2) coordinates, their rates and accelerations, controls.
@@ -70,23 +68,24 @@ def solve(
     cost = program.cost()
     variables = ca.vertcat(*map(ca.vec, program.variables))
     low, high = program.bounds()
-    found, stats = minimized(
+    nlp = {
+        "x": variables,
+        "f": ca.sum1(program.slack) + REGULARIZING * cost if elastic else cost,
+        "g": ca.vertcat(*program.constraints),
+    }
+    options = {
+        "show_eval_warnings": False,
+        "ipopt.max_iter": iterations or MOST_ITERATIONS,
+        # IPOPT's processor time is that of all threads.
+        "ipopt.max_cpu_time": max(max_time, 1e-3) * threading.active_count(),
+        "ipopt.acceptable_iter": 0,
+        "ipopt.mu_strategy": "adaptive",
+        "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
+    }
+    result, stats = minimized(
         "plan",
-        {
-            "x": variables,
-            "f": ca.sum1(program.slack) + REGULARIZING * cost if elastic else cost,
-            "g": ca.vertcat(*program.constraints),
-        },
-        {
-            "show_eval_warnings": False,
-            "ipopt.max_iter": iterations or MOST_ITERATIONS,
-            "ipopt.max_cpu_time": (
-                max(max_time, 1e-3) * threading.active_count()
-            ),  # which is that of all threads
-            "ipopt.acceptable_iter": 0,
-            "ipopt.mu_strategy": "adaptive",
-            "ipopt.adaptive_mu_globalization": "kkt-error",  # half the iterations
-        },
+        nlp,
+        options,
         x0=program.values(durations, guess),
         lbx=low,
         ubx=high,
@@ -94,53 +93,65 @@ def solve(
         ubg=np.concatenate(program.upper),
     )
     unpack = ca.Function("unpack", [variables], [*program.variables, program.tau])
-    solution = [matrix.full().T for matrix in unpack(found["x"])]
-    objective = float(found["f"]) * program.cost_unit
-    return Solution(
-        *program.in_si(solution), objective, stats["return_status"], int(stats["iter_count"])
+    solution = [matrix.full().T for matrix in unpack(result["x"])]
+    objective = float(result["f"]) * program.cost_unit
+    status, iterations = (
+        stats["return_status"],
+        int(stats["iter_count"]),
     )
+    return Solution(*program.in_si(solution), objective, status, iterations)
 
 
 class Program:
-    """Variables and constraints on one mesh, in units in which all is near 1; vectors of points are
-    columns.
-    """
+    """Variables and constraints on one mesh, scaled to be near 1; vectors of points are columns."""
 
     def __init__(self, problem, mesh, durations, elastic):
-        self.problem, self.mesh, self.elastic, self.rule = problem, mesh, elastic, problem.scheme
+        self.problem, self.mesh, self.elastic = problem, mesh, elastic
+        self.rule = problem.scheme
         sizes = [len(knots) - 1 for knots in mesh]
         self.first = np.cumsum([0, *sizes])  # interval in which each phase begins
         self.count = count = int(self.first[-1])
-        self.length, self.time = problem.length, float(np.sum(durations))
+        self.length = problem.length
+        self.time = float(np.sum(durations))
         self.force = problem.mass * (self.length / self.time**2 + problem.fall)
         self.torque = self.force * problem.lever
         self.index = self.rule.points(count)
         self.flat = self.index.ravel().tolist()
-        points = self.index[-1, -1] + 1
+        points = int(self.index[-1, -1]) + 1
         self.coordinates = problem.coordinates
         size = self.coordinates.size
         self.at_knots = [ca.MX.sym(name, size, count + 1) for name in ("c", "c_dot")]
-        self.at_points = [
-            ca.MX.sym(name, size, int(points)) for name in ("c_c", "c_dot_c", "c_ddot_c")
+        self.at_points = [ca.MX.sym(name, size, points) for name in ("c_c", "c_dot_c", "c_ddot_c")]
+        self.at_points.append(ca.MX.sym("controls", 2, points))
+        self.phases = ca.MX.sym("phases", len(mesh))
+        self.slack = ca.MX.sym("slack", len(LIMITS))
+        self.variables = [
+            *self.at_knots,
+            *self.at_points,
+            self.phases,
+            self.slack,
         ]
-        self.at_points.append(ca.MX.sym("controls", 2, int(points)))
-        self.phases, self.slack = ca.MX.sym("phases", len(mesh)), ca.MX.sym("slack", len(LIMITS))
-        self.variables = [*self.at_knots, *self.at_points, self.phases, self.slack]
         # Durations that are all given are constants: the constraints on the motion are then linear.
         given = all(t is not None for _, t in problem.stops)
         phases = ca.MX(ca.DM(np.asarray(durations) / self.time)) if given else self.phases
         self.total = ca.sum1(phases)
         widths = ca.MX(ca.DM(np.concatenate([np.diff(knots) for knots in mesh])))
         self.h = (widths * phases[np.repeat(np.arange(len(mesh)), sizes).tolist(), 0]).T
-        robot = _point(self).map(int(points))
-        self.dynamics, self.tau, self.sines, self.q_dot, self.xi, self.xi_ddot, self.kept = robot(
-            *self.at_points
-        )
+        at_points = _point(self).map(points)(*self.at_points)
+        (
+            self.dynamics,
+            self.tau,
+            self.sines,
+            self.q_dot,
+            self.xi_ddot,
+            self.kept,
+        ) = at_points
         self.constraints, self.lower, self.upper = [], [], []
 
     def keep(self, expression, low=0.0, high=0.0, limit=None):
-        """low <= expression <= high, numbers or one per row; softened by the slack of `limit` if
-        elastic.
+        """Add low <= expression <= high, numbers or one per row.
+
+        The slack of `limit` softens it if the program is elastic.
         """
         if limit is not None and self.elastic:
             slack = self.slack[LIMITS.index(limit)]
@@ -152,69 +163,64 @@ class Program:
             bounds.append(np.broadcast_to(bound, expression.shape[::-1]).ravel())
 
     def keep_motion(self):
-        """Each interval begins where the last one ends, points lie on its polynomials, and the
-        robot obeys there.
-        """
-        (xi, xi_dot), (xi_c, xi_dot_c, xi_ddot_c, _) = self.at_knots, self.at_points
+        """Add continuity between intervals, their polynomials at the points, and the dynamics."""
+        (xi, xi_dot), (xi_c, xi_dot_c, xi_ddot_c, _) = (
+            self.at_knots,
+            self.at_points,
+        )
         interval = _interval(self.rule, self.coordinates.size).map(self.count)
         on_xi, on_xi_dot, end, end_dot = interval(
             xi[:, :-1], xi_dot[:, :-1], self.h, xi_ddot_c[:, self.flat]
         )
         # A point that two intervals share belongs to the later one.
-        own = (
-            self.index.size - 1 - np.unique(self.index.ravel()[::-1], return_index=True)[1]
-        ).tolist()
-        ends = xi[:, 1:] - end, xi_dot[:, 1:] - end_dot
-        for difference in (
-            *ends,
-            xi_c - on_xi[:, own],
-            xi_dot_c - on_xi_dot[:, own],
-            self.dynamics,
-        ):
-            self.keep(difference)
+        _, from_end = np.unique(self.index.ravel()[::-1], return_index=True)
+        own = (self.index.size - 1 - from_end).tolist()
+        self.keep(xi[:, 1:] - end)
+        self.keep(xi_dot[:, 1:] - end_dot)
+        self.keep(xi_c - on_xi[:, own])
+        self.keep(xi_dot_c - on_xi_dot[:, own])
+        self.keep(self.dynamics)
 
     def keep_limits(self):
-        """Polynomials by their Bezier points, so between nodes too; the rest at the nodes."""
+        """Add the limits: of polynomials by their Bezier points, so between nodes too."""
         limits, rule = self.problem.constraints, self.rule
         if limits.sin:
             self.keep(self.sines[:2, :], limits.sin, np.inf, "sin")
         if limits.det_A:
             self.keep(self.sines[2, :], limits.det_A, np.inf, "det_A")
         if limits.torque is not None:
-            part = ca.diag(self.torque / ca.DM(limits.torque)) @ self.rows(rule.to_bezier, self.tau)
-            self.keep(part, -1.0, 1.0, "torque")
-        if limits.joint_speed is not None:
+            unit = ca.diag(self.torque / ca.DM(limits.torque))
             self.keep(
-                ca.diag(1 / (self.time * ca.DM(limits.joint_speed))) @ self.q_dot,
+                unit @ self.rows(rule.to_bezier, self.tau),
                 -1.0,
                 1.0,
-                "joint_speed",
+                "torque",
             )
+        if limits.joint_speed is not None:
+            unit = ca.diag(1 / (self.time * ca.DM(limits.joint_speed)))
+            self.keep(unit @ self.q_dot, -1.0, 1.0, "joint_speed")
         if limits.acceleration is not None:
-            part = self.rows(rule.to_bezier, self.xi_ddot) * (
-                self.length / self.time**2 / limits.acceleration
-            )
-            self.keep(
-                ca.sum1(part * part) - (1 + self.slack[LIMITS.index("acceleration")]) ** 2, -np.inf
-            )
+            unit = self.length / self.time**2 / limits.acceleration
+            part = self.rows(rule.to_bezier, self.xi_ddot) * unit
+            limit = 1 + self.slack[LIMITS.index("acceleration")]
+            self.keep(ca.sum1(part * part) - limit**2, -np.inf)
         if self.kept.numel():
             self.keep(self.kept, 0.0, np.inf, "poses")
 
     def keep_stops(self):
-        """Accelerations and times that are given (positions and velocities are among the bounds);
-        no jump for jerk.
+        """Add accelerations and times of stops; with a weight on jerk, no acceleration jumps.
+
+        Positions and velocities are among the bounds.
         """
-        starts, ends = (
-            self.rows(row[None], self.xi_ddot) for row in self.rule.powers((0.0, 1.0))[0]
-        )
+        at_start, at_end = self.rule.powers((0.0, 1.0))[0]
+        starts = self.rows(at_start[None], self.xi_ddot)
+        ends = self.rows(at_end[None], self.xi_ddot)
         units = self.coordinates.units(self.problem)
         for k, (conditions, _) in zip(self.first.tolist(), self.problem.stops):
             for order, rows, value in self.coordinates.at(self.problem, conditions):
                 if rows is not None:
-                    self.keep(
-                        ca.DM(rows * units)
-                        @ (self.at_knots[order][:, k] - ca.DM(value * self.time**order / units))
-                    )
+                    scaled = ca.DM(value * self.time**order / units)
+                    self.keep(ca.DM(rows * units) @ (self.at_knots[order][:, k] - scaled))
             if 2 in conditions:
                 value = ca.DM(conditions[2]) * self.time**2 / self.length
                 if k < self.count:
@@ -228,26 +234,24 @@ class Program:
             self.keep(ends[:, :-1] - starts[:, 1:])
 
     def rows(self, matrix, values):
-        """matrix (r, s) times the values at the points of each interval: 2 x r count."""
+        """Return matrix (r, s) times the values at the points of each interval, 2 x r count."""
         return values[:, self.flat] @ ca.kron(ca.DM.eye(self.count), ca.sparsify(ca.DM(matrix.T)))
 
     def cost(self):
-        """The weighted objective over its unit; the integrals of squares are exact."""
+        """Return the weighted objective over its unit; the integrals of squares are exact."""
 
         def integral(factor, values, h):
             squares = ca.sum1(self.rows(factor @ self.rule.to_power, values) ** 2)
             return ca.dot(squares, ca.reshape(ca.repmat(h, len(factor), 1), 1, -1))
 
         terms = {
-            "effort": lambda: integral(self.rule.square, self.tau, self.h),
-            "time": lambda: self.total,
-            "jerk": lambda: integral(self.rule.square_slope, self.xi_ddot, 1 / self.h),
+            "effort": integral(self.rule.square, self.tau, self.h),
+            "time": self.total,
+            "jerk": integral(self.rule.square_slope, self.xi_ddot, 1 / self.h),
         }
         weights, units = self.problem.weights, self.cost_units
-        return (
-            sum(weights[name] * units[name] * terms[name]() for name in terms if weights[name])
-            / self.cost_unit
-        )
+        cost = sum(weights[name] * units[name] * terms[name] for name in terms if weights[name])
+        return cost / self.cost_unit
 
     @property
     def cost_units(self):
@@ -262,15 +266,26 @@ class Program:
         return sum(self.problem.weights[name] * unit for name, unit in self.cost_units.items())
 
     def values(self, durations, guess):
-        """The guess, as one column; n columns of a matrix are n rows here."""
-        own, size = self.coordinates.units(self.problem), self.coordinates.size
+        """Return the guess as one column; n columns of a matrix are n rows here."""
+        own, size = (
+            self.coordinates.units(self.problem),
+            self.coordinates.size,
+        )
         control = np.full(2, self.coordinates.control(self))
         units = np.concatenate([own, own / self.time, own / self.time**2, control])
-        knots, borders = knots_of(self.mesh, durations), (size, 2 * size, 3 * size)
-        at_knots, at_points = guess(knots) / units, guess(self.rule.nodes(knots)) / units
-        at_knots, at_points = (np.split(each, borders, axis=1) for each in (at_knots, at_points))
-        parts = [*at_knots[:2], *at_points, np.asarray(durations) / self.time]
-        return np.concatenate([*map(np.ravel, parts), np.full(len(LIMITS), float(self.elastic))])
+        knots, borders = (
+            knots_of(self.mesh, durations),
+            (size, 2 * size, 3 * size),
+        )
+        at_knots = np.split(guess(knots) / units, borders, axis=1)
+        at_points = np.split(guess(self.rule.nodes(knots)) / units, borders, axis=1)
+        parts = [
+            *at_knots[:2],
+            *at_points,
+            np.asarray(durations) / self.time,
+        ]
+        slack = np.full(len(LIMITS), float(self.elastic))
+        return np.concatenate([*map(np.ravel, parts), slack])
 
     def bounds(self):
         sides = []
@@ -278,10 +293,11 @@ class Program:
             parts = [np.full(variable.shape[::-1], sign * np.inf) for variable in self.variables]
             for k, (conditions, _) in zip(self.first, self.problem.stops):
                 for order, rows, value in self.coordinates.at(self.problem, conditions):
-                    about = sign * (0.0 if rows is None else NEAR_STOP if order == 0 else np.inf)
-                    parts[order][k] = (
-                        value * self.time**order / self.coordinates.units(self.problem) + about
-                    )
+                    scaled = value * self.time**order / self.coordinates.units(self.problem)
+                    width = 0.0
+                    if rows is not None:
+                        width = NEAR_STOP if order == 0 else np.inf
+                    parts[order][k] = scaled + sign * width
             if sign < 0:
                 parts[-2][:], parts[-1][:] = 1e-6, 0.0
             elif not self.elastic:
@@ -293,9 +309,12 @@ class Program:
         return sides
 
     def in_si(self, solution):
-        """Pieces, durations of the phases, bar forces and slack of a solution."""
+        """Return pieces, durations of the phases, controls and slack of a solution."""
         c, c_dot, _, _, c_ddot, controls, phases, slack, tau = solution
-        units, durations = self.coordinates.units(self.problem), self.time * phases.ravel()
+        units, durations = (
+            self.coordinates.units(self.problem),
+            self.time * phases.ravel(),
+        )
         pieces = Pieces(
             self.rule,
             knots_of(self.mesh, durations),
@@ -304,52 +323,60 @@ class Program:
             units / self.time**2 * c_ddot[self.index],
             self.torque * tau[self.index],
         )
-        return pieces, durations, self.coordinates.control(self) * controls, slack.ravel()
+        return (
+            pieces,
+            durations,
+            self.coordinates.control(self) * controls,
+            slack.ravel(),
+        )
 
 
 def knots_of(mesh, durations):
+    """Return the times of all knots, s."""
     starts = np.concatenate([[0.0], np.cumsum(durations)])
-    inner = [
-        start + duration * knots[:-1] for start, duration, knots in zip(starts, durations, mesh)
-    ]
-    return np.concatenate([*inner, starts[-1:]])
+    times = [start + T * knots[:-1] for start, T, knots in zip(starts, durations, mesh)]
+    return np.concatenate([*times, starts[-1:]])
 
 
 def _interval(rule, size):
-    """(c, c', h, c'' at the points size x s) -> (c, c' at the points, both at the end), scaled."""
-    x, v, h, a = (
-        ca.SX.sym("x", size),
-        ca.SX.sym("v", size),
-        ca.SX.sym("h"),
-        ca.SX.sym("a", size, len(rule.c)),
-    )
+    """Return (c, c', h, c'' at the points) -> (c, c' at the points, both at the end), scaled."""
+    x, v, h = ca.SX.sym("x", size), ca.SX.sym("v", size), ca.SX.sym("h")
+    a = ca.SX.sym("a", size, len(rule.c))
     places = [*rule.c, 1.0]
     _, single, double = rule.powers(places)
     xs = [x + h * (sigma * v + h * (a @ ca.DM(row))) for sigma, row in zip(places, double)]
     vs = [v + h * (a @ ca.DM(row)) for row in single]
-    return ca.Function(
-        "interval", [x, v, h, a], [ca.horzcat(*xs[:-1]), ca.horzcat(*vs[:-1]), xs[-1], vs[-1]]
-    )
+    outputs = [
+        ca.horzcat(*xs[:-1]),
+        ca.horzcat(*vs[:-1]),
+        xs[-1],
+        vs[-1],
+    ]
+    return ca.Function("interval", [x, v, h, a], outputs)
 
 
 def _point(program):
-    """(c, c', c'', controls) -> residual of the motion, tau, the sines that limits speak of, q',
-    xi, xi'', scaled.
-    """
-    problem, own, length, time = program.problem, program.coordinates, program.length, program.time
-    units = ca.DM(own.units(problem))
-    scaled = [ca.SX.sym(name, own.size) for name in ("c", "c_dot", "c_ddot")] + [
-        ca.SX.sym("controls", 2)
-    ]
-    residual, tau, acc = own.point(
-        program, [units / time**k * symbol for k, symbol in enumerate(scaled[:3])], scaled[3]
+    """Return (c, c', c'', controls) -> residual, tau, sines, q', xi'', clearances, scaled."""
+    problem, own, length, time = (
+        program.problem,
+        program.coordinates,
+        program.length,
+        program.time,
     )
+    units = ca.DM(own.units(problem))
+    c = [ca.SX.sym(name, own.size) for name in ("c", "c_dot", "c_ddot")]
+    controls = ca.SX.sym("controls", 2)
+    in_si = [units / time**k * symbol for k, symbol in enumerate(c)]
+    residual, tau, acc = own.point(program, in_si, controls)
     sines = ca.vertcat(*problem.signed_sines(acc.rates.pose))
     clearances = problem.constraints.smooth(acc.rates.pose, length)
     motion = (
         time * acc.rates.q_dot,
-        acc.rates.pose.xi / length,
         acc.xi_ddot * (time**2 / length),
         ca.vertcat(*clearances),
     )
-    return ca.Function("point", scaled, ca.cse([residual, tau / program.torque, sines, *motion]))
+    return ca.Function(
+        "point",
+        [*c, controls],
+        ca.cse([residual, tau / program.torque, sines, *motion]),
+    )

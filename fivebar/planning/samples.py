@@ -7,8 +7,21 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..base.checks import not_negative, one_of, optional, positive, takes
-from ..base.columns import METRES, TIME, Columns, Quantity, read, units_named
+from ..base.checks import (
+    not_negative,
+    one_of,
+    optional,
+    positive,
+    takes,
+)
+from ..base.columns import (
+    METRES,
+    TIME,
+    Columns,
+    Quantity,
+    read,
+    units_named,
+)
 from ..base.tables import TextFile, named
 from .trajectory import Trajectory
 
@@ -21,9 +34,8 @@ WIDE = 5.0  # m: coordinates without a unit that reach so far may be in mm
 SLOW = 1.0  # s: samples without a unit that are so far apart may be so many ms
 WITHIN = np.linspace(0, 1, 14)[:-1]  # of each interval, where a curve is compared with its chord
 TRIES = 14  # of a smoothing whose spline is within a deviation
-CORNER = (
-    3 / 16
-)  # of what the velocity changes by, times half of the time that it takes: how far a corner is cut
+# Of the change of velocity, times half of the time that it takes: how far a corner is cut.
+CORNER = 3 / 16
 
 
 @takes(
@@ -40,20 +52,41 @@ def from_csv(
     deviation: float | None = None,
     units: Mapping[str, str] | Sequence[str] = (),
 ) -> Trajectory:
-    """A motion from a CSV file with columns t (s), x, y (m): Trajectory.
+    """Read a motion from a CSV file with columns t, s, and x, y, m.
 
-    kind: "spline", of degree 5 (SciPy's make_splrep), or "polyline": straight from sample to sample
-        at constant speed, its corners cut as the acceleration needs it.
-    smoothing: root-mean-square distance in m that a spline may keep from the samples; 0 passes
-        through all of them.
-    deviation: m, the largest distance instead: of a spline from samples; of a polyline, where it is
-        needed, from its corners.
-    path: or an open text file; times >= 0 and increasing, of a spline at least 6 rows. Columns as
-        people have them (`t (s)`, `x [mm]`, decimal commas). units: of columns that do not name
-        theirs ({"t": "ms"}, ["mm"]).
-    Trajectory.said: how far it leaves the chords between samples, how large its accelerations are
-    against the samples' own, and what was converted or not used. ValueError names the file and line
-    of what is wrong, and columns that could be in one unit or in another.
+    Parameters
+    ----------
+    path : str, Path or open text file
+        Times are not negative and increase. A spline needs 6 rows. Columns may have units in their
+        names: `t (s)`, `x [mm]`.
+    smoothing : float
+        Root-mean-square distance, m, that a spline may keep from the samples.
+    kind : "spline" or "polyline"
+        A spline of degree 5, or straight from sample to sample at constant speed, with corners cut
+        as the acceleration needs it.
+    deviation : float, optional
+        Largest distance, m, instead: of a spline from the samples, of a polyline from its corners.
+    units : mapping or sequence
+        Units of columns that do not name theirs: {"t": "ms"} or ["mm"].
+
+    Returns
+    -------
+    Trajectory
+        Its notes say how far it leaves the chords between samples, how large its accelerations are,
+        and what was converted or not used.
+
+    Raises
+    ------
+    ValueError
+        The file and line of what is wrong, or columns whose unit is not clear.
+
+    Examples
+    --------
+    >>> import io
+    >>> import fivebar as fb
+    >>> file = io.StringIO("t,x,y\\n0,0.09,0.07\\n1,0.05,0.09\\n")
+    >>> fb.from_csv(file, kind="polyline", deviation=1e-3).duration
+    1.0
     """
     if smoothing and (deviation or kind == "polyline"):
         raise ValueError(
@@ -64,11 +97,9 @@ def from_csv(
             "from_csv: kind=polyline needs a deviation, m, within which its corners are cut"
         )
     table = read(path, PLACES, units, "path")
-    needs = (
-        (6, 'a quintic spline (kind="polyline" takes 2)') if kind == "spline" else (2, "a motion")
-    )
-    t, points = _samples(table, *needs)
-    with named(table.name), np.errstate(all="ignore"):  # `_compared` refuses what overflows
+    t, points = _samples(table, 6 if kind == "spline" else 2, kind)
+    with named(table.name), np.errstate(all="ignore"):
+        # `_compared` refuses what overflows.
         if kind == "polyline":
             motion = _polyline(t, points, deviation)
         elif deviation:
@@ -80,9 +111,7 @@ def from_csv(
 
 
 def refuse_unclear_lengths(table: Columns) -> None:
-    """ValueError for x and y of which one has a unit, or without one that are in mm as likely as in
-    m.
-    """
+    """Raise ValueError if the unit of x and y is not clear."""
     stated = table.stated & {"x", "y"}
     if len(stated) == 2:
         return
@@ -101,7 +130,7 @@ def refuse_unclear_lengths(table: Columns) -> None:
 
 
 def _samples(table, least, what):
-    """Times (n,) s and points (n, 2) m, which are there, in order, and in units that are clear."""
+    """Return times (n,) s and points (n, 2) m; ValueError where they are not in order."""
     t, x, y = (table.values[name] for name in PLACES)
     for name, values in table.values.items():
         missing = np.flatnonzero(np.isnan(values))
@@ -109,14 +138,18 @@ def _samples(table, least, what):
             raise table.error(missing[0], f"{name} is missing")
     early = np.flatnonzero(t < 0)
     if len(early):
-        raise table.error(early[0], f"time must not be negative, but is {t[early[0]]:g}")
+        raise table.error(
+            early[0],
+            f"time must not be negative, but is {t[early[0]]:g}",
+        )
     late = np.flatnonzero(np.diff(t) <= 0) + 1
     if len(late):
         raise table.error(
-            late[0], f"time must increase, but {t[late[0]]:g} follows {t[late[0] - 1]:g}"
+            late[0],
+            f"time must increase, but {t[late[0]]:g} follows {t[late[0] - 1]:g}",
         )
     if len(t) < least:
-        raise ValueError(f"{table.name}: {what} needs at least {least} rows, not {len(t)}")
+        raise ValueError(f"{table.name}: a {what} needs at least {least} rows, not {len(t)}")
     refuse_unclear_lengths(table)
     step = float(np.median(np.diff(t)))
     if step >= SLOW and "t" not in table.stated:
@@ -129,7 +162,9 @@ def _samples(table, least, what):
 
 
 def _spline(t, points, smoothing):
-    from scipy.interpolate import make_splrep  # `fivebar --help` reaches this file
+    from scipy.interpolate import (
+        make_splrep,
+    )  # `fivebar --help` reaches this file
 
     try:
         with warnings.catch_warnings():
@@ -147,26 +182,29 @@ def _spline(t, points, smoothing):
         raise ValueError(
             f"from_csv: no spline of degree 5 is found, {_steps(t)}: {error}"
         ) from None
-    splines = [
-        spline.derivative(order) if order else spline for order in range(3) for spline in splines
+    x, y = splines
+    columns = [
+        x,
+        y,
+        x.derivative(1),
+        y.derivative(1),
+        x.derivative(2),
+        y.derivative(2),
     ]
-    return lambda times: np.stack([spline(times) for spline in splines], axis=-1)
+    return lambda times: np.stack([spline(times) for spline in columns], axis=-1)
 
 
 def _within(t, points, deviation):
-    """The smoothest spline that keeps within the deviation of all samples."""
-    low, high, best = (
-        0.0,
-        deviation,
-        None,
-    )  # a root-mean-square distance is none larger than the largest
+    """Return the smoothest spline within the deviation of all samples."""
+    # The root-mean-square distance is at most the largest one.
+    low, high, best = 0.0, deviation, None
     smoothing = deviation
     for _ in range(TRIES):
         try:
             motion = _spline(t, points, smoothing)
             near = np.linalg.norm(motion(t)[:, :2] - points, axis=1).max() <= deviation
-        except ValueError:  # which SciPy finds no knots for
-            near = False
+        except ValueError:
+            near = False  # SciPy finds no knots
         if near:
             low, best = smoothing, motion
             if smoothing == deviation:
@@ -178,26 +216,24 @@ def _within(t, points, deviation):
 
 
 def _polyline(t, points, deviation):
-    """From chord to chord with an acceleration that rises from 0 and falls to it again, as a
-    parabola.
-    """
+    """Return the motion along chords; corners have an acceleration that is a parabola of time."""
     slopes = np.diff(points, axis=0) / np.diff(t)[:, None]
     change = np.diff(slopes, axis=0)  # at all samples but the first and last
     clearance = np.minimum(np.diff(t)[1:], np.diff(t)[:-1]) / 2
     speed = np.linalg.norm(change, axis=1)
-    half = np.minimum(clearance, deviation / (CORNER * np.where(speed > 0, speed, 1e-300)))
+    half = np.minimum(
+        clearance,
+        deviation / (CORNER * np.where(speed > 0, speed, 1e-300)),
+    )
 
     def motion(times):
         k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
-        found = np.concatenate(
-            [
-                points[k] + slopes[k] * (times - t[k])[..., None],
-                slopes[k],
-                np.zeros((*np.shape(times), 2)),
-            ],
-            axis=-1,
-        )
-        for corner in (k, k + 1):  # those at the interval's start and end
+        place = points[k] + slopes[k] * (times - t[k])[..., None]
+        values = np.concatenate([place, slopes[k], np.zeros((*np.shape(times), 2))], axis=-1)
+        for corner in (
+            k,
+            k + 1,
+        ):  # those at the interval's start and end
             inner = (corner > 0) & (corner < len(t) - 1)
             j = np.clip(corner - 1, 0, max(len(change) - 1, 0))
             if not inner.any():
@@ -205,15 +241,18 @@ def _polyline(t, points, deviation):
             w = (times - t[corner]) / half[j]
             near = inner & (np.abs(w) < 1)
             w = np.where(near, w, 0.0)
-            after = (
-                np.maximum(w, 0.0) if corner is k else np.zeros_like(w)
-            )  # what the chord has of it already
+            # The chord after the corner has this part already.
+            after = np.maximum(w, 0.0) if corner is k else np.zeros_like(w)
             place = half[j] * (3 / 4 * (w**2 / 2 - w**4 / 12 + 2 * w / 3 + 1 / 4) - after)
             rate = 3 / 4 * (w - w**3 / 3 + 2 / 3) - (1.0 if corner is k else 0.0)
             bend = 3 / 4 * (1 - w**2) / half[j]
-            for columns, factor in ((slice(0, 2), place), (slice(2, 4), rate), (slice(4, 6), bend)):
-                found[..., columns] += np.where(near, factor, 0.0)[..., None] * change[j]
-        return found
+            for columns, factor in (
+                (slice(0, 2), place),
+                (slice(2, 4), rate),
+                (slice(4, 6), bend),
+            ):
+                values[..., columns] += np.where(near, factor, 0.0)[..., None] * change[j]
+        return values
 
     return motion
 
@@ -223,9 +262,7 @@ def _steps(t):
 
 
 def _compared(motion, t, points, lines):
-    """How far the motion leaves the chords, and its largest acceleration against the samples' own,
-    in sentences.
-    """
+    """Return notes: the distance from the chords, and the largest acceleration."""
     step, chord = np.diff(t)[:, None], np.diff(points, axis=0)
     values = motion((t[:-1, None] + step * WITHIN).ravel()).reshape(len(step), len(WITHIN), 6)
     away = values[..., :2] - points[:-1, None]

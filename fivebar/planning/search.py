@@ -1,5 +1,6 @@
-"""First motions between two poses: straight in the bars' angles, both ways round, and by way of the
-aspects, all of them pulled taut.
+"""First motions between two poses: straight in the bars' angles, and by way of the aspects.
+
+All of them are pulled taut.
 """
 
 from __future__ import annotations
@@ -19,11 +20,8 @@ from ..singularities.passages import Passage, known_aspects, routes
 from .coordinates import bars
 from .problem import PlanError, timed
 
-IMAGES, DIRECT, ROUTES = (
-    30,
-    8,
-    6,
-)  # turns of the goal's bars that are tried, straight ways, and routes, at most
+IMAGES = 30  # turns of the goal's bars that are tried, at most
+DIRECT, ROUTES = 8, 6  # straight ways, and routes, at most
 MOST = 6  # ways between two poses
 CLOSES = 1e-9  # of the bars
 POINTS = 61  # of a way, between each two of its poses, and of all of it pulled taut
@@ -35,16 +33,14 @@ SAME = 0.3  # rad: ways that are nowhere farther apart are one
 
 
 class Way(NamedTuple):
-    """A path (POINTS, 4) of the four bars on which the loop is closed, and its length: effort goes
-    as its square.
-    """
+    """A path (POINTS, 4) of the four bars with a closed loop, and its length."""
 
     path: np.ndarray
     length: float
 
 
 def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
-    """Ways of the four bars from pose to pose, the shortest first.
+    """Return ways of the four bars from pose to pose, the shortest first.
 
     PlanError where no motion joins the poses, whatever it crosses.
     """
@@ -72,8 +68,9 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
 
 
 def _distinct(robot, paths):
-    """The paths pulled taut, those that are one with a shorter one left out; as they are where that
-    tears them.
+    """Return the paths pulled taut, without those that are one with a shorter one.
+
+    A path that pulling tears stays as it is.
     """
     even = np.stack([_even(robot, path) for path in paths])
     taut = _closed(robot, _pulled(robot, even), NEWTON)
@@ -88,33 +85,33 @@ def _distinct(robot, paths):
 
 
 def ways_between(
-    robot: Robot, start: object, goal: object, duration: float | None, via: Iterable
+    robot: Robot,
+    start: object,
+    goal: object,
+    duration: float | None,
+    via: Iterable,
 ) -> list[tuple]:
-    """[(stops, paths, length)] of a motion between Poses, checked: `ways` from each to the next,
-    the shortest first.
-    """
+    """Return [(stops, paths, length)] of `ways` from stop to stop, the shortest first."""
     stops = timed(start, goal, duration, via)
-    choices = [_poses(robot, given, name) for name, _, given in stops]
-    found, apart = [], None
+    choices = [_poses(robot, point, name) for name, _, point in stops]
+    times = [t for _, t, _ in stops]
+    result, failure = [], None
     for poses in product(*choices):
         try:
             legs = [ways(robot, *pair) for pair in zip(poses, poses[1:])]
         except PlanError as error:
-            apart = error
+            failure = error
             continue
-        found += islice(product(*legs), MOST**2)
-    if apart is not None and not found:
-        raise apart
-    found.sort(key=lambda legs: sum(way.length for way in legs))
-    times = [t for _, t, _ in stops]
-    return [
-        (*_stops([way.path for way in legs], times), sum(way.length for way in legs))
-        for legs in found
-    ]
+        for chosen in islice(product(*legs), MOST**2):
+            length = sum(way.length for way in chosen)
+            result.append((*_stops([way.path for way in chosen], times), length))
+    if failure is not None and not result:
+        raise failure
+    return sorted(result, key=lambda one: one[-1])
 
 
 def _stops(paths, times):
-    """(stops, paths): each path begins in the turn of the bars in which the last one ends."""
+    """Return (stops, paths), where each path begins in the turn in which the last one ends."""
     moved, stops = [paths[0]], [({0: paths[0][0], 1: np.zeros(4)}, 0.0)]
     for path in paths[1:]:
         moved.append(path + (moved[-1][-1] - path[0]))
@@ -125,7 +122,7 @@ def _stops(paths, times):
 
 
 def _poses(robot, given, name):
-    """A Pose as itself; a point as the poses that reach it in any modes."""
+    """Return a Pose as itself, a point as the poses that reach it in any modes."""
     if not isinstance(given, Pose):
         pose = igm(robot, given, unreachable="raise")  # says how far it is out of reach
         return [igm(robot, pose.xi, modes) for modes in MODES]
@@ -135,14 +132,15 @@ def _poses(robot, given, name):
         raise ValueError(
             f"plan: {name} must be one Pose that closes, not a batch or one out of reach"
         )
-    gap = float(np.hypot(*loop_gap(bars_pose(robot, tuple(bars(given).tolist())))))
+    closed_pose = bars_pose(robot, tuple(bars(given).tolist()))
+    gap = float(np.hypot(*loop_gap(closed_pose)))
     if gap > CLOSES * max(robot.distal):
         raise ValueError(f"plan: {name} is a Pose whose loop does not close, by {gap:.3g} m")
     return [given]
 
 
 def _routes(robot, start, goal):
-    """Routes by the aspects; None where these are not known, or a pose is singular."""
+    """Return routes by the aspects; None where these are not known, or a pose is singular."""
     try:
         return routes(robot, start, goal)
     except (ValueError, ArithmeticError):
@@ -161,7 +159,7 @@ def _waypoints(robot, route, begin, end):
 
 
 def _at(robot, passage: Passage, aspect):
-    """The bars where a passage is crossed, coming from an aspect."""
+    """Return the bars where a passage is crossed, coming from an aspect."""
     if passage.leg is None:
         return bars(igm(robot, passage.xi, aspect.working, unreachable="nan"))
     own, other = passage.leg, 1 - passage.leg
@@ -191,9 +189,7 @@ def _nearest(angles, before):
 
 
 def _path(robot, points):
-    """The straight way through points (k, 4) moved onto the closed loop; None where that does not
-    go smoothly.
-    """
+    """Return the straight way through points (k, 4), its loop closed; None where it jumps."""
     if not np.isfinite(points).all():
         return None
     parts = [a + np.linspace(0, 1, POINTS)[:-1, None] * (b - a) for a, b in zip(points, points[1:])]
@@ -213,42 +209,46 @@ def _closed(robot, a, steps):
 
 
 def _embedded(robot, a):
-    """Bars (..., 4) as points in which twice the kinetic energy is the square of the speed, and
-    (q1, q2, x, y)'s units.
+    """Return (q1, q2, x, y) of bars (..., 4) times the roots of the inertias, and these roots.
 
-    That is (q1, q2, x, y) times the roots of the inertias, a little more than they are.
+    Then twice the kinetic energy is the square of the speed. The inertias are a little larger than
+    the robot's, so that none is 0.
     """
     size = max(robot.distal)
     lever = size if robot.turns else 1.0
-    own, m = [abs(each) for each in robot.inertias], abs(robot.m)  # what is grouped may be negative
-    light = LIGHT * (m * size**2 + sum(own) * (size / lever) ** 2)
-    roots = np.sqrt(
-        [*(each + light * (lever / size) ** 2 for each in own), *[m + light / size**2] * 2]
+    # Grouped parameters may be negative.
+    inertias, m = (
+        [abs(inertia) for inertia in robot.inertias],
+        abs(robot.m),
     )
+    light = LIGHT * (m * size**2 + sum(inertias) * (size / lever) ** 2)
+    drives = [inertia + light * (lever / size) ** 2 for inertia in inertias]
+    tip = m + light / size**2
+    roots = np.sqrt([*drives, tip, tip])
     c = tuple(np.moveaxis(a, -1, 0))
     x, y = bars_pose(robot, c).point
     return np.stack([c[0], c[2], x, y], axis=-1) * roots, roots
 
 
 def _lengths(robot, a):
-    """From the beginning of paths (..., n, 4) to each of their points."""
+    """Return the lengths of paths (..., n, 4) up to each of their points."""
     steps = np.linalg.norm(np.diff(_embedded(robot, a)[0], axis=-2), axis=-1)
-    return np.concatenate([np.zeros((*steps.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
+    return np.concatenate(
+        [np.zeros((*steps.shape[:-1], 1)), np.cumsum(steps, axis=-1)],
+        axis=-1,
+    )
 
 
 def _even(robot, path):
-    """POINTS points of a path in even steps, on the closed loop again."""
+    """Return POINTS points of a path in even steps, with a closed loop."""
     along = _lengths(robot, path)
-    even = np.stack(
-        [np.interp(np.linspace(0, along[-1], POINTS), along, column) for column in path.T], axis=1
-    )
-    return _closed(robot, even, NEWTON)
+    even = np.linspace(0, along[-1], POINTS)
+    columns = [np.interp(even, along, column) for column in path.T]
+    return _closed(robot, np.stack(columns, axis=1), NEWTON)
 
 
 def _pulled(robot, paths):
-    """Paths (k, POINTS, 4) pulled taut on the surface of poses: towards where least energy would
-    keep them moving.
-    """
+    """Return paths (k, POINTS, 4) pulled taut on the surface of poses, towards least energy."""
     chain = np.zeros((POINTS, POINTS))
     for k in range(1, POINTS - 1):
         chain[k, k - 1 : k + 2] = -1.0, 2.0, -1.0
@@ -260,6 +260,9 @@ def _pulled(robot, paths):
         for q, phi, drive in zip((q1, q2), (paths[..., 1], paths[..., 3]), robot.drives):
             x, y = drive.pivot(drive.direction(q))
             pulled += [q, _nearest(atan2(xi[1] - y, xi[0] - x), phi)]
-        ends, paths = paths[:, [0, -1]], _closed(robot, np.stack(pulled, axis=-1), 3)
+        ends, paths = (
+            paths[:, [0, -1]],
+            _closed(robot, np.stack(pulled, axis=-1), 3),
+        )
         paths[:, [0, -1]] = ends
     return paths

@@ -1,6 +1,4 @@
-"""Reference motions: callables t -> (xi, xi_dot, xi_ddot) that hold their first and last point
-outside their time.
-"""
+"""Reference motions: callables t -> (xi, xi_dot, xi_ddot) that rest before and after."""
 
 from __future__ import annotations
 
@@ -20,10 +18,16 @@ from ..base.representation import one_line, vector
 class Trajectory:
     """A motion of the end-effector over [start, start + duration] s.
 
-    Called with a time, a float or an array (n,), it gives position (m), velocity (m/s) and
-    acceleration (m/s^2), each (2,) or (n, 2). Before and after, it rests at its first and last
-    point. ValueError for a time that is nan.
-    said: sentences on what was made of a file on the way here.
+    Call it with a time, a float or an array (n,), s, for position, m, velocity, m/s, and
+    acceleration, m/s^2, each (2,) or (n, 2). Before and after, it rests at its first and last
+    point. A time of nan is a ValueError.
+
+    Attributes
+    ----------
+    start, duration : float
+        Times, s.
+    notes : tuple of str
+        Remarks on a file that it was read from.
     """
 
     start: float
@@ -33,10 +37,15 @@ class Trajectory:
 
     def __repr__(self) -> str:
         end = self.start + self.duration
-        places = [
-            vector(name, tuple(self(t)[0]), "m") for name, t in (("from", self.start), ("to", end))
-        ]
-        return one_line("Trajectory", f"{self.start:g} to {end:g} s", *places, *self.notes[:2])
+        first = vector("from", tuple(self(self.start)[0]), "m")
+        last = vector("to", tuple(self(end)[0]), "m")
+        return one_line(
+            "Trajectory",
+            f"{self.start:g} to {end:g} s",
+            first,
+            last,
+            *self.notes[:2],
+        )
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         times = np.asarray(t, dtype=float)
@@ -49,7 +58,7 @@ class Trajectory:
 
 
 def refuse_nan(t: np.ndarray) -> None:
-    """ValueError for times of which one is nan, with its index."""
+    """Raise ValueError if a time is nan, with its index."""
     if np.isnan(t).any():
         index = ", ".join(map(str, np.argwhere(np.isnan(t))[0]))
         raise ValueError(
@@ -57,30 +66,54 @@ def refuse_nan(t: np.ndarray) -> None:
         )
 
 
-def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Trajectory:
-    """The polynomial of lowest degree through conditions [(t, {order: (x, y), ...}), ...], times in
-    s, increasing.
+def polynomial(
+    conditions: Iterable[tuple[float, dict[int, ArrayLike]]],
+) -> Trajectory:
+    """Return the polynomial of lowest degree through conditions.
 
-    order: 0 position (m), 1 velocity (m/s), 2 acceleration (m/s^2); any set of them that determines
-    a polynomial, the first and last time with a position. ValueError where it does not. The lab's P
-    a = c, solved in Chebyshev polynomials of a time scaled to [-1, 1], where it is well
-    conditioned.
+    It is the lab's P a = c, solved in Chebyshev polynomials of a time scaled to [-1, 1], where it
+    is well conditioned.
+
+    Parameters
+    ----------
+    conditions : sequence of (t, {order: (x, y)})
+        Times, s, increase. Order 0 is a position, m, 1 a velocity, m/s, 2 an acceleration, m/s^2.
+        The first and the last time need a position.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    ValueError
+        The conditions do not determine a polynomial.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> rest = {1: (0, 0), 2: (0, 0)}
+    >>> motion = fb.polynomial([(0, {0: (0, 0), **rest}), (1, {0: (0.1, 0.2), **rest})])
+    >>> motion(0.5)[0].round(6).tolist()
+    [0.05, 0.1]
     """
     try:
-        conditions = [
-            (number(t, "the time of each of conditions"), dict(given)) for t, given in conditions
-        ]
+        conditions = [(number(t, "time"), dict(values)) for t, values in conditions]
     except (TypeError, ValueError) as error:
-        what = (
+        raise ValueError(
             "polynomial: conditions must be [(t, {order: (x, y), ...}), ...], not"
             f" {shown(conditions)}: {error}"
-        )
-        raise ValueError(what) from None
+        ) from None
     times = np.array([t for t, _ in conditions])
     if len(times) < 2 or (np.diff(times) <= 0).any():
-        found = f"not {times.tolist()}, in conditions"
-        raise ValueError(f"polynomial: times must be two or more, finite and increasing, {found}")
-    seconds(times[-1] - times[0], "polynomial: the time from the first to the last of conditions")
+        raise ValueError(
+            "polynomial: times must be two or more, finite and increasing, not"
+            f" {times.tolist()}, in conditions"
+        )
+    seconds(
+        times[-1] - times[0],
+        "polynomial: the time from the first to the last of conditions",
+    )
     for t, given in conditions:
         for order, value in given.items():
             if type(order) is not int or order not in (0, 1, 2):
@@ -121,32 +154,69 @@ def polynomial(conditions: Iterable[tuple[float, dict[int, ArrayLike]]]) -> Traj
 
 
 def line(a: ArrayLike, b: ArrayLike, duration: float) -> Trajectory:
-    """Straight line from a to b, (2,) m, at rest at both ends: the lab's quintic. duration: s, >
-    0.
+    """Return a straight line from a to b, at rest at both ends: the lab's quintic.
+
+    Parameters
+    ----------
+    a, b : (2,)
+        Points, m.
+    duration : float
+        Duration, s.
+
+    Returns
+    -------
+    Trajectory
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.line((0.09, 0.068), (0.05, 0.09), 2.0)(1.0)[0].round(6).tolist()
+    [0.07, 0.079]
     """
     duration = seconds(duration, "line: duration")
     rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
-    return polynomial(
-        [
-            (0.0, {0: two_numbers(a, "line: a"), **rest}),
-            (duration, {0: two_numbers(b, "line: b"), **rest}),
-        ]
-    )
+    first = {0: two_numbers(a, "line: a"), **rest}
+    last = {0: two_numbers(b, "line: b"), **rest}
+    return polynomial([(0.0, first), (duration, last)])
 
 
 def circle(center: ArrayLike, radius: float, period: float) -> Trajectory:
-    """One turn counter-clockwise at constant speed from center + (radius, 0). center (2,) m; radius
-    m, period s > 0.
+    """Return one turn counter-clockwise at constant speed, from center + (radius, 0).
+
+    Parameters
+    ----------
+    center : (2,)
+        Center, m.
+    radius, period : float
+        Radius, m, and duration of the turn, s.
+
+    Returns
+    -------
+    Trajectory
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.circle((0, 0.1), 0.02, 4.0)(1.0)[0].round(6).tolist()
+    [0.0, 0.12]
     """
     center = np.array(two_numbers(center, "circle: center"))
-    radius, period = positive(radius, "circle: radius"), seconds(period, "circle: period")
+    radius, period = (
+        positive(radius, "circle: radius"),
+        seconds(period, "circle: period"),
+    )
     omega = 2 * math.pi / period
 
     def motion(t):
         u = np.stack([np.cos(omega * t), np.sin(omega * t)], axis=-1)
         v = np.stack([-u[..., 1], u[..., 0]], axis=-1)
         return np.concatenate(
-            [center + radius * u, radius * omega * v, -radius * omega**2 * u], axis=-1
+            [
+                center + radius * u,
+                radius * omega * v,
+                -radius * omega**2 * u,
+            ],
+            axis=-1,
         )
 
     return Trajectory(0.0, period, motion)

@@ -29,6 +29,7 @@ def crossing(robot, plan):
     return brentq(lambda s: float(plan.accelerations(s).rates.pose.det_A), t[k], t[k + 1])
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("robot", [LAB, HEAVY, RUBS])
 def test_a_plan_crosses_type_2_and_the_plant_follows_it(robot):
     plan = fb.plan(robot, HOME, ACROSS, 2.0, collocation=fb.Collocation(max_time=120.0))
@@ -46,6 +47,7 @@ def test_a_plan_crosses_type_2_and_the_plant_follows_it(robot):
     assert back.robot == robot and back.error == plan.error
 
 
+@pytest.mark.deep
 def test_the_criterion_under_gravity_is_not_the_inertial_one():
     """On the plan the inertial force has a part along t_s, that of the weight: exactly what gravity balances."""
     plan = fb.plan(LAB, HOME, ACROSS, 2.0, collocation=fb.Collocation(max_time=120.0))
@@ -90,6 +92,7 @@ def test_smoothing_of_dry_friction_in_a_plan_is_measured():
     assert fb.plan(replace(RUBS, fs1=0, fs2=0), HOME, (0.06, 0.1), 1.0).friction_error == 0
 
 
+@pytest.mark.deep
 def test_between_poses_under_gravity():
     start, goal = fb.igm(LAB, HOME), fb.igm(LAB, (0.0, 0.12), (-1, 1))
     plan = fb.plan(LAB, start, goal, 1.5, collocation=fb.Collocation(max_time=120.0))
@@ -100,6 +103,7 @@ def test_between_poses_under_gravity():
     assert np.abs(run.error).max() < 1e-3
 
 
+@pytest.mark.deep
 def test_a_vertical_robot_of_cad_numbers_is_planned_through_type_2():
     plan = fb.plan(IRI, (0.1, 0.2), (0.0, -0.25), 0.8, collocation=fb.Collocation(max_time=120.0))
     assert fb.check_path(IRI, plan).type == fb.Singularity.PARALLEL

@@ -275,6 +275,7 @@ def test_unequal_robot(ends, working):
     np.testing.assert_allclose(found.tau(t[regular]), exact, atol=0.02 * np.abs(found.tau(t)).max())
 
 
+@pytest.mark.deep
 def test_random_problems():
     """All of a sample are planned, round holes and along loci too."""
     rng, solved = np.random.default_rng(11), 0

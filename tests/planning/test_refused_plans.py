@@ -14,6 +14,7 @@ from fivebar.planning.problem import PlanError
 from .conftest import HOME, ROBOT, TASK_1, TASK_2, fine
 
 
+@pytest.mark.deep
 def test_too_little_torque_is_named_with_its_amount(fastest):
     with pytest.raises(
         PlanError, match=r"infeasible; violated: torque by 0\.06\d+ N m \(limit 0\.02\)"
@@ -31,6 +32,7 @@ def test_too_little_torque_is_named_with_its_amount(fastest):
     np.testing.assert_allclose(best(0.5)[0], TASK_1, atol=1e-7)
 
 
+@pytest.mark.deep
 def test_too_little_acceleration_is_named_with_its_amount():
     with pytest.raises(PlanError, match=r"infeasible; violated: acceleration by") as caught:
         plan(ROBOT, (0, 0.1), (0, 0.15), 0.3, constraints=fb.Constraints(acceleration=0.1))
@@ -111,7 +113,7 @@ def test_what_did_not_converge_is_not_returned(monkeypatch):
         (dict(goal=(0.0, float("inf"))), "goal, order 0, must be two finite numbers"),
         (dict(goal={1: (0, 0)}), "goal needs a position under order 0"),
         (dict(start={0: HOME, 3: (0, 0)}), "no other orders than 1 and 2"),
-        (dict(via=[(3.0, TASK_1)]), "duration, after via, must be finite and > 3"),
+        (dict(via=[(3.0, TASK_1)]), "duration must be finite and > 3"),
         (dict(via=[(1.0, HOME), (0.5, TASK_1)]), r"the time of via\[1\] must be finite and > 1"),
         (dict(via=[(1.0,)]), r"via must be \[\(time or None"),
         (dict(objective=3), "objective must be of"),

@@ -78,6 +78,7 @@ def test_two_poses_of_one_aspect():
     assert plan(1.0)[0] == pytest.approx(goal.xi, abs=1e-6)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(("start", "goal"), [(3, 4), (1, 10), (2, 9), (5, 8)])
 def test_a_tracker_follows_through_both_types(start, goal):
     """With a payload that the plan does not know of, and a limit; in the goal's own pose, elbows too."""
@@ -93,6 +94,7 @@ def test_a_tracker_follows_through_both_types(start, goal):
     assert ROBOT.joint_difference(run.q[-1] - inside(goal).q) == pytest.approx(0, abs=1e-5)
 
 
+@pytest.mark.deep
 def test_pictures_of_a_plan_between_poses(tmp_path):
     plan = fb.plan(ROBOT, inside(1), inside(10), 2.0, via=[(1.0, inside(3))])
     figure = plan.plot(tmp_path / "plan.png")
@@ -122,6 +124,7 @@ def test_pictures_of_a_plan_between_poses(tmp_path):
     )  # one of the joints is the end-effector
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("one, other", [(1, 3), (2, 6), (8, 5)])
 def test_limits_hold_between_nodes_too(one, other):
     square = ((-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2))
@@ -133,12 +136,14 @@ def test_limits_hold_between_nodes_too(one, other):
     assert np.abs(plan(t)[0]).max() <= 0.2 * (1 + 1e-3)
 
 
+@pytest.mark.deep
 def test_a_point_beside_a_pose_is_reached_in_any_mode():
     goal = (0.0, -0.1)
     plan = fb.plan(ROBOT, inside(9), goal, 2.0)
     assert plan(2.0)[0] == pytest.approx(goal, abs=1e-6)
 
 
+@pytest.mark.deep
 def test_by_way_of_a_pose_and_in_least_time():
     through = inside(3)
     plan = fb.plan(ROBOT, inside(1), inside(4), 3.0, via=[(1.5, through)])
