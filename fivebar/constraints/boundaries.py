@@ -89,7 +89,10 @@ def _of_lines(robot, constraints) -> Iterator[Locus]:
     for a, b, c in constraints.half_planes:
         foot = c * complex(a, b)
         if abs(foot) < reach:
-            yield _line(foot - reach * complex(-b, a), foot + reach * complex(-b, a))
+            yield _line(
+                foot - reach * complex(-b, a),
+                foot + reach * complex(-b, a),
+            )
     if constraints.region:
         corners = np.array(constraints.region) @ (1, 1j)
         yield from map(_line, corners, np.roll(corners, -1))

@@ -154,7 +154,9 @@ class Constraints:
             result += [clearance / length for clearance in self.collisions.smooth(pose)]
         return result
 
-    def _sides_of_convex_region(self) -> list[tuple[float, float, float]]:
+    def _sides_of_convex_region(
+        self,
+    ) -> list[tuple[float, float, float]]:
         """Return the half-planes (a, b, c) of a convex region's sides; [] if it is not convex."""
         if not self.region:
             return []

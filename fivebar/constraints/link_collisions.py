@@ -70,7 +70,11 @@ class LinkCollisions:
         widths = tuple(not_negative(width, "LinkCollisions: widths") for width in widths.tolist())
         object.__setattr__(self, "widths", widths)
         object.__setattr__(self, "layers", layers)
-        object.__setattr__(self, "posts", not_negative(self.posts, "LinkCollisions: posts"))
+        object.__setattr__(
+            self,
+            "posts",
+            not_negative(self.posts, "LinkCollisions: posts"),
+        )
         object.__setattr__(
             self,
             "post_layers",
@@ -192,7 +196,10 @@ def _ends(pose):
         drive, (ux, uy) = pose.robot.drives[leg], pose.u2[leg]
         base = complex(drive.x, drive.y) + 0 * z
         elbow = z - pose.robot.distal[leg] * (ux + 1j * np.asarray(uy))
-        bars[f"{leg + 1}1"], bars[f"{leg + 1}2"] = (base, elbow), (elbow, z)
+        bars[f"{leg + 1}1"], bars[f"{leg + 1}2"] = (
+            (base, elbow),
+            (elbow, z),
+        )
         bases.append(base)
     return bars, bases
 

@@ -132,7 +132,12 @@ class Outline:
             for low, high in zip(corners.min(axis=0), corners.max(axis=0))
         ]
         lattice = np.stack(np.meshgrid(*axes), axis=-1)
-        points = np.concatenate([lattice[self.aspect.contains(lattice)], [self.aspect.point]])
+        points = np.concatenate(
+            [
+                lattice[self.aspect.contains(lattice)],
+                [self.aspect.point],
+            ]
+        )
         z = points[self.tree.query(points)[0] > self.margin + 2 * self.spacing] @ (1, 1j)
         return z[self.within(z)] if self.allowed else z
 

@@ -62,9 +62,17 @@ def broken(
         least &= known <= np.append(np.inf, known[:-1])
         least &= known <= np.append(known[1:], np.inf)
         options = {"xatol": 1e-12 * (t[-1] - t[0])}
-        for k in {*np.flatnonzero(least).tolist(), int(np.argmin(known))}:
+        for k in {
+            *np.flatnonzero(least).tolist(),
+            int(np.argmin(known)),
+        }:
             ends = t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)]
-            best = minimize_scalar(clearance, bounds=ends, method="bounded", options=options)
+            best = minimize_scalar(
+                clearance,
+                bounds=ends,
+                method="bounded",
+                options=options,
+            )
             if best.fun < min(known[k], 0.0):
                 times, lowest = (
                     np.append(times, best.x),

@@ -74,7 +74,11 @@ class Estimator:
         motion.
         """
         state, disturbance, covariance, margins = self.filter(
-            self.state, self.disturbance, self.covariance, tau, (*q, *q_dot)
+            self.state,
+            self.disturbance,
+            self.covariance,
+            tau,
+            (*q, *q_dot),
         )
         if not (np.isfinite(state).all() and margins[3] < LOST):
             self.disturbance = np.zeros(2)
@@ -97,7 +101,12 @@ class Estimator:
         a, a_dot = bars_of(rates)
         self.state = np.array([*a, *a_dot])
         # What is measured and that the loop is closed, by the state: together they determine it.
-        slope = np.vstack([np.eye(SIZE)[MEASURED], _closure(self.robot)(self.state).full()])
+        slope = np.vstack(
+            [
+                np.eye(SIZE)[MEASURED],
+                _closure(self.robot)(self.state).full(),
+            ]
+        )
         q_noise = max(self.noise[0], EXACT[0])
         spread = np.linalg.inv(slope)[:, :4] * [
             q_noise,

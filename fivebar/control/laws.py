@@ -90,7 +90,13 @@ class _JointController:
         reference: Reference | None,
     ) -> np.ndarray:
         target = self.target(t, reference)
-        return self.law(q, q_dot, target.rates.pose.q, target.rates.q_dot, target.q_ddot)
+        return self.law(
+            q,
+            q_dot,
+            target.rates.pose.q,
+            target.rates.q_dot,
+            target.q_ddot,
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,10 @@ if TYPE_CHECKING:
 
 HORIZON = 20  # periods
 USUAL = 0.3  # m/s^2, up to which the tracker's own weights do
-POSITION, ACCELERATION = 1e4, 10.0  # 1/m, s^2/m, the tracker's own weights
+POSITION, ACCELERATION = (
+    1e4,
+    10.0,
+)  # 1/m, s^2/m, the tracker's own weights
 SIZE = 0.09  # m, of the robot that they were chosen for
 PERIODS = 5e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4  # s
 SHOWN = 2e-5  # m, by which an acceleration that changes within a period may be missed

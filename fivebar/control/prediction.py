@@ -46,7 +46,11 @@ def sample(robot: Robot) -> ca.Function:
 
     The state is on the closed loop again, the slopes are those before.
     """
-    x, tau, h = ca.SX.sym("x", SIZE), ca.SX.sym("tau", 2), ca.SX.sym("h")
+    x, tau, h = (
+        ca.SX.sym("x", SIZE),
+        ca.SX.sym("tau", 2),
+        ca.SX.sym("h"),
+    )
 
     def slope(state):
         rates = CHART.turned(robot, *halves(state, CHART), None)
@@ -71,7 +75,11 @@ def sample(robot: Robot) -> ca.Function:
 
 @lru_cache(maxsize=64)
 def _functions(robot, lengths):
-    x, tau, h = ca.SX.sym("x", SIZE), ca.SX.sym("tau", 2), ca.SX.sym("h")
+    x, tau, h = (
+        ca.SX.sym("x", SIZE),
+        ca.SX.sym("tau", 2),
+        ca.SX.sym("h"),
+    )
     after = sample(robot)(x, tau, lengths[0])[0]
     step = ca.Function("tracker_step", [x, tau], ca.cse([after]))
     rates = CHART.rates(robot, *halves(x, CHART), None)
@@ -83,7 +91,11 @@ def _functions(robot, lengths):
     N = len(lengths)
     start, torques = ca.MX.sym("x", SIZE), ca.MX.sym("tau", 2, N)
     stages = stage.mapaccum(N)(start, torques, ca.DM(lengths).T)
-    return step, ca.Function("tracker_rollout", [start, torques], stages), look
+    return (
+        step,
+        ca.Function("tracker_rollout", [start, torques], stages),
+        look,
+    )
 
 
 def _rows(matrix):

@@ -188,7 +188,10 @@ class QP:
         solver: str = SOLVER,
         options: dict | None = None,
     ) -> None:
-        shapes = {"h": ca.Sparsity.dense(n, n), "a": ca.Sparsity.dense(rows, n)}
+        shapes = {
+            "h": ca.Sparsity.dense(n, n),
+            "a": ca.Sparsity.dense(rows, n),
+        }
         options = {"error_on_fail": False, **(options or {})}
         self.call = Buffered(ca.conic("qp", solver, shapes, options))
         self.cold = (

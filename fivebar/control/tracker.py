@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..base.checks import instance, modes, optional, positive, takes, whole
+from ..base.checks import (
+    instance,
+    modes,
+    optional,
+    positive,
+    takes,
+    whole,
+)
 from ..base.checks import jit as must_be_jit
 from ..base.checks import robot as must_be_robot
 from ..base.checks import seconds as span
@@ -176,7 +183,10 @@ class Tracker:
             edges + period * delay,
         )
         # Where in the last plan a stage's torque is found, a period later.
-        self.shift = np.minimum(np.searchsorted(edges, self.middles + period) - 1, horizon - 1)
+        self.shift = np.minimum(
+            np.searchsorted(edges, self.middles + period) - 1,
+            horizon - 1,
+        )
         try:
             self.condense = Condenser(
                 self.lengths,
@@ -210,7 +220,11 @@ class Tracker:
         self.rows = np.zeros((2 * n * soft, n + soft))
         self.upper = np.zeros(2 * n * soft)
         if soft:
-            self.low[-1], self.high[-1], self.rows[:, -1] = 0.0, np.inf, -1.0
+            self.low[-1], self.high[-1], self.rows[:, -1] = (
+                0.0,
+                np.inf,
+                -1.0,
+            )
 
     def reset(self) -> None:
         """Forget the motion, the disturbance and the log."""
@@ -223,11 +237,21 @@ class Tracker:
 
     @property
     def log(self) -> Log:
-        columns = list(zip(*self._steps)) or [(), (), (), (), np.zeros((0, 2))]
+        columns = list(zip(*self._steps)) or [
+            (),
+            (),
+            (),
+            (),
+            np.zeros((0, 2)),
+        ]
         return Log(*(np.array(column) for column in columns))
 
     def __call__(
-        self, t: float, q: np.ndarray, q_dot: np.ndarray, reference: Reference
+        self,
+        t: float,
+        q: np.ndarray,
+        q_dot: np.ndarray,
+        reference: Reference,
     ) -> np.ndarray:
         before = time.perf_counter()
         if self.last is not None and t <= self.last:
@@ -241,7 +265,10 @@ class Tracker:
             self.tau = self._clip(self.scale * plan[:2])
             self.guess = plan[: 2 * self.horizon].reshape(-1, 2)[self.shift].ravel()
         else:
-            margins, assembly = self.estimator.margins, self.estimator.assembly
+            margins, assembly = (
+                self.estimator.margins,
+                self.estimator.assembly,
+            )
             call = t, q, q_dot, reference
             safe = safe_torque(self.robot, self.inertia, margins, assembly, call)
             self.tau, self.guess = self._clip(safe), None

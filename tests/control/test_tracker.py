@@ -288,6 +288,7 @@ def test_compiled_is_the_same(compiler):
     np.testing.assert_allclose(runs[0].tau, runs[1].tau, atol=1e-9)
 
 
+@pytest.mark.deep
 def test_benchmark_runs(compiler, capfd):
     qp_solvers.main(quick=True)
     rows = [

@@ -93,6 +93,7 @@ def test_random_paths_keep_their_limits_between_nodes_and_are_timed_to_a_thousan
     assert len(timed_at_random(*ROBOTS[name], seeds)) >= len(seeds) - 1
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     ("robot", "some"), [(ROBOT, (0, 6, 13, 16)), (ROBOTS["rubbing"][0], (33, 111)), (ELBOWS, (40,))],
     ids=["lab", "rubbing", "with friction in the criterion"],
@@ -195,6 +196,7 @@ def test_a_given_duration_takes_the_least_share_of_the_torques():
         fb.time_path(ROBOT, REGULAR, 0.25, constraints=fb.Constraints(torque=0.1))
 
 
+@pytest.mark.deep
 def test_a_duration_for_a_robot_with_gravity_and_friction():
     robot, _, _, _ = ROBOTS["all"]
     path = Path((Arc((0.0, 0.1), 0.02, 0.3, 3.5),))
@@ -238,11 +240,12 @@ def test_a_timed_path_is_saved_with_its_first_and_last_instant_and_read_again():
         all((a == b).all() for a, b in zip(again(t), motion(t)))
         and (again.tau(t) == motion.tau(t)).all()
     )
-    assert repr(again) == repr(motion) and "1 crossing of Type 2" in repr(motion)
+    assert repr(again) == repr(motion) and "crosses Type 2 1 x" in repr(motion)
     with pytest.raises(ValueError, match="line 1: not a file written by TimedPath.to_csv"):
         fb.TimedPath.from_csv(io.StringIO("t,x,y\n0,1,2\n"))
 
 
+@pytest.mark.deep
 def test_the_picture_shows_the_motion_under_its_curves():
     figure = fb.time_path(ROBOT, ACROSS, constraints=fb.Constraints(torque=0.1)).plot()
     titles = [axes.get_title() for axes in figure.axes]
@@ -269,6 +272,7 @@ def test_a_jerk_limit_on_a_line_comes_near_the_known_least_time():
         fb.time_path(ROBOT, REGULAR, 0.33, constraints=fb.Constraints(acceleration=5.0, jerk=100.0))
 
 
+@pytest.mark.deep
 def test_a_jerk_limit_with_a_stop_on_the_way():
     corner = (0.04, 0.1)
     pieces = Line(HOME, corner), Line(corner, (0.04, 0.06))

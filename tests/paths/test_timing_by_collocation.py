@@ -90,6 +90,7 @@ def by_collocation(robot, path, limit, edges):
     return float(found["f"]), np.array(found["x"])[: count + 1, 0]
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", CASES)
 def test_a_collocation_of_the_same_path_takes_the_same_time(name):
     robot, path, crossings = CASES[name]

@@ -182,6 +182,7 @@ def test_rectangle_between_arcs_that_meet(found):
     assert _clear(found["amoro"][3], (box.x_min, box.x_max, box.y_min, box.y_max), 0.02)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("seed", range(24))
 def test_random_rectangles_keep_the_margin_and_none_is_larger(seed):
     draw = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""What a motion along a path asks for, enclosed on stretches of it.
+"""Coefficients of the torques and accelerations of a motion along a path, enclosed on stretches.
 
 With x = s'^2 and u = s'', the legs closed in one working mode and sigma_i the sign of q_i's
 derivative by s,
@@ -33,9 +33,7 @@ RUBS = "fv1", "fv2", "fs1", "fs2", "fv12", "fv22"
 
 @dataclass(frozen=True, eq=False)
 class Stretches:
-    """Parts [first, last] (n,) of pieces (n,), s from each piece's own beginning, m, one after the
-    other.
-    """
+    """Consecutive parts [first, last] (n,) of pieces (n,), s, m, from each piece's beginning."""
 
     piece: np.ndarray
     first: np.ndarray
@@ -52,19 +50,26 @@ class Stretches:
         return Stretches(self.piece[at], self.first[at], self.last[at])
 
     def parted(self, parts: np.ndarray) -> Stretches:
-        """Each in so many equal parts (n,), 1 or more."""
-        index = np.repeat(np.arange(len(parts)), parts - 1)
-        k = np.arange(len(index)) - np.repeat(np.cumsum(parts - 1) - (parts - 1), parts - 1) + 1
-        return self.cut(index, self.first[index] + self.length[index] * k / parts[index])
+        """Return each stretch in so many equal parts (n,), 1 or more."""
+        cuts = parts - 1
+        index = np.repeat(np.arange(len(parts)), cuts)
+        before = np.repeat(np.cumsum(cuts) - cuts, cuts)
+        k = np.arange(len(index)) - before + 1
+        return self.cut(
+            index,
+            self.first[index] + self.length[index] * k / parts[index],
+        )
 
     def cut(self, index: np.ndarray, places: np.ndarray) -> Stretches:
-        """With cuts at places inside the stretches `index`."""
+        """Return the stretches, cut at places inside the stretches `index`."""
         order = np.lexsort((places, index))
         index, places = index[order], places[order]
         piece = np.insert(self.piece, index + 1, self.piece[index])
         first = np.insert(self.first, index + 1, places)
-        last = np.append(np.where(piece[1:] == piece[:-1], first[1:], np.nan), np.nan)
-        last[np.isnan(last)] = self.last[np.append(np.diff(self.piece), 1) != 0]
+        # The last stretch of a piece ends where it did.
+        last = np.append(first[1:], np.nan)
+        ends = np.append(piece[1:] != piece[:-1], True)
+        last[ends] = self.last[np.append(np.diff(self.piece), 1) != 0]
         return Stretches(piece, first, last)
 
 
@@ -81,15 +86,14 @@ class Bernstein(NamedTuple):
     slack: np.ndarray
 
     def least(self) -> np.ndarray:
-        """Lower bound."""
-        return (
-            np.minimum(np.minimum(self.first, self.last), self.middle - self.bend / 2) - self.slack
-        )
+        """Return a lower bound (n,)."""
+        ends = np.minimum(self.first, self.last)
+        return np.minimum(ends, self.middle - self.bend / 2) - self.slack
 
     def largest(self) -> np.ndarray:
-        return (
-            np.maximum(np.maximum(self.first, self.last), self.middle + self.bend / 2) + self.slack
-        )
+        """Return an upper bound (n,)."""
+        ends = np.maximum(self.first, self.last)
+        return np.maximum(ends, self.middle + self.bend / 2) + self.slack
 
     def size(self) -> np.ndarray:
         return np.maximum(self.largest(), -self.least())
@@ -102,27 +106,31 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
     q2, p1, p2 (first and second derivative of q); w0, w1, w2 (squares of |xi_s|, q1 and q2); g, m,
     k (|xi_s| and the parts of xi_ss along and across xi_s).
     """
-    legs, slopes = [], []
-    for drive, bar, mode in zip(robot.drives, robot.distal, working):
-        leg, slope = _leg(drive, bar, mode, xi)
-        legs.append(leg)
-        slopes.append(slope)
+    left, q1_s = _leg(robot.drives[0], robot.distal[0], working[0], xi)
+    right, q2_s = _leg(robot.drives[1], robot.distal[1], working[1], xi)
+    legs = left, right
     terms = len(xi[0].m) - 2
-    xi_s, q_s = tuple(each.slope() for each in xi), tuple(slopes)
-    xi_ss, q_ss = (tuple(each.slope() for each in pair) for pair in (xi_s, q_s))
-    xi_s, q_s = (tuple(each.cut(terms) for each in pair) for pair in (xi_s, q_s))
-    pose = Pose(robot, tuple(each.cut(terms) for each in xi), lambda: (tuple(legs), ()))
+    x_s, y_s = xi[0].slope(), xi[1].slope()
+    xi_ss, q_ss = (
+        (x_s.slope(), y_s.slope()),
+        (q1_s.slope(), q2_s.slope()),
+    )
+    xi_s, q_s = (
+        (x_s.cut(terms), y_s.cut(terms)),
+        (q1_s.cut(terms), q2_s.cut(terms)),
+    )
+    point = xi[0].cut(terms), xi[1].cut(terms)
+    pose = Pose(robot, point, lambda: (legs, ()))
     zero = (0.0 * xi_ss[0], 0.0 * xi_ss[0])
     physics = loads_of(robot)
     bare = _without(robot, "gravity", *RUBS)
     pushes = has_moving_mass(robot)
 
     def torques(robot_, rates, accelerations):
-        at = Pose(robot_, pose.point, lambda: (tuple(legs), ()))
+        at = Pose(robot_, pose.point, lambda: (legs, ()))
         return bar_force_dynamics(Accelerations(Rates(at, *rates), *accelerations), (0.0, 0.0))
 
     det_A = pose.det_A if pushes else 1.0 + zero[0]
-    found = {"D": det_A}
     parts = {
         "a": torques(bare, (zero, zero), (q_s, xi_s)),
         "b": torques(bare, (q_s, xi_s), (q_ss, xi_ss)),
@@ -131,25 +139,30 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
         parts["c"] = torques(_without(robot, *RUBS), (zero, zero), (zero, zero))
     if any_named(physics.viscous, physics.elbows):
         parts["v"] = _viscous(physics, Rates(pose, q_s, xi_s), zero)
+    found = {"D": det_A}
     (x1, y1), (x2, y2) = pose.u2
-    for name, ((fx, fy), own) in parts.items():
-        bars = (fx * y2 - fy * x2, fy * x1 - fx * y1) if pushes else (0.0, 0.0)
-        for k in (0, 1):
-            found[f"{name}{k + 1}"] = det_A * own[k] + pose.b[k] * bars[k] if pushes else own[k]
+    for name, ((fx, fy), (tau1, tau2)) in parts.items():
+        if pushes:
+            tau1 = det_A * tau1 + pose.b[0] * (fx * y2 - fy * x2)
+            tau2 = det_A * tau2 + pose.b[1] * (fy * x1 - fx * y1)
+        found |= {f"{name}1": tau1, f"{name}2": tau2}
     for k in (0, 1):
         if named(physics.coulomb[k]):
             found[f"f{k + 1}"] = det_A * physics.coulomb[k]
-    kinematic = {"q": q_s, "p": q_ss}
-    found |= {f"{name}{k + 1}": pair[k] for name, pair in kinematic.items() for k in (0, 1)}
-    found |= {f"w{k + 1}": q_s[k] * q_s[k] for k in (0, 1)}
+    found |= {"q1": q_s[0], "q2": q_s[1], "p1": q_ss[0], "p2": q_ss[1]}
+    found |= {"w1": q_s[0] * q_s[0], "w2": q_s[1] * q_s[1]}
     found["w0"] = dot(xi_s, xi_s)
     size = found["w0"].sqrt()
     scale = size.inverse()
-    return found | {"g": size, "m": dot(xi_s, xi_ss) * scale, "k": cross(xi_s, xi_ss) * scale}
+    return found | {
+        "g": size,
+        "m": dot(xi_s, xi_ss) * scale,
+        "k": cross(xi_s, xi_ss) * scale,
+    }
 
 
 def _leg(drive, bar, mode, xi):
-    """The leg closed on the place, and q's derivative by s (one term less than the place)."""
+    """Return the leg closed on the place, and q's derivative by s (one term less)."""
     terms = len(xi[0].m) - 2
     x, y = xi[0] - drive.x, xi[1] - drive.y
     if isinstance(drive, Slider):
@@ -160,18 +173,16 @@ def _leg(drive, bar, mode, xi):
     else:
         length, square = drive.length, x * x + y * y
         lead = (square + (length + bar) * (length - bar)) * 0.5
-        across = (((length + bar) ** 2 - square) * (square - (length - bar) ** 2)).sqrt() * (
-            0.5 * mode
-        )
+        heron = ((length + bar) ** 2 - square) * (square - (length - bar) ** 2)
+        across = heron.sqrt() * (0.5 * mode)
         scale = square.inverse()
-        dx, dy = (
-            (lead * x - across * y) * scale,
-            (lead * y + across * x) * scale,
-        )  # length times the direction
+        # The elbow: length times the crank's direction.
+        dx = (lead * x - across * y) * scale
+        dy = (lead * y + across * x) * scale
         ux, uy = (x - dx) / bar, (y - dy) / bar
         direction = dx / length, dy / length
         slope = cross(direction, (direction[0].slope(), direction[1].slope()))
-        direction = tuple(each.cut(terms) for each in direction)
+        direction = direction[0].cut(terms), direction[1].cut(terms)
     distal = ux.cut(terms), uy.cut(terms)
     return DrivenLeg(drive, None, direction, lambda: distal), slope
 
@@ -182,7 +193,7 @@ def _without(robot, *names):
 
 
 def _viscous(physics, rates, zero):
-    """(force on the end-effector, torques) of viscous friction at these rates."""
+    """Return (force on the end-effector, torques) of viscous friction at these rates."""
     force, torques = list(zero), []
     for i, (drive, bar) in enumerate(zip(rates.pose.robot.drives, rates.pose.robot.distal)):
         q_dot = rates.components[0][i]
@@ -199,29 +210,35 @@ def _viscous(physics, rates, zero):
 
 
 def enclosed(
-    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
+    robot: Robot,
+    path: Path,
+    stretches: Stretches,
+    working: tuple[int, int],
 ) -> dict[str, Bernstein]:
-    """All that `asked` names, on stretches; nan where a leg may be in line (Type 1) or out of reach
-    on one.
+    """Return all that `asked` names, on stretches; nan where a leg may be in line or out of reach.
 
-    By the values at both ends and by bounds of the second derivative between them: a function less
-    its chord is f''(zeta) / 2 (s - s0) (s - s1).
+    It follows from the values at both ends and from bounds of the second derivative between them: a
+    function less its chord is f''(zeta) / 2 (s - s0) (s - s1).
     """
     n = len(stretches)
-    ends = place_series(
-        path,
-        np.tile(stretches.piece, 2),
-        *2 * [np.concatenate([stretches.first, stretches.last])],
-        TERMS - 2,
+    s = np.concatenate([stretches.first, stretches.last])
+    at_ends = asked(
+        robot,
+        place_series(path, np.tile(stretches.piece, 2), s, s, TERMS - 2),
+        working,
     )
-    at_ends = asked(robot, ends, working)
-    over = asked(
-        robot, place_series(path, stretches.piece, stretches.first, stretches.last, TERMS), working
-    )
+    places = place_series(path, stretches.piece, stretches.first, stretches.last, TERMS)
+    over = asked(robot, places, working)
     square, found = stretches.length**2, {}
     for name, value in at_ends.items():
         m, r, second = value.m[0], value.r[0], over[name]
         first, last = m[:n], m[n:]
         middle = (first + last - second.m[2] * square) / 2
-        found[name] = Bernstein(first, middle, last, second.r[2] * square, np.maximum(r[:n], r[n:]))
+        found[name] = Bernstein(
+            first,
+            middle,
+            last,
+            second.r[2] * square,
+            np.maximum(r[:n], r[n:]),
+        )
     return found

@@ -1,5 +1,6 @@
-"""s by time: on each stretch s'' = u0 + bent (s - s0), a linear equation; its running mean has a
-finite jerk.
+"""s by time: on each stretch s'' = u0 + bent (s - s0), a linear equation.
+
+Its running mean has a finite jerk.
 """
 
 from __future__ import annotations
@@ -14,17 +15,16 @@ from numpy.polynomial.polynomial import polyval
 from .lower_bound import duration
 
 NEVER = 1e-12  # s
-COEFFICIENTS = np.array(
-    [[1 / factorial(2 * j + k) for k in (2, 3)] for j in range(9)]
-)  # of Stumpff's c2 and c3
+# Of the power series of Stumpff's c2 and c3.
+COEFFICIENTS = np.array([(1 / factorial(2 * j + 2), 1 / factorial(2 * j + 3)) for j in range(9)])
 
 
 @dataclass(frozen=True, eq=False)
 class Clock:
-    """length, bent (n,) and x = s'^2 at the nodes (n + 1,) of n stretches; waits (n + 1,) s of rest
-    at the nodes.
+    """The timing of n stretches.
 
-    smooth: s over which s(t) is averaged, 0: not. All times are in the motion's own pace.
+    length (n,) m, bent (n,) 1/s^2, x (n + 1,) = s'^2 at the nodes, waits (n + 1,) s of rest at the
+    nodes. smooth: s over which s(t) is averaged. All times are in the motion's own pace.
     """
 
     length: np.ndarray
@@ -40,15 +40,15 @@ class Clock:
 
     @cached_property
     def taken(self) -> np.ndarray:
-        """By each stretch (n,), s, without averaging."""
-        return np.array(
-            [duration(*each) for each in zip(self.length, self.x[:-1], self.x[1:], self.bent)]
-        )
+        """Return the time of each stretch (n,), s, without averaging."""
+        stretches = zip(self.length, self.x[:-1], self.x[1:], self.bent)
+        return np.array([duration(*stretch) for stretch in stretches])
 
     @cached_property
     def _starts(self):
-        """When each stretch begins, and the end. What is averaged rests so much longer that it
-        comes to rest.
+        """Return when each stretch begins, and the end.
+
+        A motion that is averaged rests longer, so that the mean comes to rest.
         """
         rests = self.waits + self.smooth * (self.x == 0)
         rests[0] -= self.smooth
@@ -64,94 +64,135 @@ class Clock:
         return self.passed(np.arange(len(self.x)))
 
     def passed(self, k: np.ndarray) -> np.ndarray:
-        """The times of nodes k (m,)."""
+        """Return the times of nodes k (m,)."""
         plain = np.append(self._starts[:-1], self._starts[-2] + self.taken[-1])[k]
         if not self.smooth:
             return plain
-        low, high = plain, plain + self.smooth  # the mean of s from t - smooth to t
+        low, high = (
+            plain,
+            plain + self.smooth,
+        )  # the mean of s from t - smooth to t
         for _ in range(50):
             t = (low + high) / 2
             behind = self._mean(t)[0] < self.s[k]
-            low, high = np.where(behind, t, low), np.where(behind, high, t)
+            low, high = (
+                np.where(behind, t, low),
+                np.where(behind, high, t),
+            )
         return high
 
     @property
     def breaks(self) -> np.ndarray:
         """Times between which all derivatives go on, s."""
         edges = np.concatenate([self._starts[:-1], self._starts[:-1] + self.taken])
-        return np.unique(np.clip(np.concatenate([edges, edges + self.smooth]), 0.0, self.end))
+        return np.unique(
+            np.clip(
+                np.concatenate([edges, edges + self.smooth]),
+                0.0,
+                self.end,
+            )
+        )
 
     def along(self, t: np.ndarray) -> tuple[np.ndarray, ...]:
         """(stretch, s from the stretch's begin, s', s'') at times t (*batch)."""
         if not self.smooth:
-            k, gone, speed, push, _ = self._plain(t)
-            return k, gone, speed, push
+            return self._plain(t)
         s, speed, push, _ = self._mean(t)
-        k = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.length) - 1)
-        return k, np.clip(s - self.s[k], 0.0, self.length[k]), np.maximum(speed, 0.0), push
+        k = np.clip(
+            np.searchsorted(self.s, s, side="right") - 1,
+            0,
+            len(self.length) - 1,
+        )
+        return (
+            k,
+            np.clip(s - self.s[k], 0.0, self.length[k]),
+            np.maximum(speed, 0.0),
+            push,
+        )
 
     def jerk(self, t: np.ndarray) -> np.ndarray:
         """s''' of the averaged motion."""
         return self._mean(t)[3]
 
     def _mean(self, t):
-        now, before = self._plain(t), self._plain(t - self.smooth)
-        sums = (self._sum(t, *now[:2]) - self._sum(t - self.smooth, *before[:2])) / self.smooth
-        places = (self.s[k] + gone for k, gone, *_ in (now, before))
-        here, there = places
-        return (
-            sums,
-            (here - there) / self.smooth,
-            *((a - b) / self.smooth for a, b in zip(now[2:4], before[2:4])),
-        )
+        """Return s and its first three derivatives, averaged from t - smooth to t."""
+        k, gone, speed, push = self._plain(t)
+        k_before, gone_before, speed_before, push_before = self._plain(t - self.smooth)
+        total = self._sum(t, k, gone) - self._sum(t - self.smooth, k_before, gone_before)
+        way = (self.s[k] + gone) - (self.s[k_before] + gone_before)
+        changes = total, way, speed - speed_before, push - push_before
+        return tuple(change / self.smooth for change in changes)
 
     def _plain(self, t):
         begins, taken = self._starts[:-1], self.taken
-        k = np.clip(np.searchsorted(begins, t, side="right") - 1, 0, len(begins) - 1)
+        k = np.clip(
+            np.searchsorted(begins, t, side="right") - 1,
+            0,
+            len(begins) - 1,
+        )
         dt = np.clip(t - begins[k], 0.0, taken[k])
-        bent, v0, u0 = self.bent[k], np.sqrt(self.x[k]), self._push[k]
+        bent = self.bent[k]
+        v0, u0 = np.sqrt(self.x[k]), self._push[k]
         c0, c1, c2, _ = _stumpff(bent * dt * dt)
         gone = np.clip(v0 * dt * c1 + u0 * dt * dt * c2, 0.0, self.length[k])
-        speed, push = v0 * c0 + u0 * dt * c1, u0 + bent * gone
-        speed = np.where(dt < taken[k], np.maximum(speed, 0.0), np.sqrt(self.x[k + 1]))
-        still = (t < begins[k]) | (t > begins[k] + taken[k] + NEVER)
-        return k, gone, np.where(still, 0.0, speed), np.where(still, 0.0, push), dt
+        push = u0 + bent * gone
+        speed = v0 * c0 + u0 * dt * c1
+        speed = np.where(
+            dt < taken[k],
+            np.maximum(speed, 0.0),
+            np.sqrt(self.x[k + 1]),
+        )
+        rests = (t < begins[k]) | (t > begins[k] + taken[k] + NEVER)
+        return (
+            k,
+            gone,
+            np.where(rests, 0.0, speed),
+            np.where(rests, 0.0, push),
+        )
 
     @cached_property
     def _push(self):
         return np.diff(self.x) / (2 * self.length) - self.bent * self.length / 2
 
     def _sum(self, t, k, gone):
-        """The integral of s from the begin of the motion to t."""
+        """Return the integral of s from the begin of the motion to t."""
         since = np.maximum(t - self._starts[k], 0.0)
         dt = np.minimum(since, self.taken[k])
         return self._sums[k] + self._own_sum(k, dt) + (since - dt) * self.s[k + 1]
 
     @cached_property
     def _sums(self):
-        """That up to where each stretch begins."""
-        n, taken = np.arange(len(self.taken)), self.taken
-        after = np.diff(self._starts) - taken  # rest at the stretch's end
-        return np.cumsum(np.insert(self._own_sum(n, taken) + after * self.s[1:], 0, 0.0))
+        """Return the integrals up to where each stretch begins."""
+        on_stretches = self._own_sum(np.arange(len(self.taken)), self.taken)
+        rests = np.diff(self._starts) - self.taken
+        return np.cumsum(np.insert(on_stretches + rests * self.s[1:], 0, 0.0))
 
     def _own_sum(self, k, dt):
+        """Return the integral of s on stretch k, dt after its begin."""
         _, _, c2, c3 = _stumpff(self.bent[k] * dt * dt)
-        return dt * (self.s[k] + dt * (np.sqrt(self.x[k]) * c2 + dt * self._push[k] * c3))
+        moved = np.sqrt(self.x[k]) * c2 + dt * self._push[k] * c3
+        return dt * (self.s[k] + dt * moved)
 
 
 def _stumpff(z):
-    """c0, ..., c3 of Stumpff at -z: sum of z^j / (2 j + k)!; cosh(r), sinh(r) / r, ... with r =
-    sqrt(z).
+    """Return Stumpff's c0, ..., c3 at -z, the sums of z^j / (2 j + k)!.
+
+    With r = sqrt(z) they are cosh(r), sinh(r) / r, (cosh(r) - 1) / r^2, ...
     """
     root = np.sqrt(np.abs(z))
     small = root < 0.5
     r = np.where(small, 1.0, root)
-    grows, turns = np.where(z > 0, np.minimum(r, 700.0), 0.0), r
-    c0 = np.where(z > 0, np.cosh(grows), np.cos(turns))
-    c1 = np.where(z > 0, np.sinh(grows), np.sin(turns)) / r
+    bounded = np.where(z > 0, np.minimum(r, 700.0), 0.0)
+    c0 = np.where(z > 0, np.cosh(bounded), np.cos(r))
+    c1 = np.where(z > 0, np.sinh(bounded), np.sin(r)) / r
     sign = np.where(z > 0, 1.0, -1.0)
-    c2, c3 = sign * (c0 - 1) / r**2, sign * (c1 - 1) / r**2
+    c2 = sign * (c0 - 1) / r**2
+    c3 = sign * (c1 - 1) / r**2
     near = np.where(small, z, 0.0)
-    c, d = polyval(near, COEFFICIENTS)
-    series = 1 + near * c, 1 + near * d, c, d
-    return tuple(np.where(small, a, b) for a, b in zip(series, (c0, c1, c2, c3)))
+    series2, series3 = polyval(near, COEFFICIENTS)
+    return (
+        np.where(small, 1 + near * series2, c0),
+        np.where(small, 1 + near * series3, c1),
+        np.where(small, series2, c2),
+        np.where(small, series3, c3),
+    )

@@ -1,5 +1,4 @@
-"""Enclosures along a path: truncated Taylor series whose coefficients are intervals, for many
-stretches at once.
+"""Enclosures along a path: truncated Taylor series with intervals as coefficients.
 
 A `Series` holds f, f', f''/2, ... at a point to its rounding, or over a stretch as intervals; sums,
 products, quotients and roots of series enclose those of the functions (Moore, Kearfott and Cloud,
@@ -20,15 +19,11 @@ if TYPE_CHECKING:
     from ..curve import Path
 
 ROUND = 4 * EPS  # of the sum of the terms' sizes: more than what a sum of up to five products loses
-TERMS = (
-    5  # of the place: the torques take two derivatives of it, and are wanted with two of their own
-)
+TERMS = 5  # of the place: torques take two of its derivatives, and two of their own are needed
 
 
 class Series:
-    """Taylor coefficients (k, n): middles m and radii r >= 0, of n functions or stretches; nan
-    where not defined.
-    """
+    """Taylor coefficients (k, n) of n functions: middles m and radii r, nan where undefined."""
 
     __slots__ = ("m", "r")
     __array_ufunc__ = None  # NumPy's numbers leave the operators to this class
@@ -66,11 +61,13 @@ class Series:
             return Series(m, self.r * np.abs(other) + EPS * np.abs(m))
         count = min(len(self.m), len(other.m))
         m, r = np.empty((2, count, max(self.m.shape[1], other.m.shape[1])))
-        size, wide = np.abs(self.m), np.abs(other.m) * (1 + ROUND) + other.r
+        size = np.abs(self.m)
+        wide = np.abs(other.m) * (1 + ROUND) + other.r
         slack = other.r + ROUND * np.abs(other.m)
         for k in range(count):
             m[k] = (self.m[: k + 1] * other.m[k::-1]).sum(axis=0)
-            r[k] = (size[: k + 1] * slack[k::-1] + self.r[: k + 1] * wide[k::-1]).sum(axis=0)
+            errors = size[: k + 1] * slack[k::-1] + self.r[: k + 1] * wide[k::-1]
+            r[k] = errors.sum(axis=0)
         return Series(m, r * (1 + ROUND))
 
     __rmul__ = __mul__
@@ -79,20 +76,27 @@ class Series:
         return self * other.inverse() if isinstance(other, Series) else self * (1 / other)
 
     def inverse(self) -> Series:
-        """1 / f; nan where f may be 0."""
-        first = _monotone(lambda v: 1 / v, self.m[0], self.r[0], lambda low, high: low * high > 0)
+        """Return 1 / f, nan where f may be 0."""
+        first = _monotone(
+            lambda v: 1 / v,
+            self.m[0],
+            self.r[0],
+            lambda low, high: low * high > 0,
+        )
         return _term_by_term(self, first, inverse=True)
 
     def sqrt(self) -> Series:
-        """nan where f may be 0 or less."""
+        """Return the root of f, nan where f may be 0 or less."""
         first = _monotone(np.sqrt, self.m[0], self.r[0], lambda low, high: low > 0)
         return _term_by_term(self, first, inverse=False)
 
     def slope(self) -> Series:
-        """f', with a coefficient less."""
+        """Return f', with a coefficient less."""
         orders = np.arange(1, len(self.m))[:, None]
+        rounding = EPS * np.abs(self.m[1:]) * orders
         return Series(
-            self.m[1:] * orders, self.r[1:] * orders * (1 + EPS) + EPS * np.abs(self.m[1:]) * orders
+            self.m[1:] * orders,
+            self.r[1:] * orders * (1 + EPS) + rounding,
         )
 
     def cut(self, terms: int) -> Series:
@@ -100,11 +104,12 @@ class Series:
 
 
 def _monotone(function, m, r, fits):
-    """(middle, radius) of a monotone function of an interval; nan where it does not fit."""
+    """Return (middle, radius) of a monotone function of an interval; nan where it does not fit."""
     low, high = m - r, m + r
     with np.errstate(all="ignore"):
         good = fits(low, high)
-        a, b = function(np.where(good, low, np.nan)), function(np.where(good, high, np.nan))
+        a = function(np.where(good, low, np.nan))
+        b = function(np.where(good, high, np.nan))
     middle = (a + b) / 2
     return middle, np.abs(b - a) / 2 + 4 * EPS * (np.abs(a) + np.abs(b))
 
@@ -114,39 +119,56 @@ def _one(m, r):
 
 
 def _term_by_term(given, first, inverse):
-    """1 / f or the root of f, coefficient by coefficient: from f g = 1 or g g = f."""
-    found = [_one(*first)]
-    scale = found[0] if inverse else (found[0] * 2.0).inverse()
+    """Return 1 / f or the root of f, coefficient by coefficient: from f g = 1 or g g = f."""
+    terms = [_one(*first)]
+    scale = terms[0] if inverse else (terms[0] * 2.0).inverse()
     for k in range(1, len(given.m)):
         total = None
         for i in range(1, k + 1):
             if inverse:
-                term = _one(given.m[i], given.r[i]) * found[k - i]
+                term = _one(given.m[i], given.r[i]) * terms[k - i]
             elif i < k:
-                term = found[i] * found[k - i]
+                term = terms[i] * terms[k - i]
             else:
                 term = -_one(given.m[k], given.r[k])
             total = term if total is None else total + term
-        found.append(-total * scale)
-    return Series(np.concatenate([g.m for g in found]), np.concatenate([g.r for g in found]))
+        terms.append(-total * scale)
+    middles = np.concatenate([term.m for term in terms])
+    return Series(middles, np.concatenate([term.r for term in terms]))
 
 
 def place_series(
-    path: Path, piece: np.ndarray, first: np.ndarray, last: np.ndarray, terms: int
+    path: Path,
+    piece: np.ndarray,
+    first: np.ndarray,
+    last: np.ndarray,
+    terms: int,
 ) -> tuple[Series, Series]:
-    """(x, y) of the path on stretches [first, last] (n,) of pieces (n,), s from each piece's own
-    beginning, m.
+    """Return (x, y) of the path on stretches [first, last] (n,) of pieces (n,).
+
+    s, m, is from each piece's own beginning.
     """
     arcs, tables, lengths, is_arc, own = path._packed
     m, r = np.zeros((2, 2, terms, len(piece)))
-    middle, radius = (first + last) / 2, (last - first) / 2 * (1 + ROUND)
+    middle, radius = (
+        (first + last) / 2,
+        (last - first) / 2 * (1 + ROUND),
+    )
     on_arc = is_arc[piece]
-    for at, fill in (
-        (on_arc, lambda k, *s: _on_arcs(arcs[k].T, *s)),
-        (~on_arc, lambda k, *s: _on_polynomials(tables[k, 0], lengths[k], *s)),
-    ):
-        if at.any():
-            m[..., at], r[..., at] = fill(own[piece[at]], middle[at], radius[at], terms)
+    if on_arc.any():
+        k = own[piece[on_arc]]
+        series = _on_arcs(arcs[k].T, middle[on_arc], radius[on_arc], terms)
+        m[..., on_arc], r[..., on_arc] = series
+    if not on_arc.all():
+        k = own[piece[~on_arc]]
+        series = _on_polynomials(
+            tables[k, 0],
+            lengths[k],
+            middle[~on_arc],
+            radius[~on_arc],
+            terms,
+        )
+        m[..., ~on_arc], r[..., ~on_arc] = series
     r += ROUND * np.abs(m)
     return Series(m[0], r[0]), Series(m[1], r[1])
 
@@ -157,10 +179,10 @@ def _on_arcs(arcs, middle, radius, terms):
     m, r = np.zeros((2, 2, terms, len(middle)))
     for k in range(terms):
         scale = size * (side / size) ** k / factorial(k)
-        m[:, k] = scale * np.cos(angle + k * np.pi / 2), scale * np.sin(angle + k * np.pi / 2)
-        r[:, k] = np.abs(scale) * (
-            np.minimum(turn, 1.0) + ROUND * (1 + np.abs(angle))
-        )  # both have slopes of at most 1
+        m[0, k] = scale * np.cos(angle + k * np.pi / 2)
+        m[1, k] = scale * np.sin(angle + k * np.pi / 2)
+        # Sine and cosine have slopes of at most 1.
+        r[:, k] = np.abs(scale) * (np.minimum(turn, 1.0) + ROUND * (1 + np.abs(angle)))
     m[:, 0] += centre
     r[:, 0] += ROUND * np.abs(centre)
     return m, r
@@ -170,19 +192,17 @@ def _on_polynomials(table, length, middle, radius, terms):
     u, rho, n = middle / length, radius / length, table.shape[1]
     c = table.transpose(1, 2, 0)
     m, r = np.zeros((2, 2, terms, len(middle)))
-    shifted, size = np.zeros(
-        (2, n, 2, len(middle))
-    )  # coefficients about the middle, and the sizes of their terms
+    # Coefficients about the middle, and the sizes of their terms.
+    shifted, size = np.zeros((2, n, 2, len(middle)))
     for k in range(n):
         for j in range(k, n):
             part = comb(j, k) * c[j] * u ** (j - k)
             shifted[k] += part
             size[k] += np.abs(part)
     for k in range(min(terms, n)):
-        spread = sum(
-            (comb(j, k) * np.abs(shifted[j]) * rho ** (j - k) for j in range(k + 1, n)),
-            np.zeros_like(u),
-        )
+        spread = np.zeros_like(u)
+        for j in range(k + 1, n):
+            spread = spread + comb(j, k) * np.abs(shifted[j]) * rho ** (j - k)
         m[:, k] = shifted[k] / length**k
         r[:, k] = (spread + 2 * n * EPS * size[k]) / length**k
     return m, r

@@ -43,7 +43,10 @@ def refuse_kinks(path) -> None:
     before, after = np.arange(n - 1), np.arange(1, n)
     ends = np.array([piece.length for piece in path.pieces[:-1]])
     bends = path.on(before, ends)[2], path.on(after, np.zeros(n - 1))[2]
-    inner = path.on(np.arange(n), np.array([piece.length for piece in path.pieces]) / 2)[2]
+    inner = path.on(
+        np.arange(n),
+        np.array([piece.length for piece in path.pieces]) / 2,
+    )[2]
     largest = max(np.abs(each).max() for each in (*bends, inner))
     rests = np.isin(path.knots[1:-1], [stop.s for stop in path.stops])
     bad = (np.abs(bends[1] - bends[0]).max(axis=1) > JUMP * largest) & ~rests
@@ -92,7 +95,10 @@ def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
             False,
         )
     rests = sum(stop.seconds for stop in motion.path.stops)
-    return replace(best, pace=best.pace * (duration - rests) / (best.duration - rests))
+    return replace(
+        best,
+        pace=best.pace * (duration - rests) / (best.duration - rests),
+    )
 
 
 def _paced(motion):
@@ -111,9 +117,15 @@ def _paced(motion):
     v, u, j = speed[:, None], push[:, None], jerk[:, None]
     rates = ikm(pose, xi_s * v)
     acc = ikm2(rates, xi_ss * v**2 + xi_s * u)
-    limits, feed = motion.limits, np.array(motion.path.feed)[motion.piece[k]]
+    limits, feed = (
+        motion.limits,
+        np.array(motion.path.feed)[motion.piece[k]],
+    )
     tip = np.linalg.norm(xi_s, axis=1) * speed
-    shares = [1e-9, np.max(tip / np.minimum(feed, limits.speed or np.inf))]
+    shares = [
+        1e-9,
+        np.max(tip / np.minimum(feed, limits.speed or np.inf)),
+    ]
     if limits.joint_speed:
         shares.append(np.max(np.abs(rates.q_dot) / limits.joint_speed))
     for value, limit in (
@@ -129,7 +141,10 @@ def _paced(motion):
     if limits.torque:
 
         def fits(pace):
-            slow = ikm2(ikm(pose, xi_s * v / pace), (xi_ss * v**2 + xi_s * u) / pace**2)
+            slow = ikm2(
+                ikm(pose, xi_s * v / pace),
+                (xi_ss * v**2 + xi_s * u) / pace**2,
+            )
             return (np.abs(inverse_dynamics(slow)) <= np.array(limits.torque) * (1 - MARGIN)).all()
 
         low = pace

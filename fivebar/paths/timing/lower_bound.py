@@ -22,13 +22,20 @@ from .constraint_rows import PARTS, Rows
 
 # Of the limits, by which they are widened here and narrowed where a motion is made: rounding.
 MARGIN = 1e-9
-BUMP = (0.0, 0.25, 1 / 3, 0.25, 0.0)  # Bernstein coefficients of t (1 - t)
+BUMP = (
+    0.0,
+    0.25,
+    1 / 3,
+    0.25,
+    0.0,
+)  # Bernstein coefficients of t (1 - t)
 
 
 class Ceiling(NamedTuple):
-    """x at the nodes (n + 1,), no motion is above; least time (n,) s on each stretch; size (n,):
-    largest |u| of the curves on it; stuck: the stretch that no motion passes, None if there is
-    none.
+    """A curve that no motion is above.
+
+    x: at the nodes (n + 1,). time: least time (n,), s, on each stretch. size: largest |u| (n,) of
+    the curves. stuck: the stretch that no motion passes, or None.
     """
 
     x: np.ndarray
@@ -38,45 +45,52 @@ class Ceiling(NamedTuple):
 
 
 def caps(rows: Rows, alone: Rows) -> np.ndarray:
-    """Largest x (2, n) that leaves a u at the first and the last place of each stretch; < 0 where
-    none does.
-    """
-    found = []
+    """Return the largest x (2, n) with a feasible u at both ends of stretches, < 0 for none."""
+    result = []
     with np.errstate(all="ignore"):
         for at in (0, 2):
             a, b, v, c = (rows.parts[name][at] for name in PARTS)
-            da, db, dv, dc = (
-                rows.slack[name] + 1e-13 * np.abs(rows.parts[name][at]) for name in PARTS
+            da, db, dv, dc = (rows.slack[name] for name in PARTS)
+            da, db = da + 1e-13 * np.abs(a), db + 1e-13 * np.abs(b)
+            dv, dc = (
+                dv + 1e-13 * np.abs(v),
+                dc + 1e-13 * np.abs(c) + MARGIN * 4,
             )
-            dc = dc + MARGIN * 4
             best = np.full(a.shape[1], np.inf)
             for k in range(len(a)):
                 # Row k with a > 0 and others with a < 0: P x + V sqrt(x) <= Q, whatever u.
                 up, down = a[k], -a
+
+                def without_u(f, df, up=up, down=down, k=k, da=da):
+                    least = up * (f - df) + down * (f[k] - df[k])
+                    return least - da[k] * np.abs(f) - da * np.abs(f[k])
+
                 P, V, Q = (
-                    up * (f - df) + down * (f[k] - df[k]) - da[k] * np.abs(f) - da * np.abs(f[k])
-                    for f, df in ((b, db), (v, dv), (c, dc))
+                    without_u(b, db),
+                    without_u(v, dv),
+                    -without_u(c, dc),
                 )
-                Q = -Q
-                root = (-V + np.sqrt(np.maximum(V * V + 4 * P * Q, 0.0))) / (2 * P)
-                none = (P > 0) & (Q < 0) & ((V >= 0) | (V * V + 4 * P * Q < 0)) | (P == 0) & (
-                    V >= 0
-                ) & (Q < 0)
+                discriminant = V * V + 4 * P * Q
+                root = (-V + np.sqrt(np.maximum(discriminant, 0.0))) / (2 * P)
+                none = (P > 0) & (Q < 0) & ((V >= 0) | (discriminant < 0))
+                none |= (P == 0) & (V >= 0) & (Q < 0)
                 bound = np.where(P > 0, root * root, np.inf)
                 bound = np.where(none, -1.0, bound)
-                best = np.minimum(best, np.where((up > 0) & (down > 0), bound, np.inf).min(axis=0))
+                opposed = (up > 0) & (down > 0)
+                best = np.minimum(best, np.where(opposed, bound, np.inf).min(axis=0))
             if alone.parts["b"].shape[1]:
-                w, limit = alone.parts["b"][at], MARGIN - alone.parts["c"][at]
+                w, limit = (
+                    alone.parts["b"][at],
+                    MARGIN - alone.parts["c"][at],
+                )
                 best = np.minimum(best, np.where(w > 0, limit / w, np.inf).min(axis=0))
-            found.append(best * (1 + MARGIN))
-    return np.array(found)
+            result.append(best * (1 + MARGIN))
+    return np.array(result)
 
 
 def ceiling(rows: Rows, alone: Rows, length: np.ndarray, top: np.ndarray) -> Ceiling:
-    """The Ceiling from the rows of n stretches of these lengths, m, and what bounds x at the nodes
-    (n + 1,).
-    """
-    n, x, stuck = len(length), top.tolist(), None
+    """Return the Ceiling of n stretches of these lengths, m; at the nodes x <= top (n + 1,)."""
+    n, x = len(length), top.tolist()
     h = length.tolist()
     forward, backward = _lists(rows, 1), _lists(rows, -1)
     ahead, behind = [None] * n, [None] * n
@@ -94,46 +108,33 @@ def ceiling(rows: Rows, alone: Rows, length: np.ndarray, top: np.ndarray) -> Cei
     for i in range(n):
         ahead[i] = _above(x[i], forward[i], h[i])
         time[i] = _least_time(x[i], ahead[i], x[i + 1], behind[i], h[i])
-        size[i] = max(
-            (abs(u) for curve in (ahead[i], behind[i]) for u in curve[:2] if math.isfinite(u)),
-            default=math.inf,
-        )
+        slopes = [abs(u) for u in (*ahead[i][:2], *behind[i][:2]) if math.isfinite(u)]
+        size[i] = max(slopes, default=math.inf)
     if alone.parts["b"].shape[1]:
         time = np.maximum(time, _cruise(alone, length))
-    return Ceiling(np.array(x), time, size, stuck)
+    return Ceiling(np.array(x), time, size, None)
 
 
 def _lists(rows, way):
-    """For each stretch its rows with a > 0 (way 1), or run backwards those with a < 0: tuples of
-    numbers.
-    """
+    """Return each stretch's rows with a > 0 (way 1), or backwards those with a < 0, as numbers."""
     a, b, v, c = (rows.parts[name][::way] for name in PARTS)
     a = way * a
     least = np.minimum(np.minimum(a[0], a[2]), a[1] - rows.bend["a"] / 2) - rows.slack["a"]
     largest = a.max(axis=0)
     fits = (least > 1e-6 * largest) & (largest > 1e-9 * largest.max(axis=0))
-    table = np.concatenate(
-        [
-            a,
-            b,
-            v,
-            c,
-            np.stack([rows.bend[name] for name in PARTS]),
-            np.stack([rows.slack[name] for name in PARTS]),
-        ]
-    )
+    bend = np.stack([rows.bend[name] for name in PARTS])
+    slack = np.stack([rows.slack[name] for name in PARTS])
+    table = np.concatenate([a, b, v, c, bend, slack])
     table = table.transpose(2, 1, 0)
     return [table[i, fits[:, i]].tolist() for i in range(table.shape[0])]
 
 
 def _above(x0, rows, h):
-    """(u0, u1, x1): a parabola from x0 that the motion cannot pass, by the row that bounds it
-    most.
-    """
-    root0 = math.sqrt(x0) if x0 < math.inf else math.inf
+    """Return (u0, u1, x1), a parabola from x0 that the motion cannot pass, by the closest row."""
     best, guess = None, math.inf
     if x0 == math.inf:
         return math.inf, math.inf, math.inf
+    root0 = math.sqrt(x0)
     for row in rows:
         a0, _, a1, b0, _, b1, v0, _, v1, c0, _, c1 = row[:12]
         u0 = -(b0 * x0 + v0 * root0 + c0) / a0
@@ -147,19 +148,8 @@ def _above(x0, rows, h):
             best, guess = row, u0 + u1
     if best is None:
         return math.inf, math.inf, math.inf
+    a0, am, a1, b0, bm, b1, v0, vm, v1, c0, cm, c1 = best[:12]
     (
-        a0,
-        am,
-        a1,
-        b0,
-        bm,
-        b1,
-        v0,
-        vm,
-        v1,
-        c0,
-        cm,
-        c1,
         a_bend,
         b_bend,
         v_bend,
@@ -168,7 +158,7 @@ def _above(x0, rows, h):
         b_slack,
         v_slack,
         c_slack,
-    ) = best
+    ) = best[12:]
     x1, loose = x0 + h * guess, 1e-3
     for _ in range(60):
         high, low = max(x0, x1), min(x0, x1)
@@ -188,6 +178,7 @@ def _above(x0, rows, h):
         bend = a_bend * size + b_bend * high + v_bend * r_high + c_bend
         u0 = -(b0 * x0 + v0 * r0 + c0 - open_) / a0
         y = x0 + h * u0
+        # The row's Bernstein coefficients 1 to 4 are p + q u1.
         p = (
             (a0 * u0 + 2 * am * u0) / 4
             + (b0 * y + bm * x0) / 2
@@ -198,23 +189,27 @@ def _above(x0, rows, h):
             a1 * u0 / 4 + (bm + b1) * y / 2 + (vm * rm + v1 * r1 + cm + c1) / 2,
             b1 * y + v1 * r1 + c1,
         )
-        q = (a0 / 4, (a0 + 2 * am) / 6 + b0 * h / 6, (2 * am + a1) / 4 + bm * h / 2, a1 + b1 * h)
+        q = (
+            a0 / 4,
+            (a0 + 2 * am) / 6 + b0 * h / 6,
+            (2 * am + a1) / 4 + bm * h / 2,
+            a1 + b1 * h,
+        )
         if min(q) <= 0:
             return math.inf, math.inf, math.inf
         u1 = max((open_ + bend * bump - p_j) / q_j for bump, p_j, q_j in zip(BUMP[1:], p, q))
-        found = x0 + h * (u0 + u1)
-        if max(abs(u0), abs(u1)) <= size and low <= min(x0, found, y) and max(x0, found, y) <= high:
-            return u0, u1, found
-        if found < 0:
-            return u0, u1, found
-        loose, guess, x1 = loose * 2, math.copysign(max(abs(guess), abs(u0), abs(u1)), guess), found
+        end = x0 + h * (u0 + u1)
+        fits = max(abs(u0), abs(u1)) <= size
+        fits = fits and low <= min(x0, end, y) and max(x0, end, y) <= high
+        if fits or end < 0:
+            return u0, u1, end
+        guess = math.copysign(max(abs(guess), abs(u0), abs(u1)), guess)
+        loose, x1 = loose * 2, end
     return math.inf, math.inf, math.inf
 
 
 def duration(h: float, x0: float, x1: float, bent: float) -> float:
-    """Time, s, over a stretch h on which x goes from x0 to x1 as a parabola with x_ss = 2 bent: s''
-    = u0 + bent s.
-    """
+    """Return the time, s, over a stretch h on which x goes from x0 to x1 with x_ss = 2 bent."""
     total = math.sqrt(max(x0, 0.0)) + math.sqrt(max(x1, 0.0))
     if total == 0:
         return math.inf
@@ -228,17 +223,13 @@ def duration(h: float, x0: float, x1: float, bent: float) -> float:
 
 
 def _least_time(x0, ahead, x1, behind, h):
-    """Least time below both curves, from x0 on and back from x1."""
-    curves = [
-        (
-            (start, u0, (u1 - u0) / h, end)
-            if end < math.inf and min(start + h * u0, start, end) >= 0
-            else None
-        )
-        for start, (u0, u1, end) in ((x0, ahead), (x1, behind))
-    ]
-    bounds = [duration(h, start, end, bent) for start, _, bent, end in filter(None, curves)]
-    if len(bounds) == 2 and curves[0][3] > x1 and curves[1][3] > x0:
+    """Return the least time below both curves, from x0 on and back from x1."""
+    curves = []
+    for start, (u0, u1, end) in ((x0, ahead), (x1, behind)):
+        if end < math.inf and min(start + h * u0, start, end) >= 0:
+            curves.append((start, u0, (u1 - u0) / h, end))
+    bounds = [duration(h, start, end, bent) for start, _, bent, end in curves]
+    if len(curves) == 2 and curves[0][3] > x1 and curves[1][3] > x0:
         (f0, fu, fk, _), (g0, gu, gk, g1) = curves
         # Where they meet: any place is valid, as below both is below either.
         a, b, c = fk - gk, 2 * (fu + gu + gk * h), f0 - g1
@@ -246,23 +237,24 @@ def _least_time(x0, ahead, x1, behind, h):
         s = -2 * c / (b + math.sqrt(root)) if root >= 0 and b > 0 else 0.0
         if 0 < s < h:
             rest = h - s
-            parts = (
-                duration(s, f0, f0 + s * (2 * fu + s * fk), fk),
-                duration(rest, g0, g0 + rest * (2 * gu + rest * gk), gk),
-            )
-            bounds.append(sum(parts))
+            before = duration(s, f0, f0 + s * (2 * fu + s * fk), fk)
+            after = duration(rest, g0, g0 + rest * (2 * gu + rest * gk), gk)
+            bounds.append(before + after)
     return max(bounds, default=0.0) * (1 - 1e-12)
 
 
 def _cruise(alone, length):
-    """Least time (n,) s by the rows w x + c <= 0, c < 0 the same throughout: the integral of sqrt(w
-    / -c).
-    """
+    """Return the least time (n,), s, by rows w x + c <= 0, c < 0 constant: of sqrt(w / -c)."""
     w, c = alone.parts["b"], -alone.parts["c"][0] + MARGIN
     chord = (w[0] + w[2]) / 2
     less = np.maximum(chord - w[1], 0.0) / 2 + alone.bend["b"] / 4 + alone.slack["b"]
-    first, last = (np.maximum(each - less, 0.0) / c for each in (w[0], w[2]))
+    first = np.maximum(w[0] - less, 0.0) / c
+    last = np.maximum(w[2] - less, 0.0) / c
     roots = np.sqrt(first) + np.sqrt(last)
     with np.errstate(all="ignore"):
-        mean = np.where(roots > 0, 2 / 3 * (first + np.sqrt(first * last) + last) / roots, 0.0)
+        mean = np.where(
+            roots > 0,
+            2 / 3 * (first + np.sqrt(first * last) + last) / roots,
+            0.0,
+        )
     return (mean * length).max(axis=0)

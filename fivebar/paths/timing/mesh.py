@@ -1,6 +1,4 @@
-"""The stretches on which a path is timed: cut at its knots, exactly at Type 2, and until all on
-each is enclosed.
-"""
+"""The stretches on which a path is timed: cut at its knots, at Type 2, until each is enclosed."""
 
 from __future__ import annotations
 
@@ -13,7 +11,13 @@ import numpy as np
 
 from ...models.physics import physics_of
 from .bounds import Bernstein, Stretches, enclosed
-from .refusals import VOID, refuse_touching, refuse_undecided, refuse_unreachable, where
+from .refusals import (
+    VOID,
+    refuse_touching,
+    refuse_undecided,
+    refuse_unreachable,
+    where,
+)
 from .sign_changes import cut_at_signs, cut_where_missed
 
 if TYPE_CHECKING:
@@ -70,7 +74,7 @@ class Mesh:
         return np.array(self.path.feed, dtype=float)[self.stretches.piece]
 
     def place(self, k: int) -> str:
-        """Where a node is, in words."""
+        """Return where a node is, for a message."""
         return where(self.path, self.s[k])
 
     def share(self, name: str, k: int) -> float:
@@ -91,7 +95,8 @@ class Mesh:
         each = [self.found[name] for name in ("a1", "a2")]
         slopes = [2 * (a.middle[k] - a.first[k]) / self.stretches.length[k] for a in each]
         return min(
-            (abs(a.first[k] / slope) for a, slope in zip(each, slopes) if slope), default=math.inf
+            (abs(a.first[k] / slope) for a, slope in zip(each, slopes) if slope),
+            default=math.inf,
         )
 
     @cached_property
@@ -131,24 +136,42 @@ class Mesh:
 
     def split(self, parts: np.ndarray) -> Mesh:
         """With each stretch cut in so many parts (n,), 1 or more."""
-        return _enclosed(self.robot, self.path, self.working, self.stretches.parted(parts), self)
+        return _enclosed(
+            self.robot,
+            self.path,
+            self.working,
+            self.stretches.parted(parts),
+            self,
+        )
 
 
 def _sign(value):
     """Of a function on stretches at whose ends it may be 0; 0 where it may change within."""
     none = ZERO * value.size().max()
-    return np.where(value.least() >= -none, 1.0, np.where(value.largest() <= none, -1.0, 0.0))
+    return np.where(
+        value.least() >= -none,
+        1.0,
+        np.where(value.largest() <= none, -1.0, 0.0),
+    )
 
 
 def _over_distance(value, after, before):
     """A function that is 0 at t = 0 (after) or t = 1 (before) over t or 1 - t."""
     near = np.where(before, value.last, value.first)
-    steep, whole = 2 * (value.middle - near), np.where(before, value.first, value.last) - near
-    first, last = np.where(before, whole, steep), np.where(before, steep, whole)
+    steep, whole = (
+        2 * (value.middle - near),
+        np.where(before, value.first, value.last) - near,
+    )
+    first, last = (
+        np.where(before, whole, steep),
+        np.where(before, steep, whole),
+    )
     at = after | before
     parts = [np.where(at, own, old) for own, old in zip((first, (first + last) / 2, last), value)]
     return Bernstein(
-        *parts, np.where(at, 0.0, value.bend), np.where(at, value.slack + value.bend, value.slack)
+        *parts,
+        np.where(at, 0.0, value.bend),
+        np.where(at, value.slack + value.bend, value.slack),
     )
 
 
@@ -158,7 +181,13 @@ def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
     """
     stretches = _first(path)
     refuse_unreachable(robot, path, stretches, working)
-    return _enclosed(robot, path, working, cut_at_signs(robot, path, stretches, working), None)
+    return _enclosed(
+        robot,
+        path,
+        working,
+        cut_at_signs(robot, path, stretches, working),
+        None,
+    )
 
 
 def _first(path):
@@ -186,7 +215,10 @@ def _enclosed(robot, path, working, stretches, known):
         open_ = ~np.isfinite(np.sum([b.middle + b.bend for b in found.values()], axis=0))
         decided = (D.least() > 0) | (D.largest() < 0)
         # Beside such a node it is t times a function of degree 1.
-        for ends, here, there in ((low[:-1], D.first, D.last), (low[1:], D.last, D.first)):
+        for ends, here, there in (
+            (low[:-1], D.first, D.last),
+            (low[1:], D.last, D.first),
+        ):
             near, far = 2 * (D.middle - here), there - here
             decided |= ends & ~(low[:-1] & low[1:]) & (near * far > 0) & (np.abs(near) > D.bend)
         bad = open_ | ~decided
@@ -205,22 +237,11 @@ def _enclosed(robot, path, working, stretches, known):
 
 
 def _found(robot, path, working, stretches, known):
-    """`enclosed`, of stretches that are known taken over."""
+    """Return `enclosed`, taken over for stretches that are known."""
     if known is None:
         return enclosed(robot, path, stretches, working)
-    old = {
-        key: k
-        for k, key in enumerate(
-            zip(
-                *map(
-                    np.ndarray.tolist,
-                    (known.stretches.piece, known.stretches.first, known.stretches.last),
-                )
-            )
-        )
-    }
-    keys = zip(*map(np.ndarray.tolist, (stretches.piece, stretches.first, stretches.last)))
-    source = np.array([old.get(key, -1) for key in keys])
+    places = {key: k for k, key in enumerate(_keys(known.stretches))}
+    source = np.array([places.get(key, -1) for key in _keys(stretches)])
     new = source < 0
     fresh = enclosed(robot, path, stretches.taken(new), working) if new.any() else known.found
     found = {}
@@ -233,3 +254,11 @@ def _found(robot, path, working, stretches, known):
             parts.append(whole)
         found[name] = Bernstein(*parts)
     return found
+
+
+def _keys(stretches):
+    return zip(
+        stretches.piece.tolist(),
+        stretches.first.tolist(),
+        stretches.last.tolist(),
+    )

@@ -27,7 +27,10 @@ def where(path: Path, s: float) -> str:
 
 
 def refuse_unreachable(
-    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
+    robot: Robot,
+    path: Path,
+    stretches: Stretches,
+    working: tuple[int, int],
 ) -> None:
     """UnreachableError or SingularityError where the path first leaves what the legs reach."""
     s = stretches.first[:, None] + stretches.length[:, None] * np.linspace(0, 1, SAMPLES + 1)
@@ -40,7 +43,14 @@ def refuse_unreachable(
     first = s.ravel()[k - 1] if k % (SAMPLES + 1) else last
     for _ in range(60):  # from where it is reached to where it is not
         middle = (first + last) / 2
-        open_ = np.isnan(igm(robot, path.on(piece, middle)[0], working, unreachable="nan").q).any()
+        open_ = np.isnan(
+            igm(
+                robot,
+                path.on(piece, middle)[0],
+                working,
+                unreachable="nan",
+            ).q
+        ).any()
         first, last = (first, middle) if open_ else (middle, last)
     s = float(path.knots[piece] + last)
     try:
@@ -48,7 +58,8 @@ def refuse_unreachable(
     except (UnreachableError, SingularityError) as error:
         amount = error.gap if isinstance(error, UnreachableError) else error.margin
         raise type(error)(
-            f"time_path: the path leaves the workspace at s = {s:.9g} m: {error}", amount
+            f"time_path: the path leaves the workspace at s = {s:.9g} m: {error}",
+            amount,
         ) from None
 
 

@@ -18,7 +18,10 @@ SAMPLES = 8  # of each stretch
 
 
 def cut_at_signs(
-    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
+    robot: Robot,
+    path: Path,
+    stretches: Stretches,
+    working: tuple[int, int],
 ) -> Stretches:
     """Cut where det A changes its sign, and with friction where a joint turns round."""
     names = ["D"]
@@ -33,9 +36,20 @@ def cut_at_signs(
         value = sampled[name][0].reshape(s.shape)
         row, column = np.nonzero(value[:, :-1] * value[:, 1:] < 0)
         ends = s[row, column], s[row, column + 1]
-        roots = _roots(robot, path, working, stretches.piece[row], name, *ends, value[row, column])
+        roots = _roots(
+            robot,
+            path,
+            working,
+            stretches.piece[row],
+            name,
+            *ends,
+            value[row, column],
+        )
         inside = (
-            np.minimum(roots - stretches.first[row], stretches.last[row] - roots)
+            np.minimum(
+                roots - stretches.first[row],
+                stretches.last[row] - roots,
+            )
             > 1e-12 * path.length
         )
         index.append(row[inside])
@@ -44,7 +58,10 @@ def cut_at_signs(
 
 
 def cut_where_missed(
-    robot: Robot, path: Path, stretches: Stretches, working: tuple[int, int]
+    robot: Robot,
+    path: Path,
+    stretches: Stretches,
+    working: tuple[int, int],
 ) -> Stretches:
     """Cut where det A has two signs that the first samples had not shown."""
     first, last = (
@@ -54,7 +71,17 @@ def cut_where_missed(
     row = np.flatnonzero((first * last < 0) & (np.abs(first) > 1e-12) & (np.abs(last) > 1e-12))
     at = stretches.taken(row)
     return stretches.cut(
-        row, _roots(robot, path, working, at.piece, "D", at.first, at.last, first[row])
+        row,
+        _roots(
+            robot,
+            path,
+            working,
+            at.piece,
+            "D",
+            at.first,
+            at.last,
+            first[row],
+        ),
     )
 
 

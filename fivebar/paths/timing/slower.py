@@ -33,7 +33,13 @@ def slowed(
     mesh, fast = refined(mesh, limits, gap, until)
     low, high, slow = 0.0, 1.0, None
     guess = (fast.time.sum() / wanted) ** 2
-    for _ in progress(range(STEPS), desc="given time", unit=" motions", delay=2, leave=False):
+    for _ in progress(
+        range(STEPS),
+        desc="given time",
+        unit=" motions",
+        delay=2,
+        leave=False,
+    ):
         share = guess if low == 0 else math.sqrt(low * high)
         found = _solved(mesh, limits.times(share))
         if found is not None and found.time.sum() <= wanted:
@@ -77,7 +83,9 @@ def _slower(mesh, fast, wanted):
         )
     share = (fast.time.sum() / (1.001 * wanted)) ** 2
     return fast._replace(
-        x=share * fast.x, bent=share * fast.bent, time=fast.time / math.sqrt(share)
+        x=share * fast.x,
+        bent=share * fast.bent,
+        time=fast.time / math.sqrt(share),
     )
 
 
@@ -86,7 +94,10 @@ def _mixture(length, fast, slow, wanted):
     low, high = 0.0, 1.0
     for _ in range(60):
         w = (low + high) / 2
-        x, bent = (1 - w) * fast.x + w * slow.x, (1 - w) * fast.bent + w * slow.bent
+        x, bent = (
+            (1 - w) * fast.x + w * slow.x,
+            (1 - w) * fast.bent + w * slow.bent,
+        )
         time = np.array([taken(*each) for each in zip(length, x[:-1], x[1:], bent)])
         low, high = (w, high) if time.sum() < wanted else (low, w)
     return x, bent, time

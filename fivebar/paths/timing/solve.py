@@ -1,6 +1,4 @@
-"""On stretches of a path what no motion passes, and a motion that keeps the limits; split until
-both agree.
-"""
+"""A lower bound and a feasible motion on stretches of a path, which are split until both agree."""
 
 from __future__ import annotations
 
@@ -22,19 +20,33 @@ if TYPE_CHECKING:
     from .mesh import Mesh
 
 MOST = 20000  # stretches
-LOOKS, FAILURES = 1_000_000, 100  # at stretches, on all meshes: about 30 s; meshes without a motion
+LOOKS, FAILURES = (
+    1_000_000,
+    100,
+)  # at stretches, on all meshes: about 30 s; meshes without a motion
 BESIDE = 3  # stretches on either side of Type 2
-LONG, SHORT = 1e-5, 1e-10  # of the path: how short these become at least, and at most
+LONG, SHORT = (
+    1e-5,
+    1e-10,
+)  # of the path: how short these become at least, and at most
 LAYER = 0.1  # of what `Mesh.layer` tells
 CLEAR = 1e-8  # of det A on a stretch that may be cut beside Type 2
 STEEP = 0.1  # at most of x_ss h^2 / x, that is taken to grow with x
 NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
 OFF = 1e-3, 1e-2  # of x, by which the motion is then below it
-SHARES = 1.0, 0.3, 0.05, 0.003  # of the ceiling, below which a motion is looked for
+SHARES = (
+    1.0,
+    0.3,
+    0.05,
+    0.003,
+)  # of the ceiling, below which a motion is looked for
 
 
 class TimingError(RuntimeError):
-    """No motion along the path was found that keeps the limits; proved: there is none."""
+    """No motion along the path that keeps the limits was found near s, m.
+
+    proved: there is none.
+    """
 
     def __init__(self, message: str, s: float, proved: bool) -> None:
         super().__init__(message)
@@ -42,8 +54,7 @@ class TimingError(RuntimeError):
 
 
 class Solved(NamedTuple):
-    """On one mesh: what no motion passes, the caps at the nodes, and a motion: x, bent, seconds on
-    each stretch.
+    """The ceiling, the caps at the nodes and a motion on one mesh: x, bent, s on each stretch.
 
     time is inf from rest to rest where no motion was found; stuck: the nodes where one near the
     ceiling was not found, so that there is none or a slower one there. looks: how many stretches
@@ -64,10 +75,9 @@ class Solved(NamedTuple):
 
 
 def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
-    """The mesh, split until both bounds are within `gap`, or too much was looked at, and what was
-    found on it.
+    """Return the mesh, split until both bounds are within `gap`, and the solution on it.
 
-    until: of the thread's processor time, s.
+    It ends before after a fixed count of work, or `until`, s, of the thread's processor time.
     """
     best, hints, failures, looks = None, None, 0, 0
     while (thin := _beside_type_2(mesh, True)).any():
@@ -83,7 +93,13 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
                 break
             parts = _parts(mesh, found, gap)
             mean = (found.x[1:] + found.x[:-1]) / 2
-            hints = np.stack([_along(mesh, found), _bent(found.x, mesh.stretches.length), mean])
+            hints = np.stack(
+                [
+                    _along(mesh, found),
+                    _bent(found.x, mesh.stretches.length),
+                    mean,
+                ]
+            )
         else:
             failures += 1
             late |= best is None and failures > FAILURES
@@ -93,7 +109,10 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
             break
         after = mesh.split(parts)
         if hints is not None:
-            hints = hints[:, np.searchsorted(mesh.s, (after.s[1:] + after.s[:-1]) / 2) - 1]
+            hints = hints[
+                :,
+                np.searchsorted(mesh.s, (after.s[1:] + after.s[:-1]) / 2) - 1,
+            ]
         mesh = after
     if best is None:
         _refuse(mesh, limits, found.stuck[0], False)
@@ -101,23 +120,25 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
 
 
 def _parts(mesh, found, gap):
-    """Into how many parts each stretch is to be divided (n,), so that the bounds come closer."""
+    """Return into how many parts (n,) each stretch is to be divided."""
     # The gap of a stretch goes as the square of its length.
     part = _made(found, found.time - found.above.time)
-    wanted = np.sqrt(part / min(0.7 * gap * found.above.time.sum() / len(mesh), 0.5 * part.max()))
+    allowed = 0.7 * gap * found.above.time.sum() / len(mesh)
+    wanted = np.sqrt(part / min(allowed, 0.5 * part.max()))
     parts = np.clip(np.ceil(wanted), 1, 4).astype(int)
-    if found.stuck:  # all of it is slower for what is missing in one place
+    if found.stuck:
+        # All of it is slower for what is missing in one place.
         parts = 1 + (_about(mesh.stretches.length, found.stuck) | (part > 0.2 * part.max()))
-    return np.maximum(
-        parts, 1 + _beside_type_2(mesh, False)
-    )  # what is missing there shows elsewhere
+    # What is missing beside Type 2 shows elsewhere.
+    return np.maximum(parts, 1 + _beside_type_2(mesh, False))
 
 
 def _beside_type_2(mesh, thin):
-    """Stretches (n,) beside Type 2 that are longer than what is to be seen there; thin: of thin
-    layers alone.
-    """
-    length, long = mesh.stretches.length, np.zeros(len(mesh), dtype=bool)
+    """Return which stretches (n,) beside Type 2 are too long; thin: of thin layers alone."""
+    length, long = (
+        mesh.stretches.length,
+        np.zeros(len(mesh), dtype=bool),
+    )
     D = mesh.found["D"]
     clear = np.maximum(np.abs(D.first), np.abs(D.last)) > CLEAR
     for k in np.flatnonzero(mesh.crossing):
@@ -129,13 +150,14 @@ def _beside_type_2(mesh, thin):
 
 
 def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved:
-    """What is found on this mesh.
+    """Return the ceiling and a motion on this mesh.
 
     hints (3, n): directions of the end-effector's acceleration, rad from the path's, near which its
     limit is looked at closely, x_ss / 2 and x, all from a coarser mesh.
     """
     along = None if hints is None else hints[0]
-    length, about = mesh.stretches.length, (mesh.side, mesh.turns, _directions(len(mesh), along))
+    length = mesh.stretches.length
+    about = mesh.side, mesh.turns, _directions(len(mesh), along)
     speed = np.minimum(mesh.speed, limits.speed or np.inf)
     rows, alone = rows_of(mesh.factors, limits, *about, speed, False)
     ends = caps(rows, alone)
@@ -147,15 +169,23 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     above = ceiling(rows, alone, length, np.where(rest, 0.0, top))
     if above.stuck is not None:
         _refuse(mesh, limits, above.stuck, True)
+    # The bounds take as long as three looks.
     best = Solved(
-        above, top, np.append(none, 0.0), none, none + np.inf, (), 3 * len(mesh)
-    )  # bounds take so long
+        above,
+        top,
+        np.append(none, 0.0),
+        none,
+        none + np.inf,
+        (),
+        3 * len(mesh),
+    )
     if not np.isfinite(above.size).all():
         return best._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),))
     narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
     rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
     lean = _lean(mesh, rows, above)
-    part, tied = np.cumsum(rest[:-1]) - 1, mesh.tied.any()  # part: from rest to rest
+    part = np.cumsum(rest[:-1]) - 1  # from rest to rest
+    tied = mesh.tied.any()
 
     def tried(share, bent, mean=None):
         # Slower motions need less room: where none is found on a coarse mesh, one below a share of
@@ -163,28 +193,36 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         below = above._replace(x=above.x * np.append(share, 0.0), size=above.size * share)
         form, near = (bent, none), below.x
         if mean is not None:
-            form, near = (
-                (bent - lean * mean, lean),
-                (np.append(mean, 0.0) + np.insert(mean, 0, 0.0)) / 2,
-            )
+            form = bent - lean * mean, lean
+            near = (np.append(mean, 0.0) + np.insert(mean, 0, 0.0)) / 2
         found, closed = best._replace(time=none + np.inf, looks=0), []
         for _ in range(NEWTON if tied else 0):
-            x, closed = profile(
-                polygons(rows, alone, length, below, *form, near, 0.0, mesh), below, rest
-            )
+            table = polygons(rows, alone, length, below, *form, near, 0.0, mesh)
+            x, closed = profile(table, below, rest)
             near = np.where(x > 0, x, near)
             found = found._replace(looks=found.looks + len(mesh))
         for off in OFF if tied else (0.0,):
-            table = polygons(rows, alone, length, below, *form, near * (1 - off), off, mesh)
+            table = polygons(
+                rows,
+                alone,
+                length,
+                below,
+                *form,
+                near * (1 - off),
+                off,
+                mesh,
+            )
             x, stuck = profile(table, below, rest)
             own = table.curvature(x)
             time = np.array([duration(*each) for each in zip(length, x[:-1], x[1:], own)])
             never = np.isinf(np.bincount(part, time))[part]
-            for k in np.setdiff1d(part[never], part[stuck]):  # it rests there
+            for k in np.setdiff1d(part[never], part[stuck]):
+                # It rests there.
                 stuck.append(int(np.argmax(np.isinf(time) & (part == k))))
+            time = np.where(never, np.inf, time)
             found = _faster(
                 found,
-                Solved(above, top, x, own, np.where(never, np.inf, time), (), len(mesh)),
+                Solved(above, top, x, own, time, (), len(mesh)),
                 part,
             )
             left = np.isinf(found.time) & ~np.isin(part, part[closed])
@@ -192,11 +230,11 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
                 break
         return found._replace(stuck=(*closed, *(i for i in stuck if left[i])))
 
-    means = (
-        () if hints is None else (None, hints[2])[: 1 + mesh.crossing.any()]
-    )  # either may keep to a slow motion
-    for mean in means:
-        best = _faster(best, tried(none + 1, hints[1], mean), part)
+    if hints is not None:
+        best = _faster(best, tried(none + 1, hints[1]), part)
+        if mesh.crossing.any():
+            # Either form may keep to a slow motion.
+            best = _faster(best, tried(none + 1, hints[1], hints[2]), part)
     left, share, stuck = np.isinf(best.time), none + 1, ()
     if not left.any():
         return best
@@ -208,25 +246,23 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         if each == 1 or each == SHARES[-1]:
             stuck += tuple(i for i in found.stuck if left[i])
         if not left.any():
-            best = _faster(
-                best, tried(share, _bent(best.x, length), (best.x[1:] + best.x[:-1]) / 2), part
-            )
+            mean = (best.x[1:] + best.x[:-1]) / 2
+            best = _faster(best, tried(share, _bent(best.x, length), mean), part)
             break
     return best._replace(stuck=stuck)
 
 
 def _faster(one, other, part):
-    """Of two motions the faster, each part (n,) from rest to rest for itself."""
+    """Return the faster of two motions, for each part (n,) from rest to rest."""
     better = (np.bincount(part, other.time) < np.bincount(part, one.time))[part]
     x = np.where(np.append(better, False), other.x, one.x)
-    bent, time = (np.where(better, new, old) for new, old in zip(other[3:5], one[3:5]))
+    bent = np.where(better, other.bent, one.bent)
+    time = np.where(better, other.time, one.time)
     return one._replace(x=x, bent=bent, time=time, looks=one.looks + other.looks)
 
 
 def _lean(mesh, rows, above):
-    """By how much x_ss / 2 grows with x (n,), where Type 2 is so near that torques move u little: u
-    = -(b / a) x.
-    """
+    """Return by how much x_ss / 2 grows with x (n,) beside Type 2, where u = -(b / a) x about."""
     if not mesh.crossing.any() or not rows.torque.any():
         return np.zeros(len(mesh))
     a, b, c = (rows.parts[name][:, np.flatnonzero(rows.torque)[::2]] for name in "abc")
@@ -241,10 +277,9 @@ def _lean(mesh, rows, above):
 
 
 def _made(found, part):
-    """By how much each stretch lets the bounds part (n,), s: half by the time on it, half by x
-    against its ceiling.
+    """Return what each stretch adds to the gap (n,), s: by its time, and by x over the ceiling.
 
-    What is lost in one place shows on all stretches that follow, where nothing is lost any more.
+    A loss in one place shows on all stretches that follow, where nothing is lost any more.
     """
     with np.errstate(all="ignore"):
         behind = np.log(found.above.x / found.x)
@@ -257,7 +292,7 @@ def _made(found, part):
 
 
 def _about(length, nodes):
-    """The longest of the stretches near each of these nodes."""
+    """Return the longest stretches near each of these nodes, bool (n,)."""
     found = np.zeros(len(length), dtype=bool)
     for node in nodes:
         near = slice(max(node - 12, 0), node + 13)
@@ -266,20 +301,19 @@ def _about(length, nodes):
 
 
 def _bent(x, length):
-    """x_ss / 2 as the neighbours show it, 0 where it changes its sign: there the motion
-    switches.
-    """
+    """Return x_ss / 2 by the neighbours, 0 where it changes its sign: there the motion switches."""
     slope = 2 * np.diff(np.diff(x) / (2 * length)) / (length[1:] + length[:-1])
-    before, after = np.append(slope[0], slope), np.append(slope, slope[-1])
-    return np.where(
-        before * after > 0, np.where(np.abs(before) < np.abs(after), before, after), 0.0
+    before, after = (
+        np.append(slope[0], slope),
+        np.append(slope, slope[-1]),
     )
+    smaller = np.where(np.abs(before) < np.abs(after), before, after)
+    return np.where(before * after > 0, smaller, 0.0)
 
 
 def _directions(n, along):
-    even = np.broadcast_to(
-        (np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS) - np.pi)[:, None], (DIRECTIONS, n)
-    )
+    even = np.arange(DIRECTIONS) * (2 * np.pi / DIRECTIONS) - np.pi
+    even = np.broadcast_to(even[:, None], (DIRECTIONS, n))
     if along is None:
         return even
     near = (along + np.array(NEAR)[:, None] + np.pi) % (2 * np.pi) - np.pi
@@ -287,23 +321,24 @@ def _directions(n, along):
 
 
 def _along(mesh, found):
-    """Direction (n,) of the end-effector's acceleration on each stretch, rad from the path's."""
-    u, x = np.diff(found.x) / (2 * mesh.stretches.length), (found.x[1:] + found.x[:-1]) / 2
+    """Return directions (n,) of the end-effector's acceleration, rad from the path's."""
+    u = np.diff(found.x) / (2 * mesh.stretches.length)
+    x = (found.x[1:] + found.x[:-1]) / 2
     g, m, k = (mesh.found[name].middle for name in "gmk")
     return np.arctan2(k * x, g * u + m * x)
 
 
 def _refuse(mesh, limits, node, proved):
+    verb = "keeps" if proved else "was found that keeps"
     raise TimingError(
-        f"time_path: no motion along the path {'keeps' if proved else 'was found that keeps'} these"
-        f" limits near {mesh.place(node)}{_why(mesh, limits, node)}",
+        f"time_path: no motion along the path {verb} these limits near {mesh.place(node)}"
+        f"{_reason(mesh, limits, node)}",
         float(mesh.s[node]),
         proved,
     )
 
 
-def _why(mesh, limits, node):
-    """What is known of the reason."""
+def _reason(mesh, limits, node):
     if mesh.crossing.any():
         k = np.flatnonzero(mesh.crossing)
         nearest = int(k[np.abs(k - node).argmin()])

@@ -11,9 +11,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.checks import instance, modes, number, optional, seconds, takes
+from ...base.checks import (
+    instance,
+    modes,
+    number,
+    optional,
+    seconds,
+    takes,
+)
 from ...base.checks import robot as must_be_robot
-from ...constraints.constraints import ON_POSES, PER_JOINT, Constraints, refuse_others
+from ...constraints.constraints import (
+    ON_POSES,
+    PER_JOINT,
+    Constraints,
+    refuse_others,
+)
 from ...constraints.path_check import SAMPLES
 from ...constraints.violations import broken
 from ...models.dynamics import gravity_torques
@@ -54,9 +66,9 @@ def time_path(
     """Return the fastest motion along a path, with a proof of how much faster none can be.
 
     The limits hold everywhere, not only at samples. No motion along the path within them takes less
-    than `lower_bound`. Both hold with gravity and with viscous and dry friction, up to rounding: the
-    limits are shifted by 1e-9 of themselves. A limit on jerk is kept at places as close as one likes,
-    but without a proof; the lower bound is then that without it.
+    than `lower_bound`. Both hold with gravity and with viscous and dry friction, up to rounding:
+    the limits are shifted by 1e-9 of themselves. A limit on jerk is kept at places as close as one
+    likes, but without a proof; the lower bound is then that without it.
 
     Parameters
     ----------
@@ -101,14 +113,14 @@ def time_path(
     True
     """
     refuse_others(
-        constraints, "time_path", (*PER_JOINT, "speed", "acceleration", "jerk", *ON_POSES)
+        constraints,
+        "time_path",
+        (*PER_JOINT, "speed", "acceleration", "jerk", *ON_POSES),
     )
     constraints = Constraints() if constraints is None else constraints
     asked = Limits.of(constraints)
-    gap, max_time = (
-        number(gap, "gap", 1e-7, 1.0),
-        number(max_time, "max_time", 0.0, math.inf, above=True),
-    )
+    gap = number(gap, "gap", 1e-7, 1.0)
+    max_time = number(max_time, "max_time", 0.0, math.inf, above=True)
     if duration is None and not asked.forces:
         raise ValueError(
             "time_path: a least time needs a torque, an acceleration or a joint_acceleration among"
@@ -138,7 +150,10 @@ def time_path(
         )
     limits = asked if asked.forces else _ample(mesh, asked, duration - rest)
     mesh, found = refined(mesh, limits, gap, until)
-    least, lower = found.time.sum() + rest, found.above.time.sum() + rest
+    least, lower = (
+        found.time.sum() + rest,
+        found.above.time.sum() + rest,
+    )
     if duration < least:
         short = f"{lower - duration:.4g} s below what is proved to be the least, {lower:.6g} s"
         if duration >= lower or not asked.forces:

@@ -52,17 +52,30 @@ BESIDE = 1e-7
 
 @dataclass(frozen=True, eq=False)
 class TimedPath(Plotted):
-    """A motion along a path: called with t, s, a number or (n,), it gives (xi, xi_dot, xi_ddot),
-    each (2,) or (n, 2), and rests at its first and last point before and after.
+    """A motion along a path.
 
-    robot, path, working, limits: what was asked. On each of n stretches s'' = u0 + bent (s - s0):
-    piece (n,) of the path and first (n,), where on that piece it begins, m; x (n + 1,) m^2/s^2:
-    s'^2 at the nodes; bent (n,) 1/s^2.
-    lower_bound: s, less than which no motion along the path under these limits takes, 0 where none
-    is known. crossing (n + 1,): the nodes on Type 2. cap (n + 1,): x at the nodes by the maximum
-    velocity curve; ceiling (n + 1,): x that no motion passes. smooth: s over which s(t) is
-    averaged, where a jerk is limited, and pace: by how much all of it is slower then; x and bent
-        are of the motion that is averaged.
+    Call it with t, s, a number or (n,), for (xi, xi_dot, xi_ddot), each (2,) or (n, 2). It rests at
+    its first and last point before and after.
+
+    Attributes
+    ----------
+    robot, path, working, limits
+        The problem.
+    piece, first : (n,)
+        Piece of the path that each of n stretches is on, and where on it that begins, m.
+    x : (n + 1,)
+        s'^2 at the nodes, m^2/s^2.
+    bent : (n,)
+        On each stretch s'' = u0 + bent (s - s0), 1/s^2.
+    lower_bound : float
+        Time, s: no motion along the path under these limits takes less. 0 if none is known.
+    crossing : (n + 1,)
+        Nodes on Type 2.
+    cap, ceiling : (n + 1,)
+        s'^2 at the nodes by the maximum velocity curve, and s'^2 that no motion exceeds.
+    smooth, pace : float
+        Time, s, over which s(t) is averaged for a limit on jerk, and by how much the motion is
+        slower then.
     """
 
     robot: Robot
@@ -82,17 +95,13 @@ class TimedPath(Plotted):
     start = 0.0
 
     def __repr__(self) -> str:
-        proved = f"proved: no less than {self.lower_bound:.6g} s" if self.lower_bound else ""
-        crossed = int(self.crossing.sum())
-        ways = f"{crossed} crossing{'s' * (crossed > 1)} of Type 2" if crossed else ""
-        return one_line(
-            "TimedPath",
-            f"{self.path.length:.6g} m",
-            f"{self.duration:.6g} s",
-            proved,
-            f"working {self.working}",
-            ways,
-        )
+        words = [f"{self.path.length:.6g} m", f"{self.duration:.6g} s"]
+        if self.lower_bound:
+            words.append(f"proved: no less than {self.lower_bound:.6g} s")
+        words.append(f"working {self.working}")
+        if self.crossing.any():
+            words.append(f"crosses Type 2 {self.crossing.sum()} x")
+        return one_line("TimedPath", *words)
 
     @cached_property
     def s(self) -> np.ndarray:
@@ -103,9 +112,8 @@ class TimedPath(Plotted):
     def _lengths(self):
         ends = np.append(self.first[1:], self.path.pieces[-1].length)
         whole = np.array([piece.length for piece in self.path.pieces])
-        return (
-            np.where(np.append(np.diff(self.piece), 1) == 0, ends, whole[self.piece]) - self.first
-        )
+        continues = np.append(np.diff(self.piece), 1) == 0
+        return np.where(continues, ends, whole[self.piece]) - self.first
 
     @cached_property
     def clock(self) -> Clock:
@@ -166,9 +174,8 @@ class TimedPath(Plotted):
             high = h - np.where(self.crossing[k + 1], np.minimum(least, h / 2), 0.0)
             moved = np.clip(gone, low, high)
             u0 = push - self.bent[k] * gone
-            square = self.x[k] + moved * (
-                2 * u0 + self.bent[k] * moved
-            )  # at rest below 0 by rounding
+            # At rest it is below 0 by rounding.
+            square = self.x[k] + moved * (2 * u0 + self.bent[k] * moved)
             speed = np.where(moved == gone, speed, np.sqrt(np.maximum(square, 0.0)))
             push, gone = u0 + self.bent[k] * moved, moved
         xi, xi_dot, xi_ddot = self._motion(k, gone, speed, push)
@@ -185,12 +192,26 @@ class TimedPath(Plotted):
         """
         rate = positive(rate, "to_csv: rate")
         steps = int(np.floor(self.duration * rate * (1 + 1e-12)))
-        bounded(steps, MOST_ROWS, f"to_csv: {self.duration:g} s at {rate:g} Hz", 8 * len(COLUMNS))
+        bounded(
+            steps,
+            MOST_ROWS,
+            f"to_csv: {self.duration:g} s at {rate:g} Hz",
+            8 * len(COLUMNS),
+        )
         t = np.arange(steps + 1) / rate
         t = np.append(t[t < self.duration * (1 - 1e-12)], self.duration)
         (q, q_dot), k, gone = self.joints(t), *self.along(t)[:2]
         s = self.path.knots[self.piece[k]] + self.first[k] + gone
-        table = np.column_stack([t, *self(t), self.robot.continuous(q), q_dot, self.tau(t), s])
+        table = np.column_stack(
+            [
+                t,
+                *self(t),
+                self.robot.continuous(q),
+                q_dot,
+                self.tau(t),
+                s,
+            ]
+        )
         about = {
             "robot": self.robot.parameters,
             "path": _described(self.path),
@@ -208,25 +229,30 @@ class TimedPath(Plotted):
     def from_csv(cls, path: TextFile) -> TimedPath:
         """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
         with opened(path) as table:
-            return table.about("timed path", "a file written by TimedPath.to_csv", _known)
+            return table.about(
+                "timed path",
+                "a file written by TimedPath.to_csv",
+                _known,
+            )
 
 
 def _described(path):
     """A Path as a file has it."""
-    pieces = [
-        (
-            {"arc": [p.centre, p.radius, p.angle0, p.angle1]}
-            if isinstance(p, Arc)
-            else (
-                {"line": [p.start, p.end]}
-                if isinstance(p, Line)
-                else {"polynomial": [p.coefficients, p.length]}
-            )
-        )
-        for p in path.pieces
-    ]
+    pieces = []
+    for p in path.pieces:
+        if isinstance(p, Arc):
+            pieces.append({"arc": [p.centre, p.radius, p.angle0, p.angle1]})
+        elif isinstance(p, Line):
+            pieces.append({"line": [p.start, p.end]})
+        else:
+            pieces.append({"polynomial": [p.coefficients, p.length]})
     feed = [None if np.isinf(each) else each for each in path.feed]
-    return {"pieces": pieces, "pen": path.pen, "dwells": list(path.dwells.items()), "feed": feed}
+    return {
+        "pieces": pieces,
+        "pen": path.pen,
+        "dwells": list(path.dwells.items()),
+        "feed": feed,
+    }
 
 
 def _plain(values):
@@ -235,26 +261,39 @@ def _plain(values):
 
 def _known(about):
     kinds = {"arc": Arc, "line": Line, "polynomial": Polynomial}
-    made = [
-        kinds[kind](*given) for piece in about["path"]["pieces"] for kind, given in piece.items()
-    ]
+    made = []
+    for piece in about["path"]["pieces"]:
+        for kind, values in piece.items():
+            made.append(kinds[kind](*values))
     feed = [np.inf if each is None else each for each in about["path"]["feed"]]
-    path = Path(tuple(made), about["path"]["pen"], dict(about["path"]["dwells"]), feed)
+    path = Path(
+        tuple(made),
+        about["path"]["pen"],
+        dict(about["path"]["dwells"]),
+        feed,
+    )
     limits = Limits.of(Constraints(**about["limits"]))
-    arrays = {name: np.array([np.inf if v is None else v for v in about[name]]) for name in ARRAYS}
+    arrays = {}
+    for name in ARRAYS:
+        arrays[name] = np.array([np.inf if value is None else value for value in about[name]])
     n = len(arrays["piece"])
     if any(len(arrays[name]) != n + (name not in ("piece", "first", "bent")) for name in ARRAYS):
         raise ValueError(f"{', '.join(ARRAYS)} do not fit {n} stretches")
     numbers = {name: float(about[name]) for name in ("lower_bound", "smooth", "pace")}
-    if bad := [
-        name
-        for name, value in {**arrays, **numbers}.items()
-        if np.isnan(np.asarray(value, dtype=float)).any()
-    ]:
-        raise ValueError(f"{', '.join(bad)} must be numbers, not nan")
+    for name, value in {**arrays, **numbers}.items():
+        if np.isnan(np.asarray(value, dtype=float)).any():
+            raise ValueError(f"{name} must be numbers, not nan")
     if not np.isin(arrays["piece"], np.arange(len(made))).all():
         raise ValueError(f"piece must number the {len(made)} pieces from 0")
-    arrays |= {"piece": arrays["piece"].astype(int), "crossing": arrays["crossing"].astype(bool)}
+    arrays |= {
+        "piece": arrays["piece"].astype(int),
+        "crossing": arrays["crossing"].astype(bool),
+    }
     return TimedPath(
-        robot_of(about["robot"]), path, tuple(about["working"]), limits, **numbers, **arrays
+        robot_of(about["robot"]),
+        path,
+        tuple(about["working"]),
+        limits,
+        **numbers,
+        **arrays,
     )
