@@ -85,7 +85,7 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
     >>> import fivebar as fb
     >>> disc = fb.largest_disc(fb.aspect(fb.FiveBar(), 9))
     >>> round(disc.radius, 6)
-    0.075248
+    0.078719
     """
     refuse_others(constraints, "largest_disc", (*ON_POSES, "clearance"))
     margin = constraints.clearance if constraints else 0.0

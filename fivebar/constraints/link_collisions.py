@@ -49,7 +49,7 @@ class LinkCollisions:
     >>> pose = fb.dgm(fb.FiveBar(), (0.0, 0.0))
     >>> collisions = fb.LinkCollisions(widths=0.01)
     >>> {name: round(float(m), 4) for name, m in collisions.clearances(pose).items()}
-    {'bars 11 and 21': 0.018, 'bars 11 and 22': 0.0687, 'bars 12 and 21': 0.0155}
+    {'bars 11 and 21': 0.018, 'bars 11 and 22': 0.0791, 'bars 12 and 21': 0.0111}
     """
 
     widths: float | tuple[float, float, float, float] = 0.0

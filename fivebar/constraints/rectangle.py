@@ -71,7 +71,7 @@ def largest_rectangle(aspect: Aspect, constraints: Constraints | None = None) ->
     >>> import fivebar as fb
     >>> rectangle = fb.largest_rectangle(fb.aspect(fb.FiveBar(), 9))
     >>> round(1e4 * rectangle.area, 2)  # cm^2
-    117.51
+    161.56
     """
     refuse_others(constraints, "largest_rectangle", (*ON_POSES, "clearance"))
     margin = constraints.clearance if constraints else 0.0

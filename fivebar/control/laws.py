@@ -127,7 +127,7 @@ class PD(_JointController):
     >>> controller = fb.PD(fb.FiveBar(), kp=10, kd=1)
     >>> reference = fb.line((0.09, 0.068), (0.08, 0.075), 1.0)
     >>> controller(0.0, [0.0, 0.0], [0.0, 0.0], reference).round(4).tolist()
-    [-0.0039, -0.0039]
+    [0.0041, 0.0041]
     """
 
     gravity: bool = False

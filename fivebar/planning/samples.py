@@ -84,7 +84,7 @@ def from_csv(
     --------
     >>> import io
     >>> import fivebar as fb
-    >>> file = io.StringIO("t,x,y\\n0,0.09,0.07\\n1,0.05,0.09\\n")
+    >>> file = io.StringIO("t_s,x_m,y_m\\n0,0.09,0.07\\n1,0.05,0.09\\n")
     >>> fb.from_csv(file, kind="polyline", deviation=1e-3).duration
     1.0
     """
