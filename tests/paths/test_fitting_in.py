@@ -58,7 +58,7 @@ def test_a_drawing_larger_than_any_aspect_is_told_its_scale():
         fitted_in(ROBOT, PATH, scale=10.0)
     scale = float(re.search(r"with scale ([\d.]+) at most", str(refused.value))[1])
     assert fitted_in(ROBOT, PATH, scale=scale).scale >= scale
-    with pytest.raises(ValueError, match="keeps a margin of 1 m"):
+    with pytest.raises(ValueError, match="keeps a clearance of 1 m"):
         fitted_in(ROBOT, PATH, margin=1.0, working=(1, 1))
 
 
