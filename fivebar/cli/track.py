@@ -237,10 +237,10 @@ def _compare(arguments):
     if arguments.page:
         files.append(_write_page(runs, arguments.page))
     if arguments.json:
-        figures = {
-            name: {k: None if v != v else v for k, v in row.items()}
-            for name, row in comparison.figures.items()
-        }
+        figures = {}
+        for name, row in comparison.figures.items():
+            # JSON has no nan.
+            figures[name] = {key: None if value != value else value for key, value in row.items()}
         print(
             json.dumps(
                 {"case": arguments.case, "controllers": figures, "files": list(map(str, files))},
