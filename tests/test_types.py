@@ -37,7 +37,7 @@ def test_every_public_function_has_hints():
     assert {
         "dgm",
         "simulate",
-        "Run.from_csv",
+        "Run.to_csv",
         "Run.q_error",
         "Tracker.__init__",
         "Trajectory.__call__",

@@ -5,7 +5,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.models.charts import CHARTS
-from fivebar.models.robots import beside
+from fivebar.models.robots import nearest_equivalent_angle
 
 ALL = tuple(CHARTS.values())
 ROBOT = fb.FiveBar()
@@ -77,9 +77,9 @@ def test_motions_at_and_past_the_corner_go_through(start, angle, speed, working)
 
 def test_angles_go_on_in_the_turn_that_is_nearest():
     q, before = np.random.default_rng(3).uniform((-np.pi, -30), (np.pi, 30), (200, 2)).T
-    found = beside(ROBOT, q, before)
+    found = nearest_equivalent_angle(ROBOT, q, before)
     assert (np.abs(found - before) <= np.pi).all() and np.ptp(
         np.round((found - q) / (2 * np.pi))
     ) >= 8
     np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * q), atol=1e-13)
-    np.testing.assert_array_equal(beside(fb.Biglide(), q, before), q)  # lengths do not wrap
+    np.testing.assert_array_equal(nearest_equivalent_angle(fb.Biglide(), q, before), q)  # lengths do not wrap
