@@ -118,7 +118,9 @@ def test_every_dependency_has_the_licence_that_the_guide_names():
     text = (ROOT / "fivebar/guide/security.md").read_text(encoding="utf-8")
     sentences = text.partition("meshcat and Bokeh. ")[2].partition("\nThe tests use")[0]
     named = {}
-    for sentence in re.sub(r"\(.*?\)", "", sentences.replace("\n", " "), flags=re.DOTALL).split("."):
+    for sentence in re.sub(r"\(.*?\)", "", sentences.replace("\n", " "), flags=re.DOTALL).split(
+        "."
+    ):
         kind, _, names = sentence.partition(":")
         named |= dict.fromkeys(filter(None, names.replace(" ", "").split(",")), kind)
     extras = (one for key, extra in EXTRAS.items() if key != "test" for one in extra)

@@ -46,7 +46,9 @@ def run(folder, script, *arguments, code=0, **environment):
     return done
 
 
-@pytest.mark.parametrize("kind, case", [("five_bar", 0), pytest.param("five_bar_stiff", 1, marks=pytest.mark.deep)])
+@pytest.mark.parametrize(
+    "kind, case", [("five_bar", 0), pytest.param("five_bar_stiff", 1, marks=pytest.mark.deep)]
+)
 def test_computed_torque_on_task_1_has_the_reference_errors(tmp_path, kind, case):
     run(tmp_path, SCRIPTS / "computed_torque.py", kind, "errors.json", "--until", 2.52)
     errors = np.array(json.loads((tmp_path / "errors.json").read_text()))

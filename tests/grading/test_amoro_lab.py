@@ -81,17 +81,14 @@ def test_what_may_be_told_of_hidden_inputs_holds_no_number_of_the_programs(tmp_p
     checks = report(
         tmp_path, HELPERS.replace("return OA13[0], OA13[1]", "return OA13[0] + 0.0123, OA13[1]")
     ).checks
-    assert checks[0].misconception == "x is off by 0.0123"
-    assert ("looks like", "x is off by #") in list(told(checks[0]))
+    assert checks[0].misconception == "x is off by 0.0123 in every row"
+    assert ("looks like", "x is off by # in every row") in list(told(checks[0]))
 
 
 def test_what_an_older_numpy_took_is_graded_and_said(tmp_path):
     found = report(tmp_path, (FOLDER / "columns.py").read_text())
     assert found.points == 20
-    assert any(
-        "no longer takes an array of one element" in note and "A11A12[1].item()" in note
-        for note in found.notes
-    )
+    assert any("graded as it ran before" in note and "A11A12[1]" in note for note in found.notes)
 
 
 def tracked(folder, task, gains, *arguments, code=0):
@@ -113,10 +110,7 @@ def test_the_tracking_error_is_the_mark(tmp_path, gains, task, low, high):
 
 
 def test_a_mark_is_for_the_five_bar_and_for_the_whole_task(tmp_path):
-    assert (
-        "it needs a five-bar"
-        in tracked(tmp_path, "1", "100.0, 20.0", "biglide", code=1).stderr
-    )
+    assert "it needs a five-bar" in tracked(tmp_path, "1", "100.0, 20.0", "biglide", code=1).stderr
     assert (
         "the task at 2 s (--until)"
         in tracked(tmp_path, "1", "100.0, 20.0", "--until", "1", code=1).stderr

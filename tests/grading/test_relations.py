@@ -52,7 +52,11 @@ RELATIONS = {
         "x is 3 times the right one in every row; y is 7 times the right one in every row",
     ),
     "offset": (PAIR, (X + 0.118, Y), "x is off by 0.118 in every row"),
-    "constant": (PAIR, (0 * X + 1, 0 * Y), "always the same answer, whatever the arguments: unfinished?"),
+    "constant": (
+        PAIR,
+        (0 * X + 1, 0 * Y),
+        "always the same answer, whatever the arguments: unfinished?",
+    ),
     "of nought no factor": (NOUGHT, (X - X + 0.0123,), "x is off by 0.0123 in every row"),
     "half a turn": (ANGLE, (Q + np.pi,), "q is off by 3.142 in every row"),
     "an angle's sign": (ANGLES, (-Q, X), "the sign of q is wrong in every row"),

@@ -92,11 +92,7 @@ def main(files):
             f"{case.lab} {case.base}: {case.title}: {report.points} points, {len(named)} of {len(case.truths)} named"
         )
         for name in sorted(set(case.truths) - named):
-            texts = {
-                f"{c.text} [{c.misconception}]"
-                for c in report.checks
-                if c.function == name
-            }
+            texts = {f"{c.text} [{c.misconception}]" for c in report.checks if c.function == name}
             print(f"    missed in {name}: {' | '.join(sorted(texts))[:300]}")
         for name in sorted(false):
             print("    NOT TRUE:", *name)

@@ -24,8 +24,12 @@ STRICT = """import warnings
 warnings.simplefilter("error")
 warnings.filterwarnings("default", category=PendingDeprecationWarning, module="ipykernel")"""
 WIDEST, COLOURS = 800, 128  # of a stored picture: pixels, and entries of its palette
-# Cells whose numbers and curves are times of the machine that runs them.
-TIMED = re.compile(r"seconds\(|solve_time|perf_counter|\bjit\b|\.2f\} s; largest")
+# Cells whose numbers and curves depend on the machine that runs them: times, local optima of the
+# search for an exciting motion and what is identified from it, and an unstable loop.
+TIMED = re.compile(
+    r"seconds\(|solve_time|perf_counter|\bjit\b|\.2f\} s; largest"
+    r"|exciting_trajectory|fb\.identify|replay\(|8100, delay"
+)
 NUMBER = re.compile(r"[-+−]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?", re.IGNORECASE)
 ALIKE, ROUNDING = 0.02, 1e-8  # of two numbers, relative; numbers that are nothing but rounding
 PIXELS = 8.0  # mean difference of two pictures of 48 x 48 grey pixels, of 255

@@ -34,7 +34,9 @@ METHODS = (
     method("hangs", lambda n: time.sleep(30), knobs=(1,)),
     method("crashes", lambda n: os._exit(3), knobs=(1,)),
     method("after the crash", lambda n: 1e-2, knobs=(1,)),
-    method("needs more", lambda n: 0.0, knobs=(1,), needs=(lambda: "no C compiler (cc, gcc, clang)",)),
+    method(
+        "needs more", lambda n: 0.0, knobs=(1,), needs=(lambda: "no C compiler (cc, gcc, clang)",)
+    ),
 )
 
 

@@ -82,4 +82,6 @@ def test_angles_go_on_in_the_turn_that_is_nearest():
         np.round((found - q) / (2 * np.pi))
     ) >= 8
     np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * q), atol=1e-13)
-    np.testing.assert_array_equal(nearest_equivalent_angle(fb.Biglide(), q, before), q)  # lengths do not wrap
+    np.testing.assert_array_equal(
+        nearest_equivalent_angle(fb.Biglide(), q, before), q
+    )  # lengths do not wrap

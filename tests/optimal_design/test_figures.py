@@ -280,7 +280,5 @@ def test_a_biglide_has_figures_of_ones_own_only():
         lambda robot: robot.l1 + robot.d, {"l1": [0.3, 0.4], "d": [0.4, 0.9]}, robot=fb.Biglide()
     )
     assert done["<lambda>"][0] == 0.7 and "can never close" in done.errors[0][1]
-    with pytest.raises(
-        ValueError, match="det_A is of five-bars; of a biglide"
-    ):
+    with pytest.raises(ValueError, match="det_A is of five-bars; of a biglide"):
         fb.sweep("det_A", {"l1": [0.3]}, robot=fb.Biglide(), table=(0.1, 0.1))

@@ -20,7 +20,9 @@ from fivebar.base.workers import WorkerPool, compute_chunks
 from fivebar.optimal_design.shards import read_chunk
 from tests.helpers import ROOT
 
-KILLS = range(50) if os.environ.get("FIVEBAR_NIGHTLY") else [0, pytest.param(1, marks=pytest.mark.deep)]
+KILLS = (
+    range(50) if os.environ.get("FIVEBAR_NIGHTLY") else [0, pytest.param(1, marks=pytest.mark.deep)]
+)
 DESIGNS, CHUNK, WORKERS = 60, 2, 2
 PATIENCE = 120  # s: no measure of speed, but an end
 IN_HAND = 2 * max(WORKERS, os.cpu_count()) + 1  # chunks, and the one that is being written

@@ -163,9 +163,7 @@ def test_what_is_refused(asked, error, notes):
 def test_a_file_of_designs_that_is_wrong_says_where(tmp_path):
     file = tmp_path / "designs.csv"
     file.write_text("l1,d\n0.1,0.1\n0.1,long\n")
-    with pytest.raises(
-        ValueError, match="designs.csv, line 3: .*long"
-    ):
+    with pytest.raises(ValueError, match="designs.csv, line 3: .*long"):
         fb.sweep("bars", file)
     file.write_text("l1,d\n0.1\n")
     with pytest.raises(ValueError, match="designs.csv, line 2: "):

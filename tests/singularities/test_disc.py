@@ -142,7 +142,6 @@ def test_a_clearance_that_no_disc_keeps_is_named():
         fb.largest_disc(fb.aspect(fb.FiveBar(), 7), fb.Constraints(clearance=0.25))
 
 
-
 def path(*heights):
     """Up and down through heights at even times from 0 to 1, along a polynomial, at x = 0."""
     times = np.linspace(0, 1, len(heights))

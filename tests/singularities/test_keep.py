@@ -104,7 +104,13 @@ def test_rooms_of_bars_against_points_along_them_and_those_of_symbols(robot, lay
 
 def test_bars_that_cross_are_less_than_apart_by_the_end_that_is_least_across():
     a, b, c, d = np.array([0, 4, 1 - 1j, 1 + 3j])
-    assert segment_distance(a, b, c, d) == segment_distance(b, a, c, d) == segment_distance(c, d, a, b) == segment_distance(d, c, b, a) == -1
+    assert (
+        segment_distance(a, b, c, d)
+        == segment_distance(b, a, c, d)
+        == segment_distance(c, d, a, b)
+        == segment_distance(d, c, b, a)
+        == -1
+    )
     assert segment_distance(a, b, (c + d) / 4, d) == 0.5
     one = np.complex128(1)
     assert {

@@ -99,7 +99,7 @@ def test_a_map_of_another_shape_than_its_grid_is_refused(tmp_path):
 
 
 def test_a_page_has_its_path_and_title(tmp_path):
-    singularity_map(UNEQUAL, shape=(4, 5)).page(tmp_path / "map.html", "Far and near")
+    singularity_map(UNEQUAL, shape=(4, 5)).page(tmp_path / "map.html", title="Far and near")
     assert "<title>Far and near</title>" in (tmp_path / "map.html").read_text(encoding="utf-8")
 
 

@@ -174,7 +174,9 @@ def test_the_least_margin_on_a_path_and_when(ends):
         t = np.linspace(start, end, 40001)
         pose = fb.igm(UNEQUAL, path(t)[0], (-1, 1))
         margins = np.abs([*pose.sines, pose.det_A]).min(axis=0)
-        least, time = module._smallest(UNEQUAL, path, (-1, 1), np.linspace(start, end, module.SAMPLES))
+        least, time = module._smallest(
+            UNEQUAL, path, (-1, 1), np.linspace(start, end, module.SAMPLES)
+        )
         assert margins.min() - 1e-7 <= least <= margins.min() and time == pytest.approx(
             t[margins.argmin()], abs=1e-4
         )

@@ -205,7 +205,8 @@ def test_the_largest_rectangle_around_a_point_is_empty_and_none_is_larger(seed):
             )
         # Each of its sides has come to a point.
         assert all(
-            (rectangle_distance(points, v - 1.1e-3 * (np.arange(4) == k) * INWARDS) < 0).any() for k in range(4)
+            (rectangle_distance(points, v - 1.1e-3 * (np.arange(4) == k) * INWARDS) < 0).any()
+            for k in range(4)
         )
 
 

@@ -1,1 +1,1 @@
-"""Read drawings: G-code, SVG, DXF-like point tables; the result is a Path."""
+"""Read drawings: G-code, SVG, tables of points; the result is a Path."""
