@@ -19,8 +19,8 @@ import pytest
 
 import fivebar as fb
 from fivebar.base.folders import locked_folder
-from fivebar.base.workers import end_with_parent
 from fivebar.base.tables import is_part
+from fivebar.base.workers import end_with_parent
 from fivebar.cli import main
 from fivebar.study.speed_accuracy.store import Partial
 from tests.helpers import ROOT

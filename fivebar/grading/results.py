@@ -17,7 +17,8 @@ class Check:
     points: earned of max_points; reason, text, wrong, rows, asked, came, off, line, source,
     remarks: as in Verdict, of what was asked first and was not right; place: the line in its
         author's words;
-    function: whose answers were judged; beside: what the lab's own test says of them; misconception, hint: "" where none.
+    function: whose answers were judged; beside: what the lab's own test says of them;
+        misconception, hint: "" where none.
     """
 
     name: str

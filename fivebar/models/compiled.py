@@ -183,6 +183,10 @@ def minimized(name: str, problem: dict, options: dict, **given: Any) -> tuple[di
     return found, stats
 
 
+def _array(rows, columns):
+    return np.empty((columns, rows) if columns > 1 else rows)
+
+
 class Buffered:
     """A casadi.Function called through its own arrays, without the cost of converting arguments.
 
@@ -192,13 +196,8 @@ class Buffered:
 
     def __init__(self, function):
         self._buffer, self._run = function.buffer()
-        shapes = (
-            [function.size_in(k) for k in range(function.n_in())],
-            [function.size_out(k) for k in range(function.n_out())],
-        )
-        self._inputs, self.outputs = (
-            [np.empty((c, r) if c > 1 else r) for r, c in sizes] for sizes in shapes
-        )
+        self._inputs = [_array(*function.size_in(k)) for k in range(function.n_in())]
+        self.outputs = [_array(*function.size_out(k)) for k in range(function.n_out())]
         for k, array in enumerate(self._inputs):
             self._buffer.set_arg(k, memoryview(array))
         for k, array in enumerate(self.outputs):

@@ -153,7 +153,9 @@ def gap_rate(columns: tuple, a_dot: tuple) -> tuple:
     """Of `loop_gap`, m/s, on components, by its columns; 0 in a motion that keeps the loop
     closed.
     """
-    return tuple(sum(column[k] * rate for column, rate in zip(columns, a_dot)) for k in (0, 1))
+    x = sum(column[0] * rate for column, rate in zip(columns, a_dot))
+    y = sum(column[1] * rate for column, rate in zip(columns, a_dot))
+    return x, y
 
 
 def _movable(pose, free):
@@ -167,9 +169,9 @@ def _movable(pose, free):
 
 def _least(columns, values, gap):
     """values less the vector of least norm that the columns take to the gap."""
-    xx, xy, yy = (
-        sum(column[i] * column[j] for column in columns) for i, j in ((0, 0), (0, 1), (1, 1))
-    )
+    xx = sum(column[0] * column[0] for column in columns)
+    xy = sum(column[0] * column[1] for column in columns)
+    yy = sum(column[1] * column[1] for column in columns)
     inverse = 1.0 / (xx * yy - xy * xy)
     share = (yy * gap[0] - xy * gap[1]) * inverse, (xx * gap[1] - xy * gap[0]) * inverse
     return tuple(value - dot(column, share) for value, column in zip(values, columns))

@@ -167,7 +167,10 @@ def _antisymmetric(a, b, c, d, e, f):
 
 
 def _times(rows, v):
-    return [sum(a * b for a, b in zip(row, v)) for row in rows]
+    products = []
+    for row in rows:
+        products.append(sum(a * b for a, b in zip(row, v)))
+    return products
 
 
 def _product(rows, others):

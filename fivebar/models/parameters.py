@@ -69,10 +69,12 @@ def robot_of(parameters: dict[str, Any]) -> FiveBar | Biglide:
     for kind in KINDS:
         if set(parameters) <= {f.name for f in fields(kind)}:
             return kind(**parameters)
-    known = [f"{', '.join(f.name for f in _own(kind))} ({kind.words.title})" for kind in KINDS]
-    unknown = min(
-        (sorted(set(parameters) - {f.name for f in fields(kind)}) for kind in KINDS), key=len
-    )
+    known, strange = [], []
+    for kind in KINDS:
+        names = ", ".join(f.name for f in _own(kind))
+        known.append(f"{names} ({kind.words.title})")
+        strange.append(sorted(set(parameters) - {f.name for f in fields(kind)}))
+    unknown = min(strange, key=len)
     more = dict.fromkeys(f.name for kind in KINDS for f in _beyond(kind))
     raise ValueError(
         f"no parameter {', '.join(unknown)}; the known ones are {' or '.join(known)}; and beyond"

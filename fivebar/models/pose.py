@@ -79,8 +79,8 @@ class Pose:
     robot; q (*batch, 2) rad (m for sliders); xi (*batch, 2) m; elbows (*batch, 2 legs, 2) m, of a
     biglide its feet; q_passive (*batch, 2) rad in (-pi, pi], of a biglide the bars' absolute
     angles; assembly (*batch,) and working (*batch, 2), int8, 0 where singular or unreachable; A, B,
-    J = A^-1 B (*batch, 2, 2); reach_margin (*batch,) m: how far the span of the bars is inside its limits,
-    negative outside.
+    J = A^-1 B (*batch, 2, 2); reach_margin (*batch,) m: how far the span of the bars is inside its
+    limits, negative outside.
     """
 
     robot: Robot

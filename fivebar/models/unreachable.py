@@ -27,10 +27,10 @@ def refuse_open(open_: np.ndarray, pose: Pose) -> None:
     """Raise for the first pose of a batch that does not close, where `open_` is true."""
     count, index = first_index(open_)
     where = f"{count} of {open_.size} poses, the first at index {index}: " if index else ""
-    gaps = [
-        -float(min(np.broadcast_to(each, open_.shape)[index] for each in dyad.clearances))
-        for dyad in pose._dyads
-    ]
+    gaps = []
+    for dyad in pose._dyads:
+        clearances = [np.broadcast_to(each, open_.shape)[index] for each in dyad.clearances]
+        gaps.append(-float(min(clearances)))
     gap = max(gaps)
     leg = gaps.index(gap)
     dyad, side, words = pose._dyads[leg], ("left", "right")[leg], pose.robot.words

@@ -67,12 +67,12 @@ class Comparison(Plotted):
         """
         return {name: _figures(run) for name, run in self.runs.items()}
 
+    def _has(self, name):
+        """Return whether a figure is a number for at least one run."""
+        return any(not np.isnan(np.max(row.get(name, np.nan))) for row in self.figures.values())
+
     def __str__(self) -> str:
-        used = [
-            c
-            for c in COLUMNS
-            if not all(np.isnan(np.max(row.get(c[0], np.nan))) for row in self.figures.values())
-        ]
+        used = [column for column in COLUMNS if self._has(column[0])]
         lines = [["", *(title for _, title, _ in used)]]
         for name, row in self.figures.items():
             lines.append([name, *(_number(scale * np.max(row[key])) for key, _, scale in used)])

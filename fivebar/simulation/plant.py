@@ -153,7 +153,10 @@ class Plant:
         """Times (n,), lengths (n,), states (n, 8) and polynomials (n, 7, 8) of the steps until
         now.
         """
-        return tuple(np.array([piece[k] for piece in self._pieces]) for k in range(4))
+        columns = []
+        for k in range(4):
+            columns.append(np.array([piece[k] for piece in self._pieces]))
+        return tuple(columns)
 
     def rows(self, t):
         """Observations (n, columns) and states (n, 8) at times t (n,), none of them past."""

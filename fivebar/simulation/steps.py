@@ -130,16 +130,14 @@ def free_step(kind, names=()):
     )
     end, _ = _closed(robot, chart, after, None, slip)
     scale = casadi.vertcat(np.ones(4), 1 + casadi.fabs(state[4:]))
-    fifth, third = (
-        sum(w * k for w, k in zip(row, slopes) if w) / scale for row in (DOP853.E5, DOP853.E3)
-    )
+    fifth, third = (weighted_sum(row, slopes) / scale for row in (DOP853.E5, DOP853.E3))
     fifth, third = casadi.sumsqr(fifth), casadi.sumsqr(third)
     error = (
         length * fifth / casadi.sqrt(casadi.fmax(8 * (fifth + 0.01 * third), 1e-300)) / tolerance
     )
     slopes.append(model(end, tau, parameters, *sticks))
     for row in DOP853.A_EXTRA:
-        stage = state + length * sum(w * k for w, k in zip(row, slopes) if w)
+        stage = state + length * weighted_sum(row, slopes)
         slopes.append(model(stage, tau, parameters, *sticks))
     change = end - state
     polynomial = [
@@ -147,7 +145,7 @@ def free_step(kind, names=()):
         length * slopes[0] - change,
         2 * change - length * (slopes[DOP853.n_stages] + slopes[0]),
     ]
-    polynomial += [length * sum(w * k for w, k in zip(row, slopes) if w) for row in DOP853.D]
+    polynomial += [length * weighted_sum(row, slopes) for row in DOP853.D]
     inputs = [state, tau, length, tolerance, parameters, *sticks]
     return casadi.Function(
         "free_step", inputs, casadi.cse([end, error, casadi.horzcat(*polynomial)])
@@ -193,7 +191,12 @@ def runge_kutta(method, step, state, slope, slopes=None):
             if weight:
                 stage = stage + step * weight * k
         slopes.append(slope(stage, fraction))
-    return state + step * sum(weight * k for weight, k in zip(b, slopes) if weight)
+    return state + step * weighted_sum(b, slopes)
+
+
+def weighted_sum(weights, slopes):
+    """Return the sum of weight times slope; weights that are 0 cost no instruction."""
+    return sum(weight * slope for weight, slope in zip(weights, slopes) if weight)
 
 
 def tableau(method):

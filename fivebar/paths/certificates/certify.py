@@ -118,9 +118,9 @@ def certify(
 ) -> Certificate:
     """Return a proof that every robot within the tolerances reaches a whole path in one mode.
 
-    Each piece is divided until interval arithmetic (FLINT's balls) encloses the three sines on every
-    part, for all its points and all robots, by the mean value theorem. Where that fails, a robot and
-    a point that violate the claim are searched.
+    Each piece is divided until interval arithmetic (FLINT's balls) encloses the three sines on
+    every part, for all its points and all robots, by the mean value theorem. Where that fails, a
+    robot and a point that violate the claim are searched.
 
     Parameters
     ----------

@@ -128,4 +128,6 @@ def _legs_cross(robot, aspect):
         complex(*aspect.point),
     )
     bars = [((base[leg], elbow[leg]), (elbow[leg], tip)) for leg in (0, 1)]
-    return any(segment_distance(*one, *other) < 0 for one, other in product(*bars) if one[1] != other[1])
+    return any(
+        segment_distance(*one, *other) < 0 for one, other in product(*bars) if one[1] != other[1]
+    )

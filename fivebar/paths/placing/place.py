@@ -122,9 +122,9 @@ def place(
         Of the placements of largest clearance in at most 3 aspects, return the one in which
         `time_path` with these constraints takes the least time.
     strokes : bool
-        Each stroke may lie in an aspect of its own, if no aspect holds all of them; `Placed.strokes`
-        lists them. The ways with the pen up are then not placed: `plan` finds one from the end of a
-        stroke to the start of the next.
+        Each stroke may lie in an aspect of its own, if no aspect holds all of them;
+        `Placed.strokes` lists them. The ways with the pen up are then not placed: `plan` finds one
+        from the end of a stroke to the start of the next.
 
     Returns
     -------
