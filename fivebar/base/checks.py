@@ -180,10 +180,11 @@ def flag(value: object, name: str) -> bool:
 
 def strings(value: object, name: str) -> list[str]:
     """Rule: strings, not one string; TypeError for anything else."""
-    iterable = isinstance(value, Iterable) and not isinstance(value, (str, bytes, np.ndarray))
-    words = list(value) if iterable and not is_symbolic(value) else [None]
-    if all(isinstance(word, str) for word in words):
-        return words
+    one = isinstance(value, (str, bytes, np.ndarray)) or is_symbolic(value)
+    if isinstance(value, Iterable) and not one:
+        words = list(value)
+        if all(isinstance(word, str) for word in words):
+            return words
     raise TypeError(f"{name} must be a list of strings, not {shown(value)}")
 
 

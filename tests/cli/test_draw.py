@@ -115,7 +115,7 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
 @pytest.mark.deep
 def test_the_roomiest_place_is_farther_from_singularities(drawing, tmp_path, capsys):
     margins = []
-    for options in ([], ["--roomiest"]):
+    for options in ([], ["--largest-clearance"]):
         asked = ["draw", drawing, "--json", "--period", "0.01", "--out", str(tmp_path)]
         assert main([*asked, *options]) == 0
         found = json.loads(capsys.readouterr().out)
