@@ -108,7 +108,8 @@ def design(
     """
     robot = FiveBar() if robot is None else robot
     check_executor(executor)
-    problem = Problem(goals, bounds, limits or {}, robot, step, task_of(choices), executor)
+    limits = {} if limits is None else limits
+    problem = Problem(goals, bounds, limits, robot, step, task_of(choices), executor)
     rng = np.random.default_rng(seed)
     with progress(unit=" generations") as bar:
         if len(problem.goals) == 1:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,7 +40,8 @@ def differences(robot: Robot, t: np.ndarray, step: float) -> tuple[np.ndarray, n
     return v2, (v2 - v1) / step
 
 
-class Differentiation(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Differentiation:
     """Relative errors (n,) of the differences for each step (n,) s: the largest over 50 times in 2
     s.
     """

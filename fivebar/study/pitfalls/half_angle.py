@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,7 +31,8 @@ def half_angle_igm(robot: FiveBar, xi: ArrayLike, working: int = -1) -> np.ndarr
         return half_angle(-2 * l1 * y, -2 * l1 * x, x * x + y * y + l1 * l1 - l2 * l2, -working)
 
 
-class HalfAngle(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class HalfAngle:
     """Poses that approach b = c: distance from it (n,) m, xi (n, 2) m, q11 (n,) rad by the formula
     and by the RRR dyad.
     """

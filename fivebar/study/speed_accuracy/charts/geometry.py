@@ -5,8 +5,9 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.optimize import root
@@ -36,7 +37,8 @@ WRONG = 0.25
 FORMS = "closed forms"  # the family of formulas as sources print them
 
 
-class Poses(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Poses:
     """q (n, 2), exact positions of both assembly modes, angles of the distal bars (n, 2), 1 / the
     smallest singular value of A (n,).
     """
