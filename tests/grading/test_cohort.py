@@ -158,6 +158,7 @@ cohort.write_whole, cohort.Workers.stop = held, stopping
 sys.exit(main(sys.argv[1:]))"""
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_killed_at_any_moment_and_gone_on_with(labs, folder, tmp_path, number):
     for k in range(12):
@@ -196,6 +197,7 @@ def test_killed_at_any_moment_and_gone_on_with(labs, folder, tmp_path, number):
     } == seeds
 
 
+@pytest.mark.deep
 def test_hostile_numbers_and_lines_cost_one_student(labs, folder, tmp_path):
     """Constants that no float holds, and a line that takes Python's parser minutes, in the grader's own process."""
     written(folder / "a.py", RIGHT.replace("l11 = 0.09", f"l11 = 1{'0' * 400}"))

@@ -46,6 +46,7 @@ def alive(mark):
     return found
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("isolate", ["process", "bwrap"])
 def test_nothing_is_lost_or_kept_wrong_and_nothing_is_left(tmp_path, isolate):
     if isolate == "bwrap" and not bwrap_works():

@@ -45,6 +45,7 @@ def test_a_right_solution_of_any_form_gets_full_marks_and_no_diagnosis(lab, path
         assert [v.diagnosis for _, v in found.values() if v.diagnosis] == []
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("lab", FOLDERS)
 def test_right_solutions_of_twenty_students_robots_get_full_marks_in_spite_of_rounding(lab):
     forms = [path.read_text() for own, path in FORMS if own == lab]
@@ -126,6 +127,7 @@ def test_the_figures_are_those_that_the_statements_show(tmp_path):
     assert all((LABS / path).stat().st_size <= 60_000 for path in shown)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("lab", FOLDERS)
 def test_the_program_grades_a_solution_with_full_marks(lab):
     command = [sys.executable, "-m", "fivebar", "check", lab, SOLUTIONS / f"{lab}.py"]

@@ -268,6 +268,7 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
     assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("lab, solution", [("lab1", "lab1.py"), ("lab2", "lab2.py")])
 def test_figures_show_both_poses_where_the_answers_are_poses(tmp_path, request, lab, solution):
     source = (DATA / "solutions" / solution).read_text(encoding="utf-8")

@@ -26,6 +26,7 @@ def pytest_run(*arguments, cwd):
     return run.returncode, run.stdout + run.stderr
 
 
+@pytest.mark.deep
 def test_a_lab_of_the_clone_runs_by_plain_pytest(tmp_path):
     code, text = pytest_run(LABS / "lab1_geometry", "--submission", SOLUTION, cwd=tmp_path)
     assert code == 0 and "20 of 20 points" in text
