@@ -56,8 +56,8 @@ def exact_points(linkage, branch):
         g, a, b, c = map(mp, linkage.sides)
         base = mpmath.mpc(*linkage.base)
         foot = base + g * turn(mp(linkage.tilt))
-        at_b = lambda q: base + a * turn(q)  # noqa: E731
-        at_c = lambda q: apex(at_b(q), foot, b, c, branch)  # noqa: E731
+        at_b = lambda q: base + a * turn(q)
+        at_c = lambda q: apex(at_b(q), foot, b, c, branch)
         along, across = map(mp, linkage.point or (linkage.coupler / 2, 0))
         at_m = lambda q: at_b(q) + (along + 1j * across) * (at_c(q) - at_b(q)) / b  # noqa: E731
         return {"B": at_b, "C": at_c, "M": at_m}, {
@@ -67,20 +67,20 @@ def exact_points(linkage, branch):
     if isinstance(linkage, SliderCrank):
         r, l, e = mp(linkage.crank), mp(linkage.rod), mp(linkage.offset)  # noqa: E741
         if linkage.held == "guide":
-            at_a = lambda q: r * turn(q)  # noqa: E731
-            at_b = lambda q: (
+            at_a = lambda q: r * turn(q)
+            at_b = lambda q: (  # noqa: E731
                 r * mpmath.cos(q)
                 + branch * mpmath.sqrt(l**2 - (e - r * mpmath.sin(q)) ** 2)
                 + 1j * e
-            )  # noqa: E731
+            )
             return {"A": at_a, "B": at_b}, {"rod": between(at_a, at_b)}
         if linkage.held == "slider":
-            at_a = lambda q: l * turn(q)  # noqa: E731
-            at_o = lambda q: (
+            at_a = lambda q: l * turn(q)
+            at_o = lambda q: (  # noqa: E731
                 l * mpmath.cos(q)
                 + branch * mpmath.sqrt(r**2 - (e + l * mpmath.sin(q)) ** 2)
                 - 1j * e
-            )  # noqa: E731
+            )
             return {"A": at_a, "O": at_o}, {"crank": between(at_a, at_o)}
         if linkage.held == "crank":
             at_o, at_b = (lambda q: mp(0)), (lambda q: r + l * turn(q))
@@ -92,12 +92,12 @@ def exact_points(linkage, branch):
             return mpmath.arg(z / mpmath.mpc(branch * mpmath.sqrt(abs(z) ** 2 - e**2), e))
 
         length = r + l + abs(e)
-        at_h = lambda q: at_o(q) + (length + 1j * e) * turn(guide(q))  # noqa: E731
+        at_h = lambda q: at_o(q) + (length + 1j * e) * turn(guide(q))
         return {"O": at_o, "B": at_b, "H": at_h}, {"guide": guide}
     l2, l3, l4, l5, l11 = (mp(getattr(linkage, name)) for name in ("l2", "l3", "l4", "l5", "l11"))
     foot = l11 * turn(mp(linkage.theta11))
-    at_b = lambda q: l2 * turn(q)  # noqa: E731
-    at_c = lambda q: apex(at_b(q), foot, l3, l4, branch[0])  # noqa: E731
+    at_b = lambda q: l2 * turn(q)
+    at_c = lambda q: apex(at_b(q), foot, l3, l4, branch[0])
 
     def at_e(q):
         c = at_c(q)
