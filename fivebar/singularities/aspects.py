@@ -55,7 +55,8 @@ class Aspect:
 
     def __repr__(self) -> str:
         names = ("number", "working", "assembly", "area", "point", "clearance")
-        return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
+        values = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
+        return f"{type(self).__name__}({values})"
 
     @cached_property
     def _middle(self):

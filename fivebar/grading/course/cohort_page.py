@@ -21,8 +21,10 @@ STYLE = """
 .fivebar table { border-collapse: collapse; width: 100%; }
 .fivebar .wide { overflow-x: auto; }
 .fivebar th { text-align: left; color: #57606a; font-weight: 500; }
-.fivebar th, .fivebar td { padding: .3rem .6rem .3rem 0; border-bottom: 1px solid #d8dee4; vertical-align: top; }
-.fivebar .n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; overflow-wrap: normal; }
+.fivebar th, .fivebar td { padding: .3rem .6rem .3rem 0; border-bottom: 1px solid #d8dee4;
+  vertical-align: top; }
+.fivebar .n { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums;
+  overflow-wrap: normal; }
 .fivebar td.name { min-width: 11rem; }
 .fivebar .bar { width: 30%; min-width: 5rem; }
 .fivebar .bar div, .fivebar .histogram div { print-color-adjust: exact; }
@@ -30,7 +32,8 @@ STYLE = """
 .fivebar .histogram { display: flex; align-items: flex-end; gap: 3px; height: 9rem;
   border-bottom: 1px solid #57606a; }
 .fivebar .histogram div { flex: 1; background: #0969da; position: relative; }
-.fivebar .histogram span { position: absolute; top: -1.3rem; width: 100%; text-align: center; font-size: .8rem; }
+.fivebar .histogram span { position: absolute; top: -1.3rem; width: 100%; text-align: center;
+  font-size: .8rem; }
 .fivebar .ends { display: flex; justify-content: space-between; font-size: .8rem; color: #57606a; }
 .fivebar .chart { padding-top: 1.4rem; }
 .fivebar .low { color: #c4320a; }
@@ -224,8 +227,7 @@ def _students(reports):
         link = f"students/{quote(file_name(report.student))}.html"
         trouble = f'<div class="low">{text(trouble_of(report))}</div>' if trouble_of(report) else ""
         rows.append(
-            '<tr><td class="name"><a'
-            f' href="{link}">{text(report.student)}</a>{trouble}</td>{_bar(report.percent / 100)}<td'
-            f' class="n">{number(report.points)} / {number(report.max_points)}</td></tr>'
+            f'<tr><td class="name"><a href="{link}">{text(report.student)}</a>{trouble}</td>'
+            f'{_bar(report.percent / 100)}<td class="n">{number(report.points)} / {number(report.max_points)}</td></tr>'
         )
     return _table((("Student", ""), ("", "bar"), ("points", "n")), rows)

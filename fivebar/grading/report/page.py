@@ -17,11 +17,13 @@ STYLE = """
 .fivebar h1 { font-size: 1.35rem; margin: 0 0 .2rem; }
 .fivebar h2 { font-size: 1.1rem; margin: 1.8rem 0 .5rem; }
 .fivebar .total { font-size: 1.6rem; font-weight: 600; margin: .2rem 0 1rem; }
-.fivebar .note { background: #fff8e0; border-left: 4px solid #d4a72c; padding: .5rem .8rem; margin: .6rem 0; }
+.fivebar .note { background: #fff8e0; border-left: 4px solid #d4a72c; padding: .5rem .8rem;
+  margin: .6rem 0; }
 .fivebar details { border-top: 1px solid #d8dee4; }
 .fivebar summary { display: flex; gap: .8rem; padding: .45rem 0; cursor: pointer; }
 .fivebar .flat { border-top: 1px solid #d8dee4; display: flex; gap: .8rem; padding: .45rem 0; }
-.fivebar .word { flex: 0 0 4.2rem; text-align: center; border-radius: 1rem; color: #fff; font-size: .85rem;
+.fivebar .word { flex: 0 0 4.2rem; text-align: center; border-radius: 1rem; color: #fff;
+  font-size: .85rem;
   align-self: start; }
 .fivebar .right { background: #1a7f37; }
 .fivebar .partly { background: #8a6100; }
@@ -32,9 +34,11 @@ STYLE = """
 .fivebar small { color: #57606a; }
 .fivebar .points { white-space: nowrap; font-variant-numeric: tabular-nums; }
 .fivebar .body { display: flex; flex-wrap: wrap; gap: 1rem; padding: 0 0 .8rem; }
-.fivebar dl { display: grid; grid-template-columns: 5rem 1fr; gap: .15rem .8rem; margin: 0; align-content: start;
+.fivebar dl { display: grid; grid-template-columns: 5rem 1fr; gap: .15rem .8rem; margin: 0;
+  align-content: start;
   flex: 1 1 22rem; }
-.fivebar dl dt { color: #57606a; float: none; width: auto; font-weight: inherit; }  /* in Jupyter lists float */
+.fivebar dl dt { color: #57606a; float: none; width: auto; font-weight: inherit;
+  }  /* in Jupyter lists float */
 .fivebar dl dd { margin: 0; float: none; width: auto; }
 .fivebar code, .fivebar pre { font: 13px/1.5 ui-monospace, monospace; }
 .fivebar figure { margin: 0; flex: 0 1 300px; }

@@ -81,7 +81,9 @@ def _svg(drawn):
     middle = [(a + b) / 2 for a, b in zip(low, high)]
 
     def place(point):
-        return f"{WIDTH / 2 + scale * (point[0] - middle[0]):.0f},{HEIGHT / 2 - scale * (point[1] - middle[1]):.0f}"
+        x = WIDTH / 2 + scale * (point[0] - middle[0])
+        y = HEIGHT / 2 - scale * (point[1] - middle[1])
+        return f"{x:.0f},{y:.0f}"
 
     parts = []
     for lines, colour, style in zip(drawn, (EXPECTED, CAME), ('5"', '2" stroke-dasharray="7 5"')):
