@@ -228,6 +228,7 @@ def _students(reports):
         trouble = f'<div class="low">{text(trouble_of(report))}</div>' if trouble_of(report) else ""
         rows.append(
             f'<tr><td class="name"><a href="{link}">{text(report.student)}</a>{trouble}</td>'
-            f'{_bar(report.percent / 100)}<td class="n">{number(report.points)} / {number(report.max_points)}</td></tr>'
+            f'{_bar(report.percent / 100)}<td class="n">'
+            f"{number(report.points)} / {number(report.max_points)}</td></tr>"
         )
     return _table((("Student", ""), ("", "bar"), ("points", "n")), rows)

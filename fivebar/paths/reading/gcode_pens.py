@@ -14,7 +14,8 @@ PRINTED = re.compile(
 )
 PRINTERS = {  # M codes of a printer: temperatures, fans, limits, steps, messages
     42, 73, 74, 92, *range(104, 120), 140, 150, 155, 190, *range(201, 210), 211, 220, 221, 280,
-    *range(300, 305), 400, 412, 413, 420, 486, *range(500, 505), 555, 566, 569, 572, 593, 862, 900, 906, 907, 913, 914,
+    *range(300, 305), 400,
+    412, 413, 420, 486, *range(500, 505), 555, 566, 569, 572, 593, 862, 900, 906, 907, 913, 914,
 }  # fmt: skip
 ANY = {
     *range(6),
