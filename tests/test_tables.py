@@ -369,17 +369,6 @@ def test_a_file_of_another_kind_is_called_what_it_is(tmp_path, readers):
             fb.Run.from_csv(tmp_path / "it.csv")
 
 
-def test_files_of_the_first_version_are_read(plan):
-    """Without control grid and step_error; a plan without the motion at its knots."""
-    run = again(replace(RUN, control=None, step_error=None), fb.Run.from_csv)
-    assert run.control is None and run.step_error is None
-    text = re.sub(r', "begins": \[\[.*\]\]', "", text_of(plan), count=1)
-    assert "begins" not in text
-    t = np.linspace(0, 1, 99)
-    for ours, theirs in zip(plan(t), fb.Plan.from_csv(io.StringIO(text))(t)):
-        np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-12 * np.abs(ours).max())
-
-
 @pytest.mark.parametrize("number", [False, True, 0, 1, 2, 1.0, None, b"x", ["a"]])
 def test_numbers_are_no_files(number, plan):
     """`open` takes them for the caller's own streams, and closes these."""
