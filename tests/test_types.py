@@ -37,7 +37,7 @@ def test_every_public_function_has_hints():
     assert {
         "dgm",
         "simulate",
-        "Run.to_csv",
+        "Run.from_csv",
         "Run.q_error",
         "Tracker.__init__",
         "Trajectory.__call__",

@@ -211,7 +211,6 @@ class Run(Animated):
         )
 
     @classmethod
-    @classmethod
     def from_csv(cls, path: TextFile) -> Run:
         """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
         with opened(path) as table:
