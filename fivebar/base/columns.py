@@ -48,7 +48,6 @@ RADIANS_PER_SECOND = {
     "rpm": math.pi / 30,
     "rev/s": 2 * math.pi,
 }
-RADIANS_PER_SECOND2 = {"rad/s2": 1.0, "deg/s2": math.pi / 180}
 NEWTON_METRES = {
     "nm": 1.0,
     "mnm": 1e-3,

@@ -40,18 +40,6 @@ class Reference(Protocol):
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]: ...
 
 
-class Controller(Protocol):
-    """A control law: time, s, measured q and q_dot (2,), reference -> torques (2,) N m."""
-
-    def __call__(
-        self,
-        t: float,
-        q: np.ndarray,
-        q_dot: np.ndarray,
-        reference: Reference | None,
-    ) -> np.ndarray: ...
-
-
 @dataclass(frozen=True, eq=False)
 class _JointController:
     """Gains and working modes of a controller on the active joints."""

@@ -63,8 +63,11 @@ def _by_name(answers, known):
         if words is None:
             return None
         sentences.append(words.format(name))
-    text = "; ".join(sentences)
-    return Misconception(text, "All else is right: where does this come from?", None)
+    if not sentences:  # what is wrong is where no answer exists
+        return None
+    return Misconception(
+        "; ".join(sentences), "All else is right: where does this come from?", None
+    )
 
 
 def _one_relation(answers, known, part, angle):

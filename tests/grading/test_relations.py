@@ -93,3 +93,12 @@ def test_a_relation_that_one_row_breaks_is_not_named(exercise, came, name, row):
 )
 def test_what_is_no_plain_relation_is_not_named(exercise, came):
     assert named(exercise, *came) is None
+
+
+def test_a_number_where_no_answer_exists_has_no_relation():
+    """All that has an answer is right, so no relation holds for what is wrong."""
+    half = Exercise("f(a, b) -> x", lambda robot, a, b: np.where(a < 0.6, a * b, np.nan))
+    replies = [Reply("value", x) for x in X]
+    result = judge(half, ROBOT, (A, B), replies, 1e-9, refuse=A >= 0.6)
+    assert 0 < result.share < 1
+    assert result.diagnosis is None

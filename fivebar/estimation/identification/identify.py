@@ -79,7 +79,7 @@ def identify(
         Of known lengths and gravity; its masses and friction count where they are not unknown.
     log : Run, CSV or NPZ file, mapping of arrays, or a list of these
         Columns t, q1, q2, tau1, tau2, perhaps q1_dot, ... Torques of a simulated run are held from
-        row to row, others are those at their times.
+        row to row. Others are those at their times, or held too if this fits the motion better.
     validate : as log, optional
         A second run, whose torques are only predicted.
     unknown : sequence of str, optional
@@ -136,7 +136,7 @@ def identify(
     base, unseen = independent(any_W, columns, EXACT)
     told, also_unseen = independent(rows.W, base, NEARLY)
     full = fit(rows, told)
-    notes = []
+    notes, holds_better = [], False
     if full.misfit < POOR and not all(held for _, held in logs):
         # A drive that holds its commands logs torques of whole samples, not of instants.
         held_logs = [(own, True) for own, _ in logs]
@@ -144,6 +144,7 @@ def identify(
         better, count = fit(held_rows, told), rows.counts.sum(axis=0)
         if 2 * count @ np.log(full.sigma / better.sigma) > price(int(count.sum()), 1):
             logs, found, rows, full = held_logs, held_found, held_rows, better
+            holds_better = True
             notes = ["each torque is taken as held to the next row, which fits the motion better"]
     for _ in range(8 if cutoff is None and full.misfit < POOR else 0):
         if bias(found, told, full).max() < BIASED:
@@ -219,9 +220,8 @@ def identify(
     if validate is None:
         return identified
     second, held = log_of(validate, robot, units, gauges)
-    held = held or all(held for _, held in logs)
     at = identified.cutoff if cutoff is None else cutoff
-    rows = samples(second, held, robot, assembly, at).rows
+    rows = samples(second, held or holds_better, robot, assembly, at).rows
     return replace(identified, validation=_validation(identified, rows))
 
 

@@ -2,7 +2,7 @@
 as it can be.
 
 An aspect's exact boundary, and what else must be kept, make the test: a path that starts inside and
-is nowhere nearer to a boundary than its room is inside all along.
+is nowhere nearer to a boundary than its clearance is inside all along.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ class Placed:
     """A path in its place, from `place`.
 
     path: placed; placement; working, aspect: the modes and the aspect, or dexterous region, in
-    which it lies, of strokes with modes of their own those of the first; room: m, its distance from
-    the nearest boundary of what it may be in; nearest (2,) m: the point of the path where that is;
-    scale: of the placement; largest: with which scale it would fit at most, None where that was not
-    asked for; strokes: (Path, Aspect) of each part that has modes of its own, of a path in one
+    which it lies, of strokes with modes of their own those of the first; clearance: m, its distance
+    from the nearest boundary of what it may be in; nearest (2,) m: the point of the path where that
+    is; scale: of the placement; largest: with which scale it would fit at most, None where that was
+    not asked for; strokes: (Path, Aspect) of each part that has modes of its own, of a path in one
     aspect the whole.
     """
 
