@@ -75,6 +75,8 @@ _LATER = {
     "replay": "estimation.logs.replays",
     "repeatability": "estimation.calibration.repeatability",
     "routes": "singularities.passages",
+    "Integrator": "simulation.settings",
+    "Measurement": "simulation.settings",
     "simulate": "simulation.simulate",
     "simulate_many": "simulation.many",
     "singularity_loci": "singularities.loci",
@@ -139,6 +141,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .simulation.comparison import compare
     from .simulation.many import simulate_many
     from .simulation.run import Run
+    from .simulation.settings import Integrator, Measurement
     from .simulation.simulate import simulate
     from .singularities.aspects import aspect, aspects
     from .singularities.dexterous import dexterous

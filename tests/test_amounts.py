@@ -28,7 +28,6 @@ FOUR_BAR = fb.linkages.FourBar(0.2, 0.06, 0.16, 0.14)
         (lambda: fb.simulate(ROBOT, CONTROLLER, LINE, step=1e-9), r"1e\+09 steps of 1e-09 s: at most 1e\+07.* 400 GB"),
         (lambda: fb.Tracker(ROBOT, 10**20), "horizon must be at most 500"),
         (lambda: fb.Tracker(ROBOT, delay=10**9), "delay must be at most 1000"),
-        (lambda: fb.simulate(ROBOT, CONTROLLER, LINE, delay=10**12), "delay must be at most"),
         (lambda: fb.linkages.study(FOUR_BAR, turns=1e6), "3.6e.08 poses, which take 2.5e.02 GB: at most"),
         (lambda: fb.linkages.coupler_curves(FOUR_BAR, samples=10**12), "samples must be at most 1000000"),
         (lambda: fb.simulate_many([ROBOT] * 100, CONTROLLER, LINE, step=1e-6, control_period=1e-3),
@@ -50,7 +49,7 @@ def test_a_control_period_beyond_the_end_is_one_period():
         fb.simulate(ROBOT, CONTROLLER, LINE, control_period=period) for period in (1e6, 1.0)
     )
     assert np.array_equal(long.q, whole.q) and len(long.control.t) == 1
-    many, _ = fb.simulate_many([ROBOT, ROBOT], CONTROLLER, LINE, control_period=1e6, chart="task")
+    many, _ = fb.simulate_many([ROBOT, ROBOT], CONTROLLER, LINE, control_period=1e6, integrator=fb.Integrator(chart="task"))
     assert len(many.t) == len(long.t)
 
 
@@ -60,9 +59,9 @@ def test_a_period_of_many_steps_takes_the_memory_of_its_rows(method):
     code = f"""import fivebar as fb, resource
 robot, line = fb.FiveBar(), fb.line((0.09, 0.068), (0.0, 0.1), 0.1)
 control = fb.ComputedTorque(robot, 100, 20)
-fb.simulate(robot, control, line, control_period=0.01, step=1e-5, method={method})
+fb.simulate(robot, control, line, control_period=0.01, step=1e-5, integrator=fb.Integrator({method}))
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-run = fb.simulate(robot, control, line, control_period=0.1, step=1e-6, method={method})
+run = fb.simulate(robot, control, line, control_period=0.1, step=1e-6, integrator=fb.Integrator({method}))
 print(len(run.t), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)"""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     rows, kilobytes = map(int, done.stdout.split())

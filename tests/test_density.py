@@ -10,26 +10,26 @@ from tests.helpers.density import densities
 
 # Room: most syntax nodes, nodes a line, lines over 100 columns, nested comprehensions.
 LIMITS = {
-    "": (384, 2.58, 0, 0),
-    "amoro": (5815, 5.90, 0, 0),
-    "base": (9051, 6.21, 0, 0),
+    "": (391, 2.58, 0, 0),
+    "amoro": (5796, 5.90, 0, 0),
+    "base": (9040, 6.21, 0, 0),
     "cli": (15697, 5.11, 0, 0),
     "constraints": (10540, 7.97, 0, 0),
-    "control": (6006, 6.43, 0, 0),
-    "estimation": (29652, 6.40, 0, 0),
+    "control": (5984, 6.43, 0, 0),
+    "estimation": (29648, 6.40, 0, 0),
     "exporters": (3503, 4.36, 0, 0),
     "grading": (46354, 5.85, 0, 19),
     "linkages": (14509, 6.86, 0, 0),
-    "models": (16691, 7.09, 0, 0),
+    "models": (16725, 7.06, 0, 0),
     "optimal_design": (14072, 7.09, 0, 0),
     "paths": (43401, 7.93, 0, 13),
     "planning": (14873, 7.12, 0, 0),
-    "simulation": (11383, 7.33, 0, 0),
+    "simulation": (11560, 6.41, 0, 0),
     "singularities": (18253, 8.25, 0, 14),
-    "study": (18068, 6.27, 0, 0),
+    "study": (18085, 6.25, 0, 0),
     "visualization": (30261, 6.34, 0, 0),
 }
-UNFORMATTED = 5  # tables of numbers that the formatter leaves as they are
+UNFORMATTED = 2  # tables of numbers that the formatter leaves as they are
 DENSITIES = densities()
 
 

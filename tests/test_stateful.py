@@ -49,6 +49,12 @@ OPTIONS = {
 }  # fmt: skip
 
 
+GROUPS = {
+    "measurement": (fb.Measurement, {"delay", "encoder_resolution"}),
+    "integrator": (fb.Integrator, {"method", "chart", "tolerance"}),
+}
+
+
 class Simulating(RuleBasedStateMachine):
     """Whatever was asked before, a run depends on its own options alone, and keeps to them."""
 
@@ -73,9 +79,10 @@ class Simulating(RuleBasedStateMachine):
     def run(self):
         key = repr((self.robot, self.law, sorted(self.options.items(), key=str)))
         try:
-            run = fb.simulate(
-                self.robot, LAWS[self.robot][self.law], LINES[self.robot], **self.options
-            )
+            options = dict(self.options)
+            for name, (kind, parts) in GROUPS.items():
+                options[name] = kind(**{part: options.pop(part) for part in parts & set(options)})
+            run = fb.simulate(self.robot, LAWS[self.robot][self.law], LINES[self.robot], **options)
             found = run.q.tobytes(), run.tau.tobytes()
         except (ValueError, TypeError, ArithmeticError) as error:
             found = f"{type(error).__name__}: {error}"

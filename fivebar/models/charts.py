@@ -112,10 +112,13 @@ class Task(Minimal):
         )
 
 
-def halves(state: Any, chart: BarAngles | Minimal) -> tuple[tuple, tuple]:
+Chart = BarAngles | Task | Joint
+
+
+def halves(state: Any, chart: Chart) -> tuple[tuple, tuple]:
     """(c, c') of a state of the chart, symbols, on components."""
     parts = tuple(state[k] for k in range(2 * chart.size))
     return parts[: chart.size], parts[chart.size :]
 
 
-CHARTS = {"auto": BarAngles(), "task": Task(), "joint": Joint()}
+CHARTS: dict[str, Chart] = {"auto": BarAngles(), "task": Task(), "joint": Joint()}

@@ -12,7 +12,7 @@ change-point robots alone can do (a biglide where both bars are across the guide
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..base.backend import atan2, cos, sin
 from .dyads import dot
@@ -105,7 +105,13 @@ def _columns(pose):
     )
 
 
-def rates_from_joint_state(robot: Robot, q: tuple, xi: tuple, q_dot: tuple, xi_dot: tuple) -> Rates:
+def rates_from_joint_state(
+    robot: Robot,
+    q: Any,
+    xi: Any,
+    q_dot: Any,
+    xi_dot: Any,
+) -> Rates:
     """A motion of which joints and end-effector are both known, on components: nothing is solved
     for, no mode asked.
     """

@@ -8,10 +8,10 @@ from inspect import signature
 from typing import Any
 
 from .links import Link
-from .robots import KINDS, Biglide, FiveBar
+from .robots import KINDS, Biglide, FiveBar, Robot
 
 
-def names_of(robots: Iterable[FiveBar | Biglide]) -> tuple[str, ...]:
+def names_of(robots: Iterable[Robot]) -> tuple[str, ...]:
     """The parameters that any of these robots names beyond its kind's own, in the order of the
     class.
     """
@@ -20,7 +20,7 @@ def names_of(robots: Iterable[FiveBar | Biglide]) -> tuple[str, ...]:
     return tuple(f.name for f in _beyond(type(robots[0])) if f.name in asked)
 
 
-def parameters_of(robot: FiveBar | Biglide, names: Iterable[str] | None = None) -> list:
+def parameters_of(robot: Robot, names: Iterable[str] | None = None) -> list:
     """The robot's parameters: its kind's own in the order of the class, then those named; gravity
     is two.
     """

@@ -21,31 +21,43 @@ from ..planning.plan import plan
 from ..planning.plans import Plan
 from ..planning.trajectory import Trajectory, line
 from .run import Run
+from .settings import Measurement
 from .simulate import simulate
 
-HOME, TASK_1, TASK_2 = (0.09, 0.06796322), (0.0, 0.1), (0.05, 0.0)  # m: from home in 2 s and in 4 s
+HOME = (0.09, 0.06796322)
+TASK_1 = (0.0, 0.1)
+TASK_2 = (0.05, 0.0)  # m: from home in 2 s and in 4 s
 SETTLING = 0.5  # s, simulated beyond the reference's end
 ENCODER = 2 * math.pi / 4096  # rad
 
 
 @dataclass(frozen=True)
 class Case:
-    """A motion to be tracked: the robot that moves, the one its controller knows, reference,
-    options of simulate.
+    """A motion to be tracked.
+
+    plant: the robot that moves; model: the one that its controller knows.
     """
 
     title: str
     reference: Trajectory | Plan
     plant: FiveBar = FiveBar()
     model: FiveBar = FiveBar()
-    options: dict[str, object] = field(default_factory=dict)
+    torque_limit: float | None = None
+    measurement: Measurement = field(default_factory=Measurement)
 
     def simulate(self, controller: str | Callable) -> Run:
-        """The Run of a controller, or of one of CONTROLLERS by its name."""
+        """Return the Run of a controller, or of one of CONTROLLERS by its name."""
         if isinstance(controller, str):
             controller = CONTROLLERS[_known(controller, CONTROLLERS, "controller")](self)
         duration = self.reference.start + self.reference.duration + SETTLING
-        return simulate(self.plant, controller, self.reference, duration=duration, **self.options)
+        return simulate(
+            self.plant,
+            controller,
+            self.reference,
+            duration=duration,
+            torque_limit=self.torque_limit,
+            measurement=self.measurement,
+        )
 
 
 def _task_1(title="task 1", **more):
@@ -57,36 +69,34 @@ def _torque_limit():
     case = _task_1("task 1, torque limit 60 %")
     xi, xi_dot, xi_ddot = case.reference(np.linspace(0.0, 2.0, 2001))
     tau = inverse_dynamics(ikm2(ikm(igm(case.model, xi), xi_dot), xi_ddot))
-    return replace(case, options={"torque_limit": 0.6 * float(np.abs(tau).max())})
+    return replace(case, torque_limit=0.6 * float(np.abs(tau).max()))
 
 
 def _crossing():
     """Task 2, planned with least effort; it passes the Type-2 singularity at t = 3 s."""
     reference = plan(FiveBar(), HOME, TASK_2, 4.0)
-    return Case("task 2, planned across Type 2", reference, options={"torque_limit": 0.05})
+    return Case("task 2, planned across Type 2", reference, torque_limit=0.05)
 
 
 CASES = {
     "task-1": _task_1,
     "torque-limit": _torque_limit,
     "mass": lambda: _task_1("task 1, mass 20 % larger than known", plant=FiveBar(m=0.6)),
-    "delay": lambda: _task_1("task 1, delay 10 ms", options={"delay": 1}),
+    "delay": lambda: _task_1("task 1, delay 10 ms", measurement=Measurement(delay=1)),
     "encoder": lambda: _task_1(
-        "task 1, encoders of 4096 steps", options={"encoder_resolution": ENCODER}
+        "task 1, encoders of 4096 steps", measurement=Measurement(encoder_resolution=ENCODER)
     ),
     "crossing": _crossing,
 }
 
 
 def _mpc(case):
-    names = "control_period", "delay", "encoder_resolution"
-    options = {
-        name.removeprefix("control_"): value
-        for name, value in case.options.items()
-        if name in names
-    }
-    constraints = Constraints(torque=case.options.get("torque_limit"))
-    return Tracker(case.model, constraints=constraints, **options)
+    return Tracker(
+        case.model,
+        constraints=Constraints(torque=case.torque_limit),
+        delay=case.measurement.delay,
+        encoder_resolution=case.measurement.encoder_resolution,
+    )
 
 
 # Computed torque at the lab's gains and with twice its bandwidth.

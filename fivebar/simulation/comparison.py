@@ -75,7 +75,12 @@ class Comparison(Plotted):
         used = [column for column in COLUMNS if self._has(column[0])]
         lines = [["", *(title for _, title, _ in used)]]
         for name, row in self.figures.items():
-            lines.append([name, *(_number(scale * np.max(row[key])) for key, _, scale in used)])
+            lines.append(
+                [
+                    name,
+                    *(_number(scale * np.max(row[key])) for key, _, scale in used),
+                ]
+            )
         return "\n".join(aligned(lines, 1))
 
 
@@ -86,7 +91,8 @@ def peak_name(robot: Robot) -> str:
 
 
 def _figures(run):
-    size, log = np.linalg.norm(run.error, axis=1), run.log
+    size = np.linalg.norm(run.error, axis=1)
+    log = run.log
     size = size[np.isfinite(size)] if run.measured is not None else size  # not in the gaps of a log
     nan = float("nan")
     figures = {
@@ -117,4 +123,6 @@ def _peaks(run):
 def _number(value):
     if np.isnan(value):
         return "-"
-    return f"{value:.0f}" if value >= 1e3 or value == round(value) else f"{value:.3g}"
+    if value >= 1e3 or value == round(value):
+        return f"{value:.0f}"
+    return f"{value:.3g}"

@@ -2,145 +2,168 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
-from ..base.backend import sign
+from ..base.backend import EPS, sign
 from ..models.robots import Robot
 from ..singularities.margins import Singularity
 from .run import Event
 from .steps import MARGIN_RATES, MARGINS
 
-KINDS = Singularity.SERIAL, Singularity.SERIAL, Singularity.PARALLEL
 MOST_NEWTON = 50  # where the sine hardly dips below 0, a step only halves the distance at first
 ENOUGH = 1e-7  # of a step: after a Newton step as small as this the next is at rounding
-NEARBY = 1e-4  # of a step, between which the rate's slope is taken
 DIP = 0.05  # of the smaller end: a cubic that comes as near to 0 is looked at in the motion itself
+KINDS = Singularity.SERIAL, Singularity.SERIAL, Singularity.PARALLEL  # of sin q12, sin q22, det A
 
 
-def meets(margins: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-    """Which motions (*batch,) may cross a singularity: sines (*batch, n, 3) and their rates.
+def may_cross(margins: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """Return which motions (*batch,) may cross a singularity: sines (*batch, n, 3), their rates.
 
-    None that crosses is left out; some that come near to one are in.
+    No motion that crosses is left out. Some that come near to a singularity are in.
     """
-    low, high = margins[..., :-1, :], margins[..., 1:, :]
-    dips = (low * slopes[..., :-1, :] < 0) & (high * slopes[..., 1:, :] > 0)
-    return ((low * high <= 0) | dips).any(axis=(-1, -2))
+    before = margins[..., :-1, :]
+    after = margins[..., 1:, :]
+    changes = before * after <= 0
+    turns = (before * rates[..., :-1, :] < 0) & (after * rates[..., 1:, :] > 0)
+    return (changes | turns).any(axis=(-1, -2))
 
 
 def crossings(
-    robot: Robot, t: np.ndarray, rows: np.ndarray, after: Callable | None = None
+    robot: Robot,
+    t: np.ndarray,
+    rows: np.ndarray,
+    motion: Callable | None = None,
 ) -> tuple[Event, ...]:
-    """The crossings of Type 1 and Type 2 on times t (n,) with observations (n, columns), in order.
+    """Return the crossings of Type 1 and Type 2 singularities in order.
 
-    after: (k, length) -> the three sines and their rates `length` s after row k, by the motion
-    itself: then times are good to 1e-12 s; else they are those of the cubic through a step's ends
-        and their slopes.
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    t : (n,), s, equally spaced
+    rows : (n, columns)
+        Observations at these times.
+    motion : callable, optional
+        t -> the three sines and their rates, (3,) each, of the motion itself, for times good to
+        1e-12 s. None: each sine is the cubic that has the values and rates of a step's ends.
     """
-    margins, rates, step = rows[:, MARGINS], rows[:, MARGIN_RATES], t[1] - t[0]
-    modes = -sign(margins, 0.0)
-    for k in np.flatnonzero(
-        (modes == 0).any(axis=1)
-    ):  # a step that ends on a singularity has not crossed it yet
-        modes[k] = np.where(modes[k] == 0, modes[k - 1] if k else 0, modes[k])
-    found = []  # (time, column, step)
+    margins = rows[:, MARGINS]
+    rates = rows[:, MARGIN_RATES]
+    step = t[1] - t[0]
+    modes = _modes(margins)
+    zeros = []  # (time, column, step)
     for column in range(3):
-        y, slopes = margins[:, column], step * rates[:, column]
-        for k in np.flatnonzero(modes[1:, column] * modes[:-1, column] < 0):
-            ends = y[k], y[k + 1], slopes[k], slopes[k + 1]
-            found.append((t[k] + step * _zero(ends, _of(after, k, column, step)), column, k))
-        towards = (y[:-1] * slopes[:-1] < 0) & (y[1:] * slopes[1:] > 0) & (y[:-1] * y[1:] > 0)
-        for k in np.flatnonzero(towards):
-            ends = y[k], y[k + 1], slopes[k], slopes[k + 1]
-            for place in _there_and_back(ends, _of(after, k, column, step)):
-                found.append((t[k] + step * place, column, k))
-    events, now = [], modes[0].copy()
-    for when, column, k in sorted(found):
-        before = np.where(
-            now == 0, modes[k], now
-        )  # what began on a singularity has a mode from its first step on
-        now[column] = -now[column] if now[column] else modes[k + 1, column]
-        events.append(
-            Event(
-                float(when), KINDS[column], robot.words.sines[column], _plain(before), _plain(now)
-            )
+        y = margins[:, column].tolist()
+        slopes = (step * rates[:, column]).tolist()
+        changes = modes[1:, column] * modes[:-1, column] < 0
+        turns = (margins[:-1, column] * rates[:-1, column] < 0) & (
+            margins[1:, column] * rates[1:, column] > 0
         )
+        for k in np.flatnonzero(changes | turns).tolist():
+            cubic = Cubic.through(y[k : k + 2], slopes[k : k + 2])
+            look = motion and partial(_look, motion, column, t[k], step)
+            places = [zero(cubic, look)] if changes[k] else there_and_back(cubic, look)
+            zeros += [(t[k] + step * place, column, k) for place in places]
+    events = []
+    now = modes[0].copy()
+    for when, column, k in sorted(zeros):
+        # What began on a singularity has a mode from its first step on.
+        before = np.where(now == 0, modes[k], now)
+        now[column] = -now[column] if now[column] else modes[k + 1, column]
+        name = robot.words.sines[column]
+        change = tuple(before.astype(int).tolist()), tuple(now.astype(int).tolist())
+        events.append(Event(float(when), KINDS[column], name, *change))
     return tuple(events)
 
 
-def _plain(modes):
-    return tuple(int(mode) for mode in modes)
+def _modes(margins):
+    """Return the signs of the modes (n, 3).
 
-
-def _of(after, k, column, step):
-    """place in [0, 1] of step k -> (sine, its rate over the step) by the motion itself, None where
-    it is not known.
+    A step that ends on a singularity has not crossed it yet.
     """
-    if after is None:
-        return None
-
-    def look(place):
-        sines, rates = after(k, place * step)
-        return sines[column], step * rates[column]
-
-    return look
-
-
-def _cubic(y0, y1, d0, d1):
-    """Coefficients of 1, s, s^2, s^3."""
-    change = y1 - y0
-    return y0, d0, 3 * change - 2 * d0 - d1, d0 + d1 - 2 * change
-
-
-def _zero(ends, look, low=0.0, high=1.0):
-    """Where in [low, high], at whose ends it has opposite signs, the sine is 0: on the cubic, then
-    in the motion.
-    """
-    k0, k1, k2, k3 = _cubic(*ends)
-    bottom, top, place = low, high, (low + high) / 2
-    rising = k0 + high * (k1 + high * (k2 + high * k3)) > 0
-    for _ in range(60):  # Newton's steps, bisection's where these leave the bracket
-        value, rate = (
-            k0 + place * (k1 + place * (k2 + place * k3)),
-            k1 + place * (2 * k2 + place * 3 * k3),
+    modes = -sign(margins, 0.0)
+    for k in np.flatnonzero((modes == 0).any(axis=1)):
+        modes[k] = np.where(
+            modes[k] == 0,
+            modes[k - 1] if k else 0,
+            modes[k],
         )
-        bottom, top = (bottom, place) if (value > 0) == rising else (place, top)
-        better = place - value / rate if rate else top
-        if not bottom < better < top:
-            better = (bottom + top) / 2
-        change, place = abs(better - place), better
-        if change < 1e-14:
-            break
+    return modes
+
+
+def _look(motion, column, t, step, place):
+    """Return a sine and its rate over a step, at a place in [0, 1] of it, by the motion itself."""
+    sines, rates = motion(t + place * step)
+    return sines[column], step * rates[column]
+
+
+class Cubic(NamedTuple):
+    """A polynomial in the place in a step, [0, 1], by its coefficients."""
+
+    k0: float
+    k1: float
+    k2: float
+    k3: float
+
+    @classmethod
+    def through(cls, values: Sequence[float], slopes: Sequence[float]) -> Cubic:
+        """Return the cubic that has these two values and slopes at 0 and 1."""
+        change = values[1] - values[0]
+        bend = slopes[0] + slopes[1] - 2 * change
+        return cls(values[0], slopes[0], change - slopes[0] - bend, bend)
+
+    def __call__(self, s: float) -> float:
+        return self.k0 + s * (self.k1 + s * (self.k2 + s * self.k3))
+
+    def slope(self, s: float) -> float:
+        """Return the derivative at s."""
+        return self.k1 + s * (2 * self.k2 + s * 3 * self.k3)
+
+
+def zero(cubic: Cubic, look: Callable | None, low: float = 0.0, high: float = 1.0) -> float:
+    """Return where in [low, high] a sine is 0: on the cubic, then by Newton's steps in the motion.
+
+    But for rounding, the cubic has opposite signs at low and high.
+    """
+    place = _bracketed(cubic, low, high)
     for _ in range(MOST_NEWTON if look else 0):
-        value, rate = look(place)
-        if not rate:
+        value, slope = look(place)
+        if not slope:
             break
-        better = min(max(place - value / rate, low), high)
-        change, place = abs(better - place), better
-        if change < ENOUGH:
+        before = place
+        place = min(max(place - value / slope, low), high)
+        if abs(place - before) < ENOUGH:
             break
     return place
 
 
-def _there_and_back(ends, look):
-    """Places of the two crossings of a step whose ends have one sign; () where the sine only comes
-    near to 0.
+def there_and_back(cubic: Cubic, look: Callable | None) -> tuple[float, ...]:
+    """Return the two zeros of a sine that turns in the step; () where it does not reach 0.
+
+    At both ends it has one sign, and it goes towards 0 and away.
     """
-    k0, k1, k2, k3 = _cubic(*ends)
-    side = 1.0 if k0 > 0 else -1.0
-    # The cubic goes towards 0 at the step's start and away at its end: it turns at that root of its
-    # slope where the second derivative has the sign of the ends; of its two forms the one without
-    # cancellation.
-    root = max(k2 * k2 - 3 * k1 * k3, 0.0) ** 0.5
-    low = -k1 / (k2 + side * root) if side * k2 > 0 else (side * root - k2) / (3 * k3)
-    if side * (k0 + low * (k1 + low * (k2 + low * k3))) > DIP * min(abs(ends[0]), abs(ends[1])):
+    turn = _bracketed(cubic.slope, 0.0, 1.0)
+    side = 1.0 if cubic(0.0) > 0 else -1.0
+    value = side * cubic(turn)
+    if value > DIP * min(side * cubic(0.0), side * cubic(1.0)):
         return ()
     if look is not None:
-        for _ in range(
-            3
-        ):  # the cubic's turn is good to third order; then secants of the motion's own rate
-            slope = (look(low + NEARBY)[1] - look(low - NEARBY)[1]) / (2 * NEARBY)
-            low = min(max(low - look(low)[1] / slope, NEARBY), 1 - NEARBY) if slope else low
-    value = look(low)[0] if look else k0 + low * (k1 + low * (k2 + low * k3))
-    return () if side * value >= 0 else (_zero(ends, look, 0.0, low), _zero(ends, look, low, 1.0))
+        turn = _bracketed(lambda place: look(place)[1], 0.0, 1.0)
+        value = side * look(turn)[0]
+    if value >= 0:
+        return ()
+    return zero(cubic, look, 0.0, turn), zero(cubic, look, turn, 1.0)
+
+
+def _bracketed(function, low, high):
+    """Return the zero between two places at which, but for rounding, the function has two signs."""
+    at_low = function(low)
+    at_high = function(high)
+    if at_low * at_high >= 0:
+        return low if abs(at_low) < abs(at_high) else high
+    # A zero without a slope takes more than the usual 100 iterations.
+    return brentq(function, low, high, xtol=1e-16, rtol=4 * EPS, maxiter=1000)

@@ -1,5 +1,6 @@
-"""Whole closed loops as one compiled function: plant, built-in controller and zero-order hold, over
-many runs.
+"""Whole closed loops as one compiled function, over many runs.
+
+The function has the plant, a built-in controller and the zero-order hold.
 """
 
 from __future__ import annotations
@@ -8,35 +9,58 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import casadi
 import numpy as np
 
-from ..base.checks import a_callable, bounded, one_of, optional, positive, shown, takes, whole
-from ..base.checks import jit as must_be_jit
+from ..base.checks import a_callable, bounded, instance, optional, positive, shown, takes
 from ..base.checks import robot as must_be_robot
 from ..base.progress import progress
 from ..control.laws import PD, ComputedTorque
-from ..models.charts import CHARTS, Task, halves
+from ..models.charts import CHARTS, Chart, Task, halves
 from ..models.compiled import Buffered, compiled
 from ..models.kinematics import Rates, some_rates
 from ..models.parameters import count_of, names_of, parameters_of, with_parameters
 from ..models.robots import Robot, nearest_equivalent_angle
-from .events import meets
+from .events import may_cross
 from .plant import check_start, refuse_losses, refuse_sticking
 from .run import Control, Run
-from .simulate import MOST_DELAY, Grid, assemble, begin_of
-from .steps import COLUMNS, MARGIN_RATES, MARGINS, METHODS, Q_DOT, Q, observation, runge_kutta_step
+from .settings import Integrator, Measurement
+from .simulate import Grid, begin_of, run_of
+from .steps import COLUMNS, MARGIN_RATES, MARGINS, Q_DOT, Q, observation, runge_kutta_step
 
-MOST_ROWS, BYTES = 3 * 10**7, 180  # of all runs; what one takes
-MOST_BLOCK, BLOCK_BYTES = (
-    10**5,
-    1200,
-)  # steps in a control period; what one takes while a call lasts
+MOST_ROWS = 3 * 10**7  # of all runs
+ROW_BYTES = 180  # memory of a row
+MOST_BLOCK = 10**5  # steps in a control period
+STEP_BYTES = 1200  # memory of a step during a call
 AT_ONCE = 4 * 10**6  # rows in one call
 TOGETHER = 128  # runs in one call: more would only take memory
 INLINE = 10  # steps in a control period that are written out: beyond, a loop is as fast
-GAINS = 4  # kp and kd of both joints
+
+
+class _Law(NamedTuple):
+    """All that a compiled loop depends on, but for robots, gains, starts and the reference."""
+
+    kind: type  # of the robots
+    names: tuple[str, ...]  # of their parameters
+    law: PD | ComputedTorque
+    chart: Chart
+    method: str
+    grid: Grid
+    periods: int
+    torque_limit: float | None
+    measurement: Measurement
+
+    @property
+    def size(self) -> int:
+        """Numbers in a state of the plant."""
+        return 2 * self.chart.size
+
+    @property
+    def memory(self) -> int:
+        """Numbers that go with the state: torques on their way, the last reading of encoders."""
+        return 2 * self.measurement.delay + 2 * (self.measurement.encoder_resolution is not None)
 
 
 @takes(
@@ -45,11 +69,8 @@ GAINS = 4  # kp and kd of both joints
     control_period=positive,
     step=positive,
     torque_limit=optional(positive),
-    delay=whole(0, MOST_DELAY),
-    encoder_resolution=optional(positive),
-    chart=one_of(*CHARTS),
-    method=one_of(*METHODS),
-    jit=must_be_jit,
+    measurement=optional(instance(Measurement)),
+    integrator=optional(instance(Integrator)),
 )
 def simulate_many(
     robot: Robot | Sequence[Robot],
@@ -61,99 +82,106 @@ def simulate_many(
     control_period: float = 0.01,
     step: float = 0.001,
     torque_limit: float | None = None,
-    delay: int = 0,
-    encoder_resolution: float | None = None,
-    chart: str = "auto",
-    method: str = "rk4",
-    jit: bool | str = False,
+    measurement: Measurement | None = None,
+    integrator: Integrator | None = None,
 ) -> list[Run]:
-    """Simulate many closed loops by one compiled function, on all cores; gives a list of Run.
+    """Simulate many closed loops by one compiled function, on all cores.
 
-    robot: of all runs, or one for each: lengths and inertias are parameters of the function.
-    controller: PD or ComputedTorque, or one for each run that differ in their gains alone.
-    starts: Rates of a batch (n,), or one Rates for each run; None: each robot as the reference
-    starts, in the controller's working modes.
-    chart, method: fixed steps of length `step` in a chart, as in `simulate`: "auto" passes every
-    singularity. The other options as in `simulate`, whose Runs with the same chart and method these
-    equal within rounding. Raises as `simulate` does, for the first run that does not go through,
-    and names it; ValueError names the robots that do not reach the start.
+    The Runs equal those of `simulate` with the same chart and fixed steps, within rounding.
+
+    Parameters
+    ----------
+    robot : Robot or sequence of Robot
+        Of all runs, or one for each. Lengths and inertias are parameters of the function.
+    controller : PD or ComputedTorque, or a sequence of these
+        Of all runs, or one for each; they may differ in their gains alone.
+    reference : callable, optional
+        As in `simulate`.
+    starts : Rates or sequence of Rates, optional
+        Rates of a batch (n,), or one Rates for each run. None: each robot as the reference starts,
+        in the controller's working modes.
+    duration, control_period, step, torque_limit, measurement
+        As in `simulate`.
+    integrator : Integrator, optional
+        Its steps are fixed; method None is "rk4".
+
+    Returns
+    -------
+    list of Run
+
+    Raises
+    ------
+    ValueError
+        Where the arguments do not go together; it names the robots that do not reach the start.
+    ArithmeticError, SingularityError
+        As `simulate`, for the first run that does not go through; it has the run's number.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> robots = [fb.FiveBar(m=m) for m in (0.4, 0.5, 0.6)]
+    >>> controller = fb.ComputedTorque(fb.FiveBar(), kp=100, kd=20)
+    >>> reference = fb.line((0.09, 0.068), (0.0, 0.1), duration=2.0)
+    >>> [len(run.t) for run in fb.simulate_many(robots, controller, reference)]
+    [2001, 2001, 2001]
     """
-    robots, controllers, begin = _runs_of(robot, controller, starts)
+    measurement = measurement or Measurement()
+    integrator = integrator or Integrator()
+    if integrator.tolerance is not None:
+        raise ValueError("simulate_many has fixed steps: an Integrator without tolerance")
+    robots, controllers, starts = _runs_of(robot, controller, starts)
     law, gains = _one_law(controllers)
-    grid, chart = Grid.of(duration, reference, step, control_period), CHARTS[chart]
-    what = f"{len(robots)} runs of {grid.steps} steps are {len(robots) * grid.steps:.3g} rows"
-    bounded(len(robots) * grid.steps, MOST_ROWS, what, BYTES)
-    bounded(
-        grid.block,
-        MOST_BLOCK,
-        f"control_period = {control_period:g} s is {grid.block:.3g} steps",
-        BLOCK_BYTES,
+    grid = Grid.of(duration, reference, step, control_period)
+    rows = len(robots) * grid.steps
+    what = f"{len(robots)} runs of {grid.steps} steps are {rows:.3g} rows"
+    bounded(rows, MOST_ROWS, what, ROW_BYTES)
+    what = f"control_period = {control_period:g} s is {grid.block:.3g} steps"
+    bounded(grid.block, MOST_BLOCK, what, STEP_BYTES)
+    periods = -(-grid.steps // grid.block)
+    loop = _Law(
+        type(robots[0]),
+        names_of(robots),
+        law,
+        CHARTS[integrator.chart],
+        integrator.method or "rk4",
+        grid,
+        periods,
+        torque_limit,
+        replace(measurement, delay=min(measurement.delay, periods)),
     )
-    periods, named = -(-grid.steps // grid.block), (type(robots[0]), names_of(robots))
-    delay = min(delay, periods)
-    parameters = np.array([parameters_of(each, named[1]) for each in robots])
-    states, modes = (
-        _at_reference(named, parameters, law, reference, chart)
-        if begin is None
-        else _at(begin, chart)
-    )
+    parameters = np.array([parameters_of(each, loop.names) for each in robots])
+    if starts is None:
+        states, modes = _at_reference(loop, parameters, reference)
+    else:
+        states, modes = _at(starts, loop.chart)
+    states = np.hstack([states, _memory(loop, parameters, states, modes)])
     times = np.arange(periods) * (grid.block * grid.step)
     target = law.target(times, reference)
     targets = np.hstack([target.rates.pose.q, target.rates.q_dot, target.q_ddot])
-    more = [np.zeros((len(states), 2 * delay))]
-    if (
-        encoder_resolution is not None
-    ):  # the reading before the first, so that their difference gives the start's rate
-        rates = _starts_rates(named, parameters, chart, states, modes)
-        before = np.round(rates[:, :2] / encoder_resolution) * encoder_resolution
-        more.append(before - grid.block * grid.step * rates[:, 2:])
-    states = np.hstack([states, *more])
-    options = (
-        named,
-        law,
-        chart,
-        method,
-        grid.step,
-        grid.block,
-        periods,
-        torque_limit,
-        delay,
-        encoder_resolution,
-    )
     t = np.arange(grid.steps + 1) * grid.step
-    shared = t, None if reference is None else reference(t)[0], grid, chart, torque_limit
+    xi_ref = None if reference is None else reference(t)[0]
     runs = []
     together = max(1, min(TOGETHER, AT_ONCE // grid.steps))
-    for first in progress(range(0, len(states), together), unit=f" x {together} runs", delay=1):
+    for first in progress(
+        range(0, len(states), together),
+        unit=f" x {together} runs",
+        delay=1,
+    ):
         part = slice(first, first + together)
-        count = len(states[part])
-        inputs = (
-            states[part],
-            np.tile(targets, (count, 1)),
-            modes[part],
-            parameters[part],
-            gains[part],
-        )
-        outputs = _call(count, jit, *options)(
-            *(each.squeeze() if count == 1 else each for each in inputs)
-        )
-        rows, last, torques = (
-            part.reshape(count, -1, columns)
-            for part, columns in zip(outputs, (COLUMNS, COLUMNS, 8))
-        )
-        rows = np.concatenate([rows, last], axis=1)[:, : grid.steps + 1]
-        runs += _runs(robots[part], rows, torques, shared, first)
+        inputs = states[part], modes[part], parameters[part], gains[part]
+        outputs = _called(loop, integrator.jit, targets, inputs)
+        runs += _runs(loop, robots[part], t, outputs, xi_ref, first)
     return runs
 
 
 def _runs_of(robot, controller, starts):
-    """Robots and controllers (n,) and, where given, starts: Rates of a batch, or (n,)."""
-    given = {"robots": robot, "controllers": controller, "starts": starts}
-    if not (starts is None or isinstance(starts, (Rates, Sequence))) or isinstance(starts, str):
+    """Return robots (n,), controllers (n,), and starts as they came, checked."""
+    if isinstance(starts, str) or not isinstance(starts, (Rates, Sequence, type(None))):
         raise TypeError(
             f"starts must be the Rates of a batch, or one Rates for each run, not {shown(starts)}"
         )
-    lengths = {name: len(each) for name, each in given.items() if isinstance(each, Sequence)}
+    values = {"robots": robot, "controllers": controller, "starts": starts}
+    lengths = {name: len(value) for name, value in values.items() if isinstance(value, Sequence)}
     if isinstance(starts, Rates):
         if starts.q_dot.ndim != 2:
             raise ValueError(
@@ -162,22 +190,13 @@ def _runs_of(robot, controller, starts):
         lengths["starts"] = len(starts.q_dot)
     if not lengths:
         raise ValueError("simulate_many needs several robots, controllers or starts")
+    if len(set(lengths.values())) > 1 or 0 in lengths.values():
+        counts = ", ".join(f"{count} {name}" for name, count in lengths.items())
+        raise ValueError(f"one for each run: {counts} do not go together")
     count = max(lengths.values())
-    if any(n != count for n in lengths.values()) or not count:
-        raise ValueError(
-            f"one for each run: {', '.join(f'{n} {name}' for name, n in lengths.items())} do not go"
-            " together"
-        )
     robots = list(robot) if isinstance(robot, Sequence) else [robot] * count
-    for each in robots:
-        must_be_robot(each, "robot")
     controllers = list(controller) if isinstance(controller, Sequence) else [controller] * count
-    for k, each in enumerate(robots):
-        if type(each) is not type(robots[0]):
-            raise ValueError(
-                f"robots of one kind go together: number {k} is a {type(each).__name__}"
-            )
-        refuse_sticking(each)
+    _check_robots(robots)
     for each in controllers:
         if not isinstance(each, (PD, ComputedTorque)):
             raise ValueError(
@@ -194,161 +213,262 @@ def _runs_of(robot, controller, starts):
     return robots, controllers, starts
 
 
+def _check_robots(robots):
+    for k, robot in enumerate(robots):
+        must_be_robot(robot, "robot")
+        if type(robot) is not type(robots[0]):
+            raise ValueError(
+                f"robots of one kind go together: number {k} is a {type(robot).__name__}"
+            )
+        refuse_sticking(robot)
+
+
 def _one_law(controllers):
-    """The controller whose gains are symbols, and the gains (n, 4)."""
+    """Return the first controller, for all but the gains, and the gains (n, 4) of all."""
     first = controllers[0]
-    same = [f.name for f in fields(first) if f.name not in ("kp", "kd")]
-    for k, each in enumerate(controllers):
-        if type(each) is not type(first) or any(
-            getattr(each, name) != getattr(first, name) for name in same
-        ):
+    same = [field.name for field in fields(first) if field.name not in ("kp", "kd")]
+    gains = np.empty((len(controllers), 4))
+    for k, controller in enumerate(controllers):
+        alike = type(controller) is type(first) and all(
+            getattr(controller, name) == getattr(first, name) for name in same
+        )
+        if not alike:
             raise ValueError(
                 f"controllers of one loop differ in their gains alone: number {k} differs from"
                 " number 0"
             )
-    gains = [
-        np.concatenate([np.broadcast_to(each.kp, 2), np.broadcast_to(each.kd, 2)])
-        for each in controllers
-    ]
-    return first, np.array(gains)
+        gains[k, :2], gains[k, 2:] = controller.kp, controller.kd
+    return first, gains
 
 
 def _at(starts, chart):
-    """States (n, columns) and modes (n, 2) of given starts."""
+    """Return the states (n, size) and modes (n, 2) of starts."""
     if isinstance(starts, Rates):
         c, c_dot, modes = chart.coordinates(starts)
-        modes = np.stack([np.broadcast_to(mode, len(starts.q_dot)) for mode in modes], axis=-1)
-        return np.stack(np.broadcast_arrays(*c, *c_dot), axis=-1), modes.astype(float)
-    found = [chart.coordinates(start) for start in starts]
-    return np.array([[*c, *c_dot] for c, c_dot, _ in found]), np.array(
-        [modes for *_, modes in found], dtype=float
-    )
+        count = len(starts.q_dot)
+        columns = [np.broadcast_to(part, count) for part in (*c, *c_dot, *modes)]
+        both = np.stack(columns, axis=-1).astype(float)
+    else:
+        rows = [chart.coordinates(start) for start in starts]
+        both = np.array([[*c, *c_dot, *modes] for c, c_dot, modes in rows], dtype=float)
+    return both[:, :-2], both[:, -2:]
 
 
-def _at_reference(named, parameters, law, reference, chart):
-    """States and modes in which each robot is at the reference's start."""
+def _at_reference(loop, parameters, reference):
+    """Return the states and modes in which each robot is at the reference's start."""
     if reference is None:
         raise ValueError("simulate_many needs starts, or a reference that says where all begin")
     xi, xi_dot, _ = begin_of(reference)
-    at, p = casadi.SX.sym("at", 4), casadi.SX.sym("parameters", parameters.shape[1])
+    at = casadi.SX.sym("at", 4)
+    p = casadi.SX.sym("parameters", parameters.shape[1])
+    robot = with_parameters(loop.kind, p, loop.names)
     rates = Task().rates(
-        with_parameters(named[0], p, named[1]), (at[0], at[1]), (at[2], at[3]), law.working
+        robot,
+        (at[0], at[1]),
+        (at[2], at[3]),
+        loop.law.working,
     )
-    c, c_dot, modes = chart.coordinates(rates)
-    call = casadi.Function("begin", [at, p], [casadi.vertcat(*c, *c_dot), casadi.vertcat(*modes)])
+    c, c_dot, modes = loop.chart.coordinates(rates)
+    call = casadi.Function(
+        "begin",
+        [at, p],
+        [casadi.vertcat(*c, *c_dot), casadi.vertcat(*modes)],
+    )
     states, modes = call(np.concatenate([xi, xi_dot]), parameters.T)
-    states, modes = states.full().T, np.broadcast_to(modes.full().T, (len(parameters), 2))
+    states = states.full().T
+    modes = np.broadcast_to(modes.full().T, (len(parameters), 2))
     bad = np.flatnonzero(~np.isfinite(states).all(axis=1))
     if len(bad):
+        first = ", ".join(map(str, bad[:5])) + " ..." * (len(bad) > 5)
         raise ValueError(
             f"{len(bad)} of {len(states)} robots do not reach the reference's start ({xi[0]:.9g},"
-            f" {xi[1]:.9g}) m: number {', '.join(map(str, bad[:5]))}{' ...' * (len(bad) > 5)}"
+            f" {xi[1]:.9g}) m: number {first}"
         )
     return states, modes
 
 
-def _starts_rates(named, parameters, chart, states, modes):
-    """q, q' (n, 4) of states in a chart."""
-    state, mode, p = (
-        casadi.SX.sym(n, k)
-        for n, k in (("s", 2 * chart.size), ("m", 2), ("p", parameters.shape[1]))
-    )
-    rates = chart.rates(
-        with_parameters(named[0], p, named[1]), *halves(state, chart), (mode[0], mode[1])
-    )
-    return (
-        casadi.Function("look", [state, mode, p], [observation(rates)[:4]])(
-            states.T, modes.T, parameters.T
+def _memory(loop, parameters, states, modes):
+    """Return what goes with the states at first, (n, memory).
+
+    The reading before the first is such that their difference gives the start's rate.
+    """
+    torques = np.zeros((len(states), 2 * loop.measurement.delay))
+    resolution = loop.measurement.encoder_resolution
+    if resolution is None:
+        return torques
+    state = casadi.SX.sym("state", loop.size)
+    mode = casadi.SX.sym("modes", 2)
+    p = casadi.SX.sym("parameters", parameters.shape[1])
+    robot = with_parameters(loop.kind, p, loop.names)
+    row = observation(
+        loop.chart.rates(
+            robot,
+            *halves(state, loop.chart),
+            (mode[0], mode[1]),
         )
-        .full()
-        .T
+    )
+    observe = casadi.Function("observe", [state, mode, p], [row])
+    rows = observe(states.T, modes.T, parameters.T).full().T
+    before = np.round(rows[:, Q] / resolution) * resolution
+    return np.hstack(
+        [
+            torques,
+            before - loop.grid.block * loop.grid.step * rows[:, Q_DOT],
+        ]
     )
 
 
-def _runs(robots, rows, torques, shared, first):
-    t, xi_ref, grid, chart, torque_limit = shared
-    held = np.repeat(torques[:, :, 6:], grid.block, axis=1)[:, : grid.steps]
-    met = meets(rows[:, :, MARGINS], (t[1] - t[0]) * rows[:, :, MARGIN_RATES])
-    control = np.arange(torques.shape[1]) * (grid.block * grid.step)
+def _called(loop, jit, targets, inputs):
+    """Return observations (n, steps + 1, columns) and the controllers' samples (n, periods, 8)."""
+    states, modes, parameters, gains = inputs
+    count = len(states)
+    inputs = states, np.tile(targets, (count, 1)), modes, parameters, gains
+    if count == 1:
+        inputs = tuple(each.squeeze() for each in inputs)
+    rows, last, samples = _compiled(count, jit, loop)(*inputs)
+    rows = np.concatenate(
+        [rows.reshape(count, -1, COLUMNS), last.reshape(count, 1, COLUMNS)],
+        axis=1,
+    )
+    return rows[:, : loop.grid.steps + 1], samples.reshape(count, -1, 8)
+
+
+def _runs(loop, robots, t, outputs, xi_ref, first):
+    rows, samples = outputs
+    grid = loop.grid
+    times = np.arange(samples.shape[1]) * (grid.block * grid.step)
+    torques = np.repeat(samples[:, :, 6:], grid.block, axis=1)[:, : grid.steps]
+    crosses = may_cross(rows[:, :, MARGINS], rows[:, :, MARGIN_RATES])
     runs = []
     for k, robot in enumerate(robots):
         try:
-            refuse_losses(robot, rows[k], held[k], chart, grid.step)
+            refuse_losses(robot, rows[k], torques[k], loop.chart, grid.step)
         except ArithmeticError as error:
             error.args = (f"run {first + k}: {error}",)
             raise
-        log = Control(
-            control, torques[k, :, :2], torques[k, :, 2:4], torques[k, :, 4:6], torques[k, :, 6:]
-        )
+        control = Control(times, *np.split(samples[k], 4, axis=1))
         runs.append(
-            assemble(robot, t, rows[k], held[k], xi_ref, log, torque_limit, crosses=bool(met[k]))
+            run_of(
+                robot,
+                t,
+                rows[k],
+                torques[k],
+                crosses=bool(crosses[k]),
+                xi_ref=xi_ref,
+                torque_limit=loop.torque_limit,
+                control=control,
+            )
         )
     return runs
 
 
 @lru_cache(maxsize=4)
-def _call(count, jit, *options):
-    """`count` loops at once, on all cores, with their memory, which costs as much as some steps."""
-    function = compiled(_loop(*options), jit)
+def _compiled(count, jit, loop):
+    """Return `count` loops at once, on all cores, with their memory, which costs as some steps."""
+    function = compiled(_function(loop), jit)
     return Buffered(function.map(count, "thread", os.cpu_count()) if count > 1 else function)
 
 
 @lru_cache(maxsize=16)
-def _loop(named, law, chart, method, step, block, periods, torque_limit, delay, resolution):
-    """(state, targets (6, periods), modes, parameters, gains) -> (observations at each step, after
-    the last, what was measured, commanded and applied).
+def _function(loop):
+    """Return (state, targets, modes, parameters, gains) -> observations, the last one, samples.
+
+    The observations are those before each step; the samples what was measured, commanded, applied.
     """
-    n, size = count_of(*named), 2 * chart.size
-    whole = (
-        size + 2 * delay + (0 if resolution is None else 2)
-    )  # the state, torques on their way, the last reading
+    start, _, modes, p, gains = _symbols(loop, casadi.MX)
+    targets = casadi.MX.sym("targets", 6, loop.periods)
+    period, observe = _period(loop)
+    held = (casadi.repmat(each, 1, loop.periods) for each in (modes, p, gains))
+    states, rows, samples = period.mapaccum(loop.periods)(start, targets, *held)
+    last = observe(states[: loop.size, -1], modes, p)
+    inputs = [start, targets, modes, p, gains]
+    return casadi.Function("loop", inputs, [rows, last, samples])
 
-    def symbols(one):
-        lengths = {"state": whole, "target": 6, "modes": 2, "parameters": n, "gains": GAINS}
-        return [one.sym(name, length) for name, length in lengths.items()]
 
-    state, target, modes, p, gains = names = symbols(casadi.SX)
-    robot = with_parameters(named[0], p, named[1])
+def _symbols(loop, kind):
+    """Return the symbols of the state with its memory, a target, modes, parameters and gains."""
+    lengths = {
+        "state": loop.size + loop.memory,
+        "target": 6,
+        "modes": 2,
+        "parameters": count_of(loop.kind, loop.names),
+        "gains": 4,
+    }
+    return [kind.sym(name, length) for name, length in lengths.items()]
 
-    seen = observation(chart.rates(robot, *halves(state, chart), (modes[0], modes[1])))
-    q, q_dot = seen[Q], seen[Q_DOT]
-    after = []
-    if resolution is not None:
-        q = nearest_equivalent_angle(robot, q, state[whole - 2 :]) if chart.wraps else q
-        q = casadi.floor(q / resolution + 0.5) * resolution
-        q_dot, after = (q - state[whole - 2 :]) / (block * step), [q]
-    own = replace(law, kp=0.0, kd=0.0)
-    object.__setattr__(own, "kp", gains[:2])
-    object.__setattr__(own, "kd", gains[2:])
-    commanded = own.law(q, q_dot, target[:2], target[2:4], target[4:])
-    queue = casadi.vertcat(state[size : size + 2 * delay], commanded)
-    applied = queue[:2]
-    if torque_limit is not None:
-        applied = casadi.fmin(casadi.fmax(applied, -torque_limit), torque_limit)
-    log = casadi.vertcat(q, q_dot, commanded, applied)
-    sample = casadi.Function(
-        "sample", names, casadi.cse([applied, casadi.vertcat(queue[2:], *after), log])
+
+def _period(loop):
+    """Return one control period, (state, target, modes, parameters, gains) -> state, rows, sample.
+
+    And (state, modes, parameters) -> observation.
+    """
+    block = loop.grid.block
+    state = casadi.SX.sym("state", loop.size)
+    tau = casadi.SX.sym("tau", 2)
+    _, _, modes, p, _ = _symbols(loop, casadi.SX)
+    robot = with_parameters(loop.kind, p, loop.names)
+    stepped, row = runge_kutta_step(
+        robot,
+        loop.chart,
+        loop.method,
+        loop.grid.step,
+        state,
+        tau,
+        (modes[0], modes[1]),
     )
+    observe = casadi.Function("observe", [state, modes, p], [row])
+    advance = casadi.Function("advance", [state, tau, modes, p], [stepped, row])
 
-    one, tau = casadi.SX.sym("state", size), casadi.SX.sym("tau", 2)
-    stepped, looked = runge_kutta_step(robot, chart, method, step, one, tau, (modes[0], modes[1]))
-    look = casadi.Function("look", [one, modes, p], [looked])
-    advance = casadi.Function("advance", [one, tau, modes, p], [stepped, looked])
-
-    state, target, modes, p, gains = names = symbols(casadi.MX)
-    applied, rest, log = sample(*names)
+    state, target, modes, p, gains = inputs = _symbols(loop, casadi.MX)
+    applied, memory, sample = _sample(loop)(*inputs)
     held = (casadi.repmat(each, 1, block) for each in (applied, modes, p))
-    states, rows = advance.mapaccum(block)(state[:size], *held)
-    period = casadi.Function("period", names, [casadi.vertcat(states[:, -1], rest), rows, log])
+    states, rows = advance.mapaccum(block)(state[: loop.size], *held)
+    after = casadi.vertcat(states[:, -1], memory)
+    period = casadi.Function("period", inputs, [after, rows, sample])
     if block <= INLINE:
         # One flat list of instructions, in which the sample shares the first stage's.
-        flat = symbols(casadi.SX)
+        flat = _symbols(loop, casadi.SX)
         period = casadi.Function("period", flat, casadi.cse(period.expand()(*flat)))
+    return period, observe
 
-    start, _, modes, p, gains = symbols(casadi.MX)
-    targets = casadi.MX.sym("targets", 6, periods)
-    held = (casadi.repmat(each, 1, periods) for each in (modes, p, gains))
-    states, rows, log = period.mapaccum(periods)(start, targets, *held)
-    return casadi.Function(
-        "loop", [start, targets, modes, p, gains], [rows, look(states[:size, -1], modes, p), log]
+
+def _sample(loop):
+    """Return the controller: (state, ...) -> applied torques, memory after it, its sample (8)."""
+    state, target, modes, p, gains = inputs = _symbols(loop, casadi.SX)
+    chart = loop.chart
+    resolution = loop.measurement.encoder_resolution
+    robot = with_parameters(loop.kind, p, loop.names)
+    row = observation(
+        chart.rates(
+            robot,
+            *halves(state, chart),
+            (modes[0], modes[1]),
+        )
     )
+    q = row[Q]
+    q_dot = row[Q_DOT]
+    reading = []
+    if resolution is not None:
+        before = state[loop.size + 2 * loop.measurement.delay :]
+        q = nearest_equivalent_angle(robot, q, before) if chart.wraps else q
+        q = casadi.floor(q / resolution + 0.5) * resolution
+        q_dot = (q - before) / (loop.grid.block * loop.grid.step)
+        reading = [q]
+    law = replace(loop.law, kp=0.0, kd=0.0)
+    object.__setattr__(law, "kp", gains[:2])  # symbols, which the controller's checks refuse
+    object.__setattr__(law, "kd", gains[2:])
+    commanded = law.law(
+        q,
+        q_dot,
+        target[:2],
+        target[2:4],
+        target[4:],
+    )
+    pending = state[loop.size : loop.size + 2 * loop.measurement.delay]
+    queue = casadi.vertcat(pending, commanded)
+    applied = queue[:2]
+    if loop.torque_limit is not None:
+        applied = casadi.fmin(casadi.fmax(applied, -loop.torque_limit), loop.torque_limit)
+    memory = casadi.vertcat(queue[2:], *reading)
+    sample = casadi.vertcat(q, q_dot, commanded, applied)
+    return casadi.Function("sample", inputs, casadi.cse([applied, memory, sample]))

@@ -5,18 +5,22 @@ checked.
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
+from collections.abc import Callable, Iterator
 from functools import lru_cache
+from operator import itemgetter
 
 import numpy as np
 
 from ..base.errors import SingularityError
-from ..models.charts import BarAngles
+from ..models.charts import BarAngles, Chart
 from ..models.compiled import Buffered, compiled
-from ..models.four_joints import bars_rates, closed
+from ..models.four_joints import FourJointRates, bars_rates, closed
+from ..models.kinematics import Rates
 from ..models.loads import lost_power, potential
 from ..models.parameters import names_of, parameters_of
 from ..models.physics import loads_of, physics_of
-from ..models.robots import nearest_equivalent_angle
+from ..models.robots import Robot, nearest_equivalent_angle
 from .steps import (
     COLUMNS,
     ENERGY,
@@ -33,66 +37,86 @@ from .steps import (
     observation,
 )
 
-MOST_STEPS, MOST_PER_SECOND = (
-    20_000,
-    2_000,
-)  # of steps that are chosen, in one call: a fraction of a second of work
-SHORTEST = 1e-11  # s, where nothing else says how short a step may become
+# Chosen steps in one call of `advance`, a fraction of a second of work: at least, and per second.
+MOST_STEPS, MOST_PER_SECOND = 20_000, 2_000
+SHORTEST = 1e-11  # s: below, a step is too short to go on
 FIRST = 0.01  # s
-GROWTH, SHRINKING, SAFETY, ORDER = (
-    8.0,
-    0.2,
-    0.9,
-    8,
-)  # of the steps' length, as usual for this method
+# How a step's length follows from the last one's error, as usual for a method of order 8.
+ORDER = 8
+SAFETY = 0.9
+SHRINKING = 0.2
+GROWTH = 8.0
+GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(8)  # exact for squares of polynomials of degree 7
+STRETCH = 8192  # times that are read from the polynomials at once, so that memory stays small
+
 # Of the energy that a fixed step turns over: to lose more is a jump, not an integration error.
 LOST_ENERGY = 1e-3
 ROUNDING = 1e-14  # rad, m: rounding of a joint step, where next to nothing moves
 NEAR = 0.3  # a sine: farther from a singularity, a step that loses energy is just too long
-# Steps: a chart with a singularity is held to end where its margin would vanish within them.
-AHEAD = 1.5
+AHEAD = 1.5  # steps: a chart ends where its margin would vanish within them
 BLOCK = 50  # fixed steps in one compiled call
-STRETCH = 8192  # rows that are read from the polynomials at once
 
 
 class Plant:
-    """The state of every pose, the four bars, by steps that keep `tolerance` (rad) each; t, state:
-    now.
+    """The robot moving by steps of order 8, on the angles of its four bars.
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    start : Rates
+    tolerance : float
+        rad, of each step.
+    jit : bool or "auto"
+
+    Attributes
+    ----------
+    t : float
+        s, now.
+    state : (8,)
+        The angles of the bars and their rates, now.
     """
 
-    def __init__(self, robot, start, tolerance, jit=False):
+    def __init__(
+        self,
+        robot: Robot,
+        start: Rates,
+        tolerance: float,
+        jit: bool | str = False,
+    ) -> None:
         check_start(robot, start)
-        self.robot, self.tolerance, self.parameters = (
-            robot,
-            tolerance,
-            np.array(parameters_of(robot)),
-        )
-        self._step = self._call(free_step, jit)
-        self.length, self.t = FIRST, 0.0
+        self.robot, self.tolerance = robot, tolerance
+        self.parameters = np.array(parameters_of(robot))
+        self.t, self.length = 0.0, FIRST
         c, c_dot, _ = BarAngles().coordinates(start)
         self.state = np.array([*c, *c_dot])
-        self._pieces = []  # (t, length, state, polynomial)
+        self._step = self._function(free_step, jit)
+        self._pieces: list[tuple] = []  # (t, length, state, polynomial)
 
-    moves = True
-
-    def _call(self, make, jit):
-        """One of the compiled functions of `steps` for robots of this kind, with its own arrays."""
+    def _function(self, make, jit):
+        """Return one of the compiled functions of `steps` for robots of this kind."""
         return Buffered(_compiled(make, type(self.robot), names_of([self.robot]), jit))
 
     @property
-    def joints(self):
-        """(q, q') now."""
+    def moves(self) -> bool:
+        """Whether any drive moves."""
+        return True
+
+    @property
+    def joints(self) -> tuple[np.ndarray, np.ndarray]:
+        """q and q' now."""
         return self.state[0:3:2].copy(), self.state[4:7:2].copy()
 
     @property
-    def rates(self):
+    def rates(self) -> FourJointRates:
         """The motion now, as Rates of floats."""
-        return bars_rates(self.robot, self.state[:4].tolist(), self.state[4:].tolist())
+        return bars_rates(
+            self.robot,
+            self.state[:4].tolist(),
+            self.state[4:].tolist(),
+        )
 
-    def advance(self, until, tau):
-        """Move on to the time `until`, s, under the torque tau; where that fails, the plant stays
-        where it was.
-        """
+    def advance(self, until: float, tau: np.ndarray) -> None:
+        """Move on to the time `until`, s, under the torques tau; where that fails, stay."""
         before = self.t, self.state, len(self._pieces)
         try:
             self._advance(until, tau)
@@ -102,99 +126,123 @@ class Plant:
             raise
 
     def _advance(self, until, tau):
-        count, most = len(self._pieces), MOST_STEPS + int(MOST_PER_SECOND * (until - self.t))
+        first = len(self._pieces)
+        most = MOST_STEPS + int(MOST_PER_SECOND * (until - self.t))
         while self.moves and until - self.t > 1e-12 * (abs(until) + 1e-9):
             rest = until - self.t
-            length = (
-                self.length
-                if 2 * self.length < rest
-                else rest / max(math.ceil(rest / self.length), 1)
-            )
-            after, error, polynomial = self._tried(tau, length)
+            length = self.length
+            if rest <= 2 * length:
+                length = rest / max(math.ceil(rest / length), 1)
+            after, error, polynomial = self._try_step(tau, length)
             error = error.item()
             if error <= 1:
-                if len(self._pieces) - count > most:
+                if len(self._pieces) - first > most:
                     self._refuse(tau, f"{most} steps do not bring it to {until:g} s")
-                done = self._kept(tau, length, after, polynomial.copy())
+                done = self._keep_step(tau, length, after, polynomial.copy())
                 self.t = until if done == rest else self.t + done
                 if done == rest and length < self.length and error < 1:
-                    # Cut short by the period's end: the next step may be as long as this could have
-                    # been.
+                    # The period's end cut it short: the next may be as long as this could be.
                     continue
             elif length < SHORTEST:
                 self._refuse(tau, f"a step of {length:.2g} s is too long")
-            factor = SAFETY * error ** (-1 / ORDER) if error > 0 else GROWTH
-            self.length = length * (
-                min(max(factor, SHRINKING), GROWTH) if math.isfinite(error) else SHRINKING
-            )
+            if error > 0:
+                factor = SAFETY * error ** (-1 / ORDER)
+            else:
+                factor = GROWTH
+            if not math.isfinite(error):
+                factor = SHRINKING
+            self.length = length * min(max(factor, SHRINKING), GROWTH)
 
-    def _tried(self, tau, length):
+    def _try_step(self, tau, length):
         return self._step(self.state, tau, length, self.tolerance, self.parameters)
 
-    def _kept(self, tau, length, after, polynomial):
-        """Keep a step; how much of it was kept, s."""
+    def _keep_step(self, tau, length, after, polynomial):
+        """Keep a step; return how much of it was kept, s."""
         self._pieces.append((self.t, length, self.state, polynomial))
         self.state = after.copy()
         return length
 
     def _refuse(self, tau, why):
-        pose, rates = self.rates.pose, self.state[4:]
-        sines = ", ".join(f"{s:.2g}" for s in (*pose.sines, pose.det_A))
+        pose = self.rates.pose
         words = self.robot.words
+        sines = ", ".join(f"{sine:.2g}" for sine in (*pose.sines, pose.det_A))
         raise ArithmeticError(
             f"the motion at t = {self.t:.9g} s, xi = ({pose.point[0]:.9g}, {pose.point[1]:.9g}) m"
-            f" is too fast: {why} (joint rates {rates[0]:.3g}, {rates[2]:.3g} {words.unit}/s,"
-            f" {words.effort}s {tau[0]:.3g}, {tau[1]:.3g} {words.effort_unit};"
+            f" is too fast: {why} (joint rates {self.state[4]:.3g}, {self.state[6]:.3g}"
+            f" {words.unit}/s, {words.effort}s {tau[0]:.3g}, {tau[1]:.3g} {words.effort_unit};"
             f" {', '.join(words.sines)} = {sines}; where all three are 0 all bars are parallel)"
         )
 
     @property
-    def pieces(self):
-        """Times (n,), lengths (n,), states (n, 8) and polynomials (n, 7, 8) of the steps until
-        now.
-        """
-        columns = []
-        for k in range(4):
-            columns.append(np.array([piece[k] for piece in self._pieces]))
-        return tuple(columns)
+    def pieces(self) -> tuple[np.ndarray, ...]:
+        """Times (n,), lengths (n,), states (n, 8) and polynomials (n, 7, 8) of the steps so far."""
+        return tuple(np.array(column) for column in zip(*self._pieces))
 
-    def rows(self, t):
-        """Observations (n, columns) and states (n, 8) at times t (n,), none of them past."""
-        t0, lengths, states, polynomials = self.pieces
-        rows, found = np.empty((len(t), COLUMNS)), np.empty((len(t), 8))
-        for part, at, places in stretches(t, t0, lengths):
-            columns = between(states[at], polynomials[at], places).T.copy()
-            free = self._free(states[at], polynomials[at])
-            c, c_dot, rates = closed(self.robot, tuple(columns[:4]), tuple(columns[4:]), free)
-            rows[part], found[part] = observation(rates), np.stack([*c, *c_dot], axis=-1)
-        return rows, found
+    def rows(self, t: np.ndarray) -> np.ndarray:
+        """Return the observations (n, columns) at times t (n,) up to now."""
+        rows = np.empty((len(t), COLUMNS))
+        _, _, all_states, all_polynomials = self.pieces
+        for part, at, places in self._stretches(t):
+            states = all_states[at]
+            polynomials = all_polynomials[at]
+            columns = between(states, polynomials, places).T.copy()
+            free = self._free(states, polynomials)
+            _, _, rates = closed(
+                self.robot,
+                tuple(columns[:4]),
+                tuple(columns[4:]),
+                free,
+            )
+            rows[part] = observation(rates)
+        return rows
+
+    def _stretches(self, t: np.ndarray) -> Iterator[tuple]:
+        """Yield slices of t, the numbers of the steps that these times are in, places in these."""
+        t0, lengths, _, _ = self.pieces
+        for first in range(0, len(t), STRETCH):
+            part = slice(first, first + STRETCH)
+            at = np.clip(
+                np.searchsorted(t0, t[part], side="right") - 1,
+                0,
+                None,
+            )
+            yield part, at, (t[part] - t0[at]) / lengths[at]
 
     def _free(self, states, polynomials):
-        """Per drive which of these steps move it, None: all."""
+        """Return per drive which of these steps move it, None: all."""
         return None
 
-    def after(self, state, tau, length):
-        """The Rates, of floats, `length` s after a state under the torque tau."""
-        a = self._step(state, tau, length, self.tolerance, self.parameters)[0].tolist()
-        return bars_rates(self.robot, a[:4], a[4:])
+    def margins(self, t: float) -> tuple[tuple, tuple]:
+        """Return sin q12, sin q22 and det A at a time, and their rates."""
+        k = max(bisect_right(self._pieces, t, key=itemgetter(0)) - 1, 0)
+        t0, length, state, polynomial = self._pieces[k]
+        place = np.array([(t - t0) / length])
+        now = between(state[None], polynomial[None], place)[0].tolist()
+        rates = bars_rates(self.robot, now[:4], now[4:])
+        return (*rates.pose.sines, rates.pose.det_A), rates.margin_rates
 
+    def friction_loss(self, t: np.ndarray) -> np.ndarray:
+        """Return what friction has taken until times t, (n,) J, integrated on the polynomials."""
+        _, lengths, states, polynomials = self.pieces
+        of_steps = self._lost(states, polynomials, lengths, np.ones(len(lengths)))
+        before = np.concatenate([[0.0], np.cumsum(of_steps)])
+        loss = np.empty(len(t))
+        for part, at, places in self._stretches(t):
+            loss[part] = before[at] + self._lost(states[at], polynomials[at], lengths[at], places)
+        return loss
 
-def stretches(t, t0, lengths):
-    """(slice, steps that its times are in, places in these) of times t (n,): so many that memory
-    stays small.
-    """
-    for first in range(0, len(t), STRETCH):
-        part = slice(first, first + STRETCH)
-        at = np.clip(np.searchsorted(t0, t[part], side="right") - 1, 0, None)
-        yield part, at, (t[part] - t0[at]) / lengths[at]
-
-
-def margins_after(plant, states, tau, k, length):
-    """The sines and det A, and their rates, (3,) each, `length` s after row k of a motion: see
-    `crossings`.
-    """
-    rates = plant.after(states[k], tau[k], length)
-    return (*rates.pose.sines, rates.pose.det_A), rates.margin_rates
+    def _lost(self, states, polynomials, lengths, places):
+        """Return what friction takes from each step's beginning to a place in it, J."""
+        total = 0.0
+        for node, weight in zip(GAUSS, WEIGHTS):
+            columns = between(states, polynomials, places * (1 + node) / 2).T
+            rates = bars_rates(
+                self.robot,
+                tuple(columns[:4]),
+                tuple(columns[4:]),
+            )
+            total = total + weight / 2 * lost_power(rates)
+        return total * places * lengths
 
 
 @lru_cache(maxsize=16)
@@ -203,48 +251,67 @@ def _compiled(make, kind, names, jit):
 
 
 class FixedPlant:
-    """The same by fixed steps in a chart: `step` s by RK4 or the method of order 8."""
+    """The robot moving by fixed steps of `step` s in a chart, by a method of `steps`."""
 
-    def __init__(self, robot, start, chart, method, step, jit=False):
+    def __init__(
+        self,
+        robot: Robot,
+        start: Rates,
+        chart: Chart,
+        method: str,
+        step: float,
+        jit: bool | str = False,
+    ) -> None:
         check_start(robot, start)
         refuse_sticking(robot)
-        self.robot, self.chart, self.step, self.t, self.k = robot, chart, step, 0.0, 0
+        self.robot = robot
+        self.chart = chart
+        self.method = method
+        self.step = step
+        self.jit = jit
+        self.k = 0
         c, c_dot, modes = chart.coordinates(start)
-        self.state, self.modes = np.array([*c, *c_dot]), np.array(modes, dtype=float)
-        self._block = lambda count: Buffered(
-            compiled(block_function(robot, chart, method, step, count), jit)
-        )
-        self._calls, self._rows, self._states, self._torques = {}, [], [], []
+        self.state = np.array([*c, *c_dot])
+        self.modes = np.array(modes, dtype=float)
+        self._blocks: dict[int, Callable] = {}
+        self._rows: list[np.ndarray] = []
+        self._torques: list[np.ndarray] = []
         self._last = model_functions(robot, chart)[1](self.state, self.modes).full().ravel()
 
     @property
-    def joints(self):
+    def joints(self) -> tuple[np.ndarray, np.ndarray]:
+        """q and q' now."""
         return self._last[Q].copy(), self._last[Q_DOT].copy()
 
-    def advance(self, until, tau):
+    def advance(self, until: float, tau: np.ndarray) -> None:
+        """Move on to the time `until`, s, under the torques tau."""
         steps = round(until / self.step) - self.k
         while steps:
             count = min(steps, BLOCK)
-            if count not in self._calls:
-                self._calls[count] = self._block(count)
-            states, rows, last = self._calls[count](self.state, tau, self.modes)
-            states = states.reshape(-1, len(self.state))
-            self._states.append(np.vstack([self.state, states[:-1]]))
+            states, rows, last = self._block(count)(self.state, tau, self.modes)
             self._rows.append(rows.reshape(-1, COLUMNS).copy())
             self._torques += [tau] * count
             if self.chart.wraps:
                 last[Q] = nearest_equivalent_angle(self.robot, last[Q], self._last[Q])
-            self.state, self._last = states[-1].copy(), last.copy()
-            self.k, steps = self.k + count, steps - count
-        self.t = until
+            self.state = states.reshape(count, -1)[-1].copy()
+            self._last = last.copy()
+            self.k = self.k + count
+            steps = steps - count
 
-    def rows(self, t):
+    def _block(self, count):
+        if count not in self._blocks:
+            function = block_function(self.robot, self.chart, self.method, self.step, count)
+            self._blocks[count] = Buffered(compiled(function, self.jit))
+        return self._blocks[count]
+
+    def rows(self, t: np.ndarray) -> np.ndarray:
+        """Return the observations (n, columns) before each step, and now."""
         rows = np.vstack([*self._rows, self._last])
         refuse_losses(self.robot, rows, np.array(self._torques), self.chart, self.step)
-        return rows, np.vstack([*self._states, self.state])
+        return rows
 
 
-def check_start(robot, start):
+def check_start(robot: Robot, start: Rates) -> None:
     """Refuse Rates from which no motion of this robot can begin."""
     if start.pose.robot != robot:
         raise ValueError(f"start is of another robot: {start.pose.robot}, not {robot}")
@@ -254,51 +321,78 @@ def check_start(robot, start):
         raise ValueError("start must be finite: its pose is unreachable")
 
 
-def refuse_sticking(robot):
-    """Raise where fixed steps would jump what the robot does."""
+def refuse_sticking(robot: Robot) -> None:
+    """Refuse dry friction, which fixed steps would jump."""
     if loads_of(robot).sticks:
         names = " and ".join(name for name in ("fs1", "fs2") if name in robot.parameters)
         raise ValueError(
-            f"{names}: dry friction sticks and lets go between fixed steps; simulate(...) with"
-            " neither method= nor chart= chooses its steps so that they end there"
+            f"{names}: dry friction sticks and lets go between fixed steps; simulate(...) without"
+            " integrator= chooses its steps so that they end there"
         )
 
 
-def refuse_losses(robot, rows, tau, chart, step):
-    """Raise at the first fixed step that lost energy, or in which a chart with a singularity
-    ends.
+def refuse_losses(
+    robot: Robot,
+    rows: np.ndarray,
+    tau: np.ndarray,
+    chart: Chart,
+    step: float,
+) -> None:
+    """Raise at the first fixed step that jumped.
+
+    A step has jumped where its energy does not balance, or where the chart's margin would vanish
+    within it.
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    rows : (n + 1, columns)
+        Observations.
+    tau : (n, 2), N m
+        Torques held between them.
+    chart : a chart of models.charts
+    step : float, s
     """
-    work = np.sum(np.diff(robot.continuous(rows[:, Q]), axis=0) * tau, axis=1)
-    gained, turned = np.diff(rows[:, ENERGY]), rows[1:, ENERGY] + rows[:-1, ENERGY] + np.abs(work)
+    work = np.sum(
+        np.diff(robot.continuous(rows[:, Q]), axis=0) * tau,
+        axis=1,
+    )
+    energy = rows[:, ENERGY]
+    gained = np.diff(energy)
+    turned_over = energy[1:] + energy[:-1] + np.abs(work)
     if physics_of(robot) is not None:
-        seen = motion_of(robot, rows)
-        high, power = (
-            potential(seen.pose) + 0.0 * rows[:, ENERGY],
-            lost_power(seen) + 0.0 * rows[:, ENERGY],
-        )
+        motion = motion_of(robot, rows)
+        raised = np.diff(potential(motion.pose) + 0.0 * energy)
+        power = lost_power(motion) + 0.0 * energy
         lost = step * (power[1:] + power[:-1]) / 2
-        gained, turned = gained + np.diff(high) + lost, turned + np.abs(np.diff(high)) + lost
-    bad = ~(np.abs(gained - work) <= LOST_ENERGY * turned + ROUNDING * np.abs(tau).sum(axis=1))
+        gained = gained + raised + lost
+        turned_over = turned_over + np.abs(raised) + lost
+    allowed = LOST_ENERGY * turned_over + ROUNDING * np.abs(tau).sum(axis=1)
     columns = list(chart.margins)
     margins = rows[:-1, MARGINS][:, columns]
-    bad |= (margins * (margins + AHEAD * step * rows[:-1, MARGIN_RATES][:, columns]) <= 0).any(
-        axis=1
-    )
-    if not bad.any():
-        return
-    k = int(np.argmax(bad))
-    sines, (x, y), when, words = rows[k, MARGINS], rows[k, XI], k * step, robot.words
-    nearest = min(columns, key=lambda column: abs(sines[column]), default=None)
+    rates = rows[:-1, MARGIN_RATES][:, columns]
+    ends = (margins * (margins + AHEAD * step * rates) <= 0).any(axis=1)
+    jumps = ~(np.abs(gained - work) <= allowed) | ends
+    if jumps.any():
+        k = int(np.argmax(jumps))
+        raise _jump(robot, rows[k], tau[k], chart, step, k)
+
+
+def _jump(robot, row, tau, chart, step, k):
+    """Return the error that says where step k jumped."""
+    sines, (x, y), words = row[MARGINS], row[XI], robot.words
+    where = f"t = {k * step:g} s, xi = ({x:.9g}, {y:.9g}) m"
+    nearest = min(chart.margins, key=lambda column: abs(sines[column]), default=None)
     if nearest is None or abs(sines[nearest]) > NEAR:
-        raise ArithmeticError(
-            f"the motion at t = {when:g} s, xi = ({x:.9g}, {y:.9g}) m is too fast for steps of"
-            f" {step:g} s (joint rates {rows[k, 2]:.3g}, {rows[k, 3]:.3g} {words.unit}/s,"
-            f" {words.effort}s {tau[k, 0]:.3g}, {tau[k, 1]:.3g} {words.effort_unit}); without"
-            " method= the steps choose their own length"
+        return ArithmeticError(
+            f"the motion at {where} is too fast for steps of {step:g} s (joint rates"
+            f" {row[2]:.3g}, {row[3]:.3g} {words.unit}/s, {words.effort}s {tau[0]:.3g},"
+            f" {tau[1]:.3g} {words.effort_unit}); without a method the steps choose their own"
+            " length"
         )
-    raise SingularityError(
-        f"the step from t = {when:g} s, xi = ({x:.9g}, {y:.9g}) m jumps the singularity of the"
-        f" {chart.name} "
-        f'chart ({words.sines[nearest]} = {sines[nearest]:.3g}): chart="auto" has none',
-        float(sines[nearest]),
+    margin = float(sines[nearest])
+    return SingularityError(
+        f"the step from {where} jumps the singularity of the {chart.name} chart"
+        f' ({words.sines[nearest]} = {margin:.3g}): chart="auto" has none',
+        margin,
     )

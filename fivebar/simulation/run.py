@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -22,8 +23,10 @@ from ..singularities.margins import Singularity
 
 
 class Event(NamedTuple):
-    """A crossing of a singularity: time (s), type, vanished sine, modes (left, right, assembly)
-    before, after.
+    """A crossing of a singularity.
+
+    t: s; type; margin: the name of the sine that vanished; before, after: the modes (left, right,
+    assembly).
     """
 
     t: float
@@ -34,8 +37,10 @@ class Event(NamedTuple):
 
 
 class Control(NamedTuple):
-    """The controller's side, k samples: t (k,) s; what it measured, q, q_dot (k, 2); its torque
-    before (commanded) and after delay and limit (applied), (k, 2) N m.
+    """The controller's samples.
+
+    t (k,) s; q, q_dot (k, 2): what it measured; commanded (k, 2) N m: its torques; applied (k, 2):
+    these after delay and limit.
     """
 
     t: np.ndarray
@@ -46,8 +51,10 @@ class Control(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What is known of a run from a log: gaps, (from, to, why) s; said: what was done to its rows;
-    rates: whether q_dot was logged, and not differentiated. At each gap there is a row of nan.
+    """What is known of a run from a log.
+
+    gaps: (from, to, why) s, each with a row of nan; notes: what was done to its rows; rates:
+    whether q_dot was logged, and not differentiated.
     """
 
     gaps: tuple = ()
@@ -56,11 +63,12 @@ class Measured(NamedTuple):
 
 
 def has_friction(robot: Robot) -> bool:
+    """Return whether friction takes energy from the robot's motion."""
     return loads_of(robot).has_friction
 
 
 def columns(robot: Robot, has_reference: bool) -> tuple[str, ...]:
-    """Names of the columns of a run's CSV file."""
+    """Return the names of the columns of a run's CSV file."""
     left, right = robot.words.joints
     names = ["t", left, right, f"{left}_dot", f"{right}_dot", "x", "y", "tau1", "tau2", "energy"]
     names += ["x_ref", "y_ref"] * has_reference + ["friction_loss"] * has_friction(robot)
@@ -69,15 +77,42 @@ def columns(robot: Robot, has_reference: bool) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Run(Animated):
-    """A simulated motion on the grid of its steps.
+    """A motion, from `simulate` or a log, row by row; of a biglide, q is in m and tau in N.
 
-    t (n,) s; q, q_dot (n, 2) rad, rad/s, q continuous; xi (n, 2) m; tau (n, 2) N m, held from each
-    t to the next; energy (n,) J, kinetic (`potential` is the other); xi_ref (n, 2) m or None;
-    torque_limit N m or None; control: the controller's own grid, or None; events: crossings;
-    step_error: rad, of q by the steps' length, where `simulate` was given a tolerance; log: what
-    the controller has in its own `log`, as a Tracker, or None; friction_loss (n,) J, what friction
-    has taken (after fixed steps by Simpson's rule), or None without; measured: of a run `from_log`,
-    or None. Of a biglide, q is in m and tau in N.
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    t : (n,), s
+    q, q_dot : (n, 2), rad, rad/s
+        q is continuous.
+    xi : (n, 2), m
+    tau : (n, 2), N m
+        Each row is held until the next.
+    energy : (n,), J
+        Kinetic energy; `potential` is the other.
+    xi_ref : (n, 2), m, optional
+        The reference.
+    torque_limit : float, optional
+        N m.
+    control : Control, optional
+        The controller's own samples.
+    events : tuple of Event
+        The crossings of singularities.
+    step_error : float, optional
+        rad, a bound on the error of q, where `simulate` was given a tolerance.
+    log : object, optional
+        What the controller kept in its own `log`, as a Tracker does.
+    friction_loss : (n,), J, optional
+        What friction has taken; by Simpson's rule after fixed steps. None without friction.
+    measured : Measured, optional
+        What is known of a run from a log.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> run = fb.simulate(fb.FiveBar(), duration=0.1)
+    >>> run.q.shape, float(run.energy_error.max())
+    ((101, 2), 0.0)
     """
 
     robot: Robot
@@ -97,46 +132,47 @@ class Run(Animated):
     measured: Measured | None = None
 
     def __repr__(self) -> str:
-        tracked = self.xi_ref is not None
-        error = (
-            f"error at most {1e6 * np.nanmax(np.linalg.norm(self.error, axis=1)):.4g} um"
-            if tracked
-            else ""
-        )
-        crossings = f"{len(self.events)} crossings" if self.events else ""
-        return one_line(
-            "Run",
+        parts = [
             self.robot.words.title,
             f"{self.t[-1]:g} s in {len(self.t)} rows",
-            error,
-            crossings,
-        )
+        ]
+        if self.xi_ref is not None:
+            largest = np.nanmax(np.linalg.norm(self.error, axis=1))
+            parts.append(f"error at most {1e6 * largest:.4g} um")
+        if self.events:
+            parts.append(f"{len(self.events)} crossings")
+        return one_line("Run", *parts)
 
     @cached_property
     def error(self) -> np.ndarray:
         """xi - xi_ref (n, 2), m."""
-        self._needs_reference()
-        return self.xi - self.xi_ref
+        return self.xi - self._reference()
 
     @cached_property
     def q_error(self) -> np.ndarray:
-        """q - q_ref (n, 2), rad (m), in the working modes in which the run begins; nan where xi_ref
-        is out of reach.
+        """q - q_ref (n, 2), rad (m), in the working modes in which the run begins.
+
+        nan where xi_ref is out of reach.
         """
-        self._needs_reference()
-        return self.robot.joint_difference(
-            self.q - igm(self.robot, self.xi_ref, self._working_at_start(), unreachable="nan").q
-        )
+        working = self._working_at_start()
+        reference = igm(self.robot, self._reference(), working, unreachable="nan")
+        return self.robot.joint_difference(self.q - reference.q)
 
     def _working_at_start(self):
-        modes = [(left, right) for left in (-1, 1) for right in (-1, 1)]
-        poses = igm(self.robot, np.broadcast_to(self.xi[0], (4, 2)), modes, unreachable="nan")
-        away = np.abs(self.robot.joint_difference(poses.q - self.q[0]))
-        return modes[int(np.argmin(np.nan_to_num(away, nan=0.0).sum(axis=1)))]
+        modes = list(product((-1, 1), repeat=2))
+        poses = igm(
+            self.robot,
+            np.broadcast_to(self.xi[0], (4, 2)),
+            modes,
+            unreachable="nan",
+        )
+        distance = np.abs(self.robot.joint_difference(poses.q - self.q[0]))
+        return modes[int(np.argmin(np.nan_to_num(distance, nan=0.0).sum(axis=1)))]
 
-    def _needs_reference(self):
+    def _reference(self) -> np.ndarray:
         if self.xi_ref is None:
             raise ValueError("this run has no reference, so no error")
+        return self.xi_ref
 
     @property
     def saturated(self) -> np.ndarray:
@@ -146,12 +182,14 @@ class Run(Animated):
 
     @cached_property
     def energy_error(self) -> np.ndarray:
-        """Energy less what the drives put in since the start, (n,) J, which no motion has: by what
-        the steps err.
+        """Energy less what the drives put in since the start, (n,) J: 0 but for the steps' errors.
 
         Potential energy counts too, and what friction took.
         """
-        work = np.sum(np.diff(self.q, axis=0) * self.tau[:-1], axis=1)
+        work = np.sum(
+            np.diff(self.q, axis=0) * self.tau[:-1],
+            axis=1,
+        )
         whole = self.energy + self.potential
         if self.friction_loss is not None:
             whole = whole + self.friction_loss
@@ -161,29 +199,25 @@ class Run(Animated):
     def potential(self) -> np.ndarray:
         """Potential energy (n,) J, 0 without gravity."""
         rest = (0.0, 0.0)
-        return potential(
-            rates_from_joint_state(self.robot, self.q.T, self.xi.T, rest, rest).pose
-        ) + np.zeros(len(self.t))
+        motion = rates_from_joint_state(self.robot, self.q.T, self.xi.T, rest, rest)
+        return potential(motion.pose) + np.zeros(len(self.t))
 
     @cached_property
     def loop_gap(self) -> np.ndarray:
-        """By how much the distal bars' ends, the elbows by q and xi, are apart from their lengths,
-        (n, 2) m.
-        """
-        away = self.xi[:, None] - elbows(self.robot, self.q)
-        return np.hypot(*np.moveaxis(away, -1, 0)) - self.robot.distal
+        """Distance from elbow to end-effector less the distal bar's length, per leg: (n, 2) m."""
+        distal = self.xi[:, None] - elbows(self.robot, self.q)
+        return np.hypot(*np.moveaxis(distal, -1, 0)) - self.robot.distal
 
     @property
     def points(self) -> np.ndarray:
-        """Base joint, elbow, end-effector, elbow, base joint: (n, 5, 2) m; of a biglide foot,
-        end-effector, foot.
+        """Base joint, elbow, end-effector, elbow, base joint: (n, 5, 2) m.
+
+        Of a biglide foot, end-effector, foot.
         """
         return joints(self.robot, elbows(self.robot, self.q), self.xi)
 
     def to_csv(self, path: TextFile) -> None:
-        """Write the run on its step grid; what else it holds, but the log, goes into a comment
-        line. SI units.
-        """
+        """Write the run in SI units; what is not in its rows, but the log, is in a comment line."""
         about = {
             "robot": self.robot.parameters,
             "torque_limit": self.torque_limit,
@@ -195,24 +229,31 @@ class Run(Animated):
             about["measured"] = self.measured._asdict()
         if self.control is not None:
             about["control"] = self.control._asdict()
-        table = [self.t, *self.q.T, *self.q_dot.T, *self.xi.T, *self.tau.T, self.energy]
+        table = [
+            self.t,
+            *self.q.T,
+            *self.q_dot.T,
+            *self.xi.T,
+            *self.tau.T,
+            self.energy,
+        ]
         if self.xi_ref is not None:
             table += [*self.xi_ref.T]
         if has_friction(self.robot):
-            table.append(
-                np.full(len(self.t), np.nan) if self.friction_loss is None else self.friction_loss
-            )
-        write(
-            path,
-            "run",
-            about,
-            columns(self.robot, self.xi_ref is not None),
-            np.column_stack(table).tolist(),
-        )
+            unknown = np.full(len(self.t), np.nan)
+            table.append(unknown if self.friction_loss is None else self.friction_loss)
+        header = columns(self.robot, self.xi_ref is not None)
+        write(path, "run", about, header, np.column_stack(table).tolist())
 
     @classmethod
     def from_csv(cls, path: TextFile) -> Run:
-        """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
+        """Read what `to_csv` wrote.
+
+        Raises
+        ------
+        ValueError
+            With file and line, for what is not such a file.
+        """
         with opened(path) as table:
             about = table.about("run", "a file written by Run.to_csv", _known)
             has_reference = "x_ref" in table.header
@@ -232,20 +273,29 @@ class Run(Animated):
 
 
 def _known(about):
-    """The fields of a Run that are in the comment line of its file."""
-    limit, error, control = about["torque_limit"], about.get("step_error"), about.get("control")
+    """Return the fields of a Run that are in the comment line of its file."""
+    limit = about["torque_limit"]
+    error = about.get("step_error")
+    control = about.get("control")
     measured = about.get("measured")
     return {
         "robot": robot_of(about["robot"]),
-        "torque_limit": limit if limit is None else float(limit),
-        "step_error": error if error is None else float(error),
-        "events": tuple(
-            Event(float(t), Singularity(kind), str(margin), tuple(before), tuple(after))
-            for t, kind, margin, before, after in about["events"]
-        ),
-        "control": control if control is None else _control(**control),
-        "measured": measured if measured is None else _measured(**measured),
+        "torque_limit": None if limit is None else float(limit),
+        "step_error": None if error is None else float(error),
+        "events": tuple(_event(*event) for event in about["events"]),
+        "control": None if control is None else _control(**control),
+        "measured": None if measured is None else _measured(**measured),
     }
+
+
+def _event(t, kind, margin, before, after):
+    return Event(
+        float(t),
+        Singularity(kind),
+        str(margin),
+        tuple(before),
+        tuple(after),
+    )
 
 
 def _measured(gaps, notes, rates):
@@ -253,8 +303,8 @@ def _measured(gaps, notes, rates):
     return Measured(gaps, tuple(map(str, notes)), bool(rates))
 
 
-def _control(t, **pairs):
+def _control(t, **columns):
     t = np.array(t, dtype=float).reshape(-1)
-    return Control(
-        t, **{name: np.array(pair, dtype=float).reshape(len(t), 2) for name, pair in pairs.items()}
-    )
+    for name, column in columns.items():
+        columns[name] = np.array(column, dtype=float).reshape(len(t), 2)
+    return Control(t, **columns)

@@ -5,34 +5,32 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.integrate import cumulative_simpson
 
-from ..base.checks import a_callable, bounded, one_of, optional, positive, shown, takes, whole
-from ..base.checks import jit as must_be_jit
+from ..base.checks import a_callable, bounded, instance, optional, positive, shown, takes
 from ..base.checks import robot as must_be_robot
 from ..base.errors import SingularityError, UnreachableError
 from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Rates, dkm, ikm, some_rates
+from ..models.loads import lost_power
 from ..models.robots import Robot
-from .balance import friction_loss, loss_by_rows
 from .events import crossings
-from .plant import FixedPlant, Plant, margins_after
+from .plant import FixedPlant, Plant
 from .run import Control, Run, has_friction
-from .steps import ENERGY, METHODS, Q_DOT, XI, Q
+from .settings import Integrator, Measurement
+from .steps import ENERGY, Q_DOT, XI, Q, motion_of
 from .stick_slip import plant_of
 
-TOLERANCE = 1e-12  # rad, of a step where nothing is asked
-COARSER, FINER = (
-    10,
-    1e5,
-)  # than the tolerance: the error of a step, as these add up; and of the run that tells how far
-LEAST_TOLERANCE, FINEST = 1e-12, 1e-14  # rad: below, a step's error is rounding
-MOST_DELAY = 10_000  # samples
-MOST_ROWS, BYTES = 10**7, 400  # of a run; what a row takes while it is made
+TOLERANCE = 1e-12  # rad, of a step where no tolerance is asked for
+COARSER = 10  # the errors of steps add up: each may be a tenth of the tolerance
+FINER = 1e5  # of the steps of the second run, against which the error of the first is seen
+FINEST = 1e-14  # rad, of a step
+MOST_ROWS = 10**7
+ROW_BYTES = 400  # of a run; memory of a row while the run is made
 
 
 @takes(
@@ -44,12 +42,8 @@ MOST_ROWS, BYTES = 10**7, 400  # of a run; what a row takes while it is made
     control_period=positive,
     step=positive,
     torque_limit=optional(positive),
-    delay=whole(0, MOST_DELAY),
-    encoder_resolution=optional(positive),
-    chart=one_of(*CHARTS),
-    method=one_of(None, *METHODS),
-    tolerance=optional(positive),
-    jit=must_be_jit,
+    measurement=optional(instance(Measurement)),
+    integrator=optional(instance(Integrator)),
 )
 def simulate(
     robot: Robot,
@@ -61,105 +55,172 @@ def simulate(
     control_period: float = 0.01,
     step: float = 0.001,
     torque_limit: float | None = None,
-    delay: int = 0,
-    encoder_resolution: float | None = None,
-    chart: str = "auto",
-    method: str | None = None,
-    tolerance: float | None = None,
-    jit: bool | str = False,
+    measurement: Measurement | None = None,
+    integrator: Integrator | None = None,
 ) -> Run:
-    """Simulate the robot under a sampled controller with zero-order hold; gives a Run.
+    """Simulate the robot under a sampled controller, whose torques are held from sample to sample.
 
-    controller: (t, q, q_dot, reference) -> tau (2,) N m, called every control_period s; None: no
+    The direct dynamic model q'' = M^-1 (tau - c) is integrated on the angles of the four bars,
+    which pass every singularity. Dry friction (fs1, fs2) sticks and slips exactly: steps end where
+    that changes.
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+        It may have more physics than the robot that the controller knows.
+    controller : callable, optional
+        (t, q (2,), q_dot (2,), reference) -> tau (2,), N m; called every control_period. None: no
         torque.
-    reference: a trajectory, handed to the controller and kept in the Run; duration: s, default the
-        reference's.
-    start: Rates, default as the reference starts, in the working modes of a plan or of the
-    controller, or (-1, -1), or at rest at q = (0, 0).
-    step: s, from row to row of the Run; control_period a multiple of it; the last row is the first
-    at or after the duration.
-    torque_limit: N m, saturates either torque.
-    delay: samples between a measurement and the torque computed from it (0 until then).
-    encoder_resolution: rad; the controller then gets rounded angles and their differences as
-        velocities.
-    method: None, steps as long as their error allows, of order 8; or fixed ones of length `step`:
-        "rk4" or "dop8".
-    tolerance: rad. A step's error is kept below a tenth of it, and the motion computed once more,
-    finer: that is what you get, with the largest difference of q between both as Run.step_error, a
-    bound on its own error (of a chaotic motion it grows to any size). If not given, a step's error
-    is kept below 1e-12.
-    chart: "auto", the four bars, which pass every singularity; or "task" and "joint", by fixed
-    steps: faster and regular away from Type 1 and Type 2, where they raise SingularityError.
-    jit: True, "auto": machine code, as `compile`.
-    The robot may have more physics than the controller's own. Dry friction (fs1, fs2) sticks and
-    slips exactly, by
-    steps that end where that changes: without method= and chart=.
-    ArithmeticError where the motion or the torque is not finite, or too fast; four parallel bars
-    are, for every robot.
+    reference : callable, optional
+        t -> (xi, xi_dot, xi_ddot), each (2,), as `line` or `plan` give it. The controller gets it,
+        and the Run its positions.
+    duration : float, optional
+        s. None: the reference's.
+    start : Rates, optional
+        None: as the reference starts, in the working modes of the plan or the controller, else
+        (-1, -1). Without a reference: at rest at q = (0, 0).
+    control_period : float
+        s, a multiple of step.
+    step : float
+        s, from row to row of the Run. The last row is the first at or after the duration.
+    torque_limit : float, optional
+        N m, the size at which either torque saturates.
+    measurement : Measurement, optional
+        Delay and encoders. None: exact measurements without delay.
+    integrator : Integrator, optional
+        Method, chart and tolerance. None: steps as long as their error allows, on the four bars.
+
+    Returns
+    -------
+    Run
+        The motion, torques and crossings of singularities.
+
+    Raises
+    ------
+    ValueError
+        Where the arguments do not go together.
+    ArithmeticError
+        Where a torque is not finite, or the motion becomes too fast. It does where all four bars
+        are parallel.
+    SingularityError
+        Where a chart of `Integrator` ends.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> robot = fb.FiveBar()
+    >>> reference = fb.line((0.09, 0.068), (0.0, 0.1), duration=2.0)
+    >>> run = fb.simulate(robot, fb.ComputedTorque(robot, kp=100, kd=20), reference)
+    >>> len(run.t), bool(abs(run.error).max() < 1e-4)
+    (2001, True)
     """
-    if tolerance is not None:
-        if tolerance < LEAST_TOLERANCE:
-            raise ValueError(
-                f"tolerance = {tolerance:g} is below rounding: at least {LEAST_TOLERANCE:g}"
-            )
-        if method is not None or chart != "auto":
-            raise ValueError(
-                'tolerance chooses the steps: it goes with method=None and chart="auto"'
-            )
+    measurement = measurement or Measurement()
+    integrator = integrator or Integrator()
     grid = Grid.of(duration, reference, step, control_period if controller is not None else None)
     start = start_with(robot, reference, controller) if start is None else start
 
-    def run(tolerance):
-        if chart == "auto" and method is None:
-            plant = plant_of(robot, start, tolerance, jit)
+    def run(tolerance: float) -> Run:
+        plant: Plant | FixedPlant
+        if integrator.fixed:
+            chart = CHARTS[integrator.chart]
+            method = integrator.method or "rk4"
+            plant = FixedPlant(robot, start, chart, method, grid.step, integrator.jit)
         else:
-            plant = FixedPlant(robot, start, CHARTS[chart], method or "rk4", grid.step, jit)
-        return _closed_loop(
-            plant, grid, controller, reference, torque_limit, delay, encoder_resolution
-        )
+            plant = plant_of(robot, start, tolerance, integrator.jit)
+        period = grid.block * grid.step
+        loop = _Loop(robot.words, controller, reference, torque_limit, measurement, period)
+        return _closed_loop(plant, grid, loop)
 
-    if tolerance is None:
+    if integrator.tolerance is None:
         return run(TOLERANCE)
-    coarse, fine = run(tolerance / COARSER), run(max(tolerance / FINER, FINEST))
+    coarse = run(integrator.tolerance / COARSER)
+    fine = run(max(integrator.tolerance / FINER, FINEST))
     return replace(fine, step_error=float(np.abs(fine.q - coarse.q).max()))
 
 
-def _closed_loop(plant, grid, controller, reference, torque_limit, delay, encoder_resolution):
-    period = grid.block * grid.step
-    loop = _Loop(
-        plant.robot.words, controller, reference, torque_limit, delay, encoder_resolution, period
-    )
-    t, torques = np.arange(grid.steps + 1) * grid.step, []
+def _closed_loop(plant: Plant | FixedPlant, grid: Grid, loop: _Loop) -> Run:
+    t = np.arange(grid.steps + 1) * grid.step
+    torques = []
     try:
         for k in range(0, grid.steps, grid.block):
             torques.append(loop.torque(k * grid.step, *plant.joints))
-            plant.advance(float(t[min(k + grid.block, grid.steps)]), torques[-1])
+            until = float(t[min(k + grid.block, grid.steps)])
+            plant.advance(until, torques[-1])
     except ArithmeticError:
         if isinstance(plant, FixedPlant):
-            plant.rows(t)  # where a step has jumped, that is the cause of whatever came after it
+            plant.rows(t)  # a step that jumped is the cause of all that came after it
         raise
-    rows, states = plant.rows(t)
-    tau = np.repeat(torques, grid.block, axis=0)[: grid.steps]
-    control = Control(*(np.array(column) for column in zip(*loop.log))) if loop.log else None
-    after = lost = None
-    if isinstance(plant, Plant):
-        after, lost = partial(margins_after, plant, states, tau), partial(friction_loss, plant, t)
-    xi_ref, log = None if reference is None else reference(t)[0], getattr(controller, "log", None)
-    return assemble(plant.robot, t, rows, tau, xi_ref, control, torque_limit, log, after, lost=lost)
+    control = None
+    if loop.samples:
+        control = Control(*(np.array(column) for column in zip(*loop.samples)))
+    reference = loop.reference
+    return run_of(
+        plant.robot,
+        t,
+        plant.rows(t),
+        np.repeat(torques, grid.block, axis=0)[: grid.steps],
+        plant=plant if isinstance(plant, Plant) else None,
+        xi_ref=None if reference is None else reference(t)[0],
+        torque_limit=loop.torque_limit,
+        control=control,
+        log=getattr(loop.controller, "log", None),
+    )
+
+
+def run_of(
+    robot: Robot,
+    t: np.ndarray,
+    rows: np.ndarray,
+    torques: np.ndarray,
+    *,
+    plant: Plant | None = None,
+    crosses: bool = True,
+    **fields: Any,
+) -> Run:
+    """Return the Run of observations (n + 1, columns), between which torques (n, 2) were held.
+
+    plant: what moved, if it knows its motion between the rows. crosses: whether the motion may have
+    crossed a singularity. fields: further ones of the Run.
+    """
+    friction_loss = None
+    if has_friction(robot):
+        friction_loss = plant.friction_loss(t) if plant else _friction_loss(robot, t, rows)
+    return Run(
+        robot=robot,
+        t=t,
+        q=robot.continuous(rows[:, Q]),
+        q_dot=rows[:, Q_DOT],
+        xi=rows[:, XI],
+        energy=rows[:, ENERGY],
+        tau=np.vstack([torques, torques[-1]]),
+        events=crossings(robot, t, rows, plant.margins if plant else None) if crosses else (),
+        friction_loss=friction_loss,
+        **fields,
+    )
+
+
+def _friction_loss(robot, t, rows):
+    """Return what friction has taken until each row, (n,) J, by Simpson's rule."""
+    power = lost_power(motion_of(robot, rows)) + np.zeros(len(t))
+    return cumulative_simpson(power, x=t, initial=0.0)
 
 
 class Grid(NamedTuple):
-    """Steps in all, their length in s, and steps from one call of the controller to the next."""
+    """steps: in all; step: s, of each; block: steps from one call of the controller to the next."""
 
     steps: int
     step: float
     block: int
 
     @classmethod
-    def of(cls, duration, reference, step, control_period):
-        """Checked; the default duration is the reference's, and without a controller all is one
-        block.
-        """
+    def of(
+        cls,
+        duration: float | None,
+        reference: Any,
+        step: float,
+        control_period: float | None,
+    ) -> Grid:
+        """Check the arguments of `simulate`; control_period None: one block."""
         block = None
         if control_period is not None:
             ratio = control_period / step
@@ -173,21 +234,21 @@ class Grid(NamedTuple):
                 raise ValueError("simulate needs a duration, or a reference that has one")
             duration = reference.start + reference.duration
         count = positive(duration, "duration") / step
-        bounded(
-            count, MOST_ROWS, f"duration = {duration:g} s is {count:.3g} steps of {step:g} s", BYTES
-        )
+        what = f"duration = {duration:g} s is {count:.3g} steps of {step:g} s"
+        bounded(count, MOST_ROWS, what, ROW_BYTES)
         steps = max(math.ceil(count - 1e-6), 1)
         return cls(steps, step, min(block or steps, steps))
 
 
-def start_with(robot, reference, controller):
-    """Rates of the reference's start in its working modes or the controller's; without a reference
-    at rest at home.
+def start_with(robot: Robot, reference: Any, controller: Any) -> Rates:
+    """Return the Rates with which a simulation begins where none are given.
 
-    A plan that is free of modes begins in its own pose; of another robot, with its joints in its
-    assembly mode.
+    Of a plan that is free of modes the pose is known; for another robot, by its joints.
 
-    ValueError where both have working modes (a plan and a joint controller), and not the same.
+    Raises
+    ------
+    ValueError
+        Where a plan and a joint controller have different working modes.
     """
     if reference is None:
         return dkm(dgm(robot, (0.0, 0.0)), (0.0, 0.0))
@@ -196,59 +257,67 @@ def start_with(robot, reference, controller):
         if reference.robot == robot:
             return rates
         return dkm(dgm(robot, rates.pose.q, int(rates.pose.assembly)), rates.q_dot)
-    modes = [
-        tuple(own.working)
-        for own in (reference, controller)
-        if getattr(own, "working", None) is not None
-    ]
-    if len(set(modes)) > 1:
+    planned = getattr(reference, "working", None)
+    controlled = getattr(controller, "working", None)
+    if planned and controlled and tuple(planned) != tuple(controlled):
         raise ValueError(
-            f"the plan has working modes {modes[0]}, its controller {modes[1]}: give both the same"
+            f"the plan has working modes {tuple(planned)}, its controller {tuple(controlled)}: give"
+            " both the same"
         )
     xi, xi_dot, _ = begin_of(reference)
-    return ikm(igm(robot, xi, modes[0] if modes else (-1, -1)), xi_dot)
+    return ikm(igm(robot, xi, planned or controlled or (-1, -1)), xi_dot)
 
 
-def begin_of(reference):
-    """(xi, xi_dot, xi_ddot) of a reference at t = 0, each (2,); ValueError where it gives something
-    else.
-    """
+def begin_of(reference: Callable) -> tuple:
+    """Return (xi, xi_dot, xi_ddot) of a reference at t = 0, each (2,)."""
     answer = reference(0.0)
-    if (
-        not isinstance(answer, (tuple, list))
-        or len(answer) != 3
-        or any(np.shape(each) != (2,) for each in answer)
-    ):
-        raise ValueError(
-            f"reference must give xi, xi_dot and xi_ddot, each (2,), at a time, not {shown(answer)}"
-        )
-    return answer
+    if isinstance(answer, (tuple, list)) and [np.shape(part) for part in answer] == 3 * [(2,)]:
+        return tuple(answer)
+    raise ValueError(
+        f"reference must give xi, xi_dot and xi_ddot, each (2,), at a time, not {shown(answer)}"
+    )
 
 
 class _Loop:
-    """The controller's side: what it measures, when its torque arrives, and how much of it."""
+    """The controller's side: what it measures, when its torque arrives, and how much of it.
+
+    samples: (t, q, q_dot, commanded, applied) of each call.
+    """
 
     def __init__(
-        self, words, controller, reference, torque_limit, delay, encoder_resolution, period
+        self,
+        words,
+        controller,
+        reference,
+        torque_limit,
+        measurement,
+        period,
     ):
-        self.words, self.controller, self.reference, self.limit = (
-            words,
-            controller,
-            reference,
-            torque_limit,
-        )
-        self.resolution, self.period = encoder_resolution, period
-        self.pending = [np.zeros(2)] * delay
-        self.log = []
+        self.words = words
+        self.controller = controller
+        self.reference = reference
+        self.torque_limit, self.period = torque_limit, period
+        self.resolution = measurement.encoder_resolution
+        self.pending = [np.zeros(2)] * measurement.delay
+        self.samples = []
 
     def torque(self, t, q, q_dot):
-        """Applied torque for the period that begins at t."""
+        """Return the applied torque of the period that begins at t."""
         if self.controller is None:
             return np.zeros(2)
         if self.resolution is not None:
             q = np.round(q / self.resolution) * self.resolution
-            if self.log:
-                q_dot = (q - self.log[-1][1]) / self.period
+            if self.samples:
+                q_dot = (q - self.samples[-1][1]) / self.period
+        commanded = self._commanded(t, q, q_dot)
+        self.pending.append(commanded)
+        applied = self.pending.pop(0)
+        if self.torque_limit is not None:
+            applied = np.clip(applied, -self.torque_limit, self.torque_limit)
+        self.samples.append((t, q, q_dot, commanded, applied))
+        return applied
+
+    def _commanded(self, t, q, q_dot):
         try:
             commanded = np.array(self.controller(t, q, q_dot, self.reference), dtype=float)
         except (UnreachableError, SingularityError) as error:
@@ -264,46 +333,4 @@ class _Loop:
                 f"the controller's {self.words.effort} is {commanded.tolist()}"
                 f" {self.words.effort_unit} at t = {t:g} s"
             )
-        self.pending.append(commanded)
-        applied = self.pending.pop(0)
-        if self.limit is not None:
-            applied = np.clip(applied, -self.limit, self.limit)
-        self.log.append((t, q, q_dot, commanded, applied))
-        return applied
-
-
-def assemble(
-    robot,
-    t,
-    rows,
-    torques,
-    xi_ref,
-    control,
-    torque_limit,
-    log=None,
-    after=None,
-    crosses=True,
-    lost=None,
-):
-    """The Run of observations (n + 1, columns) and torques (n, 2) held between them; after: as
-    `crossings` has it.
-
-    crosses: whether crossings are looked for. lost: () -> what friction has taken (n + 1,), None:
-        by the rows.
-    """
-    lost = lost or partial(loss_by_rows, robot, t, rows)
-    return Run(
-        robot=robot,
-        t=t,
-        q=robot.continuous(rows[:, Q]),
-        q_dot=rows[:, Q_DOT],
-        xi=rows[:, XI],
-        energy=rows[:, ENERGY],
-        tau=np.vstack([torques, torques[-1]]),
-        xi_ref=xi_ref,
-        torque_limit=torque_limit,
-        control=control,
-        events=crossings(robot, t, rows, after) if crosses else (),
-        log=log,
-        friction_loss=lost() if has_friction(robot) else None,
-    )
+        return commanded

@@ -52,7 +52,9 @@ def judge(seed):
     point, or the refusal)."""
     robot, start = random_motion(seed)
     try:
-        run = fb.simulate(robot, duration=60.0, start=start, step=0.01, tolerance=1e-10)
+        run = fb.simulate(
+            robot, duration=60.0, start=start, step=0.01, integrator=fb.Integrator(tolerance=1e-10)
+        )
         plant = Plant(robot, start, TOLERANCE)
         plant.advance(10.0, np.zeros(2))
         back = Plant(robot, start, TOLERANCE)

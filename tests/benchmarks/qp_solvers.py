@@ -33,7 +33,7 @@ def problems(quick):
     }  # the crossing criterion is met
     crossing = fb.polynomial([(0.0, {0: HOME, **rest}), (2.0, midway), (4.0, {0: TASK_2, **rest})])
     robot, every = fb.FiveBar(), 10 if quick else 1
-    limit = limited.options["torque_limit"]
+    limit = limited.torque_limit
     kinds = {
         "torque limit 60 %": (limited.reference, fb.Constraints(torque=limit)),
         "crossing": (crossing, fb.Constraints(torque=0.05)),

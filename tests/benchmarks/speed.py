@@ -70,7 +70,11 @@ def bars_against_joint(repeats):
 
     def run(start, chart):
         return lambda: fb.simulate(
-            robot, duration=2.0, start=start, step=1e-4, method="rk4", chart=chart
+            robot,
+            duration=2.0,
+            start=start,
+            step=1e-4,
+            integrator=fb.Integrator(method="rk4", chart=chart),
         )
 
     joint = seconds(run(calm, "joint"), repeats)
@@ -101,12 +105,10 @@ def many_robots(count):
         fb.ComputedTorque(fb.FiveBar(), 100, 20),
         fb.line((0.09, 0.066), (0, 0.1), 2.0),
     )
-    options = dict(step=0.01, method="dop8")
-    fb.simulate_many(robots[:128], controller, reference, jit=True, **options)
-    fb.simulate_many(robots[: count % 128 or 128], controller, reference, jit=True, **options)
-    together = seconds(
-        lambda: fb.simulate_many(robots, controller, reference, jit=True, **options), 1
-    )
+    options = dict(step=0.01, integrator=fb.Integrator("dop8", jit=True))
+    fb.simulate_many(robots[:128], controller, reference, **options)
+    fb.simulate_many(robots[: count % 128 or 128], controller, reference, **options)
+    together = seconds(lambda: fb.simulate_many(robots, controller, reference, **options), 1)
     some = robots[: max(count // 50, 1)]
     fb.simulate(robots[0], controller, reference)
     one_by_one = seconds(

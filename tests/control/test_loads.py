@@ -48,7 +48,13 @@ def test_pd_with_gravity_of_symbols_is_that_of_numbers():
     runs = fb.simulate_many(
         LAB, [fb.PD(LAB, kp, 0.6, gravity=True) for kp in (4.0, 8.0)], CIRCLE, step=0.002
     )
-    alone = fb.simulate(LAB, fb.PD(LAB, 8.0, 0.6, gravity=True), CIRCLE, step=0.002, method="rk4")
+    alone = fb.simulate(
+        LAB,
+        fb.PD(LAB, 8.0, 0.6, gravity=True),
+        CIRCLE,
+        step=0.002,
+        integrator=fb.Integrator(method="rk4"),
+    )
     np.testing.assert_allclose(runs[1].q, alone.q, atol=1e-10)
 
 

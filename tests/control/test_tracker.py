@@ -33,7 +33,7 @@ def test_case_is_tracked_better_than_by_computed_torque(name):
     run = runs["mpc"]
     assert not run.log.status.any()
     assert rms(run) * BETTER[name] < min(rms(runs["ctc"]), rms(runs["ctc-stiff"]))
-    if limit := chosen.options.get("torque_limit"):
+    if limit := chosen.torque_limit:
         assert np.abs(run.control.commanded).max() <= limit
     if name == "crossing":
         assert largest(run) < 5e-6 and [int(event.type) for event in run.events] == [2]
@@ -134,7 +134,10 @@ def test_start_in_motion_and_a_stop_that_is_no_motion():
 
 def test_a_new_simulation_starts_afresh():
     tracker = Tracker(ROBOT, delay=1)
-    runs = [fb.simulate(ROBOT, tracker, TASK_1, duration=0.3, delay=1) for _ in range(2)]
+    runs = [
+        fb.simulate(ROBOT, tracker, TASK_1, duration=0.3, measurement=fb.Measurement(delay=1))
+        for _ in range(2)
+    ]
     np.testing.assert_array_equal(runs[0].tau, runs[1].tau)
     assert len(tracker.log.t) == 30
     tracker.reset()

@@ -60,7 +60,7 @@ HUGE_NUMBERS = {name: [1e6, 1e9, 10**9, 10**20, 1e-9, 1e-3, 1.0, 0.01] for name 
 def _simulated(call, **more):
     usual = dict(
         robot=ROBOT, controller=CONTROLLER, reference=LINE, duration=0.02, start=None, control_period=0.01, step=0.001,
-        torque_limit=None, delay=0, encoder_resolution=None, chart="auto", method=None, tolerance=None, jit=False,
+        torque_limit=None, measurement=None, integrator=None,
     )  # fmt: skip
     # A Trajectory can be called, but not as a controller: what it says then is its own.
     return Case(call, usual | more, 20.0, ("Trajectory.__call__",), options=HUGE_NUMBERS)
@@ -300,13 +300,14 @@ CASES = {
             encoder_resolution=None, position=1e4, acceleration=10.0, torque_rate=100.0, assembly=-1, jit=False,
         ), 20.0, options=HUGE_NUMBERS,
     ),
+    "Measurement": Case(fb.Measurement, dict(delay=1, encoder_resolution=1e-4)),
+    "Integrator": Case(fb.Integrator, dict(method=None, chart="auto", tolerance=1e-9, jit=False)),
     "simulate": _simulated(fb.simulate),
     "simulate_many": Case(
         _many,
         dict(
             robot=[ROBOT, ROBOT], controller=CONTROLLER, reference=LINE, starts=None, duration=0.02, step=0.001,
-            control_period=0.01, torque_limit=None, delay=0, encoder_resolution=None, chart="auto", method="rk4",
-            jit=False,
+            control_period=0.01, torque_limit=None, measurement=None, integrator=None,
         ), 20.0, ("robots", "controllers", "starts"), options=HUGE_NUMBERS,
     ),
     "compare": Case(fb.compare, dict(runs={"one": RUN})),

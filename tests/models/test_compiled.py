@@ -209,27 +209,45 @@ def test_without_a_compiler_it_says_so(cache, monkeypatch):
 def test_every_way_to_a_run_asks_for_a_compiler(monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(shutil, "which", lambda name: None)
-    for module, name in ((plant, "_compiled"), (many, "_call")):
+    for module, name in ((plant, "_compiled"), (many, "_compiled")):
         monkeypatch.setattr(
             module, name, getattr(module, name).__wrapped__
         )  # whatever is kept of other tests
     idle, still = fb.PD(ROBOT, 0.0, 0.0), fb.line((0.0, 0.1), (0.0, 0.1), 0.02)
     starts = fb.ikm(fb.igm(ROBOT, [(0.0, 0.1)]), (0, 0))
     for run, asked in (
-        (lambda jit: fb.simulate(ROBOT, idle, still, duration=0.02, jit=jit), 1),
         (
             lambda jit: fb.simulate(
-                ROBOT, idle, still, duration=0.02, method="rk4", step=0.01, jit=jit
+                ROBOT, idle, still, duration=0.02, integrator=fb.Integrator(jit=jit)
             ),
             1,
         ),
         (
-            lambda jit: fb.simulate(fb.FiveBar(fs1=0.01), idle, still, duration=0.02, jit=jit),
+            lambda jit: fb.simulate(
+                ROBOT,
+                idle,
+                still,
+                duration=0.02,
+                integrator=fb.Integrator(method="rk4", jit=jit),
+                step=0.01,
+            ),
+            1,
+        ),
+        (
+            lambda jit: fb.simulate(
+                fb.FiveBar(fs1=0.01), idle, still, duration=0.02, integrator=fb.Integrator(jit=jit)
+            ),
             2,
         ),  # what sticks, too
         (
             lambda jit: fb.simulate_many(
-                ROBOT, idle, still, starts, duration=0.02, step=0.01, jit=jit
+                ROBOT,
+                idle,
+                still,
+                starts,
+                duration=0.02,
+                step=0.01,
+                integrator=fb.Integrator(jit=jit),
             ),
             1,
         ),
@@ -311,21 +329,28 @@ def test_forced_motion_of_the_reference(five_bar_numbers, name, method, order, c
 
 @pytest.mark.parametrize("chart", ["auto", "joint", "task"])
 @pytest.mark.parametrize(
-    "options", [{}, {"torque_limit": 0.006}, {"delay": 2}, {"duration": 1.2345}, {"method": "dop8"}]
+    "method, options",
+    [
+        ("rk4", {}),
+        ("rk4", {"torque_limit": 0.006}),
+        ("rk4", {"measurement": fb.Measurement(delay=2)}),
+        ("rk4", {"duration": 1.2345}),
+        ("dop8", {}),
+    ],
 )
 @pytest.mark.parametrize(
     "controller", [fb.ComputedTorque(ROBOT, 100, (20, 21)), fb.PD(ROBOT, 0.4, 0.08)]
 )
-def test_a_compiled_loop_is_the_python_loop(controller, chart, options):
+def test_a_compiled_loop_is_the_python_loop(controller, chart, method, options):
     xi = TASK_1(0.0)[0] + [(0.0, 0.0), (1e-3, -2e-3)]
-    runs = fb.simulate_many(
-        ROBOT, controller, TASK_1, fb.ikm(fb.igm(ROBOT, xi), (0, 0)), chart=chart, **options
+    starts, options = (
+        fb.ikm(fb.igm(ROBOT, xi), (0, 0)),
+        options | {"integrator": fb.Integrator(method, chart)},
     )
+    runs = fb.simulate_many(ROBOT, controller, TASK_1, starts, **options)
     for k, run in enumerate(runs):
         start = fb.ikm(fb.igm(ROBOT, xi[k]), (0, 0))
-        one = fb.simulate(
-            ROBOT, controller, TASK_1, start=start, chart=chart, **{"method": "rk4", **options}
-        )
+        one = fb.simulate(ROBOT, controller, TASK_1, start=start, **options)
         for name in ("t", "q", "q_dot", "xi", "tau", "energy", "xi_ref"):
             np.testing.assert_allclose(
                 getattr(run, name), getattr(one, name), atol=1e-13, err_msg=name
@@ -340,7 +365,7 @@ def test_many_runs_in_several_calls(compiler):
         fb.igm(ROBOT, TASK_1(0.0)[0] + rng.normal(scale=1e-3, size=(70, 2))), (0.0, 0.0)
     )
     controller = fb.ComputedTorque(ROBOT, 100, 20)
-    runs = fb.simulate_many(ROBOT, controller, TASK_1, starts, jit=True)
+    runs = fb.simulate_many(ROBOT, controller, TASK_1, starts, integrator=fb.Integrator(jit=True))
     assert len(runs) == 70 and all(np.linalg.norm(run.error[-1]) < 5e-5 for run in runs)
     assert runs[69].xi[0] == pytest.approx(starts.pose.xi[69], abs=1e-16)
 
@@ -362,7 +387,7 @@ def test_bad_loops():
             dict(controller=lambda *_: (0, 0)),
             "needs a PD or ComputedTorque controller, not function",
         ),
-        (dict(chart="polar"), "chart must be one of auto, task, joint, not 'polar'"),
+        (dict(integrator=fb.Integrator(tolerance=1e-9)), "an Integrator without tolerance"),
         (dict(starts=fb.ikm(fb.igm(ROBOT, (0.09, 0.068)), (0, 0))), r"the Rates of a batch \(n,\)"),
     ):
         given = dict(controller=controller, reference=TASK_1, starts=starts) | change
@@ -372,7 +397,11 @@ def test_bad_loops():
         fb.SingularityError, match="run 0: .*jumps the singularity of the joint chart"
     ):
         fb.simulate_many(
-            ROBOT, controller, fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0), starts, chart="joint"
+            ROBOT,
+            controller,
+            fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0),
+            starts,
+            integrator=fb.Integrator(chart="joint"),
         )
 
 
@@ -390,8 +419,16 @@ def test_an_interrupt_ends_a_search_that_casadi_makes():
 
 def test_tolerance_bounds_the_error():
     free = fb.ikm(fb.igm(ROBOT, (0.01, 0.12), working=(1, -1)), (0.02, -0.30))
-    exact = fb.simulate(ROBOT, duration=0.5, start=free, step=2e-5, method="dop8")
+    exact = fb.simulate(
+        ROBOT, duration=0.5, start=free, step=2e-5, integrator=fb.Integrator(method="dop8")
+    )
     for tolerance in (1e-6, 1e-9):
-        run = fb.simulate(ROBOT, duration=0.5, start=free, step=4e-3, tolerance=tolerance)
+        run = fb.simulate(
+            ROBOT,
+            duration=0.5,
+            start=free,
+            step=4e-3,
+            integrator=fb.Integrator(tolerance=tolerance),
+        )
         assert run.step_error <= tolerance
         assert np.abs(run.q[-1] - exact.q[-1]).max() <= run.step_error

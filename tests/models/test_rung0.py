@@ -15,6 +15,7 @@ from fivebar.control.laws import ComputedTorque
 from fivebar.models.charts import CHARTS
 from fivebar.models.dynamics import bar_forces
 from fivebar.simulation import many, steps
+from fivebar.simulation.simulate import Grid
 
 BEFORE = json.loads((Path(__file__).parents[1] / "data" / "rung0.json").read_text())
 ROBOTS = {"five-bar": fb.FiveBar(l12=0.1, l22=0.11), "biglide": fb.Biglide()}
@@ -37,8 +38,11 @@ def counts(robot):
     }
     found["step of any length"] = steps.free_step(type(robot)).n_instructions()
     law = ComputedTorque(robot, 100.0, 20.0)
-    loop = many._loop((type(robot), ()), law, CHARTS["auto"], "rk4", 0.001, 2, 3, None, 0, None)
-    found["loop of many robots"] = loop.expand().n_instructions()
+    grid = Grid(steps=6, step=0.001, block=2)
+    loop = many._Law(
+        type(robot), (), law, CHARTS["auto"], "rk4", grid, 3, None, fb.Measurement()
+    )
+    found["loop of many robots"] = many._function(loop).expand().n_instructions()
     return found
 
 

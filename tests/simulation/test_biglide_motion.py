@@ -77,7 +77,7 @@ def test_computed_torque_agrees_with_a_constrained_integration(robot):
 @pytest.mark.parametrize("robot", [LAB, UNEQUAL], ids=["lab", "unequal"])
 def test_free_motion_goes_on_through_every_singularity(robot):
     start = fb.ikm(fb.igm(robot, (0.075, 0.2), (-1, 1)), (-1.2, 0.1))
-    run = fb.simulate(robot, duration=2.0, start=start, method="dop8")
+    run = fb.simulate(robot, duration=2.0, start=start, integrator=fb.Integrator(method="dop8"))
     kinds = [int(event.type) for event in run.events]
     assert kinds.count(2) >= 2 and kinds.count(1) >= 2
     assert {event.margin for event in run.events} == {"sin phi1", "sin phi2", "det A"}
@@ -89,16 +89,18 @@ def test_free_motion_goes_on_through_every_singularity(robot):
     z = integrated(robot, z, np.zeros(2), 2.0)
     np.testing.assert_allclose(np.concatenate([run.q[-1], run.xi[-1]]), z[:4], rtol=0, atol=1e-9)
     with pytest.raises(fb.SingularityError, match=r"joint chart \(det A = "):
-        fb.simulate(robot, duration=2.0, start=start, chart="joint")
+        fb.simulate(robot, duration=2.0, start=start, integrator=fb.Integrator(chart="joint"))
     with pytest.raises(fb.SingularityError, match=r"task chart \(sin phi"):
-        fb.simulate(robot, duration=2.0, start=start, chart="task")
+        fb.simulate(robot, duration=2.0, start=start, integrator=fb.Integrator(chart="task"))
 
 
 def test_each_chart_is_the_same_motion():
     start = fb.ikm(fb.igm(LAB, (0.01, 0.2)), (0.1, 0.3))
     runs = [fb.simulate(LAB, duration=0.3, start=start)]
     runs += [
-        fb.simulate(LAB, duration=0.3, start=start, chart=each, method="dop8")
+        fb.simulate(
+            LAB, duration=0.3, start=start, integrator=fb.Integrator(chart=each, method="dop8")
+        )
         for each in ("auto", "joint", "task")
     ]
     for run in runs[1:]:
@@ -137,7 +139,12 @@ def test_compiled_loops_are_the_same():
         ):
             own = fb.ikm(fb.igm(LAB, pose.xi[k]), (0.0, 0.0))
             one = fb.simulate(
-                LAB, controller, reference, start=own, chart="joint", torque_limit=200.0
+                LAB,
+                controller,
+                reference,
+                start=own,
+                integrator=fb.Integrator(chart="joint"),
+                torque_limit=200.0,
             )
             np.testing.assert_allclose(run.q, one.q, rtol=0, atol=1e-11)
             np.testing.assert_allclose(run.tau, one.tau, rtol=0, atol=1e-8)
@@ -237,7 +244,8 @@ def test_the_tracker_follows_a_line_and_a_long_way():
     tracker = fb.Tracker(
         LAB, encoder_resolution=1e-5, delay=1, constraints=fb.Constraints(torque=limit)
     )
-    options = dict(torque_limit=limit, encoder_resolution=1e-5, delay=1, duration=1.5)
+    measurement = fb.Measurement(delay=1, encoder_resolution=1e-5)
+    options = dict(torque_limit=limit, measurement=measurement, duration=1.5)
     run = fb.simulate(heavy, tracker, fb.line((0.0, 0.2), (0.06, 0.35), 1.0), **options)
     assert (run.log.status == 0).all() and np.abs(run.error[-1]).max() < 1e-4
 

@@ -94,10 +94,10 @@ def test_cases_differ_from_task_1_in_what_they_say():
             and each.reference.duration == 2.0
         )
         assert each.reference(2.0)[0] == pytest.approx((0.0, 0.1), abs=1e-15)
-    assert chosen["torque-limit"].options["torque_limit"] == pytest.approx(0.6 * 0.00867, rel=2e-3)
+    assert chosen["torque-limit"].torque_limit == pytest.approx(0.6 * 0.00867, rel=2e-3)
     assert chosen["mass"].plant.m == 0.6 and chosen["mass"].model.m == 0.5
-    assert chosen["delay"].options == {"delay": 1}
-    assert chosen["encoder"].options == {"encoder_resolution": 2 * np.pi / 4096}
+    assert chosen["delay"].measurement == fb.Measurement(delay=1)
+    assert chosen["encoder"].measurement == fb.Measurement(0, 2 * np.pi / 4096)
     tracker = CONTROLLERS["mpc"](chosen["delay"])
     assert tracker.delay == 1 and tracker.period == 0.01
 
@@ -106,7 +106,7 @@ def test_the_crossing_is_task_2_of_the_lab_across_type_2():
     """Along the line, from home to (0.05, 0) in 4 s: det A changes its sign once, at 3 s, within the torque limit."""
     crossing = case("crossing")
     plan = crossing.reference
-    assert plan.duration == 4.0 and crossing.options == {"torque_limit": 0.05}
+    assert plan.duration == 4.0 and crossing.torque_limit == 0.05
     assert plan(0.0)[0] == pytest.approx((0.09, 0.06796322)) and plan(4.0)[0] == pytest.approx(
         (0.05, 0.0)
     )

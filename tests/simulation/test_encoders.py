@@ -32,7 +32,9 @@ def through_half_a_turn(count, seed):
 def test_the_line_of_the_report():
     reference = fb.line((-0.077, -0.05), (0.078, -0.073), 2.0)
     controller = fb.ComputedTorque(ROBOT, 100, 20, (-1, -1), 1)
-    run = fb.simulate(ROBOT, controller, reference, encoder_resolution=RESOLUTION)
+    run = fb.simulate(
+        ROBOT, controller, reference, measurement=fb.Measurement(encoder_resolution=RESOLUTION)
+    )
     assert np.linalg.norm(run.error, axis=1).max() < 2e-3
     assert np.abs(run.control.q_dot[1:]).max() < 2 * np.abs(run.q_dot).max() + RESOLUTION / 0.01
 
@@ -46,8 +48,11 @@ def test_twelve_lines_through_half_a_turn(chart, method):
             fb.ComputedTorque(ROBOT, 100, 20, working, assembly),
             fb.line(a, b, 2.0),
         )
-        options = dict(encoder_resolution=RESOLUTION, chart=chart)
-        run = fb.simulate(ROBOT, controller, reference, method=method, **options)
+        options = dict(
+            measurement=fb.Measurement(encoder_resolution=RESOLUTION),
+            integrator=fb.Integrator(method, chart),
+        )
+        run = fb.simulate(ROBOT, controller, reference, **options)
         # What an encoder tells lags behind by half a period and errs by a step over a period.
         at = np.searchsorted(run.t, run.control.t + 1e-9) - 1
         mean = (run.q[at[1:]] - run.q[at[:-1]]) / 0.01
@@ -55,7 +60,7 @@ def test_twelve_lines_through_half_a_turn(chart, method):
         assert np.abs(run.control.q - run.q[at]).max() <= 0.501 * RESOLUTION or chart == "task"
         assert np.linalg.norm(run.error, axis=1).max() < 3e-3
         if method:
-            (many,) = fb.simulate_many([ROBOT], controller, reference, method=method, **options)
+            (many,) = fb.simulate_many([ROBOT], controller, reference, **options)
             assert many.q == pytest.approx(run.q, abs=1e-9)
             assert many.control.q_dot == pytest.approx(run.control.q_dot, abs=1e-9)
 
@@ -65,6 +70,10 @@ def test_a_tracker_with_encoders_through_half_a_turn():
     tracker = fb.Tracker(ROBOT, 10, encoder_resolution=RESOLUTION, assembly=assembly)
     start = fb.ikm(fb.igm(ROBOT, a, working), (0.0, 0.0))
     run = fb.simulate(
-        ROBOT, tracker, fb.line(a, b, 2.0), start=start, encoder_resolution=RESOLUTION
+        ROBOT,
+        tracker,
+        fb.line(a, b, 2.0),
+        start=start,
+        measurement=fb.Measurement(encoder_resolution=RESOLUTION),
     )
     assert np.linalg.norm(run.error, axis=1).max() < 3e-3

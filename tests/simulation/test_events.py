@@ -6,7 +6,7 @@ from scipy.interpolate import KroghInterpolator
 from scipy.optimize import brentq
 
 import fivebar as fb
-from fivebar.simulation.events import _there_and_back, _zero, crossings, meets
+from fivebar.simulation.events import Cubic, _bracketed, crossings, may_cross, there_and_back, zero
 from fivebar.simulation.steps import MARGIN_RATES, MARGINS
 
 ROBOT = fb.FiveBar()
@@ -115,7 +115,13 @@ def half_a_step_before(middle):
 def test_what_turns_around_before_0_is_no_crossing(column, method):
     start = half_a_step_before(turning(column, 0.1 * COARSE, through=False))
     run, fine = (
-        fb.simulate(ROBOT, start=start, duration=COARSE, step=COARSE / n, method=method)
+        fb.simulate(
+            ROBOT,
+            start=start,
+            duration=COARSE,
+            step=COARSE / n,
+            integrator=fb.Integrator(method=method),
+        )
         for n in (1, 100)
     )
     sine = np.abs(sines_of(fine)[:, column])
@@ -141,7 +147,7 @@ def test_there_and_back_within_one_step(column):
     assert [event.t for event in own] == pytest.approx(exact, abs=1e-11)
     assert own[0].before == own[1].after != own[0].after
     # By fixed steps they are those of the cubic through a step's ends; in compiled loops too.
-    options = dict(duration=4 * COARSE, step=COARSE, method="dop8")
+    options = dict(duration=4 * COARSE, step=COARSE, integrator=fb.Integrator("dop8"))
     fixed = fb.simulate(ROBOT, start=start, **options)
     assert [event[1:] for event in fixed.events[:2]] == [event[1:] for event in own]
     assert [event.t for event in fixed.events[:2]] == pytest.approx(exact, abs=0.02 * COARSE)
@@ -161,11 +167,12 @@ def test_cubics_of_known_zeros_and_motions_beside_them(low, high, third, side):
     assert (
         cubic.deriv()(0) * side < 0 < cubic.deriv()(1) * side
     )  # the step's ends alone tell that it may turn
-    ends = [float(p(s)) for p in (cubic, cubic.deriv()) for s in (0.0, 1.0)]
-    assert _there_and_back(ends, None) == pytest.approx((low, high), abs=1e-12)
+    own = Cubic.through(*([float(p(s)) for s in (0.0, 1.0)] for p in (cubic, cubic.deriv())))
+    assert own == pytest.approx(tuple(cubic.coef), rel=1e-12, abs=1e-12)
+    assert there_and_back(own, None) == pytest.approx((low, high), abs=1e-12)
     middle = (low + high) / 2
-    assert _zero(ends, None, 0.0, middle) == pytest.approx(low, abs=1e-12)
-    assert _zero(ends, None, middle, 1.0) == pytest.approx(high, abs=1e-12)
+    assert zero(own, None, 0.0, middle) == pytest.approx(low, abs=1e-12)
+    assert zero(own, None, middle, 1.0) == pytest.approx(high, abs=1e-12)
     # A motion of another shape between the same ends: its own zeros, of which the cubic's are guesses.
     bump = (
         0.3
@@ -176,28 +183,26 @@ def test_cubics_of_known_zeros_and_motions_beside_them(low, high, third, side):
     motion = cubic + bump
     exact = sorted(z.real for z in motion.roots() if abs(z.imag) < 1e-9 and 0 < z.real < 1)
     assert len(exact) == 2 and abs(exact[0] - low) > 1e-6
-    assert _there_and_back(ends, lambda s: (motion(s), motion.deriv()(s))) == pytest.approx(
-        exact, abs=5e-12
-    )
+    found = there_and_back(own, lambda s: (motion(s), motion.deriv()(s)))
+    assert found == pytest.approx(exact, abs=5e-12)
     # What turns just before 0 does not cross, by the cubic nor by the motion.
     lifted = cubic - 1.01 * min(cubic(np.linspace(low, high, 400)) * side) * side
-    ends = [float(p(s)) for p in (lifted, lifted.deriv()) for s in (0.0, 1.0)]
-    assert (
-        _there_and_back(ends, None)
-        == _there_and_back(ends, lambda s: (lifted(s), lifted.deriv()(s)))
-        == ()
-    )
+    own = Cubic(*lifted.coef.tolist())
+    assert there_and_back(own, None) == ()
+    assert there_and_back(own, lambda s: (lifted(s), lifted.deriv()(s))) == ()
 
 
 @pytest.mark.parametrize("low, high", [(0.3, 0.301), (0.5, 0.5002), (0.7, 0.71)])
 def test_a_motion_that_hardly_dips_below_0(low, high):
-    """The cubic of the ends turns beside both zeros: only the motion's own rate finds the place between them."""
+    """The motion's own rate finds the place between the zeros."""
     motion = np.polynomial.Polynomial.fromroots([low, high]) * np.polynomial.Polynomial(
         [1.0, 0.4, 0.7, -0.3]
     )
-    ends = [float(p(s)) for p in (motion, motion.deriv()) for s in (0.0, 1.0)]
-    found = _there_and_back(ends, lambda s: (motion(s), motion.deriv()(s)))
-    assert found == pytest.approx((low, high), abs=1e-14 / (high - low))
+    own = Cubic.through(*([float(p(s)) for s in (0.0, 1.0)] for p in (motion, motion.deriv())))
+    found = there_and_back(own, lambda s: (motion(s), motion.deriv()(s)))
+    assert found == pytest.approx(
+        (low, high), abs=1e-14 / (high - low)
+    )
 
 
 def test_crossings_of_given_sines():
@@ -217,8 +222,8 @@ def test_crossings_of_given_sines():
         for n in range(-3, 9)
         if 0 < (z := (n * np.pi - shifts[k]) / turns[k]) < t[-1]
     )
-    for after, error in ((None, 1e-5), (lambda k, length: look(t[k] + length), 1e-13)):
-        events = crossings(ROBOT, t, rows, after)
+    for motion, error in ((None, 1e-5), (look, 1e-13)):
+        events = crossings(ROBOT, t, rows, motion)
         assert [event.t for event in events] == pytest.approx([z for z, _ in exact], abs=error)
         for event, (z, k) in zip(events, exact):
             assert event.margin == ROBOT.words.sines[k] and event.type.name == (
@@ -256,16 +261,21 @@ def test_crossings_of_given_sines():
     batch = np.stack([look(t[k : k + 2])[0] for k in range(40)])
     slopes = np.stack([look(t[k : k + 2])[1] for k in range(40)])
     crossed = np.array([any(t[k] < z <= t[k + 1] for z, _ in exact) for k in range(40)])
-    assert (meets(batch, slopes) >= crossed).all() and meets(batch, slopes).sum() == crossed.sum()
-    assert meets(batch[~crossed], slopes[~crossed]).sum() == 0
+    assert (may_cross(batch, slopes) >= crossed).all() and may_cross(
+        batch, slopes
+    ).sum() == crossed.sum()
+    assert may_cross(batch[~crossed], slopes[~crossed]).sum() == 0
 
 
-def test_a_zero_whose_slope_is_0():
-    for zero in (0.5, 0.25):  # of (s - zero)^3; the first place that is looked at, and another
-        ends = -(zero**3), (1 - zero) ** 3, 3 * zero**2, 3 * (1 - zero) ** 2
-        assert _zero(ends, None) == pytest.approx(
-            zero, abs=1e-5
-        )  # the cubic itself is rounding as near as this
-        assert _zero(
-            ends, lambda s, zero=zero: ((s - zero) ** 3, 3 * (s - zero) ** 2)
-        ) == pytest.approx(zero, abs=1e-5)
+@pytest.mark.parametrize("place", [0.5, 0.25])
+def test_a_zero_whose_slope_is_0(place):
+    cubic = Cubic(-(place**3), 3 * place**2, -3 * place, 1.0)
+    # The cubic itself is rounding as near as this.
+    assert zero(cubic, None) == pytest.approx(place, abs=1e-5)
+    look = lambda s: ((s - place) ** 3, 3 * (s - place) ** 2)
+    assert zero(cubic, look) == pytest.approx(place, abs=1e-5)
+
+
+def test_an_end_that_is_0_but_for_rounding_is_the_zero():
+    assert _bracketed(lambda s: s + 1e-18, 0.0, 1.0) == 0.0
+    assert _bracketed(lambda s: s - 1.0 - 1e-18, 0.0, 1.0) == 1.0

@@ -12,7 +12,6 @@ from fivebar.models.charts import CHARTS
 from fivebar.models.dynamics import held_by
 from fivebar.models.four_joints import bars_of
 from fivebar.models.physics import smoothed
-from fivebar.simulation.balance import friction_loss
 from fivebar.simulation.steps import block_function
 from fivebar.simulation.stick_slip import StickSlip, plant_of
 
@@ -127,12 +126,12 @@ def test_what_holds_a_drive_is_never_more_than_its_friction():
         slip = tuple(np.where(standing, 0.0, np.sign(plant.state[4:7:2])))
         if standing.any():
             _, held = held_by(plant.rates, tuple(tau.tolist()), slip)
-            assert np.all(np.abs(np.array(held))[standing] <= plant.dry[standing] * (1 + 1e-9))
+            assert np.all(np.abs(np.array(held))[standing] <= plant.friction[standing] * (1 + 1e-9))
         changes += before is not None and slip != before
         before = slip
     assert changes > 10
     t = np.linspace(0, 3, 301)
-    assert np.all(np.diff(friction_loss(plant, t)) >= 0)
+    assert np.all(np.diff(plant.friction_loss(t)) >= 0)
 
 
 def test_smoothed_friction_comes_to_the_exact_one_as_its_rate_goes_to_0():
@@ -161,11 +160,11 @@ def test_a_plant_with_more_physics_than_its_controller_knows():
     assert blind.robot == plant and errors[0] > 20 * errors[1] and errors[1] < 2e-4
 
 
-@pytest.mark.parametrize("option", [{"method": "rk4"}, {"chart": "task"}])
-def test_fixed_steps_refuse_dry_friction_by_name(option):
+@pytest.mark.parametrize("integrator", [fb.Integrator("rk4"), fb.Integrator(chart="task")])
+def test_fixed_steps_refuse_dry_friction_by_name(integrator):
     robot = fb.FiveBar(fs2=0.01)
     with pytest.raises(ValueError, match="fs2: dry friction sticks"):
-        fb.simulate(robot, duration=0.1, **option)
+        fb.simulate(robot, duration=0.1, integrator=integrator)
     with pytest.raises(ValueError, match="fs2: dry friction sticks"):
         fb.simulate_many(
             [robot] * 2, fb.PD(robot, 1.0, 0.1), fb.line((0.09, 0.068), (0.06, 0.1), 1.0)
@@ -177,7 +176,7 @@ def test_many_robots_with_their_own_physics_are_what_each_alone_is():
     reference = fb.line((0.02, 0.15), (0.03, 0.12), 0.3)
     own = fb.PD(robots[0], 20.0, 0.5)
     for robot, run in zip(robots, fb.simulate_many(robots, own, reference)):
-        alone = fb.simulate(robot, own, reference, method="rk4")
+        alone = fb.simulate(robot, own, reference, integrator=fb.Integrator(method="rk4"))
         np.testing.assert_allclose(run.q, alone.q, atol=1e-9)
         exact = fb.simulate(robot, own, reference)
         np.testing.assert_allclose(run.q, exact.q, atol=1e-5)
@@ -186,7 +185,9 @@ def test_many_robots_with_their_own_physics_are_what_each_alone_is():
         fb.ikm(fb.igm(robot, (0.02, 0.15 + 0.01 * k)), (0.1, 0.0)) for k, robot in enumerate(robots)
     ]
     for start, run in zip(starts, fb.simulate_many(robots, own, reference, starts)):
-        alone = fb.simulate(start.pose.robot, own, reference, method="rk4", start=start)
+        alone = fb.simulate(
+            start.pose.robot, own, reference, integrator=fb.Integrator(method="rk4"), start=start
+        )
         np.testing.assert_allclose(run.q, alone.q, atol=1e-12)
     with pytest.raises(ValueError, match="start is of another robot"):
         fb.simulate_many(robots, own, reference, starts[::-1])
@@ -209,7 +210,7 @@ def test_fixed_steps_balance_too():
         robot,
         duration=1.0,
         start=fb.dkm(fb.dgm(robot, (0.3, 1.2)), (0, 0)),
-        method="dop8",
+        integrator=fb.Integrator(method="dop8"),
         step=5e-4,
     )
     assert (

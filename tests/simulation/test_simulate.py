@@ -34,7 +34,13 @@ def test_sampled_computed_torque_of_the_reference():
     data = json.loads((DATA / "sampled_control.json").read_text())
     for case in data["computed_torque_lab_task_1"]["runs"]:
         controller = fb.ComputedTorque(ROBOT, case["Kp"], case["Kd"])
-        run = fb.simulate(ROBOT, controller, TASK_1, duration=2.5, delay=case["delay_samples"])
+        run = fb.simulate(
+            ROBOT,
+            controller,
+            TASK_1,
+            duration=2.5,
+            measurement=fb.Measurement(delay=case["delay_samples"]),
+        )
         sampled = run.q_error[10::10]
         assert np.abs(sampled).max(axis=0) == pytest.approx(
             case["max_abs_joint_error_rad"], rel=1e-9
@@ -63,8 +69,8 @@ def test_power_balance_along_a_driven_motion():
 
 def test_energy_of_the_free_motion(free_start):
     for options, bound in (
-        (dict(step=5e-4, method="rk4"), 1e-8),
-        (dict(step=1e-4, method="rk4"), 1e-10),
+        (dict(step=5e-4, integrator=fb.Integrator("rk4")), 1e-8),
+        (dict(step=1e-4, integrator=fb.Integrator("rk4")), 1e-10),
         ({}, 1e-10),
     ):
         energy = fb.simulate(ROBOT, duration=10.0, start=free_start, **options).energy
@@ -78,7 +84,8 @@ def test_rk4_has_order_4(chart):
         return 0.008 * np.cos(2 * np.pi * t), -0.006 * np.cos(2 * np.pi * t)
 
     def end(step):
-        options = dict(duration=1.28, control_period=0.16, step=step, chart=chart, method="rk4")
+        integrator = fb.Integrator("rk4", chart)
+        options = dict(duration=1.28, control_period=0.16, step=step, integrator=integrator)
         return fb.simulate(ROBOT, torque, **options).q[-1]
 
     exact = end(0.16 / 512)
@@ -102,7 +109,8 @@ def test_free_motion_passes_all_its_singularities(free_start):
 
 
 @pytest.mark.parametrize(
-    "options, bound", [({}, 1e-12), ({"step": 0.01}, 1e-12), ({"method": "dop8"}, 1e-10)]
+    "options, bound",
+    [({}, 1e-12), ({"step": 0.01}, 1e-12), ({"integrator": fb.Integrator("dop8")}, 1e-10)],
 )
 def test_times_of_crossings(free_start, options, bound):
     """Against zeros of polynomials of degree 9 through ten cross products of the bars as drawn, 1e-4 s apart."""
@@ -117,7 +125,13 @@ def test_a_chart_held_fast_refuses_to_jump(free_start, chart, name):
         with pytest.raises(
             fb.SingularityError, match=f"jumps the singularity of the {chart} chart \\({name}"
         ):
-            fb.simulate(ROBOT, duration=2.0, start=free_start, step=float(step), chart=chart)
+            fb.simulate(
+                ROBOT,
+                duration=2.0,
+                start=free_start,
+                step=float(step),
+                integrator=fb.Integrator(chart=chart),
+            )
 
 
 def test_torque_limit_delay_and_encoder():
@@ -125,11 +139,13 @@ def test_torque_limit_delay_and_encoder():
     run = fb.simulate(ROBOT, controller, TASK_1, torque_limit=0.006)
     assert np.abs(run.tau).max() == 0.006 and np.abs(run.control.commanded).max() > 0.006
     assert run.control.applied == pytest.approx(np.clip(run.control.commanded, -0.006, 0.006))
-    run = fb.simulate(ROBOT, controller, TASK_1, delay=2)
+    run = fb.simulate(ROBOT, controller, TASK_1, measurement=fb.Measurement(delay=2))
     assert not run.control.applied[:2].any()
     assert (run.control.applied[2:] == run.control.commanded[:-2]).all()
     resolution = 2 * np.pi / 4096
-    run = fb.simulate(ROBOT, controller, TASK_1, encoder_resolution=resolution)
+    run = fb.simulate(
+        ROBOT, controller, TASK_1, measurement=fb.Measurement(encoder_resolution=resolution)
+    )
     counts = run.control.q / resolution
     assert counts == pytest.approx(np.round(counts), abs=1e-9)
     assert run.control.q_dot[1:] == pytest.approx(np.diff(run.control.q, axis=0) / 0.01, abs=1e-12)
@@ -140,7 +156,12 @@ def test_torque_limit_delay_and_encoder():
 def test_delay_and_encoder_together(delay):
     """The controller gets what was rounded at its own sample; only its torque comes late."""
     controller, resolution = fb.ComputedTorque(ROBOT, 100, 20), 2 * np.pi / 4096
-    run = fb.simulate(ROBOT, controller, TASK_1, delay=delay, encoder_resolution=resolution)
+    run = fb.simulate(
+        ROBOT,
+        controller,
+        TASK_1,
+        measurement=fb.Measurement(delay=delay, encoder_resolution=resolution),
+    )
     control = run.control
     assert (control.q == np.round(run.q[:-1:10] / resolution) * resolution).all()
     assert control.q_dot[1:] == pytest.approx(np.diff(control.q, axis=0) / 0.01, abs=1e-12)
@@ -167,7 +188,9 @@ def test_step_error_is_the_error_of_steps_ten_times_as_fine_as_the_tolerance(
 ):
     exact = fb.simulate(ROBOT, duration=0.5, start=free_start)
     for tolerance in (1e-4, 1e-6, 1e-8):
-        run = fb.simulate(ROBOT, duration=0.5, start=free_start, tolerance=tolerance)
+        run = fb.simulate(
+            ROBOT, duration=0.5, start=free_start, integrator=fb.Integrator(tolerance=tolerance)
+        )
         with monkeypatch.context() as patch:
             patch.setattr(sys.modules["fivebar.simulation.simulate"], "TOLERANCE", tolerance / 10)
             coarse = fb.simulate(ROBOT, duration=0.5, start=free_start)
@@ -225,14 +248,9 @@ def test_run_is_saved_and_read_back(tmp_path, free_start):
     [
         (dict(step=0), "step must be finite and > 0"),
         (dict(step=0.003), "control_period = 0.01 s must be a multiple of step = 0.003 s"),
-        (dict(delay=-1), "delay must be a whole number"),
-        (dict(delay=1.5), "delay must be a whole number"),
-        (dict(delay=True), "delay must be a whole number"),
         (dict(duration=1e7), r"duration = 1e\+07 s is 1e\+10 steps of 0.001 s: at most 1e\+07"),
         (dict(torque_limit=-1.0), "torque_limit must be finite and > 0"),
-        (dict(encoder_resolution=0), "encoder_resolution must be"),
         (dict(duration=np.inf), "duration must be finite"),
-        (dict(chart="polar"), "chart must be one of auto, task, joint"),
         (
             dict(controller=lambda *_: (1, 2, 3)),
             r"must return two torques, not an array of shape \(3,\)",
@@ -246,9 +264,10 @@ def test_run_is_saved_and_read_back(tmp_path, free_start):
             dict(controller=lambda *_: (1e8, -1e8)),
             "too fast: 20020 steps do not bring it to 0.01 s .joint",
         ),
-        (dict(controller=lambda *_: (1e8, -1e8), method="rk4"), "too fast for steps of 0.001 s"),
-        (dict(tolerance=1e-20), "tolerance = 1e-20 is below rounding"),
-        (dict(tolerance=1e-6, method="rk4"), "tolerance chooses the steps"),
+        (
+            dict(controller=lambda *_: (1e8, -1e8), integrator=fb.Integrator("rk4")),
+            "too fast for steps of 0.001 s",
+        ),
         (dict(reference=None, duration=0.1), "ComputedTorque needs a reference to track"),
         (dict(controller=fb.FeedForward(ROBOT, 1, 1)), "FeedForward needs a Plan as the reference"),
         (
@@ -265,6 +284,27 @@ def test_bad_simulations(options, message):
     given = dict(controller=fb.ComputedTorque(ROBOT, 100, 20), reference=TASK_1) | options
     with pytest.raises((ValueError, ArithmeticError), match=message):
         fb.simulate(ROBOT, **given)
+
+
+@pytest.mark.parametrize(
+    "setting, options, message",
+    [
+        (fb.Measurement, dict(delay=-1), "delay must be a whole number"),
+        (fb.Measurement, dict(delay=1.5), "delay must be a whole number"),
+        (fb.Measurement, dict(delay=True), "delay must be a whole number"),
+        (fb.Measurement, dict(delay=10**12), "delay must be at most"),
+        (fb.Measurement, dict(encoder_resolution=0), "encoder_resolution must be"),
+        (fb.Integrator, dict(chart="polar"), "chart must be one of auto, task, joint"),
+        (fb.Integrator, dict(method="euler"), "method must be one of"),
+        (fb.Integrator, dict(jit=2), "jit must be"),
+        (fb.Integrator, dict(tolerance=1e-20), "tolerance = 1e-20 is below rounding"),
+        (fb.Integrator, dict(tolerance=1e-6, method="rk4"), "tolerance chooses the steps"),
+        (fb.Integrator, dict(tolerance=1e-6, chart="task"), "tolerance chooses the steps"),
+    ],
+)
+def test_bad_settings(setting, options, message):
+    with pytest.raises(ValueError, match=f"{setting.__name__}: {message}"):
+        setting(**options)
 
 
 def test_a_reference_out_of_reach_says_when():
@@ -313,9 +353,17 @@ def test_a_controller_in_other_working_modes_than_its_plan_is_refused(robot):
 @pytest.mark.parametrize("seed", range(0, 90, 10))
 def test_step_error_bounds_the_error(seed):
     robot, start = random_motion(seed)
-    exact = fb.simulate(robot, duration=2.0, start=start, step=0.01, tolerance=1e-11)
+    exact = fb.simulate(
+        robot, duration=2.0, start=start, step=0.01, integrator=fb.Integrator(tolerance=1e-11)
+    )
     for tolerance in (1e-4, 1e-8):
-        run = fb.simulate(robot, duration=2.0, start=start, step=0.01, tolerance=tolerance)
+        run = fb.simulate(
+            robot,
+            duration=2.0,
+            start=start,
+            step=0.01,
+            integrator=fb.Integrator(tolerance=tolerance),
+        )
         assert 0 < np.abs(run.q - exact.q).max() <= run.step_error
 
 

@@ -5,15 +5,14 @@ by itself.
 import math
 import signal
 import threading
-from functools import partial
 
 import numpy as np
 
 from ...models.geometry import dgm
 from ...models.kinematics import dkm
 from ...models.robots import Biglide, FiveBar
-from ...simulation.plant import Plant, margins_after
-from ...simulation.simulate import TOLERANCE, assemble
+from ...simulation.plant import Plant
+from ...simulation.simulate import TOLERANCE, run_of
 from .clock import STEP, real_monotonic, real_sleep
 from .states import lab_state
 
@@ -179,9 +178,7 @@ class World:
             return self.motion
         t = np.arange(self.since_reset * ROWS + 1) * (STEP / ROWS)
         tau = np.repeat(self.efforts, ROWS, axis=0)
-        rows, states = self.plant.rows(t)
-        after = partial(margins_after, self.plant, states, tau)
-        return assemble(self.plant.robot, t, rows, tau, None, None, None, after=after)
+        return run_of(self.plant.robot, t, self.plant.rows(t), tau, plant=self.plant)
 
 
 def _number(value, side, world):

@@ -10,6 +10,7 @@ import numpy as np
 from ...models.geometry import dgm
 from ...models.kinematics import Rates, dkm
 from ...models.named_robots import ROBOTS
+from ...simulation.settings import Integrator
 from ...simulation.simulate import simulate
 from .integrators import adaptive, explicit_euler, march, rk4, semi_implicit_euler
 from .joint_space import joint_model, joint_slope
@@ -66,5 +67,11 @@ def drift_by(name: str, step: float = 1e-3, duration: float = 10.0, rtol: float 
 
 def drift_of_ours(step: float = 1e-3, duration: float = 10.0) -> Drift:
     """Return the drift of fivebar.simulate, in fixed steps."""
-    run = simulate(ROBOT, duration=duration, start=conservative_start(), step=step, method="rk4")
+    run = simulate(
+        ROBOT,
+        duration=duration,
+        start=conservative_start(),
+        step=step,
+        integrator=Integrator("rk4"),
+    )
     return Drift("fivebar", run.t, run.energy / run.energy[0] - 1, 4 * (len(run.t) - 1))

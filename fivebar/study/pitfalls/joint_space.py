@@ -9,6 +9,7 @@ import numpy as np
 from ...models.geometry import igm
 from ...models.kinematics import Rates, ikm
 from ...models.robots import FiveBar, Robot
+from ...simulation.settings import Integrator
 from ...simulation.simulate import simulate
 from .integrators import Slope, adaptive, rk4
 
@@ -119,7 +120,9 @@ def free_motion_by(robot: FiveBar, method: str, rtol: float = 1e-9) -> FreeRun:
 
 def free_motion_of_ours(robot: Robot, step: float) -> FreeRun:
     """Return the same by fivebar.simulate, the four bars in fixed steps, s."""
-    run = simulate(robot, duration=DURATION, start=free_start(robot), step=step, method="rk4")
+    run = simulate(
+        robot, duration=DURATION, start=free_start(robot), step=step, integrator=Integrator("rk4")
+    )
     return FreeRun("fivebar", run.t, run.xi, run.energy)
 
 

@@ -20,6 +20,7 @@ from ...models.geometry import dgm
 from ...models.kinematics import dkm
 from ...models.robots import Robot
 from ...planning.trajectory import line
+from ...simulation.settings import Measurement
 from ...simulation.simulate import simulate
 
 PERIOD = 0.01  # s
@@ -102,7 +103,7 @@ def hold(
     timing: dict[str, Any] = {
         "control_period": PERIOD,
         "step": PERIOD,
-        "delay": delay,
+        "measurement": Measurement(delay=delay),
     }
     try:
         simulate(robot, watched, reference, start=start, **timing)

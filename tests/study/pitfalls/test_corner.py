@@ -27,7 +27,9 @@ def motion(start, angle, speed, working):
 
 
 def check(rates, duration, chart):
-    run = fb.simulate(ROBOT, duration=duration, start=rates, step=STEP, chart=chart)
+    run = fb.simulate(
+        ROBOT, duration=duration, start=rates, step=STEP, integrator=fb.Integrator(chart=chart)
+    )
     reference = redundant_reference(ROBOT, rates, duration)
     assert np.abs(run.energy / run.energy[0] - 1).max() <= 1e-6
     assert closure(ROBOT, run.q, run.xi).max() < 5e-16

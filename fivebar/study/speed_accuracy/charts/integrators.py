@@ -11,6 +11,7 @@ import numpy as np
 from ....models.charts import CHARTS, BarAngles, Joint, Task
 from ....models.compiled import Buffered, compiled
 from ....models.dynamics import energy
+from ....simulation.settings import Integrator
 from ....simulation.simulate import simulate
 from ....simulation.steps import model_functions, propagate
 from ...pitfalls.integrators import adaptive, explicit_euler, march, rk4, semi_implicit_euler
@@ -197,12 +198,12 @@ def ours_in_full(options: Callable[[float], dict]) -> Callable[..., Attempt]:
 
 def in_steps(count: float) -> dict:
     """Return options of `simulate`: so many steps of order 8, and no other rows."""
-    return {"step": DURATION / count, "method": "dop8"}
+    return {"step": DURATION / count, "integrator": Integrator("dop8")}
 
 
 def to_tolerance(tolerance: float) -> dict:
     """Return options of `simulate`: 2000 rows, whose error is bounded."""
-    return {"tolerance": tolerance}
+    return {"integrator": Integrator(tolerance=tolerance)}
 
 
 def redundant(gain: Callable[[float], float]) -> Callable[..., Attempt]:

@@ -88,7 +88,7 @@ def predictive(solver: str) -> Callable[[Case, float], Tracker]:
     """Return a maker of the tracker with this QP solver; its knob is the horizon."""
 
     def make(chosen, horizon):
-        constraints = Constraints(torque=chosen.options.get("torque_limit"))
+        constraints = Constraints(torque=chosen.torque_limit)
         tracker = Tracker(chosen.model, int(horizon), constraints=constraints)
         tracker.qp = QP(2 * int(horizon), 0, solver, SOLVERS[solver])
         return tracker
