@@ -47,21 +47,31 @@ def facing(arcs: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
     parts = []
     for arc in arcs:
         # The chords of a traced curve are that far off it at most.
-        off = 0.02 * np.abs(np.diff(arc.z)).max() if arc.locus.kind == TRACED else OFF * size
+        if arc.locus.kind == TRACED:
+            off = 0.02 * np.abs(np.diff(arc.z)).max()
+        else:
+            off = OFF * size
         counts = np.ceil(np.abs(np.diff(arc.z)) / (0.002 * size))
         s = divided(arc.s, np.maximum(counts, 1).astype(int))
         state = _sides(arc, s, off, allowed)
         k = np.flatnonzero((state[1:] != state[:-1]).any(axis=1))
-        low, high = s[k], s[k + 1]
+        low = s[k]
+        high = s[k + 1]
         for _ in range(STEPS if len(k) else 0):
             middle = (low + high) / 2
             same = (_sides(arc, middle, off, allowed) == state[k]).all(axis=1)
-            low, high = (
-                np.where(same, middle, low),
-                np.where(same, high, middle),
-            )
-        cuts = [s[0], *((low + high) / 2), s[-1]]
-        for start, end, (left, right) in zip(cuts, cuts[1:], state[np.append(k, -1)]):
+            low = np.where(same, middle, low)
+            high = np.where(same, high, middle)
+        cuts = [
+            s[0],
+            *((low + high) / 2),
+            s[-1],
+        ]
+        for start, end, (left, right) in zip(
+            cuts,
+            cuts[1:],
+            state[np.append(k, -1)],
+        ):
             if left != right and start != end:
                 parts.append(Arc(arc.locus, start, end) if left else Arc(arc.locus, end, start))
     return parts
@@ -71,7 +81,10 @@ def _sides(arc, s, off, allowed):
     """Return whether the points on the left and on the right of an arc are allowed, (n, 2)."""
     z, tangent = arc.curve(s)
     across = off * 1j * tangent / np.abs(tangent)
-    return np.stack([allowed(z + across), allowed(z - across)], axis=-1)
+    return np.stack(
+        [allowed(z + across), allowed(z - across)],
+        axis=-1,
+    )
 
 
 def satisfied_at(robot: FiveBar, working: tuple[int, int], constraints: Constraints) -> Callable:
@@ -110,7 +123,8 @@ def _line(a, b):
 def _of_joints(robot, working, constraints) -> Iterator[Locus]:
     """Yield the half circles of the distal bar about the elbow of a crank at its limit."""
     for leg, limits in enumerate(constraints.joints or ()):
-        drive, bar = robot.drives[leg], robot.distal[leg]
+        drive = robot.drives[leg]
+        bar = robot.distal[leg]
         for q in limits or ():
             elbow = drive.x + 1j * drive.y + drive.length * np.exp(1j * q)
 
@@ -129,11 +143,13 @@ def _of_bars(robot, working, constraints) -> list[Locus]:
         contour_generator,
     )  # comes with matplotlib
 
-    left, right = robot.l11 + robot.l12, robot.l21 + robot.l22
+    left = robot.l11 + robot.l12
+    right = robot.l21 + robot.l22
     low = -min(left - robot.drives[0].x, right - robot.drives[1].x)
     high = min(left + robot.drives[0].x, right + robot.drives[1].x)
     top = min(left, right)
-    x, y = np.linspace(low, high, GRID), np.linspace(-top, top, GRID)
+    x = np.linspace(low, high, GRID)
+    y = np.linspace(-top, top, GRID)
 
     def clearances(z):
         return constraints.collisions.clearances(task_pose(robot, (z.real, z.imag), working))
@@ -161,7 +177,11 @@ def _polyline(points):
     """Return a curve of chords through points (n,)."""
 
     def curve(s):
-        k = np.clip(np.floor(s).astype(int), 0, len(points) - 2)
+        k = np.clip(
+            np.floor(s).astype(int),
+            0,
+            len(points) - 2,
+        )
         chord = points[k + 1] - points[k]
         return points[k] + (s - k) * chord, chord
 
@@ -174,13 +194,13 @@ def _put(clearance, z, across):
 
     Return the points and which of them are there, bool (n,).
     """
-    low, high = -np.ones(len(z)), np.ones(len(z))
-    at_low, at_high = clearance(z - across), clearance(z + across)
+    low = -np.ones(len(z))
+    high = np.ones(len(z))
+    at_low = clearance(z - across)
+    at_high = clearance(z + across)
     for _ in range(STEPS):
         middle = (low + high) / 2
         same = clearance(z + middle * across) * at_low > 0
-        low, high = (
-            np.where(same, middle, low),
-            np.where(same, high, middle),
-        )
+        low = np.where(same, middle, low)
+        high = np.where(same, high, middle)
     return z + (low + high) / 2 * across, at_low * at_high < 0

@@ -110,7 +110,8 @@ class Constraints:
             (*batch,) arrays by constraint, in m, in rad, or a difference of sines: negative where
             the constraint is violated, nan where the pose is.
         """
-        x, y = np.asarray(pose.point[0]), np.asarray(pose.point[1])
+        x = np.asarray(pose.point[0])
+        y = np.asarray(pose.point[1])
         result = {}
         for leg, limits in enumerate(self.joints or ()):
             if limits:
@@ -142,7 +143,8 @@ class Constraints:
                 continue
             low, high = limits
             if pose.robot.turns:
-                middle, half = (low + high) / 2, (high - low) / 2
+                middle = (low + high) / 2
+                half = (high - low) / 2
                 ux, uy = pose.legs[leg].direction
                 result.append(ux * math.cos(middle) + uy * math.sin(middle) - math.cos(half))
             else:
@@ -193,11 +195,9 @@ def distance_inside(corners: np.ndarray, z: np.ndarray) -> np.ndarray:
 
     It is negative outside.
     """
-    start, end, point = (
-        corners,
-        np.roll(corners, -1),
-        np.asarray(z)[..., None],
-    )
+    start = corners
+    end = np.roll(corners, -1)
+    point = np.asarray(z)[..., None]
     distance = point_segment_distance(point, start, end).min(axis=-1)
     # A point is inside if a ray along x meets an odd number of sides.
     spans = (start.imag > point.imag) != (end.imag > point.imag)
@@ -212,7 +212,8 @@ def _range_clearance(limits, q, turns):
     low, high = limits
     if not turns:
         return np.minimum(q - low, high - q)
-    middle, half = (low + high) / 2, (high - low) / 2
+    middle = (low + high) / 2
+    half = (high - low) / 2
     return half - np.abs(np.mod(q - middle + np.pi, 2 * np.pi) - np.pi)
 
 
@@ -275,7 +276,15 @@ def _polygon(region, name):
         raise ValueError(f"{name} has the same corner twice in a row")
     for k in range(len(z)):
         for m in range(k + 2, len(z) - (k == 0)):
-            if segment_distance(z[k], z[k + 1], z[m], z[(m + 1) % len(z)]) <= 0:
+            if (
+                segment_distance(
+                    z[k],
+                    z[k + 1],
+                    z[m],
+                    z[(m + 1) % len(z)],
+                )
+                <= 0
+            ):
                 raise ValueError(f"Constraints: sides {k + 1} and {m + 1} of the region meet")
     return tuple(map(tuple, corners.tolist()))
 

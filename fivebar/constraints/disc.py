@@ -128,14 +128,20 @@ def _largest_kept_radius(aspect, z, clearance):
     violated = [k for k, radius in enumerate(radii[:-1]) if not is_allowed(radius)]
     if not violated:
         return clearance
-    high, low = radii[violated[-1]], radii[violated[-1] + 1]
+    high = radii[violated[-1]]
+    low = radii[violated[-1] + 1]
     for _ in range(40):
         middle = (low + high) / 2
         low, high = (middle, high) if is_allowed(middle) else (low, middle)
     return float(low)
 
 
-def too_narrow(aspect: Aspect, shape: str, margin: float, clearance: float) -> str:
+def too_narrow(
+    aspect: Aspect,
+    shape: str,
+    margin: float,
+    clearance: float,
+) -> str:
     return (
         f"no {shape} in aspect {aspect.number} keeps a clearance of {margin:g} m: its largest"
         f" clearance is {clearance:.6g} m"
@@ -174,7 +180,8 @@ def _polished(aspect, z):
     samples = np.concatenate([punctures(aspect), *(arc.z for arc in arcs_of(aspect))])
     clearance = clearance_at(aspect, z)
     for _ in range(4):
-        before, feet = clearance, _feet(aspect, z, 1.2 * clearance)
+        before = clearance
+        feet = _feet(aspect, z, 1.2 * clearance)
         proposals = []
         for chosen in [*combinations(feet, 2), *combinations(feet, 3)]:
             p = _equidistant(z, clearance, [foot[1:] for foot in chosen])
@@ -218,7 +225,9 @@ def _equidistant(z, clearance, feet):
         return tuple(map(complex, feet[k][0].curve(s)))
 
     def residual(v):
-        center, residuals, ways = complex(v[0], v[1]), [], []
+        center = complex(v[0], v[1])
+        residuals = []
+        ways = []
         parameters = iter(v[3:])
         for k, (arc, point) in enumerate(feet):
             if arc is None:
@@ -233,7 +242,14 @@ def _equidistant(z, clearance, feet):
             residuals.append((ways[0] * ways[1].conjugate()).imag / clearance)
         return np.array(residuals)
 
-    v = np.array([z.real, z.imag, clearance, *(feet[k][1] for k in curves)])
+    v = np.array(
+        [
+            z.real,
+            z.imag,
+            clearance,
+            *(feet[k][1] for k in curves),
+        ]
+    )
     steps = 1e-6 * np.array([clearance, clearance, clearance, *(1.0 for _ in curves)])
     for _ in range(12):
         columns = [

@@ -143,11 +143,9 @@ class LinkCollisions:
         tip = ca.vertcat(*pose.point)
         ends, bases = {}, []
         for leg in (0, 1):
-            drive, length, u = (
-                pose.robot.drives[leg],
-                pose.robot.distal[leg],
-                pose.u2[leg],
-            )
+            drive = pose.robot.drives[leg]
+            length = pose.robot.distal[leg]
+            u = pose.u2[leg]
             base = ca.vertcat(drive.x, drive.y)
             elbow = tip - length * ca.vertcat(*u)
             ends[f"{leg + 1}1"], ends[f"{leg + 1}2"] = (
@@ -158,12 +156,16 @@ class LinkCollisions:
 
         def distance(z, a, b):
             way = b - a
-            share = ca.fmin(ca.fmax(ca.dot(z - a, way) / ca.dot(way, way), 0), 1)
+            share = ca.fmin(
+                ca.fmax(ca.dot(z - a, way) / ca.dot(way, way), 0),
+                1,
+            )
             offset = z - a - share * way
             return ca.sqrt(ca.dot(offset, offset) + SMOOTHING)
 
         def side(p, q, r):
-            u, v = q - p, r - p
+            u = q - p
+            v = r - p
             return u[0] * v[1] - u[1] * v[0]
 
         clearances = []
@@ -207,11 +209,20 @@ def _ends(pose):
 def point_segment_distance(z: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the distance of points from the segments a to b, all complex."""
     way = b - a
-    share = np.clip(((z - a) * way.conj()).real / np.abs(way) ** 2, 0, 1)
+    share = np.clip(
+        ((z - a) * way.conj()).real / np.abs(way) ** 2,
+        0,
+        1,
+    )
     return np.abs(z - a - share * way)
 
 
-def segment_distance(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
+def segment_distance(
+    a: np.ndarray,
+    b: np.ndarray,
+    c: np.ndarray,
+    d: np.ndarray,
+) -> np.ndarray:
     """Return the distance of the segments a to b and c to d, all complex.
 
     Where they cross it is negative, by how far the nearest end is across.

@@ -97,7 +97,12 @@ class Outline:
         for piece, _ in self.pieces:
             counts = np.maximum(np.ceil(np.abs(np.diff(piece.z)) / self.spacing), 1).astype(int)
             z, tangent = piece.curve(divided(piece.s, counts)[1:-1])
-            samples.append((z, z + self.margin * 1j * tangent / np.abs(tangent)))
+            samples.append(
+                (
+                    z,
+                    z + self.margin * 1j * tangent / np.abs(tangent),
+                )
+            )
         return samples
 
     @cached_property
@@ -156,7 +161,8 @@ class Outline:
             return False
         if self.allowed:
             # Where links touch, traced arcs end short of the limit of reach: the rim is sampled.
-            starts, ends = corners[[0, 1, 3, 2]], corners[[1, 3, 2, 0]]
+            starts = corners[[0, 1, 3, 2]]
+            ends = corners[[1, 3, 2, 0]]
             rim = [np.linspace(a, b, RIM) for a, b in zip(starts, ends)]
             if not self.allowed(np.concatenate(rim)).all():
                 return False
@@ -210,12 +216,24 @@ def _turns(arc, part):
     def rising(i, t):
         return sign[i] * part(arc.tangent(t))
 
-    s = rising_zeros(rising, arc.s[k], arc.s[k + 1], np.zeros(len(k)))
-    return [*s, *arc.s[1:-1][slope[1:-1] == 0]]
+    s = rising_zeros(
+        rising,
+        arc.s[k],
+        arc.s[k + 1],
+        np.zeros(len(k)),
+    )
+    return [
+        *s,
+        *arc.s[1:-1][slope[1:-1] == 0],
+    ]
 
 
 def rectangle_distance(z: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return the distance of points (n,) from a rectangle, negative inside."""
     x = np.maximum(v[0] - z.real, z.real - v[1])
     y = np.maximum(v[2] - z.imag, z.imag - v[3])
-    return np.where((x > 0) & (y > 0), np.hypot(x, y), np.maximum(x, y))
+    return np.where(
+        (x > 0) & (y > 0),
+        np.hypot(x, y),
+        np.maximum(x, y),
+    )

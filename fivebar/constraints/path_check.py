@@ -260,14 +260,26 @@ def _parallel(robot, path, modes):
         velocity = velocity[:, 0], velocity[:, 1]
         # At the limit of reach the bars turn infinitely fast: the rate there only has to have a
         # sign.
-        b = [np.where(b == 0, np.finfo(float).tiny ** 0.5, b) for b in pose.b]
+        b = [
+            np.where(
+                b == 0,
+                np.finfo(float).tiny ** 0.5,
+                b,
+            )
+            for b in pose.b
+        ]
         q_dot = tuple(dot(u, velocity) / each for u, each in zip(pose.u2, b))
         return cross(*pose.u2), Rates(pose, q_dot, velocity).margin_rates[2]
 
     return margin
 
 
-def _zeros(margin: Callable, t: np.ndarray, touch: float, limit: bool = False) -> Iterator[_Zero]:
+def _zeros(
+    margin: Callable,
+    t: np.ndarray,
+    touch: float,
+    limit: bool = False,
+) -> Iterator[_Zero]:
     """Yield the zeros of a margin in order, up to the first that it passes.
 
     limit: the margin ends at 0, so a start below 0, or on 0 and then downwards, is a passage.
@@ -280,30 +292,44 @@ def _zeros(margin: Callable, t: np.ndarray, touch: float, limit: bool = False) -
         t = divided(t, counts)
         value, rate = margin(t)
     known = np.isfinite(value)
-    t, value, rate = t[known], value[known], rate[known]
+    t = t[known]
+    value = value[known]
+    rate = rate[known]
     if len(t) == 0:
         return
     at = np.abs(value) <= touch
     if limit and (value[~at][:1] < 0).any():
         yield _Zero(float(t[0]), False)
         return
-    low, high = value[:-1], value[1:]
+    low = value[:-1]
+    high = value[1:]
     off_zero = ~(at[:-1] | at[1:])
     turning = (low * rate[:-1] < 0) & (high * rate[1:] > 0) & _near(t, value, rate)
     passing = off_zero & ((low * high < 0) | turning)
     arriving = at & ~np.append(False, at[:-1])
     for i in np.flatnonzero(np.append(passing, False) | arriving):
-        first, last = i, i + 1
+        first = i
+        last = i + 1
         if at[i]:
             last = i + int(np.argmin(np.append(at[i:], False)))
             if i == 0:  # it starts there
                 yield _Zero(float(t[0]), True)
                 continue
             if last == len(t):
-                yield _Zero(float(t[i + np.argmin(np.abs(value[i:]))]), True)
+                yield _Zero(
+                    float(t[i + np.argmin(np.abs(value[i:]))]),
+                    True,
+                )
                 continue
             first = i - 1
-        zero = _zero_between(margin, t[first], t[last], value[first], value[last], touch)
+        zero = _zero_between(
+            margin,
+            t[first],
+            t[last],
+            value[first],
+            value[last],
+            touch,
+        )
         if zero:
             yield zero
             if not zero.touching:
@@ -312,7 +338,8 @@ def _zeros(margin: Callable, t: np.ndarray, touch: float, limit: bool = False) -
 
 def _near(t, value, rate):
     """Return between which samples the margin may reach 0, as fast as it changes there."""
-    value, rate = np.abs(value), np.abs(rate)
+    value = np.abs(value)
+    rate = np.abs(rate)
     return np.minimum(value[1:], value[:-1]) < np.diff(t) * np.maximum(rate[1:], rate[:-1])
 
 
@@ -334,7 +361,9 @@ def _zero_between(margin, a, b, at_a, at_b, touch):
         b, at_b = lowest, value
     time = _root(lambda t: margin(t)[0], a, b, at_a, at_b)
     # Else it jumps: a leg of equal bars passes its base joint.
-    return _Zero(time, False) if abs(margin(np.array([time]))[0][0]) < 1e-6 else None
+    if abs(margin(np.array([time]))[0][0]) < 1e-6:
+        return _Zero(time, False)
+    return None
 
 
 def _root(f, a, b, at_a, at_b):
@@ -366,7 +395,10 @@ def _smallest(robot, path, modes, t):
         i = int(np.nanargmin(values))
         minima.append((float(values[i]), float(t[i])))
         bounds = t[max(i - 1, 0)], t[min(i + 1, SAMPLES - 1)]
-        refined = minimize_scalar(lambda s, k=k: margins(np.array([s]))[k, 0], bounds=bounds)
+        refined = minimize_scalar(
+            lambda s, k=k: margins(np.array([s]))[k, 0],
+            bounds=bounds,
+        )
         if np.isfinite(refined.fun):
             minima.append((float(refined.fun), float(refined.x)))
     return min(minima)
@@ -394,16 +426,15 @@ def _finite(path):
                 )
         return values
 
-    motion.start, motion.duration = (
-        getattr(path, "start", 0.0),
-        path.duration,
-    )
+    motion.start = getattr(path, "start", 0.0)
+    motion.duration = path.duration
     return motion
 
 
 def _times(path):
     """Return when the path starts and stops, s, and its largest acceleration, m/s^2."""
-    start, duration = float(path.start), float(path.duration)
+    start = float(path.start)
+    duration = float(path.duration)
     if not (math.isfinite(start) and math.isfinite(duration) and duration > 0):
         raise ValueError(
             f"path: its start and duration must be finite and the duration > 0, not {start},"

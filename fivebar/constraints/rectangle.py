@@ -147,7 +147,10 @@ def _around(outline, seed, rounds=1):
     halves, windows = [], []
     for x, y in (
         (z.real[k:], z.imag[k:]),
-        (z.real[:k][::-1], -z.imag[:k][::-1]),
+        (
+            z.real[:k][::-1],
+            -z.imag[:k][::-1],
+        ),
     ):
         left = np.maximum.accumulate(np.append(left_end, np.where(x < 0, x, -np.inf)))
         right = np.minimum.accumulate(np.append(right_end, np.where(x >= 0, x, np.inf)))
@@ -166,17 +169,29 @@ def _around(outline, seed, rounds=1):
         area = np.maximum(high - low, 0) * (levels[0][:, None] + levels[1])
         best = np.unravel_index(np.argmax(area), area.shape)
         windows = [
-            (level[max(i - 2, 0)], level[min(i + 2, LEVELS - 1)]) for level, i in zip(levels, best)
+            (
+                level[max(i - 2, 0)],
+                level[min(i + 2, LEVELS - 1)],
+            )
+            for level, i in zip(levels, best)
         ]
-    top, bottom = levels[0][best[0]], levels[1][best[1]]
+    top = levels[0][best[0]]
+    bottom = levels[1][best[1]]
     return np.array([low[best], high[best], -bottom, top]) + np.repeat([seed.real, seed.imag], 2)
 
 
 def _fitted(outline, start):
     """Return the largest rectangle near a start; None if none there keeps the clearance."""
-    v, reach = outline.shrunk(start, outline.spacing), 0.1
+    v = outline.shrunk(start, outline.spacing)
+    reach = 0.1
     for _ in range(12 if v is not None else 0):
-        scale = np.repeat([v[1] - v[0], v[3] - v[2]], 2)
+        scale = np.repeat(
+            [
+                v[1] - v[0],
+                v[3] - v[2],
+            ],
+            2,
+        )
         kept = outline.broken(v - 4 * outline.spacing * INWARDS, 0.0)
         for _ in range(30):
             new = _grown(outline, v, scale, reach, sorted(kept))
@@ -250,7 +265,8 @@ def _off_piece(arc, corner):
         z = complex(*v[list(corner)])
         (s,), _ = arc.nearest(np.array([z]))
         on, tangent = map(complex, arc.curve(s))
-        normal, gradient = 1j * tangent / abs(tangent), np.zeros(4)
+        normal = 1j * tangent / abs(tangent)
+        gradient = np.zeros(4)
         gradient[list(corner)] = normal.real, normal.imag
         return ((z - on) * normal.conjugate()).real, gradient
 
@@ -270,18 +286,22 @@ def _off_end(outline, z, start):
             z.imag - start[3],
         ]
     )
-    sides = [int(np.argmax(beyond[:2])), 2 + int(np.argmax(beyond[2:]))]
+    sides = [
+        int(np.argmax(beyond[:2])),
+        2 + int(np.argmax(beyond[2:])),
+    ]
     if outline.margin == 0 or min(beyond[sides]) <= 0:
         sides = [max(sides, key=lambda k: beyond[k])]
 
     def rule(v):
         point = np.array([z.real, z.real, z.imag, z.imag])
         away = INWARDS[sides] * (v[sides] - point[sides])
-        away = np.maximum(away, 0) if away.max() > 0 else np.where(away == away.max(), away, 0)
-        distance, gradient = (
-            np.copysign(np.hypot.reduce(away), away.sum()),
-            np.zeros(4),
-        )
+        if away.max() > 0:
+            away = np.maximum(away, 0)
+        else:
+            away = np.where(away == away.max(), away, 0)
+        distance = np.copysign(np.hypot.reduce(away), away.sum())
+        gradient = np.zeros(4)
         gradient[sides] = INWARDS[sides] * (away / distance if distance else 1 / len(sides))
         return distance, gradient
 

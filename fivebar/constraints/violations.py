@@ -74,14 +74,13 @@ def broken(
                 options=options,
             )
             if best.fun < min(known[k], 0.0):
-                times, lowest = (
-                    np.append(times, best.x),
-                    np.append(lowest, best.fun),
-                )
+                times = np.append(times, best.x)
+                lowest = np.append(lowest, best.fun)
         if lowest.min(initial=np.inf) >= -4 * EPS:
             continue
         order = np.argsort(times)
-        times, lowest = times[order], lowest[order]
+        times = times[order]
+        lowest = lowest[order]
         first = int(np.argmax(lowest < -4 * EPS))
         start = times[first]
         if first and np.isfinite(lowest[first - 1]):

@@ -49,24 +49,25 @@ class Estimator:
         assembly: int,
         jit: bool | str,
     ) -> None:
-        self.robot, self.noise, self.scale, self.first = (
-            robot,
-            noise,
-            scale,
-            assembly,
-        )
+        self.robot = robot
+        self.noise = noise
+        self.scale = scale
+        self.first = assembly
         self.filter = Buffered(compiled(_filter(robot, period, noise), jit))
         self.reset()
 
     def reset(self) -> None:
         """Forget the motion and the disturbance."""
-        self.assembly, self.disturbance, self.covariance = (
-            self.first,
-            np.zeros(2),
-            None,
-        )
+        self.assembly = self.first
+        self.disturbance = np.zeros(2)
+        self.covariance = None
 
-    def follow(self, tau: np.ndarray, q: np.ndarray, q_dot: np.ndarray) -> bool:
+    def follow(
+        self,
+        tau: np.ndarray,
+        q: np.ndarray,
+        q_dot: np.ndarray,
+    ) -> bool:
         """Take a sample in which tau was applied, and after which q, q_dot are measured; whether
         there is an estimate.
 
@@ -125,7 +126,11 @@ def _closure(robot):
     a, a_dot = halves(x, CHART)
     pose = bars_pose(robot, a)
     gaps = *loop_gap(pose), *gap_rate(closure_columns(pose), a_dot)
-    return ca.Function("closure", [x], [ca.jacobian(ca.vertcat(*gaps), x)])
+    return ca.Function(
+        "closure",
+        [x],
+        [ca.jacobian(ca.vertcat(*gaps), x)],
+    )
 
 
 @lru_cache(maxsize=64)
@@ -137,11 +142,16 @@ def _filter(robot, period, noise):
     carries it over. Gives state, disturbance, covariance, and the sines with what q is still off
     by.
     """
-    x, delta = ca.SX.sym("x", SIZE), ca.SX.sym("delta", 2)
+    x = ca.SX.sym("x", SIZE)
+    delta = ca.SX.sym("delta", 2)
     P = ca.SX.sym("P", SIZE + 2, SIZE + 2)
-    tau, seen = ca.SX.sym("tau", 2), ca.SX.sym("seen", 4)
+    tau = ca.SX.sym("tau", 2)
+    seen = ca.SX.sym("seen", 4)
     predicted, A, B = sample(robot)(x, tau + delta, period)
-    F = ca.vertcat(ca.horzcat(A, B), ca.horzcat(ca.SX(2, SIZE), ca.SX.eye(2)))
+    F = ca.vertcat(
+        ca.horzcat(A, B),
+        ca.horzcat(ca.SX(2, SIZE), ca.SX.eye(2)),
+    )
     q_noise, rate_noise, torque_noise, walk = noise
     driven = ca.vertcat(B, ca.SX(2, 2))
     # P stays regular where nothing is ever quite certain.

@@ -186,7 +186,9 @@ def computed_torque(
     kd: Vector,
 ) -> Vector:
     """Return the torques of `ComputedTorque.law` at the measured Rates; gains may be symbols."""
-    robot, q, q_dot = rates.pose.robot, rates.pose.q, rates.q_dot
+    robot = rates.pose.robot
+    q = rates.pose.q
+    q_dot = rates.q_dot
     M, c = dynamic_model(rates)
     if loads_of(robot).sticks:
         c = c + dry_friction(robot, q_ref_dot) - dry_friction(robot, q_dot)
@@ -233,6 +235,9 @@ class FeedForward(_JointController):
             )
         q_ref, q_ref_dot = reference.joints(t)
         end = reference.start + reference.duration
-        tau = reference.tau(min(t + self.ahead, end)) if t < end - 1e-9 * end else np.zeros(2)
+        if t < end - 1e-9 * end:
+            tau = reference.tau(min(t + self.ahead, end))
+        else:
+            tau = np.zeros(2)
         error = self.robot.joint_difference(q_ref - q)
         return tau + error * self.kp + (q_ref_dot - q_dot) * self.kd

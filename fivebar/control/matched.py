@@ -47,7 +47,13 @@ COARSE = 5e-3
 
 def peak_acceleration(reference: Reference, start: float, duration: float) -> float:
     """Return the largest acceleration of a motion, m/s^2, at times as dense as short periods."""
-    rows = int(np.clip(2 * duration / PERIODS[-1], 1000, 40_000))
+    rows = int(
+        np.clip(
+            2 * duration / PERIODS[-1],
+            1000,
+            40_000,
+        )
+    )
     _, _, xi_ddot = reference(start + np.linspace(0.0, duration, rows))
     return float(np.hypot(*xi_ddot.T).max())
 
@@ -91,7 +97,9 @@ def asks_for_it(
         tau = inverse_dynamics(ikm2(ikm(igm(robot, xi, working), xi_dot), xi_ddot))
     except (SingularityError, UnreachableError):
         return None  # without such torques, the far view matters
-    return peak if torque_limit is None or np.abs(tau).max() <= torque_limit else None
+    if torque_limit is None or np.abs(tau).max() <= torque_limit:
+        return peak
+    return None
 
 
 def matched(

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 CHART = BarAngles()
 SIZE = 2 * CHART.size  # of a state
-JOINTS, RATES = [0, 2], [4, 6]  # the active ones' places in it
+JOINTS = [0, 2]
+RATES = [4, 6]  # the active ones' places in it
 
 
 class Model:
@@ -33,7 +34,12 @@ class Model:
     slope (N, 4, 8).
     """
 
-    def __init__(self, robot: Robot, lengths: tuple[float, ...], jit: bool | str) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        lengths: tuple[float, ...],
+        jit: bool | str,
+    ) -> None:
         step, rollout, look = _functions(robot, lengths)
         self.step = Buffered(compiled(step, jit))
         self.rollout = Buffered(compiled(rollout, jit))
@@ -46,11 +52,9 @@ def sample(robot: Robot) -> ca.Function:
 
     The state is on the closed loop again, the slopes are those before.
     """
-    x, tau, h = (
-        ca.SX.sym("x", SIZE),
-        ca.SX.sym("tau", 2),
-        ca.SX.sym("h"),
-    )
+    x = ca.SX.sym("x", SIZE)
+    tau = ca.SX.sym("tau", 2)
+    h = ca.SX.sym("h")
 
     def slope(state):
         rates = CHART.turned(robot, *halves(state, CHART), None)
@@ -70,26 +74,33 @@ def sample(robot: Robot) -> ca.Function:
     A = one + h * fx @ (one + h / 2 * fx)
     B = h * (one + h / 2 * fx) @ fu
     c, c_dot, _ = closed(robot, *halves(x + h * k, CHART))
-    return ca.Function("sample", [x, tau, h], [ca.vertcat(*c, *c_dot), A, B])
+    return ca.Function(
+        "sample",
+        [x, tau, h],
+        [ca.vertcat(*c, *c_dot), A, B],
+    )
 
 
 @lru_cache(maxsize=64)
 def _functions(robot, lengths):
-    x, tau, h = (
-        ca.SX.sym("x", SIZE),
-        ca.SX.sym("tau", 2),
-        ca.SX.sym("h"),
-    )
+    x = ca.SX.sym("x", SIZE)
+    tau = ca.SX.sym("tau", 2)
+    h = ca.SX.sym("h")
     after = sample(robot)(x, tau, lengths[0])[0]
     step = ca.Function("tracker_step", [x, tau], ca.cse([after]))
     rates = CHART.rates(robot, *halves(x, CHART), None)
     y = ca.vertcat(*rates.pose.point, *rates.components[1])
-    look = ca.Function("tracker_look", [x], ca.cse([y, _rows(ca.jacobian(y, x))]))
+    look = ca.Function(
+        "tracker_look",
+        [x],
+        ca.cse([y, _rows(ca.jacobian(y, x))]),
+    )
     after, A, B = sample(robot)(x, tau, h)
     outputs = [after, _rows(ca.horzcat(A, B)), *look(after)]
     stage = ca.Function("stage", [x, tau, h], ca.cse(outputs))
     N = len(lengths)
-    start, torques = ca.MX.sym("x", SIZE), ca.MX.sym("tau", 2, N)
+    start = ca.MX.sym("x", SIZE)
+    torques = ca.MX.sym("tau", 2, N)
     stages = stage.mapaccum(N)(start, torques, ca.DM(lengths).T)
     return (
         step,

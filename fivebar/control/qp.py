@@ -39,7 +39,8 @@ def stage_lengths(horizon: int, period: float, seconds: float | None = None) -> 
         longest = period * sum(growth**k for k in range(horizon))
         seconds = max(horizon * period, min(HORIZON, longest))
     # With the second of these factors the last stage alone covers all.
-    low, high = 1.0, max(1.0, seconds / period) ** (1 / (horizon - 1))
+    low = 1.0
+    high = max(1.0, seconds / period) ** (1 / (horizon - 1))
     for _ in range(60):
         ratio = (low + high) / 2
         too_short = period * sum(ratio**k for k in range(horizon)) < seconds
@@ -57,7 +58,12 @@ def riccati(period: float, position: float, acceleration: float) -> np.ndarray:
     falls along the motion.
     """
     A = np.array([[1.0, period], [0.0, 1.0]])
-    G = np.array([[period**4 / 4, period**3 / 2], [period**3 / 2, period**2]])
+    G = np.array(
+        [
+            [period**4 / 4, period**3 / 2],
+            [period**3 / 2, period**2],
+        ]
+    )
     G = G / acceleration**2
     P = np.diag([position**2, 0.0])
     # Doubling: each turn squares the number of samples looked ahead. SciPy's solve_discrete_are
@@ -91,7 +97,8 @@ class Condenser:
         scale: float,
         size: int,
     ) -> None:
-        N, n = len(lengths), 2 * len(lengths)
+        N = len(lengths)
+        n = 2 * len(lengths)
         # State before each stage, and its torque, by scaled torques: [A B] times that is the state
         # after it.
         self.known = np.zeros((N + 1, size + 2, n))
@@ -100,11 +107,16 @@ class Condenser:
         self.G = self.known[:, :size]
         self.stages = [(self.known[k], self.known[k + 1, :size]) for k in range(N)]
         self.Y = np.zeros((N + 1, 4, n))  # position and velocity by scaled torques
-        self.R, self.r = np.zeros((4 * N + 4, n)), np.zeros(4 * N + 4)
+        self.R = np.zeros((4 * N + 4, n))
+        self.r = np.zeros(4 * N + 4)
         # Views of R and r: position, acceleration, and the terminal cost.
         self.matrices = [
             self.R[: 2 * N].reshape(-1, 2, n),
-            self.R[2 * N : 4 * N].reshape(-1, 2, n),
+            self.R[2 * N : 4 * N].reshape(
+                -1,
+                2,
+                n,
+            ),
             self.R[4 * N :],
         ]
         self.vectors = [
@@ -114,11 +126,9 @@ class Condenser:
         ]
         share = np.sqrt(np.array(lengths) / lengths[0])[:, None]
         self.acceleration = share * acceleration / np.array(lengths)[:, None]
-        self.share, self.weight, self.position = (
-            share,
-            position,
-            share * position,
-        )
+        self.share = share
+        self.weight = position
+        self.position = share * position
         self.position[-1] = 0.0  # that one is in the terminal cost
         cost_to_go = riccati(lengths[0], position, acceleration)
         self.terminal = np.kron(np.linalg.cholesky(cost_to_go).T, np.eye(2))
@@ -154,11 +164,27 @@ class Condenser:
             self.matrices,
             self.vectors,
         )
-        np.multiply(G[1:, :2], self.position[:, :, None], out=position)
+        np.multiply(
+            G[1:, :2],
+            self.position[:, :, None],
+            out=position,
+        )
         np.multiply(e[:, :2], self.position, out=p)
-        np.subtract(G[1:, 2:], G[:-1, 2:], out=acceleration)
-        np.subtract(e[1:, 2:], e[:-1, 2:], out=a[1:])
-        np.subtract(e[0, 2:], e0[2:], out=a[0])
+        np.subtract(
+            G[1:, 2:],
+            G[:-1, 2:],
+            out=acceleration,
+        )
+        np.subtract(
+            e[1:, 2:],
+            e[:-1, 2:],
+            out=a[1:],
+        )
+        np.subtract(
+            e[0, 2:],
+            e0[2:],
+            out=a[0],
+        )
         acceleration *= self.acceleration[:, :, None]
         a *= self.acceleration
         np.dot(self.terminal, G[-1], out=last)
@@ -170,7 +196,10 @@ class Condenser:
         if arcs is not None:
             errors, places, levers = arcs
             weights = self.share * self.weight
-            rows = (self.G[1:, places] * (weights * levers)[:, :, None]).reshape(-1, len(g))
+            rows = (self.G[1:, places] * (weights * levers)[:, :, None]).reshape(
+                -1,
+                len(g),
+            )
             H += rows.T @ rows
             g += ((weights * errors).ravel() - rows @ guess) @ rows
         return H, g

@@ -159,12 +159,10 @@ class Tracker:
             raise ValueError(
                 f"seconds = {seconds:g} is less than horizon = {horizon} periods of {period:g} s"
             )
-        self.robot, self.horizon, self.period, self.delay = (
-            robot,
-            horizon,
-            period,
-            delay,
-        )
+        self.robot = robot
+        self.horizon = horizon
+        self.period = period
+        self.delay = delay
         refuse_others(constraints, "Tracker", ("torque", "joint_speed"))
         constraints = Constraints() if constraints is None else constraints
         torque_limit = _same(constraints.torque, "torque")
@@ -178,10 +176,8 @@ class Tracker:
         noise = *measured, TORQUE_NOISE * self.scale, walk * self.scale
         self.lengths = stage_lengths(horizon, period, seconds)
         edges = np.concatenate([[0.0], np.cumsum(self.lengths)])
-        self.middles, self.ahead = (
-            (edges[1:] + edges[:-1]) / 2,
-            edges + period * delay,
-        )
+        self.middles = (edges[1:] + edges[:-1]) / 2
+        self.ahead = edges + period * delay
         # Where in the last plan a stage's torque is found, a period later.
         self.shift = np.minimum(
             np.searchsorted(edges, self.middles + period) - 1,
@@ -265,13 +261,12 @@ class Tracker:
             self.tau = self._clip(self.scale * plan[:2])
             self.guess = plan[: 2 * self.horizon].reshape(-1, 2)[self.shift].ravel()
         else:
-            margins, assembly = (
-                self.estimator.margins,
-                self.estimator.assembly,
-            )
+            margins = self.estimator.margins
+            assembly = self.estimator.assembly
             call = t, q, q_dot, reference
             safe = safe_torque(self.robot, self.inertia, margins, assembly, call)
-            self.tau, self.guess = self._clip(safe), None
+            self.tau = self._clip(safe)
+            self.guess = None
         self.sent.append(self.tau)
         elapsed = time.perf_counter() - before
         self._steps.append((t, elapsed, iterations, status, self.estimator.disturbance))
@@ -314,7 +309,10 @@ class Tracker:
         if self.guess is not None:
             guesses.append(self.guess)
             predicted.append(self._predict(state, self.guess, target))
-        astray = max(ASTRAY * min(self.robot.distal), 2 * math.hypot(*now[:2]))
+        astray = max(
+            ASTRAY * min(self.robot.distal),
+            2 * math.hypot(*now[:2]),
+        )
         if not predicted or predicted[0][-1] > astray:
             # The last plan leads astray: the reference's own torques may be the better beginning.
             times = t + self.period * self.delay + self.middles
@@ -338,7 +336,15 @@ class Tracker:
             lengths[ends:] = 0.0
             arcs = lengths, JOINTS, np.array([self.levers])
         states[ends:] = 0.0
-        H, g = self.condense(now, error, AB, C, self.tau / self.scale, self.guess, arcs)
+        H, g = self.condense(
+            now,
+            error,
+            AB,
+            C,
+            self.tau / self.scale,
+            self.guess,
+            arcs,
+        )
         if self.speed_limit is not None:
             H, g = self._limit_speed(H, g, states[:, RATES])
         return self.qp(H, g, self.rows, self.upper, self.low, self.high)
@@ -352,12 +358,16 @@ class Tracker:
         N = self.horizon
         torques = self.scale * guess.reshape(N, 2) + self.estimator.disturbance
         states, AB, motion, C = (array.copy() for array in self.model.rollout(state, torques))
-        AB, error = AB.reshape(N, SIZE, SIZE + 2), motion - target[1:]
+        AB = AB.reshape(N, SIZE, SIZE + 2)
+        error = motion - target[1:]
         # The midpoint rule does not hold where a bar turns far in a stage, nor after that.
         turns = np.abs(states[:, CHART.size :]).max(axis=1) * self.lengths
         holds = (turns < FARTHEST) & np.isfinite(AB).all(axis=(1, 2))
         ends = int(np.argmin(np.append(holds, False)))
-        farthest = np.inf if ends < N else np.hypot(*error[:, :2].T).max()
+        if ends < N:
+            farthest = np.inf
+        else:
+            farthest = np.hypot(*error[:, :2].T).max()
         return states, AB, error, C.reshape(N, 4, SIZE), ends, farthest
 
     def _limit_speed(self, H, g, speeds):

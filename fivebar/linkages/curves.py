@@ -23,7 +23,11 @@ class Curve:
     points: np.ndarray
 
 
-@takes(four_bar=instance(FourBar), label=text, samples=whole(3, 10**6))
+@takes(
+    four_bar=instance(FourBar),
+    label=text,
+    samples=whole(3, 10**6),
+)
 def coupler_curves(
     four_bar: FourBar, label: str = "coupler curve", samples: int = 1440
 ) -> tuple[Curve, ...]:
@@ -54,7 +58,8 @@ def type_2_curves(robot: FiveBar, samples: int = 1440) -> tuple[Curve, ...]:
     the end-effector on it at l12 from the left elbow. Equal distal bars fold to a point: circles of
     self-motion.
     """
-    curves, base = [], (-robot.d / 2, 0.0)
+    curves = []
+    base = (-robot.d / 2, 0.0)
     for label, reach in (
         ("Type 2, stretched", robot.l12 + robot.l22),
         ("Type 2, folded", robot.l12 - robot.l22),
@@ -81,7 +86,10 @@ def _self_motion(robot, samples):
     square = robot.l11**2 - along**2
     turn = np.linspace(0, 2 * np.pi, samples + 1)
     circle = robot.l12 * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    heights = (np.sqrt(square), -np.sqrt(square)) if square > 0 else (0.0,) * (square == 0)
+    if square > 0:
+        heights = (np.sqrt(square), -np.sqrt(square))
+    else:
+        heights = (0.0,) * (square == 0)
     return [
         Curve("Type 2, elbows coincide", circle + (along - robot.d / 2, height))
         for height in heights

@@ -55,7 +55,11 @@ def law(
         raise UnreachableError(
             f"unreachable: on this branch no angle of the {linkage.driven} closes", math.nan
         )
-    t = np.linspace(0.0, turns * TURN / abs(speed), round(turns * (samples - 1)) + 1)
+    t = np.linspace(
+        0.0,
+        turns * TURN / abs(speed),
+        round(turns * (samples - 1)) + 1,
+    )
     if drive == "swing":
         return _swing(t, speed, *_inside(allowed, start, between, getattr(linkage, "flats", ())))
     start = usual_start(linkage, allowed) if start is None else start
@@ -67,7 +71,8 @@ def law(
             f" {allowed}",
             math.nan,
         )
-    end, lock = interval[speed > 0], None
+    end = interval[speed > 0]
+    lock = None
     if abs(end - start) / abs(speed) <= t[-1]:
         lock = end, abs(end - start) / abs(speed)
         if drive == "turn":
@@ -81,7 +86,13 @@ def law(
                 math.nan,
             )
         t = np.linspace(0.0, lock[1], len(t))[:-1]  # at the lock itself rates have no limit
-    return Law(t, start + speed * t, np.full(len(t), float(speed)), np.zeros(len(t)), lock)
+    return Law(
+        t,
+        start + speed * t,
+        np.full(len(t), float(speed)),
+        np.zeros(len(t)),
+        lock,
+    )
 
 
 def usual_start(linkage: Linkage, allowed: CrankRange) -> float:
@@ -124,7 +135,8 @@ def _inside(allowed, start, between, flats):
     low, high = piece or allowed.intervals[-1]
     first, last = between or (low, high)
     margin = (MARGIN / 20 if between else MARGIN) * (last - first)
-    first, last = max(first, low + margin), min(last, high - margin)
+    first = max(first, low + margin)
+    last = min(last, high - margin)
     middle = (first + last) / 2
     if not between and any(abs(math.remainder(flat - middle, TURN)) < 1e-6 for flat in flats):
         last -= (
@@ -135,7 +147,9 @@ def _inside(allowed, start, between, flats):
 
 def _swing(t, speed, low, high):
     """To and fro once a turn's time, harmonically, from `low`."""
-    middle, half, phase = (low + high) / 2, (high - low) / 2, abs(speed) * t
+    middle = (low + high) / 2
+    half = (high - low) / 2
+    phase = abs(speed) * t
     return Law(
         t,
         middle - half * np.cos(phase),
@@ -166,11 +180,17 @@ def two_motors(
     speed = np.broadcast_to(np.asarray(speed, dtype=float), 2)
     fastest = np.abs(speed).max()
     start = np.array(
-        [linkage.home[k] for k in linkage.motors] if start is None else start, dtype=float
+        [linkage.home[k] for k in linkage.motors] if start is None else start,
+        dtype=float,
     )
-    t = np.linspace(0.0, turns * TURN / fastest, round(turns * (samples - 1)) + 1)
+    t = np.linspace(
+        0.0,
+        turns * TURN / fastest,
+        round(turns * (samples - 1)) + 1,
+    )
     if drive == "swing":
-        phase, amplitude = np.outer(t, [fastest, fastest]) + (0.0, math.pi / 2), AMPLITUDE
+        phase = np.outer(t, [fastest, fastest]) + (0.0, math.pi / 2)
+        amplitude = AMPLITUDE
         while amplitude > AMPLITUDE / 16 and not closes(start + amplitude * np.sin(phase)).all():
             amplitude /= 2
         parts = [
@@ -187,7 +207,8 @@ def two_motors(
                 f"unreachable: with the motors at {np.degrees(start)} deg the bars cannot meet",
                 math.nan,
             )
-        low, high = t[open_at[0] - 1], t[open_at[0]]
+        low = t[open_at[0] - 1]
+        high = t[open_at[0]]
         for _ in range(60):
             middle = (low + high) / 2
             low, high = (middle, high) if closes(start + middle * speed) else (low, middle)
@@ -199,4 +220,10 @@ def two_motors(
             )
         t = np.linspace(0.0, low, len(t))[:-1]
     q_dot = np.broadcast_to(speed, (len(t), 2))
-    return Law(t, start + np.outer(t, speed), q_dot, np.zeros((len(t), 2)), lock)
+    return Law(
+        t,
+        start + np.outer(t, speed),
+        q_dot,
+        np.zeros((len(t), 2)),
+        lock,
+    )

@@ -71,7 +71,8 @@ def driving_torque(
     0.0168
     """
     _one_drive(motion)
-    load, torques = load or {}, []
+    load = load or {}
+    torques = []
     for part, piece in motion.stretches():
         if part is None:
             return piece._full(_torque(piece, load, gravity))
@@ -105,7 +106,8 @@ def _inertia(chain):
     for link in chain.links.values():
         body = link.body
         if body.mass:
-            v, a = link.centre.v, link.centre.a
+            v = link.centre.v
+            a = link.centre.a
             inertia = inertia + body.mass * dot(v, v)
             slope = slope + 2 * body.mass * dot(v, a)
         if body.inertia:

@@ -73,12 +73,22 @@ class FourBar:
         return self.ground, self.crank, self.coupler, self.rocker
 
     def chain(self, q: Number, branch: Number) -> Chain:
-        a, heading = Fixed(self.base), Turned(Still(), q)
+        a = Fixed(self.base)
+        heading = Turned(Still(), q)
         b = Reach(a, heading, self.crank)
         x, y = self.base
-        d = Fixed((x + self.ground * math.cos(self.tilt), y + self.ground * math.sin(self.tilt)))
+        d = Fixed(
+            (
+                x + self.ground * math.cos(self.tilt),
+                y + self.ground * math.sin(self.tilt),
+            )
+        )
         c, bc, dc = meet(b, d, self.coupler, self.rocker, branch, "coupler and rocker are in line")
-        m = Reach(b, bc, *(self.point or (self.coupler / 2, 0.0)))
+        m = Reach(
+            b,
+            bc,
+            *(self.point or (self.coupler / 2, 0.0)),
+        )
         links = {
             "crank": Link(a, heading, self.crank, self.crank_body),
             "coupler": Link(b, bc, self.coupler, self.coupler_body),
@@ -90,7 +100,16 @@ class FourBar:
         elif self.point and not 0 <= self.point[0] <= self.coupler:
             bars += [("B", "M")]
         points = {"A": a, "B": b, "C": c, "D": d, "M": m}
-        return Chain(points, links, {}, (c.dyad,), tuple(bars), ("A", "D"), ("A",), "M")
+        return Chain(
+            points,
+            links,
+            {},
+            (c.dyad,),
+            tuple(bars),
+            ("A", "D"),
+            ("A",),
+            "M",
+        )
 
     start = one_drive
     driven = "crank"
@@ -103,7 +122,10 @@ class FourBar:
     def flats(self) -> list[float]:
         """Crank angles, rad, at which a change point has all bars in line."""
         (g, a, b, c), tolerance = self.sides, 8 * EPS * sum(self.sides)
-        near = [self.tilt] if abs(abs(g - a) - abs(b - c)) <= tolerance else []
+        if abs(abs(g - a) - abs(b - c)) <= tolerance:
+            near = [self.tilt]
+        else:
+            near = []
         return near + ([self.tilt + math.pi] if abs(g + a - b - c) <= tolerance else [])
 
     def crank_limits(self, branch: int) -> list[float]:
@@ -117,7 +139,9 @@ class FourBar:
         """
         shortest, p, q, longest = sorted(self.sides)
         excess = (longest - q) - (p - shortest)
-        return 0.0 if abs(excess) <= 8 * EPS * sum(self.sides) else excess
+        if abs(excess) <= 8 * EPS * sum(self.sides):
+            return 0.0
+        return excess
 
     @property
     def kind(self) -> str:
@@ -178,14 +202,20 @@ def dead_centres(four_bar: FourBar, branch: int = 1) -> tuple[DeadCentre, ...]:
     """
     g, a, b, c = four_bar.sides
     centres = []
-    for kind, reach, turn in (("extended", b + a, 0.0), ("folded", b - a, math.pi)):
+    for kind, reach, turn in (
+        ("extended", b + a, 0.0),
+        ("folded", b - a, math.pi),
+    ):
         if reach == 0:
             continue  # C is in A at any crank angle that closes: no end of a swing
         # Triangle A C D; the coupler's direction has A -> D on its right (branch +1) by this angle.
         cosine = (g * g + reach * reach - c * c) / (2 * g * reach)
         if abs(cosine) <= 1:
             angle = branch * math.acos(cosine)
-            rocker = math.atan2(reach * math.sin(angle), reach * math.cos(angle) - g)
+            rocker = math.atan2(
+                reach * math.sin(angle),
+                reach * math.cos(angle) - g,
+            )
             crank = _wrap(angle + turn + four_bar.tilt)
             centres.append(DeadCentre(kind, crank, _wrap(rocker + four_bar.tilt)))
     return tuple(centres)
@@ -211,7 +241,8 @@ def transmission_range(four_bar: FourBar) -> tuple[float, float]:
     From 0 to pi.
     """
     g, a, b, c = four_bar.sides
-    low, high = max(abs(g - a), abs(b - c)), min(g + a, b + c)
+    low = max(abs(g - a), abs(b - c))
+    high = min(g + a, b + c)
     return _angle_opposite(low, b, c), _angle_opposite(high, b, c)
 
 

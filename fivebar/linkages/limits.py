@@ -82,7 +82,10 @@ def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -
     pieces = list(zip(ends, [*ends[1:], ends[0] + TURN]))
     low, high = np.array(pieces).T
     # Two places in each: in the middle of a change point's piece both ends of the dyad may meet.
-    places = np.stack([low + share * (high - low) for share in (0.5, 0.38)], axis=1)
+    places = np.stack(
+        [low + share * (high - low) for share in (0.5, 0.38)],
+        axis=1,
+    )
     closes = np.isfinite(linkage.chain(places, branch).found).any(axis=1)
     kept = []
     for piece, good in zip(pieces, closes):
@@ -110,12 +113,18 @@ def ends_of(axis: float, near: float, far: float) -> list[float]:
 
 
 def four_bar_limits(
-    axis: float, ground: float, crank: float, coupler: float, rocker: float
+    axis: float,
+    ground: float,
+    crank: float,
+    coupler: float,
+    rocker: float,
 ) -> list[float]:
     """Return crank angles with coupler and rocker in line; the axis is the ground's direction."""
     scale = 2 * ground * crank
-    short, long = ground - crank, ground + crank
-    folded, stretched = coupler - rocker, coupler + rocker
+    short = ground - crank
+    long = ground + crank
+    folded = coupler - rocker
+    stretched = coupler + rocker
     # span^2 = short^2 + scale (1 - cos q) = long^2 - scale (1 + cos q), between folded^2 and
     # stretched^2
     return ends_of(
@@ -127,4 +136,8 @@ def four_bar_limits(
 
 def guide_limits(crank: float, bar: float, offset: float) -> list[float]:
     """Return crank angles at which a bar is perpendicular to the guide y = offset along +x."""
-    return ends_of(math.pi / 2, (crank - offset - bar) / crank, (crank + offset - bar) / crank)
+    return ends_of(
+        math.pi / 2,
+        (crank - offset - bar) / crank,
+        (crank + offset - bar) / crank,
+    )

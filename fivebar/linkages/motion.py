@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from .slider_crank import SliderCrank
 
 STRETCH = 8192  # poses that fit into the processor's cache
-RAIL, BLOCK = ("G", "H"), ("K", "L")  # names of the ends of a guide, and of a block on it
+RAIL = ("G", "H")
+BLOCK = ("K", "L")  # names of the ends of a guide, and of a block on it
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,11 @@ class Linkage(Protocol):
     @property
     def usual_branch(self) -> int | tuple[int, int]: ...
     def start(
-        self, q: Number, q_dot: Number, q_ddot: Number, branch: int | tuple[int, int]
+        self,
+        q: Number,
+        q_dot: Number,
+        q_ddot: Number,
+        branch: int | tuple[int, int],
     ) -> Motion: ...
 
 
@@ -216,7 +221,8 @@ class Motion:
         return self._full(atan2(abs(dyad.sine), dot(dyad.first, dyad.second)))
 
     def _path(self, point):
-        v, a = self._velocity(self._point(point)), self._acceleration(self._point(point))
+        v = self._velocity(self._point(point))
+        a = self._acceleration(self._point(point))
         return sqrt(dot(v, v)), dot(v, a), abs(cross(v, a))
 
     def _point(self, name):
@@ -264,7 +270,13 @@ def one_drive(
 ) -> Motion:
     """The Motion of a linkage with one crank: the chain is solved in analogs."""
     return Motion(
-        linkage, q, q_dot, q_ddot, branch, lambda: linkage.chain(q, branch), (q_dot, q_ddot)
+        linkage,
+        q,
+        q_dot,
+        q_ddot,
+        branch,
+        lambda: linkage.chain(q, branch),
+        (q_dot, q_ddot),
     )
 
 
@@ -272,7 +284,9 @@ def stretch(x: Number, shape: tuple[int, ...], part: slice) -> Number:
     """The part of what is given for a flat batch; a number, or a pair of branches, is that of every
     part.
     """
-    return np.broadcast_to(x, shape).reshape(-1)[part] if isinstance(x, np.ndarray) else x
+    if isinstance(x, np.ndarray):
+        return np.broadcast_to(x, shape).reshape(-1)[part]
+    return x
 
 
 def _named(table, name, what):

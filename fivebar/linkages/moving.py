@@ -71,7 +71,8 @@ def move(
 
 def _refuse_shapes(linkage, given, branch):
     """Raise ValueError for batches that do not fit, and for CasADi symbols that are no scalars."""
-    motors, batch = 2 if hasattr(linkage, "motors") else 1, isinstance(branch, np.ndarray)
+    motors = 2 if hasattr(linkage, "motors") else 1
+    batch = isinstance(branch, np.ndarray)
     for x, name in zip(given, ("q", "q_dot", "q_ddot")):
         if is_symbolic(x) and (x.numel() != motors or batch):
             raise ValueError(

@@ -23,10 +23,8 @@ from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
 if TYPE_CHECKING:
     from .chain import Number
 
-START, SPEED = (
-    math.radians(160.24),
-    math.radians(120.0),
-)  # Table 1: crank angle at t = 0, rad, and speed, rad/s
+START = math.radians(160.24)
+SPEED = math.radians(120.0)  # Table 1: crank angle at t = 0, rad, and speed, rad/s
 GRAVITY = (9.81, 0.0)  # m/s^2, along +x as in the paper
 
 
@@ -74,7 +72,9 @@ class SixBarPress:
         return self.l11 * math.cos(self.theta11), self.l11 * math.sin(self.theta11)
 
     def chain(self, q: Number, branch: tuple[int, int]) -> Chain:
-        a, crank, d = Fixed((0.0, 0.0)), Turned(Still(), q), Fixed(self.rocker_pivot)
+        a = Fixed((0.0, 0.0))
+        crank = Turned(Still(), q)
+        d = Fixed(self.rocker_pivot)
         b = Reach(a, crank, self.l2)
         c, coupler, rocker = meet(
             b, d, self.l3, self.l4, branch[0], "coupler and rocker are in line"
@@ -89,9 +89,13 @@ class SixBarPress:
             "bar": Link(c, bar, self.l5, Body(self.m5, self.j5)),
             "slider": Link(e, Still((0.0, 1.0)), 0.0, Body(self.m6)),
         }
-        along, share = Still((0.0, 1.0)), branch[1] * (self.l4 + self.l5)
+        along = Still((0.0, 1.0))
+        share = branch[1] * (self.l4 + self.l5)
         x, y = d.p
-        rail = {RAIL[0]: Fixed((x, y + 0.4 * share)), RAIL[1]: Fixed((x, y + 1.1 * share))}
+        rail = {
+            RAIL[0]: Fixed((x, y + 0.4 * share)),
+            RAIL[1]: Fixed((x, y + 1.1 * share)),
+        }
         block = {name: Reach(e, along, size * self.l5) for name, size in zip(BLOCK, (-0.06, 0.06))}
         return Chain(
             points={"A": a, "B": b, "C": c, "D": d, "E": e, **rail, **block},
@@ -124,7 +128,8 @@ class SixBarPress:
             across = math.acos(self.l5 / self.l4)
             for theta4 in (across, -across, math.pi - across, math.pi + across):
                 x, y = self.rocker_pivot
-                x, y = x + self.l4 * math.cos(theta4), y + self.l4 * math.sin(theta4)
+                x = x + self.l4 * math.cos(theta4)
+                y = y + self.l4 * math.sin(theta4)
                 square = x * x + y * y
                 cosine = (square + self.l2**2 - self.l3**2) / (2 * self.l2 * math.sqrt(square))
                 if abs(cosine) < 1:

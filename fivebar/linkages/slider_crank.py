@@ -75,9 +75,13 @@ class SliderCrank:
         """Angles of the driven link, rad, at which the dyad is singular without being a limit."""
         tolerance = 8 * EPS * (self.crank + self.rod)
         if self.held in ("guide", "slider"):
-            driven, bar, offset = self.crank, self.rod, self.offset
+            driven = self.crank
+            bar = self.rod
+            offset = self.offset
             if self.held == "slider":
-                driven, bar, offset = self.rod, self.crank, -self.offset
+                driven = self.rod
+                bar = self.crank
+                offset = -self.offset
             heights = {side: abs(offset - side * driven) for side in (1, -1)}
             return [s * math.pi / 2 for s, h in heights.items() if abs(h - bar) <= tolerance]
         if abs(abs(self.crank - self.rod) - abs(self.offset)) <= tolerance:
@@ -95,7 +99,8 @@ class SliderCrank:
 
     def _guide_held(self, q, branch):
         length, y = self._length, self.offset
-        o, heading = Fixed((0.0, 0.0)), Turned(Still(), q)
+        o = Fixed((0.0, 0.0))
+        heading = Turned(Still(), q)
         a = Reach(o, heading, self.crank)
         singular = "the rod is perpendicular to the guide"
         b, rod = slide(a, (0.0, y), (1.0, 0.0), self.rod, branch, singular)
@@ -104,7 +109,10 @@ class SliderCrank:
             "rod": Link(a, rod, self.rod, self.rod_body),
             "slider": Link(b, Still(), 0.0, self.slider_body),
         }
-        rail = {RAIL[0]: Fixed((-0.3 * length, y)), RAIL[1]: Fixed((length, y))}
+        rail = {
+            RAIL[0]: Fixed((-0.3 * length, y)),
+            RAIL[1]: Fixed((length, y)),
+        }
         return Chain(
             points={"O": o, "A": a, "B": b, **rail, **_block(b, Still(), length)},
             links=links,
@@ -120,9 +128,11 @@ class SliderCrank:
 
     def _slider_held(self, q, branch):
         """Return the chain in which the guide moves along itself, so that O slides."""
-        b, heading = Fixed((0.0, 0.0)), Turned(Still(), q)
+        b = Fixed((0.0, 0.0))
+        heading = Turned(Still(), q)
         a = Reach(b, heading, self.rod)
-        line, singular = (0.0, -self.offset), "the crank is perpendicular to the guide"
+        line = (0.0, -self.offset)
+        singular = "the crank is perpendicular to the guide"
         o, crank = slide(a, line, (1.0, 0.0), self.crank, branch, singular)
         links = {
             "rod": Link(b, heading, self.rod, self.rod_body),
@@ -143,17 +153,24 @@ class SliderCrank:
 
     def _on_turning_guide(self, q, branch):
         """RPR: the guide turns about O and passes the block's pin B at the offset."""
-        heading, origin = Turned(Still(), q), Fixed((0.0, 0.0))
+        heading = Turned(Still(), q)
+        origin = Fixed((0.0, 0.0))
         if self.held == "crank":
-            o, a = origin, Fixed((self.crank, 0.0))
+            o = origin
+            a = Fixed((self.crank, 0.0))
             b = Reach(a, heading, self.rod)
             links = {"rod": Link(a, heading, self.rod, self.rod_body)}
-            grounded, traced, bar = ("A", "O"), "B", ("A", "B")
+            grounded = ("A", "O")
+            traced = "B"
+            bar = ("A", "B")
         else:
-            a, b = origin, Fixed((self.rod, 0.0))
+            a = origin
+            b = Fixed((self.rod, 0.0))
             o = Reach(a, heading, self.crank)
             links = {"crank": Link(a, heading, self.crank, self.crank_body)}
-            grounded, traced, bar = ("A", "B"), RAIL[1], ("A", "O")
+            grounded = ("A", "B")
+            traced = RAIL[1]
+            bar = ("A", "O")
         guide = Slot(o, b, self.offset, branch)
         # Block and guide turn as one; the block's own centre is its pin.
         links["guide"] = Link(o, guide, 0.0, self.guide_body)

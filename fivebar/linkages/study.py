@@ -58,9 +58,14 @@ class Study(Animated):
     _arguments: dict = field(repr=False)
 
     def __repr__(self) -> str:
-        rows, locks = f"{self.t[-1]:g} s in {len(self.t)} rows", "locks" if self.lock else ""
+        rows = f"{self.t[-1]:g} s in {len(self.t)} rows"
+        locks = "locks" if self.lock else ""
         return one_line(
-            "Study", type(self.linkage).__name__, rows, f"{len(self.columns)} quantities", locks
+            "Study",
+            type(self.linkage).__name__,
+            rows,
+            f"{len(self.columns)} quantities",
+            locks,
         )
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -81,7 +86,13 @@ class Study(Animated):
             "linkage": {"kind": type(self.linkage).__name__, **asdict(self.linkage)},
             **self._arguments,
         }
-        rows = np.column_stack([self.t, *self.q.reshape(len(self.t), -1).T, *self.columns.values()])
+        rows = np.column_stack(
+            [
+                self.t,
+                *self.q.reshape(len(self.t), -1).T,
+                *self.columns.values(),
+            ]
+        )
         write(path, "linkage study", about, _header(self.q, self.columns), rows.tolist())
 
     @classmethod
@@ -99,7 +110,12 @@ class Study(Animated):
                 raise ValueError(
                     f"{table.name}: {len(values)} rows, where its first line makes {len(again.t)}"
                 )
-        columns = dict(zip(again.columns, values[:, values.shape[1] - len(again.columns) :].T))
+        columns = dict(
+            zip(
+                again.columns,
+                values[:, values.shape[1] - len(again.columns) :].T,
+            )
+        )
         return replace(again, t=values[:, 0], columns=columns)
 
 
@@ -166,7 +182,8 @@ def study(
     array([1.925, 1.978, 2.58 , 2.561, 1.925])
     """
     motors = 2 if isinstance(linkage, FiveBarLinkage) else 1
-    speed, shapes = finite_numbers(speed, "speed"), [(), (2,)][:motors]
+    speed = finite_numbers(speed, "speed")
+    shapes = [(), (2,)][:motors]
     if speed.shape not in shapes or not (np.abs(speed) > SLOWEST).all():
         raise ValueError(
             "speed must be finite and not 0,"
@@ -220,7 +237,9 @@ def study(
     except SingularityError as error:
         at = ", ".join(f"{x:.9g}" for x in np.atleast_1d(np.degrees(q[error.index])))
         raise SingularityError(
-            f"{error}; the first at {t[error.index]:.9g} s, {at} deg", error.margin, error.index
+            f"{error}; the first at {t[error.index]:.9g} s, {at} deg",
+            error.margin,
+            error.index,
         ) from None
     return Study(linkage, t, q, motion, columns, lock, arguments)
 
@@ -232,7 +251,11 @@ def _column(motion, name, load, gravity):
 
 def _header(q, columns):
     drives = ["q (rad)"] if q.ndim == 1 else ["q1 (rad)", "q2 (rad)"]
-    return ["t (s)", *drives, *(f"{name} ({unit(name)})" for name in columns)]
+    return [
+        "t (s)",
+        *drives,
+        *(f"{name} ({unit(name)})" for name in columns),
+    ]
 
 
 def _repeated(about):

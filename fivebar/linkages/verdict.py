@@ -113,7 +113,8 @@ def _five(linkage, branch):
         + f" m around; motors at joints {linkage.motors[0]} and {linkage.motors[1]}"
     ]
     for k in range(1, 6):
-        a, b = sides[k - 1], sides[k % 5]
+        a = sides[k - 1]
+        b = sides[k % 5]
         rest = [s for i, s in enumerate(sides) if i not in (k - 1, k % 5)]
         turns = all(2 * max(*rest, x) <= sum(rest) + x for x in (abs(a - b), a + b))
         motor = "motor" if k in linkage.motors else "passive"
@@ -151,11 +152,10 @@ def _sides(four_bar):
 
 
 def _grashof(excess):
-    relation = (
-        "equal to"
-        if excess == 0
-        else f"{abs(excess):.6g} m {'more' if excess > 0 else 'less'} than"
-    )
+    if excess == 0:
+        relation = "equal to"
+    else:
+        relation = f"{abs(excess):.6g} m {'more' if excess > 0 else 'less'} than"
     turns = (
         "one link can turn fully"
         if excess < 0

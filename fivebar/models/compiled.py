@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
 # Each level of motion has its inputs, one of which is given, and the outputs that then can be asked
 # for.
-POSITION, VELOCITY, ACCELERATION = ("q", "xi"), ("q_dot", "xi_dot"), ("q_ddot", "xi_ddot", "tau")
+POSITION = ("q", "xi")
+VELOCITY = ("q_dot", "xi_dot")
+ACCELERATION = ("q_ddot", "xi_ddot", "tau")
 POSE_OUTPUTS = (
     "q",
     "xi",
@@ -83,7 +85,8 @@ def compile(
     """
     import casadi
 
-    inputs, outputs = list(inputs), list(outputs)
+    inputs = list(inputs)
+    outputs = list(outputs)
     chosen = _choose(inputs, outputs)
     symbols = {name: casadi.SX.sym(name, MODES.get(name, 2)) for name in inputs}
     known: dict = {}
@@ -111,11 +114,9 @@ def compile(
             return known[name]
         if name == "energy":
             return energy(rates)
-        return (
-            inverse_dynamics(acc)
-            if name == "tau"
-            else getattr(rates if name in RATES_OUTPUTS else acc, name)
-        )
+        if name == "tau":
+            return inverse_dynamics(acc)
+        return getattr(rates if name in RATES_OUTPUTS else acc, name)
 
     expressions = casadi.cse([casadi.densify(casadi.SX(value(name))) for name in outputs])
     function = casadi.Function("fivebar", list(symbols.values()), expressions, inputs, outputs)
@@ -177,7 +178,8 @@ def minimized(name: str, problem: dict, options: dict, **given: Any) -> tuple[di
     import casadi
 
     solver = casadi.nlpsol(name, "ipopt", problem, QUIET | options)
-    found, stats = solver(**given), solver.stats()
+    found = solver(**given)
+    stats = solver.stats()
     if stats["return_status"] in STOPPED:
         raise KeyboardInterrupt
     return found, stats

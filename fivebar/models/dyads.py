@@ -60,7 +60,9 @@ class RRR:
         """Signed height of the joint over the span, times the span."""
         # Heron's product of differences in place of l^2 - a^2 (AMORO eq. 2 and 8): what cancels
         # there is measured against the bars' product, not the longer bar's square.
-        square, total, difference = self.span_squared, self.r1 + self.r2, self.r1 - self.r2
+        square = self.span_squared
+        total = self.r1 + self.r2
+        difference = self.r1 - self.r2
         heron = (total * total - square) * (square - difference * difference)
         return sqrt_or_nan(heron, self._floor) * (0.5 * self.branch)
 
@@ -80,7 +82,9 @@ class RRR:
         all of the bar.
         """
         return where_zero(
-            self._moment, lambda: copysign(r * sqrt(self.span_squared), square), 0.5 * square
+            self._moment,
+            lambda: copysign(r * sqrt(self.span_squared), square),
+            0.5 * square,
         )
 
     @property
@@ -99,14 +103,20 @@ class RRR:
     def first(self):
         """Unit vector along r1, from P1 to the joint."""
         (x, y), moment, scale = self.span, self._moment, self._inverse * (1 / self.r1)
-        lead = self._lead(self.span_squared + (self.r1 + self.r2) * (self.r1 - self.r2), self.r1)
+        lead = self._lead(
+            self.span_squared + (self.r1 + self.r2) * (self.r1 - self.r2),
+            self.r1,
+        )
         return (lead * x - moment * y) * scale, (lead * y + moment * x) * scale
 
     @cached_property
     def last(self):
         """Unit vector along r2, from the joint to P2."""
         (x, y), moment, scale = self.span, self._moment, self._inverse * (1 / self.r2)
-        lead = self._lead(self.span_squared - (self.r1 + self.r2) * (self.r1 - self.r2), self.r2)
+        lead = self._lead(
+            self.span_squared - (self.r1 + self.r2) * (self.r1 - self.r2),
+            self.r2,
+        )
         return (lead * x + moment * y) * scale, (lead * y - moment * x) * scale
 
     @property
@@ -220,7 +230,11 @@ class Crank(NamedTuple):
     def close(self, xi, bar, working):
         """The dyad of the leg that reaches xi."""
         return RRR(
-            (xi[0] - self.x, xi[1] - self.y), self.length, bar, working, abs(self.x) + abs(self.y)
+            (xi[0] - self.x, xi[1] - self.y),
+            self.length,
+            bar,
+            working,
+            abs(self.x) + abs(self.y),
         )
 
     def held(self, dyad):
@@ -294,7 +308,12 @@ class Slider(NamedTuple):
         return 0.0, 0.0
 
     def close(self, xi, bar, working):
-        return RRP((self.x - xi[0], self.y - xi[1]), bar, (0.0, 1.0), working)
+        return RRP(
+            (self.x - xi[0], self.y - xi[1]),
+            bar,
+            (0.0, 1.0),
+            working,
+        )
 
     def held(self, dyad):
         return dyad.slide

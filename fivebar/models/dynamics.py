@@ -56,8 +56,16 @@ def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
     g = dot(*pose.u2)
     weight = robot.m / (pose.det_A * pose.det_A)
     coupling = -weight * g * b1 * b2
-    M = pack_matrix(z1 + weight * b1 * b1, coupling, coupling, z2 + weight * b2 * b2)
-    return M, pack(weight * b1 * (d1 - g * d2), weight * b2 * (d2 - g * d1))
+    M = pack_matrix(
+        z1 + weight * b1 * b1,
+        coupling,
+        coupling,
+        z2 + weight * b2 * b2,
+    )
+    return M, pack(
+        weight * b1 * (d1 - g * d2),
+        weight * b2 * (d2 - g * d1),
+    )
 
 
 def _loaded_model(rates):
@@ -145,7 +153,10 @@ def _lab_dynamics(rates, tau, model):
 
 
 def slipping_dynamics(
-    rates: Rates, tau: tuple, slip: tuple | None, model: str = "slipping_dynamics"
+    rates: Rates,
+    tau: tuple,
+    slip: tuple | None,
+    model: str = "slipping_dynamics",
 ) -> Accelerations:
     """`forward_dynamics` of a robot with loads, on components, where it is known how the drives
     slip (`asked_for`).
@@ -244,10 +255,8 @@ def energy(rates: Rates) -> np.ndarray:
         some_rates(rates, "rates")
     robot, (q1, q2), (x, y) = rates.pose.robot, rates._q_dot, rates._xi_dot
     z1, z2 = robot.inertias
-    kinetic, physics = (
-        0.5 * (z1 * q1 * q1 + z2 * q2 * q2 + robot.m * (x * x + y * y)),
-        physics_of(robot),
-    )
+    kinetic = 0.5 * (z1 * q1 * q1 + z2 * q2 * q2 + robot.m * (x * x + y * y))
+    physics = physics_of(robot)
     if physics is None or not physics.heavy:
         return kinetic
     turning = 0.0

@@ -43,13 +43,21 @@ def _pose(robot, q, phi):
     for drive, own, angle in zip(robot.drives, q, phi):
         legs.append(
             DrivenLeg(
-                drive, own, drive.direction(own), lambda angle=angle: (cos(angle), sin(angle))
+                drive,
+                own,
+                drive.direction(own),
+                lambda angle=angle: (cos(angle), sin(angle)),
             )
         )
     x, y = robot.drives[0].pivot(legs[0].direction)
     ux, uy = legs[0].distal
     return Pose(
-        robot, (x + robot.distal[0] * ux, y + robot.distal[0] * uy), lambda: (tuple(legs), ())
+        robot,
+        (
+            x + robot.distal[0] * ux,
+            y + robot.distal[0] * uy,
+        ),
+        lambda: (tuple(legs), ()),
     )
 
 
@@ -84,7 +92,12 @@ def bars_rates(robot: Robot, a: tuple, a_dot: tuple) -> FourJointRates:
 def _rates(pose, a_dot):
     (tx, ty), (vx, vy) = _columns(pose)[0]
     xi_dot = tx * a_dot[0] + vx * a_dot[1], ty * a_dot[0] + vy * a_dot[1]
-    return FourJointRates(pose, tuple(a_dot[::2]), xi_dot, _turns=tuple(a_dot[1::2]))
+    return FourJointRates(
+        pose,
+        tuple(a_dot[::2]),
+        xi_dot,
+        _turns=tuple(a_dot[1::2]),
+    )
 
 
 def bars_of(rates: Rates) -> tuple:
@@ -100,7 +113,13 @@ def _columns(pose):
     """Per leg the end-effector's velocity for q_i' = 1, P_i', and for phi_i' = 1, l_i2 v_i2."""
     legs = zip(pose.robot.drives, pose.legs, pose.robot.distal)
     return tuple(
-        (drive.tangent(leg.direction), (-bar * leg.distal[1], bar * leg.distal[0]))
+        (
+            drive.tangent(leg.direction),
+            (
+                -bar * leg.distal[1],
+                bar * leg.distal[0],
+            ),
+        )
         for drive, leg, bar in legs
     )
 
@@ -128,12 +147,19 @@ def loop_gap(pose: Pose) -> tuple:
     """From where the right leg ends to where the left one does, m, on components; 0 in a pose that
     closes.
     """
-    drive, leg, bar = pose.robot.drives[1], pose.legs[1], pose.robot.distal[1]
+    drive = pose.robot.drives[1]
+    leg = pose.legs[1]
+    bar = pose.robot.distal[1]
     x, y = drive.pivot(leg.direction)
     return pose.point[0] - x - bar * leg.distal[0], pose.point[1] - y - bar * leg.distal[1]
 
 
-def closed(robot: Robot, a: tuple, a_dot: tuple, free: tuple | None = None) -> tuple:
+def closed(
+    robot: Robot,
+    a: tuple,
+    a_dot: tuple,
+    free: tuple | None = None,
+) -> tuple:
     """(a, a', their Rates) moved the least that closes the loop: a Newton step for positions, then
     rates tangent to it.
 

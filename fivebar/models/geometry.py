@@ -21,7 +21,12 @@ if TYPE_CHECKING:
 BLOCK = 8192  # poses
 
 
-def dgm(robot: Robot, q: ArrayLike, assembly: ArrayLike = -1, unreachable: str = "raise") -> Pose:
+def dgm(
+    robot: Robot,
+    q: ArrayLike,
+    assembly: ArrayLike = -1,
+    unreachable: str = "raise",
+) -> Pose:
     """Direct geometric model: the pose in which the active joints are at q (AMORO eq. 1-3, general
     lengths).
 
@@ -53,10 +58,20 @@ def _close_on_elbows(robot, q, assembly):
     """End-effector, legs and the dyad on the two elbows."""
     left, right = robot.drives
     directions = left.direction(q[0]), right.direction(q[1])
-    p1, p2 = left.pivot(directions[0]), right.pivot(directions[1])
+    p1 = left.pivot(directions[0])
+    p2 = right.pivot(directions[1])
     l12, l22 = robot.distal
     extent = left.extent(directions[0]) + right.extent(directions[1])
-    dyad = RRR((p2[0] - p1[0], p2[1] - p1[1]), l12, l22, -assembly, extent)
+    dyad = RRR(
+        (
+            p2[0] - p1[0],
+            p2[1] - p1[1],
+        ),
+        l12,
+        l22,
+        -assembly,
+        extent,
+    )
     xi = p1[0] + l12 * dyad.first[0], p1[1] + l12 * dyad.first[1]
     first = DrivenLeg(left, q[0], directions[0], lambda: dyad.first)
     legs = first, DrivenLeg(right, q[1], directions[1], lambda: dyad.second)
@@ -67,20 +82,26 @@ def _joint_xi_in_blocks(robot, q, assembly):
     """The end-effector alone, a stretch of the batch at a time that stays in the processor's
     cache.
     """
-    flat, modes = [np.ravel(component) for component in q], np.asarray(assembly)
+    flat = [np.ravel(component) for component in q]
+    modes = np.asarray(assembly)
     if modes.ndim:
         modes = np.broadcast_to(modes, q[0].shape).ravel()
     xi = np.empty((2, flat[0].size))
     for start in range(0, flat[0].size, BLOCK):
         part = slice(start, start + BLOCK)
         xi[:, part] = _close_on_elbows(
-            robot, [component[part] for component in flat], modes[part] if modes.ndim else assembly
+            robot,
+            [component[part] for component in flat],
+            modes[part] if modes.ndim else assembly,
         )[0]
     return xi[0].reshape(q[0].shape), xi[1].reshape(q[0].shape)
 
 
 def igm(
-    robot: Robot, xi: ArrayLike, working: ArrayLike = (-1, -1), unreachable: str = "raise"
+    robot: Robot,
+    xi: ArrayLike,
+    working: ArrayLike = (-1, -1),
+    unreachable: str = "raise",
 ) -> Pose:
     """Inverse geometric model: the pose in which the end-effector is at xi (AMORO eq. 7-9, general
     lengths).
@@ -96,7 +117,11 @@ def igm(
     xi = unpack(xi, "xi")
     xi, branches = _with_modes(xi, working, "working", count=2)
     pose = task_pose(robot, xi, branches)
-    _refuse_open(unreachable, pose._dyads[0].first[0] + pose._dyads[1].first[0], pose)
+    _refuse_open(
+        unreachable,
+        pose._dyads[0].first[0] + pose._dyads[1].first[0],
+        pose,
+    )
     return pose
 
 
@@ -105,10 +130,19 @@ def task_pose(robot: Robot, xi: tuple, working: tuple) -> Pose:
     legs = tuple(
         reach(drive, xi, bar, mode) for drive, bar, mode in zip(robot.drives, robot.distal, working)
     )
-    return Pose(robot, xi, lambda: (legs, tuple(leg.dyad for leg in legs)))
+    return Pose(
+        robot,
+        xi,
+        lambda: (legs, tuple(leg.dyad for leg in legs)),
+    )
 
 
-def reach(drive, xi: tuple, bar: float, working) -> ReachedLeg:
+def reach(
+    drive,
+    xi: tuple,
+    bar: float,
+    working,
+) -> ReachedLeg:
     """The leg of this drive and distal bar that ends in xi."""
     return ReachedLeg(drive, drive.close(xi, bar, working))
 
@@ -131,11 +165,13 @@ def _with_modes(v, modes, name, count):
         return v, tuple(int(m) for m in np.atleast_1d(modes))
     if is_symbolic(v[0]):
         raise ValueError(f"{name} must be plain ints for CasADi symbols, not a batch")
-    split = (
-        (modes,)
-        if count == 1
-        else (np.ascontiguousarray(modes[..., 0]), np.ascontiguousarray(modes[..., 1]))
-    )
+    if count == 1:
+        split = (modes,)
+    else:
+        split = (
+            np.ascontiguousarray(modes[..., 0]),
+            np.ascontiguousarray(modes[..., 1]),
+        )
     try:
         *v, _ = np.broadcast_arrays(*v, split[0])
     except ValueError:

@@ -34,7 +34,10 @@ FREE = 1.0, 1.0
 
 
 def loaded_accelerations(
-    rates: Rates, tau: tuple, slip: tuple | None, refuse_corner: Callable
+    rates: Rates,
+    tau: tuple,
+    slip: tuple | None,
+    refuse_corner: Callable,
 ) -> Accelerations:
     """Accelerations under torques tau, on components. slip: as in `asked_for`; a drive with slip 0
     stays at rest.
@@ -47,7 +50,10 @@ def loaded_accelerations(
     push = tuple(t - asked for t, asked in zip(tau, torques))
     if loads_of(robot).heavy:
         return _by_closure(rates, push, force, free, refuse_corner)
-    fall = tuple(f * (1 / robot.m) for f in force) if named(robot.m) else None
+    if named(robot.m):
+        fall = tuple(f * (1 / robot.m) for f in force)
+    else:
+        fall = None
     return by_bar_forces(rates, push, refuse_corner, free, fall)[0]
 
 
@@ -71,9 +77,12 @@ def by_bar_forces(
     d1, d2 = (
         rates._bias if fall is None else (d + dot(u, fall) for d, u in zip(rates._bias, pose.u2))
     )
-    y1, y2 = free[0] * (1 / z1), free[1] * (1 / z2)
-    k1, k2 = free[0] * (m / z1) * b1 * b1, free[1] * (m / z2) * b2 * b2
-    r1, r2 = d1 + b1 * push[0] * y1, d2 + b2 * push[1] * y2
+    y1 = free[0] * (1 / z1)
+    y2 = free[1] * (1 / z2)
+    k1 = free[0] * (m / z1) * b1 * b1
+    k2 = free[1] * (m / z2) * b2 * b2
+    r1 = d1 + b1 * push[0] * y1
+    r2 = d2 + b2 * push[1] * y2
     (mu1, mu2), inverse = _two_forces(pose, (k1, k2), (r1, r2), refuse_corner)
     # Z^-1 (tau - m B^T mu) with the shares of the leg's own torque taken together, which cancel
     # where k is large.
@@ -94,7 +103,10 @@ def _two_forces(pose, k, right, refuse_corner=lambda pose, determinant: None):
     determinant = pose.det_A * pose.det_A + (k1 + k2) + k1 * k2
     refuse_corner(pose, determinant)
     inverse = 1.0 / determinant
-    return (((1 + k2) * r1 - g * r2) * inverse, ((1 + k1) * r2 - g * r1) * inverse), inverse
+    return (
+        ((1 + k2) * r1 - g * r2) * inverse,
+        ((1 + k1) * r2 - g * r1) * inverse,
+    ), inverse
 
 
 def _by_closure(rates, push, force, free, refuse_corner):
@@ -112,7 +124,14 @@ def _by_closure(rates, push, force, free, refuse_corner):
         -force[0],
         -force[1],
     )
-    W = _antisymmetric(pose.det_A, -s2 * y1, s2 * x1, -s1 * y2, s1 * x2, s1 * s2)
+    W = _antisymmetric(
+        pose.det_A,
+        -s2 * y1,
+        s2 * x1,
+        -s1 * y2,
+        s1 * x2,
+        s1 * s2,
+    )
     rest = [f - along for f, along in zip(forces, _times(M, least))]
     MW = _product(M, W)
     # tr(W^T M W M) = -tr(M W M W)
@@ -122,7 +141,12 @@ def _by_closure(rates, push, force, free, refuse_corner):
     scale = -1.0 / delta
     e1, e2, x, y = (part + scale * step for part, step in zip(least, moved))
     return Accelerations(
-        rates, (e1 * free[0] * (1 / lengths[0]), e2 * free[1] * (1 / lengths[1])), (x, y)
+        rates,
+        (
+            e1 * free[0] * (1 / lengths[0]),
+            e2 * free[1] * (1 / lengths[1]),
+        ),
+        (x, y),
     )
 
 
@@ -133,24 +157,33 @@ def masses(rates: Rates, free: tuple = FREE) -> list[list]:
     xx = yy = robot.m
     xy, own, coupled = 0.0, [], []
     for i, (drive, leg, bar) in enumerate(zip(robot.drives, pose.legs, robot.distal)):
-        turn, side = physics.turning[i] * (1 / (bar * bar)), physics.across[i] * (1 / bar)
+        turn = physics.turning[i] * (1 / (bar * bar))
+        side = physics.across[i] * (1 / bar)
         s, c, (ux, uy) = leg.sine, leg.cosine, leg.distal
         own.append(
             robot.inertias[i] * (1 / (drive.length * drive.length)) + c * (turn * c + 2 * side * s)
         )
         share = -(turn * c + side * s) * free[i]
         coupled.append((-share * uy, share * ux))
-        xx, xy, yy = xx + turn * uy * uy, xy - turn * ux * uy, yy + turn * ux * ux
+        xx = xx + turn * uy * uy
+        xy = xy - turn * ux * uy
+        yy = yy + turn * ux * ux
     e1, e2 = (f * f * each + (1 - f) for f, each in zip(free, own))
     (ax, ay), (bx, by) = coupled
-    return [[e1, 0.0, ax, ay], [0.0, e2, bx, by], [ax, bx, xx, xy], [ay, by, xy, yy]]
+    return [
+        [e1, 0.0, ax, ay],
+        [0.0, e2, bx, by],
+        [ax, bx, xx, xy],
+        [ay, by, xy, yy],
+    ]
 
 
 def bar_forces_under(acc: Accelerations, tau: tuple, slip: tuple | None) -> tuple:
     """The forces along the distal bars in a motion under tau, on components, regular as the motion:
     least squares of all that speaks of them, which agrees.
     """
-    free, pose = _free(slip), acc.rates.pose
+    free = _free(slip)
+    pose = acc.rates.pose
     force, torques = forces_and_torques(acc, slip)
     s1, s2 = (sine * f for sine, f in zip(pose.sines, free))
     lengths = (drive.length for drive in pose.robot.drives)
@@ -163,7 +196,12 @@ def bar_forces_under(acc: Accelerations, tau: tuple, slip: tuple | None) -> tupl
 
 def _antisymmetric(a, b, c, d, e, f):
     """Rows of W from its entries 12, 13, 14, 23, 24, 34."""
-    return [[0.0, a, b, c], [-a, 0.0, d, e], [-b, -d, 0.0, f], [-c, -e, -f, 0.0]]
+    return [
+        [0.0, a, b, c],
+        [-a, 0.0, d, e],
+        [-b, -d, 0.0, f],
+        [-c, -e, -f, 0.0],
+    ]
 
 
 def _times(rows, v):

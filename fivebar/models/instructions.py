@@ -77,11 +77,18 @@ class Language:
     operations: dict[int, str] = field(default_factory=dict)
 
 
-def indexed(name: str, shape: tuple, row: int, column: int) -> str:
+def indexed(
+    name: str,
+    shape: tuple,
+    row: int,
+    column: int,
+) -> str:
     """An element of a vector or a matrix of this shape; of what is one number its name."""
     if shape == (1, 1):
         return name
-    return f"{name}[{row}]" if shape[1] == 1 else f"{name}[{row}][{column}]"
+    if shape[1] == 1:
+        return f"{name}[{row}]"
+    return f"{name}[{row}][{column}]"
 
 
 def statements(function: ca.Function, language: Language) -> Iterator[str]:
@@ -95,11 +102,9 @@ def statements(function: ca.Function, language: Language) -> Iterator[str]:
             f"{function.name()} must be a function of SX expressions, not a {function.class_name()}"
         )
     for k in range(function.n_instructions()):
-        code, inputs, outputs = (
-            function.instruction_id(k),
-            function.instruction_input(k),
-            function.instruction_output(k),
-        )
+        code = function.instruction_id(k)
+        inputs = function.instruction_input(k)
+        outputs = function.instruction_output(k)
         if code == ca.OP_OUTPUT:
             target = _element(language.write, function.name_out, function.sparsity_out, *outputs)
             yield f"{target} = {_variable(inputs[0])}"
@@ -122,7 +127,12 @@ def _operation(function, code, operands, language):
     raise ValueError(f"{function.name()}: no words for CasADi's operation {OTHERS.get(code, code)}")
 
 
-def wrapped(start: str, words: list[str], end: str, hang: bool = False) -> list[str]:
+def wrapped(
+    start: str,
+    words: list[str],
+    end: str,
+    hang: bool = False,
+) -> list[str]:
     """start, the words with commas between them, end, in lines of WIDTH, none for no words; hang:
     under the first.
     """
@@ -149,4 +159,9 @@ def _element(write, name, sparsity, which, place):
     if not pattern.is_dense():
         raise ValueError(f"{name(which)} must be dense")
     rows, columns = pattern.shape
-    return write(name(which), (rows, columns), place % rows, place // rows)
+    return write(
+        name(which),
+        (rows, columns),
+        place % rows,
+        place // rows,
+    )

@@ -198,7 +198,9 @@ class Accelerations:
         # joined with q_i2'^2.
         passive = []
         for leg, bar, b, q_dot in zip(pose.legs, pose.robot.distal, pose.b, rates._passive):
-            c, square, l1 = leg.dyad.span, leg.dyad.span_squared, leg.drive.length
+            c = leg.dyad.span
+            square = leg.dyad.span_squared
+            l1 = leg.drive.length
             difference = (l1 + bar) * (l1 - bar)
             across = cross(c, rates._xi_dot)
             bend = 0.25 * (square + difference) * (square - difference) * q_dot * q_dot
@@ -220,7 +222,13 @@ def dkm(pose: Pose, q_dot: ArrayLike) -> Rates:
         a_pose(pose, "pose")
     q_dot = unpack_for(pose.point[0], q_dot, "q_dot")
     return Rates(
-        pose, q_dot, solve_a(pose, tuple(b * rate for b, rate in zip(pose.b, q_dot)), "dkm")
+        pose,
+        q_dot,
+        solve_a(
+            pose,
+            tuple(b * rate for b, rate in zip(pose.b, q_dot)),
+            "dkm",
+        ),
     )
 
 
@@ -298,7 +306,11 @@ def _refuse(pose, margin, problem, name):
     where = f" in {count} of {singular.size} poses, the first at index {index}" if index else ""
     value = float(np.asarray(margin)[index])
     at = place_of(pose, np.shape(margin), index)
-    raise SingularityError(f"{problem}{where}: {name} = {value:.3g} {at}", value, index or None)
+    raise SingularityError(
+        f"{problem}{where}: {name} = {value:.3g} {at}",
+        value,
+        index or None,
+    )
 
 
 def place_of(pose: Pose, shape: tuple, index: tuple) -> str:

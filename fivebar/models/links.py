@@ -61,7 +61,13 @@ class Link:
             )
 
     @classmethod
-    def about_centre(cls, mass: float, x: float, y: float = 0.0, inertia: float = 0.0) -> Link:
+    def about_centre(
+        cls,
+        mass: float,
+        x: float,
+        y: float = 0.0,
+        inertia: float = 0.0,
+    ) -> Link:
         """A link whose inertia, kg m^2, is about its centre of mass, as data sheets and CAD
         programs give it.
         """
@@ -70,7 +76,12 @@ class Link:
             for name, value in (("mass", mass), ("x", x), ("y", y))
         )
         own = number(inertia, "a link's inertia about its centre of mass", 0.0)
-        return cls(mass, x, y, own + mass * (x * x + y * y))
+        return cls(
+            mass,
+            x,
+            y,
+            own + mass * (x * x + y * y),
+        )
 
     def of_length(self, length: float) -> tuple[float, float, float, float]:
         """(mass, first moments along and across, inertia about the first joint) as a bar of this
@@ -84,7 +95,10 @@ class Link:
 
 
 def grouped(
-    lengths: dict[str, float], links: Mapping, payload: float, rotor: Sequence
+    lengths: dict[str, float],
+    links: Mapping,
+    payload: float,
+    rotor: Sequence,
 ) -> dict[str, float]:
     """Base parameters {name: value} of bars {"11": Link or mass, ...} of these lengths {"l11": m,
     ...}.
@@ -98,7 +112,8 @@ def grouped(
         )
     found = {"m": inertia(payload, "payload")}
     for leg, motor in zip("12", rotor):
-        l1, l2 = lengths[f"l{leg}1"], lengths[f"l{leg}2"]
+        l1 = lengths[f"l{leg}1"]
+        l2 = lengths[f"l{leg}2"]
         _, mx1, my1, zz1 = _link(links, f"{leg}1").of_length(l1)
         mass, mx2, my2, zz2 = _link(links, f"{leg}2").of_length(l2)
         at_end = mx2 / l2

@@ -59,24 +59,32 @@ def forces_and_torques(acc: Accelerations, slip: tuple | None = None) -> tuple[t
     its rate.
     """
     rates, robot = acc.rates, acc.rates.pose.robot
-    pose, physics = rates.pose, physics_of(robot)
+    pose = rates.pose
+    physics = physics_of(robot)
     if physics is None:
         x, y = acc._xi_ddot
         return (robot.m * x, robot.m * y), tuple(z * a for z, a in zip(robot.inertias, acc._q_ddot))
     gx, gy = physics.gravity
-    force = [robot.m * (acc._xi_ddot[0] - gx), robot.m * (acc._xi_ddot[1] - gy)]
+    force = [
+        robot.m * (acc._xi_ddot[0] - gx),
+        robot.m * (acc._xi_ddot[1] - gy),
+    ]
     torques = []
     for i, (drive, leg, bar) in enumerate(zip(robot.drives, pose.legs, robot.distal)):
-        q_dot, q_ddot = rates._q_dot[i], acc._q_ddot[i]
+        q_dot = rates._q_dot[i]
+        q_ddot = acc._q_ddot[i]
         torque = (
             robot.inertias[i] * q_ddot
             + _weight(physics, drive, leg, i)
             + _friction(physics, i, q_dot, slip)
         )
-        j, my, rub = physics.turning[i], physics.across[i], physics.elbows[i]
+        j = physics.turning[i]
+        my = physics.across[i]
+        rub = physics.elbows[i]
         if named(j) or named(my) or named(rub):
             b, beside = pose._velocity_coefficients[i]
-            phi_dot, phi_ddot = rates.phi_dot[i], acc.phi_ddot[i]
+            phi_dot = rates.phi_dot[i]
+            phi_ddot = acc.phi_ddot[i]
             pull = b * q_ddot + rates._centripetal[i][0] - (gx * leg.distal[0] + gy * leg.distal[1])
             resists = rub * drive.relative(phi_dot, q_dot)
             share = (j * phi_ddot - my * pull + resists) * (1 / bar)
@@ -157,9 +165,9 @@ def dry_friction(robot: Robot, q_dot: np.ndarray) -> np.ndarray:
     """
     signs = sign(q_dot, 0.0) if is_symbolic(q_dot) else np.sign(q_dot)
     dry = loads_of(robot).coulomb
-    return (
-        pack(dry[0] * signs[0], dry[1] * signs[1]) if is_symbolic(signs) else signs * np.array(dry)
-    )
+    if is_symbolic(signs):
+        return pack(dry[0] * signs[0], dry[1] * signs[1])
+    return signs * np.array(dry)
 
 
 def lost_power(rates: Rates) -> np.ndarray:

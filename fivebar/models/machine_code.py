@@ -96,7 +96,8 @@ def _intact(folder):
     process.
     """
     try:
-        library, expected = (folder / "model.so").read_bytes(), (folder / "sha256").read_text()
+        library = (folder / "model.so").read_bytes()
+        expected = (folder / "sha256").read_text()
     except OSError:
         return False
     return hashlib.sha256(library).hexdigest() == expected

@@ -28,10 +28,8 @@ _LIU_SETS = (
 )  # fmt: skip
 
 # Taken as about the centres of mass; friction of the motors as published, their inertia not.
-_IRI_BAR, _IRI_FOREARM = (
-    Link.about_centre(1.2093, 0.11, 0.0, 7e-3),
-    Link.about_centre(0.8925, 0.0746, 0.0, 2.3e-3),
-)
+_IRI_BAR = Link.about_centre(1.2093, 0.11, 0.0, 7e-3)
+_IRI_FOREARM = Link.about_centre(0.8925, 0.0746, 0.0, 2.3e-3)
 _IRI = FiveBar.from_links(
     0.2,
     0.15,

@@ -100,7 +100,8 @@ def _of_links(parameters):
 def _link(name, link):
     if not isinstance(link, dict):
         return link
-    about, known = "inertia_about_centre", ("mass", "x", "y", "inertia")
+    about = "inertia_about_centre"
+    known = ("mass", "x", "y", "inertia")
     if unknown := sorted(set(link) - {*known, about}):
         raise ValueError(
             f"links.{name}: no {', '.join(unknown)}; the known ones are"
@@ -113,4 +114,9 @@ def _link(name, link):
         return Link(**link)
     if "inertia" in link:
         raise ValueError(f"links.{name} has inertia and {about}: give one")
-    return Link.about_centre(link["mass"], link["x"], link.get("y", 0.0), link[about])
+    return Link.about_centre(
+        link["mass"],
+        link["x"],
+        link.get("y", 0.0),
+        link[about],
+    )

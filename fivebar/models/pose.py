@@ -93,12 +93,16 @@ class Pose:
         return one_line("Pose", *self._words())
 
     def _words(self):
-        words, place = self.robot.words, [vector("xi", self.point, "m")]
+        words = self.robot.words
+        place = [vector("xi", self.point, "m")]
         if single(self.point):
             modes = "working ({:+d}, {:+d}), assembly {:+d}".format(
                 *map(int, self.working), int(self.assembly)
             )
-            place += [vector("q", tuple(leg.q for leg in self.legs), words.unit), modes]
+            place += [
+                vector("q", tuple(leg.q for leg in self.legs), words.unit),
+                modes,
+            ]
         return (*place, words.title)
 
     def _repr_html_(self) -> str | None:
@@ -187,7 +191,9 @@ class Pose:
     @cached_property
     def working(self) -> np.ndarray:
         modes = tuple(-sign(s, SINGULAR) for s in self.sines)
-        return pack(*modes) if is_symbolic(modes[0]) else np.stack(modes, axis=-1)
+        if is_symbolic(modes[0]):
+            return pack(*modes)
+        return np.stack(modes, axis=-1)
 
     @cached_property
     def A(self) -> np.ndarray:
@@ -207,7 +213,12 @@ class Pose:
             determinant = np.where(np.abs(determinant) <= SINGULAR, np.nan, determinant)
         (x1, y1), (x2, y2) = self.u2
         left, right = (b / determinant for b in self.b)
-        return pack_matrix(y2 * left, -y1 * right, -x2 * left, x1 * right)
+        return pack_matrix(
+            y2 * left,
+            -y1 * right,
+            -x2 * left,
+            x1 * right,
+        )
 
     @cached_property
     def reach_margin(self) -> np.ndarray:

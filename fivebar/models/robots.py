@@ -104,7 +104,12 @@ class Drive(Protocol):
     def cosine(self, direction, distal): ...
     def velocity_coefficients(self, sine, cosine) -> tuple: ...
     def bends(self, sine, cosine) -> tuple: ...
-    def close(self, xi: tuple, bar: float, working): ...
+    def close(
+        self,
+        xi: tuple,
+        bar: float,
+        working,
+    ): ...
     def relative(self, absolute, own): ...
     def absolute(self, passive, own): ...
 
@@ -224,7 +229,10 @@ class FiveBar(Named):
         """
         lengths = dict(l11=l11, l12=l12, l21=l21, l22=l22)
         found = grouped(
-            {name: size(value, name) for name, value in lengths.items()}, links, payload, rotor
+            {name: size(value, name) for name, value in lengths.items()},
+            links,
+            payload,
+            rotor,
         )
         friction = {"viscous": (viscous, "fv1", "fv2"), "coulomb": (coulomb, "fs1", "fs2")}
         friction["elbows"] = elbows, "fv12", "fv22"

@@ -14,7 +14,10 @@ EDGE = 1e-12  # of the friction, by which what holds may exceed it: rounding
 
 
 def slip_of(
-    rates: Rates, tau: tuple, held_by: Callable, standing: np.ndarray | None = None
+    rates: Rates,
+    tau: tuple,
+    held_by: Callable,
+    standing: np.ndarray | None = None,
 ) -> tuple:
     """Per drive the direction in which it slips, 0 where friction holds it, on components.
 
@@ -30,8 +33,13 @@ def slip_of(
         standing = np.array([np.logical_and(s == 0, f > 0) for s, f in zip(signs, dry)])
     if not standing.any():
         return tuple(_plain(np.where(s == 0, 1.0, s)) for s in signs)
-    shape = np.broadcast_shapes(np.shape(signs[0]), np.shape(tau[0]), np.shape(rates.pose.point[0]))
-    found, open_ = [np.zeros(shape), np.zeros(shape)], np.ones(shape, dtype=bool)
+    shape = np.broadcast_shapes(
+        np.shape(signs[0]),
+        np.shape(tau[0]),
+        np.shape(rates.pose.point[0]),
+    )
+    found = [np.zeros(shape), np.zeros(shape)]
+    open_ = np.ones(shape, dtype=bool)
     for choice in product((0.0, 1.0, -1.0), repeat=2):
         if all(not stands.any() and c != 1.0 for stands, c in zip(standing, choice)):
             continue
@@ -46,7 +54,10 @@ def slip_of(
                 continue  # what both drives hold leaves a Type-2 pose free: another choice moves it
         fits = np.ones(shape, dtype=bool)
         for k, c in enumerate(choice):
-            good = np.abs(holds[k]) <= dry[k] * (1 + EDGE) if c == 0 else acc._q_ddot[k] * c >= 0
+            if c == 0:
+                good = np.abs(holds[k]) <= dry[k] * (1 + EDGE)
+            else:
+                good = acc._q_ddot[k] * c >= 0
             fits &= np.where(standing[k], good, c == 1.0)
         for k in (0, 1):
             found[k] = np.where(open_ & fits, slip[k], found[k])

@@ -33,7 +33,9 @@ def refuse_open(open_: np.ndarray, pose: Pose) -> None:
         gaps.append(-float(min(clearances)))
     gap = max(gaps)
     leg = gaps.index(gap)
-    dyad, side, words = pose._dyads[leg], ("left", "right")[leg], pose.robot.words
+    dyad = pose._dyads[leg]
+    side = ("left", "right")[leg]
+    words = pose.robot.words
     name, given, unit = ("q", pose.q, words.unit) if pose._from_dgm else ("xi", pose.xi, "m")
     x, y = np.broadcast_to(given, (*open_.shape, 2))[index]
     at = f"at {name} = ({x:.9g}, {y:.9g}) {unit}"
@@ -50,14 +52,14 @@ def refuse_open(open_: np.ndarray, pose: Pose) -> None:
             gap,
             index or None,
         )
-    span, r1, r2 = (
-        float(np.broadcast_to(dyad.span_squared, open_.shape)[index]) ** 0.5,
-        dyad.r1,
-        dyad.r2,
-    )
+    span = float(np.broadcast_to(dyad.span_squared, open_.shape)[index]) ** 0.5
+    r1 = dyad.r1
+    r2 = dyad.r2
     if r1 == r2 and span < r1:
         raise SingularityError(
-            f"{where}{free_words} left free (pivots {span:.3g} m apart), {at}", span, index or None
+            f"{where}{free_words} left free (pivots {span:.3g} m apart), {at}",
+            span,
+            index or None,
         )
     limit, end = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
     raise UnreachableError(

@@ -51,7 +51,8 @@ def check_values(robot):
     if not any(map(is_symbolic, lengths.values())):
         not_too_different(lengths)
     for rub, own in zip(("fv1", "fv2", "fs1", "fs2"), robot.words.inertias * 2):
-        value, inertia_of = getattr(robot, rub), getattr(robot, own)
+        value = getattr(robot, rub)
+        inertia_of = getattr(robot, own)
         if named(value) and not named(inertia_of):
             raise ValueError(
                 f"{rub} = {value} is the friction of a drive, but {own} = 0: there is nothing that"

@@ -91,7 +91,10 @@ def robot_of_design(
 def place_of_design(names: tuple[str, ...], rows: np.ndarray) -> np.ndarray:
     """Return the origin of each design's task, (n, 2) m."""
     columns = dict(zip(names, rows.T))
-    return np.stack([columns.get(name, np.zeros(len(rows))) for name in PLACE], axis=-1)
+    return np.stack(
+        [columns.get(name, np.zeros(len(rows))) for name in PLACE],
+        axis=-1,
+    )
 
 
 def robots_of_designs(names: tuple[str, ...], rows: np.ndarray, robot: FiveBar) -> Robots:

@@ -73,11 +73,20 @@ def columns(values: Mapping[str, Any]) -> Designs:
     if not count:
         raise ValueError("designs: the columns are empty")
     table = np.stack([np.broadcast_to(part, count) for part in parts.values()], axis=1)
-    return _of_table(tuple(parts), table, {"sha256": hashlib.sha256(table.tobytes()).hexdigest()})
+    return _of_table(
+        tuple(parts),
+        table,
+        {"sha256": hashlib.sha256(table.tobytes()).hexdigest()},
+    )
 
 
 def _of_table(names, table, about):
-    return Designs(names, len(table), about, lambda start, stop: table[start:stop])
+    return Designs(
+        names,
+        len(table),
+        about,
+        lambda start, stop: table[start:stop],
+    )
 
 
 def _number_or_column(value, name):
@@ -140,13 +149,21 @@ def sample(bounds: Mapping[str, Any], count: int, seed: int = 0) -> Designs:
     <Designs: l1, d, 1000 rows>
     """
     limits = limits_of(bounds)
-    count, seed = whole(1, MOST)(count, "count"), whole(0, 2**63)(seed, "seed")
+    count = whole(1, MOST)(count, "count")
+    seed = whole(0, 2**63)(seed, "seed")
     low, high = np.array(list(limits.values())).T
     g = 2.0
     for _ in range(64):
         g = (1 + g) ** (1 / (len(limits) + 1))
-    steps = np.array([int(2.0**64 / g**j) for j in range(1, len(limits) + 1)], dtype=np.uint64)
-    first = np.random.default_rng(seed).integers(2**64 - 1, size=len(limits), dtype=np.uint64)
+    steps = np.array(
+        [int(2.0**64 / g**j) for j in range(1, len(limits) + 1)],
+        dtype=np.uint64,
+    )
+    first = np.random.default_rng(seed).integers(
+        2**64 - 1,
+        size=len(limits),
+        dtype=np.uint64,
+    )
 
     def rows(start, stop):
         place = first + np.arange(start, stop, dtype=np.uint64)[:, None] * steps  # modulo 2^64
@@ -171,7 +188,8 @@ def interval(pair: Any, name: str) -> tuple[float, float]:
         low, high = (pair, pair) if is_number(pair) else pair
     except (TypeError, ValueError):
         raise ValueError(f"{name} must be (low, high) or a number, not {shown(pair)}") from None
-    low, high = number(low, f"{name}'s low"), number(high, f"{name}'s high")
+    low = number(low, f"{name}'s low")
+    high = number(high, f"{name}'s high")
     if low > high:
         raise ValueError(f"{name} = ({low:g}, {high:g}) is the wrong way round")
     return low, high
@@ -196,7 +214,11 @@ def triangle(count: int = 30) -> Designs:
     first, second = np.mgrid[1:count, 1:count].reshape(2, -1)
     k = np.column_stack([first, second, count - first - second])
     inside = (k[:, 2] >= 0) & (2 * k[:, 2] <= count)
-    return _of_table(("r1", "r2", "r3"), 3 * k[inside] / count, {"triangle": count})
+    return _of_table(
+        ("r1", "r2", "r3"),
+        3 * k[inside] / count,
+        {"triangle": count},
+    )
 
 
 def designs_of(source: Any, robot: FiveBar | Biglide) -> Designs:

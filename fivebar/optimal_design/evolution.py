@@ -51,7 +51,9 @@ def evolve(
         f = np.concatenate([f, f_trial[neither]])
         violation = np.concatenate([violation, violation_trial[neither]])
         kept = best(f, violation, size)
-        x, f, violation = x[kept], f[kept], violation[kept]
+        x = x[kept]
+        f = f[kept]
+        violation = violation[kept]
         callback()
     return x, f, violation
 
@@ -69,7 +71,10 @@ def _trial(x, low, high, rng):
 
 
 def dominates(
-    f: np.ndarray, violation_f: np.ndarray, g: np.ndarray, violation_g: np.ndarray
+    f: np.ndarray,
+    violation_f: np.ndarray,
+    g: np.ndarray,
+    violation_g: np.ndarray,
 ) -> np.ndarray:
     """Return where f is better than g: in some goal and worse in none, limits first."""
     feasible = (f <= g).all(axis=-1) & (f < g).any(axis=-1)
@@ -79,10 +84,17 @@ def dominates(
 
 def best(f: np.ndarray, violation: np.ndarray, count: int) -> np.ndarray:
     """Return indices of the best: the first non-dominated fronts; of the last the least crowded."""
-    left, kept = np.arange(len(f)), []
+    left = np.arange(len(f))
+    kept = []
     while len(left):
-        g, v = f[left], violation[left]
-        dominated = dominates(g[:, None], v[:, None], g[None], v[None]).any(axis=0)
+        g = f[left]
+        v = violation[left]
+        dominated = dominates(
+            g[:, None],
+            v[:, None],
+            g[None],
+            v[None],
+        ).any(axis=0)
         front = left[~dominated]
         if len(kept) + len(front) >= count:
             return np.array(kept + thinned(f, front, count - len(kept)))
@@ -102,8 +114,14 @@ def thinned(f: np.ndarray, front: np.ndarray, count: int) -> list[int]:
     g = (g - g.min(axis=0)) / np.maximum(np.ptp(g, axis=0), 1e-300)
     two_goals = g.shape[1] <= 2
     ends = g.argmin(axis=0)
-    distance = None if two_goals else np.linalg.norm(g[:, None] - g[None], axis=2)
-    left = np.argsort(g[:, 0], kind="stable") if two_goals else np.arange(len(g))
+    if two_goals:
+        distance = None
+    else:
+        distance = np.linalg.norm(g[:, None] - g[None], axis=2)
+    if two_goals:
+        left = np.argsort(g[:, 0], kind="stable")
+    else:
+        left = np.arange(len(g))
     while len(left) > count:
         crowding = np.full(len(left), np.inf)
         if two_goals:
@@ -156,7 +174,11 @@ def refine(
     distance = np.linalg.norm((aim[:, None] - f[None]) / span, axis=2)
     nearest = np.argsort(distance, axis=1)[:, :members]
     if nearest.shape[1] < members:  # The front is small: each group begins at its own point.
-        filler = np.repeat(nearest[:, :1], members - nearest.shape[1], axis=1)
+        filler = np.repeat(
+            nearest[:, :1],
+            members - nearest.shape[1],
+            axis=1,
+        )
         nearest = np.concatenate([nearest, filler], axis=1)
     group = x[nearest]
     group[:, 1:] += rng.normal(0, 0.01, group[:, 1:].shape) * (high - low)
@@ -168,7 +190,8 @@ def refine(
         factor = rng.uniform(*FACTOR, (count, members, 1))
         pull = rng.uniform(0, 1, (count, members, 1))
         mutant = group + pull * (top - group) + factor * (group[row, a] - group[row, b])
-        too_low, too_high = mutant < low, mutant > high
+        too_low = mutant < low
+        too_high = mutant > high
         mutant = np.where(too_low, (low + group) / 2, mutant)
         mutant = np.where(too_high, (high + group) / 2, mutant)
         trial = np.where(rng.random(group.shape) < CROSSOVER, mutant, group)

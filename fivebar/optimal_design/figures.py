@@ -68,7 +68,10 @@ for _kind, _rows in (("closed", CLOSED), ("poses", OVER_POSES), ("single", ONE_B
 
 
 def figures_of(
-    request: Any, task: Task, robot: FiveBar | Biglide, argument: str = "figure"
+    request: Any,
+    task: Task,
+    robot: FiveBar | Biglide,
+    argument: str = "figure",
 ) -> tuple[Figure, ...]:
     """Return the Figures of a name, a function, a Figure, a list of them, or {name: function}."""
     if isinstance(request, Mapping):
@@ -171,7 +174,12 @@ def evaluate(
                     values[n, k] = _value(figures[k], single, task, place[n])
                 except Exception as error:  # A user's function may raise: other designs go on.
                     message = " ".join(str(error).split())
-                    errors.append((n, f"{figures[k].name}: {type(error).__name__}: {message}"))
+                    errors.append(
+                        (
+                            n,
+                            f"{figures[k].name}: {type(error).__name__}: {message}",
+                        )
+                    )
     return values, sorted(errors)
 
 

@@ -73,8 +73,15 @@ def _inscribed_conditioning(robot, task, place):
     y, radius = _circle(robot)
     if not radius:
         return 0.0
-    rho, phi = radius * np.linspace(0, 1, RADII), 2 * np.pi * np.arange(ANGLES) / ANGLES
-    points = np.stack([np.outer(np.cos(phi), rho), y + np.outer(np.sin(phi), rho)], axis=-1)
+    rho = radius * np.linspace(0, 1, RADII)
+    phi = 2 * np.pi * np.arange(ANGLES) / ANGLES
+    points = np.stack(
+        [
+            np.outer(np.cos(phi), rho),
+            y + np.outer(np.sin(phi), rho),
+        ],
+        axis=-1,
+    )
     pose = igm(robot, points, (1, -1), unreachable="nan")
     values = np.nan_to_num(1 / singularity_margins(pose).condition.J)
     weights = np.ones(RADII)
@@ -90,22 +97,34 @@ def _circle(robot):
         raise ValueError(
             "the circle that Liu publishes is of symmetric robots: l11 = l21 and l12 = l22"
         )
-    outer, half = robot.l11 + robot.l12, robot.d / 2
+    outer = robot.l11 + robot.l12
+    half = robot.d / 2
     top = np.sqrt(max(outer * outer - half * half, 0.0))
     y = top * (np.arange(CENTRES) + 0.5) / CENTRES
-    pose = igm(robot, np.stack([0 * y, y], axis=-1), (1, -1), unreachable="nan")
+    pose = igm(
+        robot,
+        np.stack([0 * y, y], axis=-1),
+        (1, -1),
+        unreachable="nan",
+    )
     above = pose.assembly == pose.assembly[-1]
-    first = (
-        len(y) - 1 - int(np.argmin(above[::-1])) + 1 if not above.all() else 0
-    )  # where it is so up to the top
+    if not above.all():
+        first = len(y) - 1 - int(np.argmin(above[::-1])) + 1
+    else:
+        first = 0
     low, high = y[first], top
     while (
         True
     ):  # the room has a kink where it is largest: among so many heights the best has it beside
         heights = np.linspace(low, high, CENTRES + 1)
-        room = locus_distance(robot, np.stack([0 * heights, heights], axis=-1), (1, -1))[0]
+        room = locus_distance(
+            robot,
+            np.stack([0 * heights, heights], axis=-1),
+            (1, -1),
+        )[0]
         best = int(np.argmax(room))
-        low, high = heights[max(best - 1, 0)], heights[min(best + 1, CENTRES)]
+        low = heights[max(best - 1, 0)]
+        high = heights[min(best + 1, CENTRES)]
         if high - low <= 1e-15 * top:
             return float(heights[best]), float(room[best])
 

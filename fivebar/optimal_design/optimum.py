@@ -122,8 +122,20 @@ def design(
 class Problem:
     """The search as numbers: parameters in; goals to be small and the violation of limits out."""
 
-    def __init__(self, goals, bounds, limits, robot, step, task: Task, executor: Executor | None):
-        self.robot, self.step, self.task, self.executor = robot, step, task, executor
+    def __init__(
+        self,
+        goals,
+        bounds,
+        limits,
+        robot,
+        step,
+        task: Task,
+        executor: Executor | None,
+    ):
+        self.robot = robot
+        self.step = step
+        self.task = task
+        self.executor = executor
         intervals = limits_of(bounds)
         self.names = tuple(intervals)
         check_variables(self.names, robot, "bounds")
@@ -155,7 +167,11 @@ class Problem:
     def rows(self, x: np.ndarray) -> np.ndarray:
         """Return designs (n, k), rounded to steps; what is next to a bound is put on it."""
         near = 1e-9 * (self.high - self.low)
-        x = np.where(x <= self.low + near, self.low, np.where(x >= self.high - near, self.high, x))
+        x = np.where(
+            x <= self.low + near,
+            self.low,
+            np.where(x >= self.high - near, self.high, x),
+        )
         if self.step is None:
             return x
         rounded = np.round(np.rint(x / self.step) * self.step, 12)
@@ -264,14 +280,19 @@ def _search_one(problem, rng, effort, bar):
     """Return the best row by SciPy's differential evolution of what varies."""
     from scipy.optimize import differential_evolution
 
-    free, row = problem.free, problem.low.copy()
+    free = problem.free
+    row = problem.low.copy()
     if free.any():
 
         def goal(x):
             rows = np.repeat(problem.low[None], x.shape[1], axis=0)
             rows[:, free] = x.T
             goals, violation = problem(rows)
-            return np.where(violation > 0, PENALTY * (1 + violation), goals[:, 0])
+            return np.where(
+                violation > 0,
+                PENALTY * (1 + violation),
+                goals[:, 0],
+            )
 
         row[free] = differential_evolution(
             goal,
@@ -294,14 +315,16 @@ def _search_front(problem, rng, points, effort, bar):
     """Return rows of which none is better than another in all goals."""
     generations = int(np.ceil(100 * effort))
     size = max(60, 20 * int(problem.free.sum()), points)
-    bounds, goal_count = (problem.low, problem.high), len(problem.goals)
+    bounds = (problem.low, problem.high)
+    goal_count = len(problem.goals)
     x, f, violation = evolve(
         problem, *bounds, goal_count, size, generations, rng, callback=bar.update
     )
     feasible = violation == 0
     if not feasible.any():
         _check_limits(problem, x[np.argmin(violation)])
-    x, f = x[feasible], f[feasible]
+    x = x[feasible]
+    f = f[feasible]
     chosen = np.array(thinned(f, np.arange(len(f)), min(points, len(f))))
     x, f, violation = refine(
         problem, *bounds, x, f, chosen, 20, generations, rng, callback=bar.update
@@ -310,7 +333,8 @@ def _search_front(problem, rng, points, effort, bar):
     f, _ = problem(rows)
     zero = np.zeros(1)
     best = ~dominates(f[:, None], zero, f[None], zero).any(axis=0)
-    rows, f = rows[best], f[best]
+    rows = rows[best]
+    f = f[best]
     return rows[np.unique(f.round(15), axis=0, return_index=True)[1]]
 
 

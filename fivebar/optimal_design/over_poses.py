@@ -26,7 +26,12 @@ class Poses:
     each one's task.
     """
 
-    def __init__(self, robots: Robots, task: Task, place: np.ndarray):
+    def __init__(
+        self,
+        robots: Robots,
+        task: Task,
+        place: np.ndarray,
+    ):
         self.robots, self.task = robots, task
         nodes, self.area, self.polar = task.nodes
         x, y = (
@@ -59,10 +64,8 @@ class Poses:
     def reaches(self):
         """(n,): all nodes, without a change of sign of det A between them."""
         with np.errstate(invalid="ignore"):
-            low, high = (
-                self.det_A.min(axis=1),
-                self.det_A.max(axis=1),
-            )  # nan where one is not reached
+            low = self.det_A.min(axis=1)
+            high = self.det_A.max(axis=1)  # nan where one is not reached
             return low * high > 0
 
     def least(self, values):
@@ -79,7 +82,8 @@ class Poses:
     def stretch(self):
         """2 sigma_max(J)^2 det A^2 = b1^2 + b2^2 + sqrt((b1^2 - b2^2)^2 + (2 g b1 b2)^2)."""
         b1, b2 = self.b
-        apart, across = (b1 - b2) * (b1 + b2), 2 * self.g * b1 * b2
+        apart = (b1 - b2) * (b1 + b2)
+        across = 2 * self.g * b1 * b2
         return b1 * b1 + b2 * b2 + np.sqrt(apart * apart + across * across)
 
     @cached_property
@@ -153,8 +157,12 @@ def _tip_error(poses):
     worst = 0.0
     for other in (1, -1):
         for turn in (1, -1) if t["d"] else (1,):
-            r1, r2 = own[0] + turn * base[0], other * own[1] + turn * base[1]
-            worst = np.maximum(worst, r1 * r1 + r2 * r2 - 2 * poses.g * r1 * r2)
+            r1 = own[0] + turn * base[0]
+            r2 = other * own[1] + turn * base[1]
+            worst = np.maximum(
+                worst,
+                r1 * r1 + r2 * r2 - 2 * poses.g * r1 * r2,
+            )
     with np.errstate(divide="ignore", invalid="ignore"):
         return poses.most(np.sqrt(worst) / np.abs(poses.det_A))
 

@@ -133,7 +133,8 @@ class Front(Plotted, Paged):
     def __repr__(self) -> str:
         ranges = []
         for name in self.goals:
-            low, high = self[name].min(), self[name].max()
+            low = self[name].min()
+            high = self[name].max()
             ranges.append(f"{name} from {low:.6g} to {high:.6g} {self.units[name]}".rstrip())
         return one_line("Front", f"{len(self.designs)} designs", *ranges)
 

@@ -38,8 +38,12 @@ class Sweep(Plotted):
     _parts: Sequence  # Chunks, or files
 
     def __repr__(self) -> str:
-        errors = sum(len(part.errors) for part in self.chunks()) if self.count <= 10**6 else 0
-        figures, names = ", ".join(self.figures), ", ".join(self.names)
+        if self.count <= 10**6:
+            errors = sum(len(part.errors) for part in self.chunks())
+        else:
+            errors = 0
+        figures = ", ".join(self.figures)
+        names = ", ".join(self.names)
         return one_line(
             "Sweep",
             f"{figures} of {self.count} designs of {names}",
@@ -126,7 +130,10 @@ class Sweep(Plotted):
         return place_of_design(self.names, np.array([list(self.design(number).values())]))[0]
 
     def best(
-        self, figure: str | None = None, count: int = 1, sense: str | None = None
+        self,
+        figure: str | None = None,
+        count: int = 1,
+        sense: str | None = None,
     ) -> np.ndarray:
         """Return the numbers of the best designs by a figure, the best first.
 
@@ -149,14 +156,17 @@ class Sweep(Plotted):
             sense = SENSE[FIGURES[figure].better] if figure in FIGURES else "max"
         sign = 1.0 if one_of("min", "max")(sense, "sense") == "min" else -1.0
         column = self.figures.index(figure)
-        start, kept, numbers = 0, np.empty(0), np.empty(0, dtype=int)
+        start = 0
+        kept = np.empty(0)
+        numbers = np.empty(0, dtype=int)
         for part in self.chunks():
             kept = np.append(kept, sign * part.values[:, column])
             numbers = np.append(numbers, start + np.arange(len(part.rows)))
             start += len(part.rows)
             valid = np.flatnonzero(~np.isnan(kept))
             order = valid[np.argsort(kept[valid], kind="stable")[:count]]
-            kept, numbers = kept[order], numbers[order]
+            kept = kept[order]
+            numbers = numbers[order]
         return numbers
 
     def to_csv(self, file: TextFile) -> None:

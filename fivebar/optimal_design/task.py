@@ -114,8 +114,10 @@ class Task:
             weights = np.outer(_trapezium(n), _trapezium(m)).ravel()
             return np.stack(grid, axis=-1).reshape(-1, 2), weights, np.full(m * n, np.nan)
         cx, cy, radius = self.disc
-        rho, phi = radius * np.linspace(0, 1, m), 2 * np.pi * np.arange(n) / n
-        x, y = cx + np.outer(np.cos(phi), rho), cy + np.outer(np.sin(phi), rho)
+        rho = radius * np.linspace(0, 1, m)
+        phi = 2 * np.pi * np.arange(n) / n
+        x = cx + np.outer(np.cos(phi), rho)
+        y = cy + np.outer(np.sin(phi), rho)
         polar = np.outer(np.full(n, 1 / n), _trapezium(m))
         area = polar * rho
         points = np.stack([x, y], axis=-1).reshape(-1, 2)

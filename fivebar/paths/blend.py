@@ -41,10 +41,15 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     cut = np.zeros((2, len(lengths)))  # from the start and from the end of each piece
     is_corner = np.zeros(len(lengths) + 1, dtype=bool)
     is_corner[corner] = True
-    room = lengths * np.where(is_corner[:-1] & is_corner[1:], 0.5, 0.95)
+    room = lengths * np.where(
+        is_corner[:-1] & is_corner[1:],
+        0.5,
+        0.95,
+    )
     most = np.minimum(room[corner - 1], room[corner])
     reach = _reaches(path, corner, lengths, most, 0.999 * deviation)
-    corner, reach = corner[reach > 0], reach[reach > 0]
+    corner = corner[reach > 0]
+    reach = reach[reach > 0]
     cut[1, corner - 1] = cut[0, corner] = reach
     coefficients, own = _blends(path, corner, lengths, reach)
     rows, dwells, s = [], {}, 0.0
@@ -56,17 +61,32 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
             dwells[s] = asked[k]
         if k in blends:
             table = coefficients[blends[k]]
-            blend = Polynomial(np.stack([table.real, table.imag], axis=-1), float(own[blends[k]]))
-            rows.append((blend, path.pen[k], min(path.feed[k - 1], path.feed[k]), path.lines[k]))
+            blend = Polynomial(
+                np.stack([table.real, table.imag], axis=-1),
+                float(own[blends[k]]),
+            )
+            rows.append(
+                (
+                    blend,
+                    path.pen[k],
+                    min(path.feed[k - 1], path.feed[k]),
+                    path.lines[k],
+                )
+            )
             s += blend.length
-        first, last = cut[0, k], lengths[k] - cut[1, k]
+        first = cut[0, k]
+        last = lengths[k] - cut[1, k]
         if last - first > 1e-9 * lengths[k]:
             rest = piece if last - first == lengths[k] else piece.part(first, last)
             rows.append((rest, path.pen[k], path.feed[k], path.lines[k]))
             s += rest.length
     if len(path.pieces) in asked:
         dwells[s] = asked[len(path.pieces)]
-    return replace(path, **dict(zip(("pieces", "pen", "feed", "lines"), zip(*rows))), dwells=dwells)
+    return replace(
+        path,
+        **dict(zip(("pieces", "pen", "feed", "lines"), zip(*rows))),
+        dwells=dwells,
+    )
 
 
 def _corners(path, curvature):
@@ -74,7 +94,8 @@ def _corners(path, curvature):
     back.
     """
     n = len(path.pieces)
-    before, after = np.arange(n - 1), np.arange(1, n)
+    before = np.arange(n - 1)
+    after = np.arange(1, n)
     _, d0, c0, _ = path.on(before, [piece.length for piece in path.pieces[:-1]])
     _, d1, c1, _ = path.on(after, 0.0)
     jumps = np.linalg.norm(d1 - d0, axis=-1) > SMOOTH
@@ -93,7 +114,8 @@ def _reaches(path, corner, lengths, most, deviation):
     """How far from each corner, m, its blend begins: the farthest, to `most`, that keeps within the
     deviation.
     """
-    least, best = np.zeros(len(corner)), np.zeros(len(corner))
+    least = np.zeros(len(corner))
+    best = np.zeros(len(corner))
     most, reach = most.copy(), np.minimum(most, 4 * deviation)
     left = np.arange(len(corner))
     for _ in range(ROUNDS):
@@ -102,20 +124,26 @@ def _reaches(path, corner, lengths, most, deviation):
         best[left[kept]] = least[left[kept]] = reach[left[kept]]
         most[left[~kept]] = reach[left[~kept]]
         rough = ~(kept & ((off > NEAR * deviation) | (reach[left] >= most[left])))
-        left, off = left[rough], off[rough]
+        left = left[rough]
+        off = off[rough]
         if not len(left):
             break
         # It goes as a power of the reach: the first at corners, a higher one where only the
         # curvature jumps.
         guess = reach[left] * np.minimum(
-            (1 + NEAR) / 2 * deviation / np.maximum(off, deviation / 100), 10
+            (1 + NEAR) / 2 * deviation / np.maximum(off, deviation / 100),
+            10,
         )
         inside = (guess > least[left]) & (guess < most[left])
         last = guess >= most[left]
         reach[left] = np.where(
             inside,
             guess,
-            np.where(last & (most[left] > reach[left]), most[left], (least[left] + most[left]) / 2),
+            np.where(
+                last & (most[left] > reach[left]),
+                most[left],
+                (least[left] + most[left]) / 2,
+            ),
         )
     return best
 
@@ -123,7 +151,11 @@ def _reaches(path, corner, lengths, most, deviation):
 def _blends(path, corner, lengths, reach):
     """Coefficients (n, 6), complex, of the quintics, and their lengths (n,)."""
     before, after = (
-        path.on(k, s)[:3] for k, s in ((corner - 1, lengths[corner - 1] - reach), (corner, reach))
+        path.on(k, s)[:3]
+        for k, s in (
+            (corner - 1, lengths[corner - 1] - reach),
+            (corner, reach),
+        )
     )
     ends = tuple(tuple(each @ (1, 1j) for each in end) for end in (before, after))
     powers = ((1 + NODES) / 2)[:, None] ** np.arange(5) * np.arange(1, 6)
@@ -139,9 +171,13 @@ def _off(path, corner, lengths, reach):
     powers = ALONG[:, None] ** np.arange(6)
     for first in range(0, len(corner), 512):
         part = slice(first, first + 512)
-        own, far = corner[part], reach[part, None]
+        own = corner[part]
+        far = reach[part, None]
         blend = _blends(path, own, lengths, reach[part])[0] @ powers.T
-        before = path.on(own[:, None] - 1, lengths[own - 1][:, None] - far * (1 - ALONG))[0]
+        before = path.on(
+            own[:, None] - 1,
+            lengths[own - 1][:, None] - far * (1 - ALONG),
+        )[0]
         after = path.on(own[:, None], far * ALONG)[0]
         sides = np.concatenate([before, after[:, 1:]], axis=1) @ (1, 1j)
         found[part] = np.maximum(_to_polyline(blend, sides), _to_polyline(sides, blend))
@@ -153,5 +189,9 @@ def _to_polyline(points, line):
     chord = np.diff(line)[:, None, :]
     away = points[:, :, None] - line[:, None, :-1]
     square = np.abs(chord) ** 2
-    along = np.clip((away * chord.conj()).real / np.where(square > 0, square, 1.0), 0, 1)
+    along = np.clip(
+        (away * chord.conj()).real / np.where(square > 0, square, 1.0),
+        0,
+        1,
+    )
     return np.abs(away - along * chord).min(axis=2).max(axis=1)

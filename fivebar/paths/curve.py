@@ -56,7 +56,8 @@ class Path(Plotted):
     lines: tuple[int | None, ...] = None
 
     def __post_init__(self) -> None:
-        pieces, notes = _listed(self.pieces, "pieces"), _listed(self.notes, "notes")
+        pieces = _listed(self.pieces, "pieces")
+        notes = _listed(self.notes, "notes")
         if not pieces:
             raise ValueError("Path: no pieces: a path needs at least one")
         for k, piece in enumerate(pieces):
@@ -67,7 +68,13 @@ class Path(Plotted):
         n = len(pieces)
         pen = _each(self.pen, True, _down, n, "pen")
         feed = _each(self.feed, np.inf, _speed, n, "feed")
-        lines = _each(self.lines, None, optional(whole(1, 10**12)), n, "lines")
+        lines = _each(
+            self.lines,
+            None,
+            optional(whole(1, 10**12)),
+            n,
+            "lines",
+        )
         for name, value in (
             ("pieces", pieces),
             ("pen", pen),
@@ -77,8 +84,12 @@ class Path(Plotted):
         ):
             object.__setattr__(self, name, value)
         order = np.arange(n)
-        starts, ends = self.on(order, 0.0)[0], self.on(order, [piece.length for piece in pieces])[0]
-        gap = np.linalg.norm(starts[1:] - ends[:-1], axis=-1)
+        starts = self.on(order, 0.0)[0]
+        ends = self.on(order, [piece.length for piece in pieces])[0]
+        gap = np.linalg.norm(
+            starts[1:] - ends[:-1],
+            axis=-1,
+        )
         if gap.max(initial=0.0) > GAP * (np.abs(ends).max() + self.length):
             k = int(gap.argmax())
             raise ValueError(
@@ -98,9 +109,15 @@ class Path(Plotted):
             knot = float(self._edges[k])
             rests[knot] = rests.get(knot, 0.0) + not_negative(seconds, "Path: seconds of dwells")
         object.__setattr__(
-            self, "dwells", {s: seconds for s, seconds in sorted(rests.items()) if seconds}
+            self,
+            "dwells",
+            {s: seconds for s, seconds in sorted(rests.items()) if seconds},
         )
-        object.__setattr__(self, "stops", tuple(Stop(*each) for each in sorted(rests.items())))
+        object.__setattr__(
+            self,
+            "stops",
+            tuple(Stop(*each) for each in sorted(rests.items())),
+        )
 
     def __repr__(self) -> str:
         ends = (
@@ -109,9 +126,17 @@ class Path(Plotted):
         )
         down = sum(piece.length for piece, down in zip(self.pieces, self.pen) if down)
         drawn = "" if all(self.pen) else f"{down:.6g} m of it drawn"
-        rests = f"{len(self.stops) - 2} stops on the way" if len(self.stops) > 2 else ""
+        if len(self.stops) > 2:
+            rests = f"{len(self.stops) - 2} stops on the way"
+        else:
+            rests = ""
         return one_line(
-            "Path", f"{len(self.pieces)} pieces", f"{self.length:.6g} m", drawn, *ends, rests
+            "Path",
+            f"{len(self.pieces)} pieces",
+            f"{self.length:.6g} m",
+            drawn,
+            *ends,
+            rests,
         )
 
     @cached_property
@@ -136,13 +161,19 @@ class Path(Plotted):
             raise ValueError(
                 f"Path: s must be from 0 to {self.length:g} m, not {shown(s[outside].tolist())}"
             )
-        k = np.clip(np.searchsorted(self._edges, inside, side="right") - 1, 0, len(self.pieces) - 1)
+        k = np.clip(
+            np.searchsorted(self._edges, inside, side="right") - 1,
+            0,
+            len(self.pieces) - 1,
+        )
         return self.on(k, inside - self._edges[k])
 
     def on(self, k: ArrayLike, s: ArrayLike) -> tuple[np.ndarray, ...]:
         """As path(s), on pieces[k] at s from 0 to its own length; k, s: numbers or (n,)."""
         k, s = np.broadcast_arrays(np.asarray(k), np.asarray(s, float))
-        shape, k, s = k.shape, k.ravel(), s.ravel()
+        shape = k.shape
+        k = k.ravel()
+        s = s.ravel()
         arcs, tables, lengths, is_arc, own = self._packed
         found = np.empty((ORDERS, len(k), 2))
         for at in (is_arc[k], ~is_arc[k]):
@@ -199,9 +230,13 @@ class Path(Plotted):
     def _rests(self):
         """s where the pen changes, or xi_s jumps."""
         n = len(self.pieces)
-        before, after = np.arange(n - 1), np.arange(1, n)
+        before = np.arange(n - 1)
+        after = np.arange(1, n)
         lengths = np.array([piece.length for piece in self.pieces])
-        jump = np.linalg.norm(self.on(after, 0.0)[1] - self.on(before, lengths[:-1])[1], axis=-1)
+        jump = np.linalg.norm(
+            self.on(after, 0.0)[1] - self.on(before, lengths[:-1])[1],
+            axis=-1,
+        )
         return self._edges[1:-1][(jump > SMOOTH) | (np.diff(self.pen) != 0)]
 
 
@@ -227,7 +262,9 @@ def _listed(given, name):
 
 
 def _speed(value, name):
-    return math.inf if isinstance(value, float) and value == math.inf else positive(value, name)
+    if isinstance(value, float) and value == math.inf:
+        return math.inf
+    return positive(value, name)
 
 
 def _down(value, name):
@@ -236,12 +273,17 @@ def _down(value, name):
     return bool(value)
 
 
-def _each(given: Iterable | None, usual, rule, n, name):
-    values = (
-        (usual,) * n
-        if given is None
-        else tuple(rule(each, f"Path: {name}") for each in _listed(given, name))
-    )
+def _each(
+    given: Iterable | None,
+    usual,
+    rule,
+    n,
+    name,
+):
+    if given is None:
+        values = (usual,) * n
+    else:
+        values = tuple(rule(each, f"Path: {name}") for each in _listed(given, name))
     if len(values) != n:
         raise ValueError(f"Path: {name} has {len(values)} values for {n} pieces")
     return values

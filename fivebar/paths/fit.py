@@ -48,7 +48,11 @@ class Ellipse:
 
     def moved(self, by: complex, turned: complex) -> Ellipse:
         return Ellipse(
-            by + turned * self.centre, turned * self.a, turned * self.b, self.t0, self.t1
+            by + turned * self.centre,
+            turned * self.a,
+            turned * self.b,
+            self.t0,
+            self.t1,
         )
 
 
@@ -74,9 +78,12 @@ def fitted(curves: list[Bezier] | list[Ellipse], within: float) -> list[list[Pol
         for k in np.flatnonzero(good & (length > 0)):
             found.append((rows[k], start[k], coefficients[k], length[k]))
         again = ~good & (length > 0)
-        rows, start, end = np.tile(rows[again], 2), start[again], end[again]
+        rows = np.tile(rows[again], 2)
+        start = start[again]
+        end = end[again]
         middle = (start + end) / 2
-        start, end = np.concatenate([start, middle]), np.concatenate([middle, end])
+        start = np.concatenate([start, middle])
+        end = np.concatenate([middle, end])
         if not len(rows):
             break
     pieces = [[] for _ in curves]
@@ -92,8 +99,13 @@ def quintic(ends: tuple, length: np.ndarray) -> np.ndarray:
     xi_ss) of either.
     """
     (p0, d0, c0), (p1, d1, c1) = ends
-    d0, d1, c0, c1 = d0 * length, d1 * length, c0 * length**2, c1 * length**2
-    rise, first, last = p1 - p0 - d0 - c0 / 2, d1 - d0 - c0, c1 - c0
+    d0 = d0 * length
+    d1 = d1 * length
+    c0 = c0 * length**2
+    c1 = c1 * length**2
+    rise = p1 - p0 - d0 - c0 / 2
+    first = d1 - d0 - c0
+    last = c1 - c0
     return np.stack(
         [
             p0,
@@ -120,13 +132,22 @@ def _off(curve, rows, start, end, coefficients, length):
     p = coefficients @ powers.T
     speed = np.abs(coefficients[:, 1:] @ (powers[:, :5] * np.arange(1, 6)).T)
     steady = np.abs(speed - length[:, None]).max(axis=1) <= STEADY * length
-    low, high = start[:, None], end[:, None]
+    low = start[:, None]
+    high = end[:, None]
     t = low + (high - low) * SEEN
     for _ in range(6):  # to the foot of each point
         z, dz, _ = curve(rows[:, None], t)
         square = np.abs(dz) ** 2
-        t = np.clip(t + ((p - z) * dz.conj()).real / np.where(square > 0, square, 1.0), low, high)
-    return np.where(steady, np.abs(curve(rows[:, None], t)[0] - p).max(axis=1), np.inf)
+        t = np.clip(
+            t + ((p - z) * dz.conj()).real / np.where(square > 0, square, 1.0),
+            low,
+            high,
+        )
+    return np.where(
+        steady,
+        np.abs(curve(rows[:, None], t)[0] - p).max(axis=1),
+        np.inf,
+    )
 
 
 class _Curves:
@@ -145,8 +166,16 @@ class _Curves:
         still = np.abs(toward) <= 1e-9 * self.size[rows]
         toward = np.where(still, self.third(rows), toward)
         size = np.abs(toward)
-        tangent = np.where(size > 0, toward / np.where(size > 0, size, 1.0), 1.0)
-        curvature = np.where(lost, 0.0, (dz.conj() * ddz).imag / np.where(lost, 1.0, speed) ** 3)
+        tangent = np.where(
+            size > 0,
+            toward / np.where(size > 0, size, 1.0),
+            1.0,
+        )
+        curvature = np.where(
+            lost,
+            0.0,
+            (dz.conj() * ddz).imag / np.where(lost, 1.0, speed) ** 3,
+        )
         return z, tangent, 1j * curvature * tangent
 
 
@@ -198,7 +227,10 @@ class _Ellipses(_Curves):
     def __call__(self, rows, t):
         span = (self.t1 - self.t0)[rows]
         angle = self.t0[rows] + span * t
-        cos, sin, a, b = np.cos(angle), np.sin(angle), self.a[rows], self.b[rows]
+        cos = np.cos(angle)
+        sin = np.sin(angle)
+        a = self.a[rows]
+        b = self.b[rows]
         return (
             self.centre[rows] + a * cos + b * sin,
             span * (b * cos - a * sin),

@@ -106,7 +106,10 @@ class Arc(Ends):
     def __repr__(self) -> str:
         turned = f"from {self.angle0:.6g} to {self.angle1:.6g} rad"
         return one_line(
-            "Arc", vector("about", self.centre, "m"), f"radius {self.radius:.6g} m", turned
+            "Arc",
+            vector("about", self.centre, "m"),
+            f"radius {self.radius:.6g} m",
+            turned,
         )
 
     @property
@@ -120,12 +123,14 @@ class Arc(Ends):
 
     def __call__(self, s: ArrayLike) -> tuple[np.ndarray, ...]:
         return on_arcs(
-            np.array([*self.centre, self.radius, self.angle0, self.side]), np.asarray(s, float)
+            np.array([*self.centre, self.radius, self.angle0, self.side]),
+            np.asarray(s, float),
         )
 
     def part(self, first: float, last: float) -> Arc:
         """From s = first to s = last."""
-        span, length = self.angle1 - self.angle0, self.length
+        span = self.angle1 - self.angle0
+        length = self.length
         return Arc(
             self.centre, self.radius, *(self.angle0 + span * (s / length) for s in (first, last))
         )
@@ -134,7 +139,12 @@ class Arc(Ends):
         """All points z = x + i y put to by + turned z."""
         turn = math.atan2(turned.imag, turned.real)
         centre = _xy(by + turned * complex(*self.centre))
-        return Arc(centre, self.radius * abs(turned), self.angle0 + turn, self.angle1 + turn)
+        return Arc(
+            centre,
+            self.radius * abs(turned),
+            self.angle0 + turn,
+            self.angle1 + turn,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +190,8 @@ class Polynomial(Ends):
 
     def part(self, first: float, last: float) -> Polynomial:
         """From s = first to s = last."""
-        a, b = first / self.length, (last - first) / self.length
+        a = first / self.length
+        b = (last - first) / self.length
         n = len(self.coefficients)
         shift = np.array(
             [
@@ -194,7 +205,10 @@ class Polynomial(Ends):
         """All points z = x + i y put to by + turned z."""
         z = turned * (self.coefficients @ (1, 1j))
         z[0] += by
-        return Polynomial(np.stack([z.real, z.imag], axis=-1), self.length * abs(turned))
+        return Polynomial(
+            np.stack([z.real, z.imag], axis=-1),
+            self.length * abs(turned),
+        )
 
 
 Piece = Line | Arc | Polynomial
@@ -217,7 +231,13 @@ def on_arcs(arcs: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, ...]:
     x, y, radius, angle, side = np.moveaxis(arcs, -1, 0)
     angle = angle + side * s / radius
     u = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    v = np.stack([-u[..., 1], u[..., 0]], axis=-1) * np.asarray(side)[..., None]
+    v = (
+        np.stack(
+            [-u[..., 1], u[..., 0]],
+            axis=-1,
+        )
+        * np.asarray(side)[..., None]
+    )
     radius = np.asarray(radius)[..., None]
     return np.stack([x, y], axis=-1) + radius * u, v, -u / radius, -v / radius**2
 

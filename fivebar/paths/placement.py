@@ -65,10 +65,18 @@ class Placement:
     def after(self, first: Placement) -> Placement:
         """The one that places as `first` and then this one do."""
         x, y = self(first.shift)
-        return Placement((float(x), float(y)), self.turn + first.turn, self.scale * first.scale)
+        return Placement(
+            (float(x), float(y)),
+            self.turn + first.turn,
+            self.scale * first.scale,
+        )
 
     @property
     def inverse(self) -> Placement:
         """The one that puts all back."""
         z = -complex(*self.shift) / self.turned
-        return Placement((z.real, z.imag), -self.turn, 1 / self.scale)
+        return Placement(
+            (z.real, z.imag),
+            -self.turn,
+            1 / self.scale,
+        )

@@ -68,7 +68,10 @@ class Setpoints:
 
 @takes(robot=must_be_robot, reference=a_callable, rate=positive, working=optional(modes(2)))
 def setpoints(
-    robot: Robot, reference: Callable, rate: float = 1000.0, working: tuple[int, int] | None = None
+    robot: Robot,
+    reference: Callable,
+    rate: float = 1000.0,
+    working: tuple[int, int] | None = None,
 ) -> Setpoints:
     """The joint coordinates of a motion, `rate` times a second, its first and its last instant
     among them: Setpoints.
@@ -79,7 +82,12 @@ def setpoints(
     SingularityError where the motion is out of reach or crosses Type 1.
     """
     steps = math.ceil(reference.duration * rate * (1 - 1e-12))
-    bounded(steps, MOST_ROWS, f"setpoints: {reference.duration:g} s at {rate:g} Hz", 40)
+    bounded(
+        steps,
+        MOST_ROWS,
+        f"setpoints: {reference.duration:g} s at {rate:g} Hz",
+        40,
+    )
     t = np.arange(steps + 1) / rate
     times = getattr(reference, "start", 0.0) + t
     modes_own = getattr(reference, "working", None)
@@ -90,6 +98,13 @@ def setpoints(
     else:
         xi, xi_dot, _ = reference(times)
         rates = ikm(igm(robot, xi, working or modes_own or (-1, -1)), xi_dot)
-        q, q_dot = rates.pose.q, rates.q_dot
+        q = rates.pose.q
+        q_dot = rates.q_dot
     pen = pen_down(reference, times) if hasattr(reference, "path") else None
-    return Setpoints(robot, t, np.unwrap(q, axis=0) if robot.turns else q, q_dot, pen)
+    return Setpoints(
+        robot,
+        t,
+        np.unwrap(q, axis=0) if robot.turns else q,
+        q_dot,
+        pen,
+    )

@@ -16,8 +16,17 @@ def outlines(path: Path, each: int = 33) -> list[np.ndarray]:
     """The strokes of a path as points (n, 2) m, so many of each piece."""
     found = []
     for rows in runs(np.array(path.pen)):
-        k, u = np.meshgrid(np.arange(rows.start, rows.stop), np.linspace(0, 1, each), indexing="ij")
-        found.append(path.on(k, u * np.diff(path.knots)[k])[0].reshape(-1, 2))
+        k, u = np.meshgrid(
+            np.arange(rows.start, rows.stop),
+            np.linspace(0, 1, each),
+            indexing="ij",
+        )
+        found.append(
+            path.on(k, u * np.diff(path.knots)[k])[0].reshape(
+                -1,
+                2,
+            )
+        )
     return found
 
 
@@ -36,7 +45,17 @@ def cut(path: Path) -> list[Path]:
     """The strokes of a path, each a path of its own."""
     found = []
     for rows in runs(np.array(path.pen)):
-        first, last = path.knots[rows.start], path.knots[rows.stop]
+        first = path.knots[rows.start]
+        last = path.knots[rows.stop]
         dwells = {s - first: seconds for s, seconds in path.dwells.items() if first <= s <= last}
-        found.append(Path(path.pieces[rows], None, dwells, path.feed[rows], (), path.lines[rows]))
+        found.append(
+            Path(
+                path.pieces[rows],
+                None,
+                dwells,
+                path.feed[rows],
+                (),
+                path.lines[rows],
+            )
+        )
     return found

@@ -38,7 +38,8 @@ class Scheme:
     """
 
     def __init__(self, c: Sequence[float], shared: bool) -> None:
-        self.c, self.shared = np.asarray(c, dtype=float), shared
+        self.c = np.asarray(c, dtype=float)
+        self.shared = shared
         k = np.arange(len(self.c))
         self.to_power = np.linalg.inv(self.c[:, None] ** k)
         binomials = np.zeros((len(k), len(k)))
@@ -56,7 +57,8 @@ class Scheme:
 
         They are multiplied by the acceleration's values at the points.
         """
-        k, sigma = np.arange(len(self.c)), np.asarray(sigma)[..., None]
+        k = np.arange(len(self.c))
+        sigma = np.asarray(sigma)[..., None]
         acceleration = sigma**k
         velocity = sigma ** (k + 1) / (k + 1)
         position = sigma ** (k + 2) / ((k + 1) * (k + 2))
@@ -107,21 +109,25 @@ class Pieces:
             0,
             len(self.xi) - 1,
         )
-        return k, np.clip((t - self.knots[k]) / self.widths[k], 0.0, 1.0)
+        return k, np.clip(
+            (t - self.knots[k]) / self.widths[k],
+            0.0,
+            1.0,
+        )
 
     @cached_property
     def _table(self):
         """Coefficients (n, s + 2, 8) of powers of the place in each interval."""
-        s, h, n = (
-            len(self.scheme.c),
-            self.widths[:, None, None],
-            self.xi.shape[1],
-        )
+        s = len(self.scheme.c)
+        h = self.widths[:, None, None]
+        n = self.xi.shape[1]
         a, tau = (self.scheme.to_power @ values for values in (self.xi_ddot, self.tau))
         k = np.arange(s)[:, None]
         table = np.zeros((len(h), s + 2, 3 * n + 2))
-        position, velocity = slice(n), slice(n, 2 * n)
-        acceleration, torque = slice(2 * n, 3 * n), slice(3 * n, None)
+        position = slice(n)
+        velocity = slice(n, 2 * n)
+        acceleration = slice(2 * n, 3 * n)
+        torque = slice(3 * n, None)
         table[:, 0, position] = self.xi
         table[:, 1, position] = h[:, 0] * self.xi_dot
         table[:, 2:, position] = h**2 * a / ((k + 1) * (k + 2))

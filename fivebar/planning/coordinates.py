@@ -51,10 +51,18 @@ class TaskCoordinates:
 
     def defect(self, motion: np.ndarray, acc: Accelerations) -> np.ndarray:
         """Return |m xi'' - A^T lambda|, N, with lambda = B^-1 (tau - Z q'')."""
-        push, _ = bar_force_dynamics(acc, drives_forces(acc, (motion[..., -2], motion[..., -1])))
+        push, _ = bar_force_dynamics(
+            acc,
+            drives_forces(acc, (motion[..., -2], motion[..., -1])),
+        )
         return np.hypot(*push)
 
-    def point(self, program: Program, c: list, control: ca.SX) -> tuple:
+    def point(
+        self,
+        program: Program,
+        c: list,
+        control: ca.SX,
+    ) -> tuple:
         """Return residual, tau, Accelerations at c, c', c'' (SI) and scaled controls."""
         acc = ikm2(
             ikm(igm(program.problem.model, c[0], self.working), c[1]),
@@ -90,7 +98,12 @@ class BarCoordinates:
 
     def accelerations(self, robot: Robot, motion: np.ndarray) -> Accelerations:
         components = [motion[..., k] for k in range(12)]
-        return _accelerations(robot, components[:4], components[4:8], components[8:])
+        return _accelerations(
+            robot,
+            components[:4],
+            components[4:8],
+            components[8:],
+        )
 
     def defect(self, motion: np.ndarray, acc: Accelerations) -> np.ndarray:
         """Return mass x bar x the accelerations that the torques do not explain, N."""
@@ -106,7 +119,12 @@ class BarCoordinates:
             mass = abs(robot.m) + sum(map(abs, robot.inertias)) / robot.distal[0] ** 2
         return mass * max(robot.distal) * np.abs(error).max(axis=-1)
 
-    def point(self, program: Program, c: list, control: ca.SX) -> tuple:
+    def point(
+        self,
+        program: Program,
+        c: list,
+        control: ca.SX,
+    ) -> tuple:
         robot = program.problem.model
         acc = _accelerations(robot, *(ca.vertsplit(value) for value in c))
         tau = program.torque * control
@@ -133,7 +151,9 @@ def _accelerations(robot, a, a_dot, a_ddot):
     """Return the Accelerations of the four bars; the end-effector is the left leg's."""
     rates = bars_rates(robot, a, a_dot)
     pose = rates.pose
-    drive, leg, bar = robot.drives[0], pose.legs[0], robot.distal[0]
+    drive = robot.drives[0]
+    leg = pose.legs[0]
+    bar = robot.distal[0]
     tx, ty = drive.tangent(leg.direction)
     ux, uy = leg.distal
     along, across = drive.bends(leg.sine, leg.cosine)  # of P'', on the distal bar

@@ -66,7 +66,8 @@ def crossing_polynomial(
     2008.
     """
     rates = ikm(igm(robot, crossing, working), velocity)
-    pose, slope = rates.pose, rates.margin_rates[2]
+    pose = rates.pose
+    slope = rates.margin_rates[2]
     if abs(pose.det_A) > 1e-6:
         at = f"det A = {pose.det_A:.3g} in working modes {working}"
         raise ValueError(f"crossing_polynomial: the crossing is not on Type 2: {at}")

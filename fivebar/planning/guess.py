@@ -78,7 +78,8 @@ def first_guess(
         times.append(end + duration * (sigma - 1))
         derivatives = [value / duration**order for order, value in enumerate(motion)]
         rows.append(np.concatenate([*derivatives, np.zeros((len(sigma), 2))], axis=1))
-    times, table = np.concatenate(times), np.concatenate(rows)
+    times = np.concatenate(times)
+    table = np.concatenate(rows)
     return lambda t: _interpolated(t, times, table), durations
 
 
@@ -95,12 +96,13 @@ def _time_needed(problem, motion, duration):
 
     Torque goes as 1 / time^2, speed as 1 / time.
     """
-    motion = np.concatenate([m / duration**i for i, m in enumerate(motion)], axis=1)
-    acc, limits, weights = (
-        problem.accelerations(motion),
-        problem.constraints,
-        problem.weights,
+    motion = np.concatenate(
+        [m / duration**i for i, m in enumerate(motion)],
+        axis=1,
     )
+    acc = problem.accelerations(motion)
+    limits = problem.constraints
+    weights = problem.weights
     regular = np.abs(acc.rates.pose.det_A) > 0.1
     tau = np.zeros((1, 2))
     if regular.any():
@@ -125,12 +127,13 @@ def _path(problem, a, b):
     straight = a + np.linspace(0, 1, 101)[:, None] * (b - a)
     if (_blocked(problem, straight) <= 0).all():
         return straight
-    low, high = (
-        np.minimum(a, b) - 2 * problem.length,
-        np.maximum(a, b) + 2 * problem.length,
-    )
+    low = np.minimum(a, b) - 2 * problem.length
+    high = np.maximum(a, b) + 2 * problem.length
     axes = [np.linspace(low[i], high[i], GRID) for i in (0, 1)]
-    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(
+        -1,
+        2,
+    )
     blocked = np.maximum(_blocked(problem, nodes), 0.0)
     # Edges from each node to its eight neighbours.
     number = np.arange(GRID**2).reshape(GRID, GRID)

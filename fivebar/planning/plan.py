@@ -183,7 +183,8 @@ def plan(
     free = isinstance(start, Pose) or isinstance(goal, Pose)
     working = (-1, -1)
     if free and constraints.sin:
-        free, working = False, working_modes(start, goal)
+        free = False
+        working = working_modes(start, goal)
     if not free:
         constraints = replace(constraints, sin=constraints.sin or LEAST_SIN)
     weights = checked_weights(objective)
@@ -235,7 +236,10 @@ def _best(problems, collocation, began):
 
     problems: (problem, paths, length), the shortest first.
     """
-    candidates, tried, work, last = [], 0, 0, None
+    candidates = []
+    tried = 0
+    work = 0
+    last = None
     for problem, paths, length in problems:
         refuse_massless(problem)
         too_long = candidates and length > LONGEST * candidates[0].length
@@ -298,17 +302,13 @@ class _Search:
     """Solve, refine the mesh where the plan is inaccurate, solve again; or name what is wrong."""
 
     def __init__(self, problem, collocation, began):
-        self.problem, self.collocation, self.began = (
-            problem,
-            collocation,
-            began,
-        )
+        self.problem = problem
+        self.collocation = collocation
+        self.began = began
         self.tolerance = collocation.tolerance
-        self.meshes, self.best, self.refinements = (
-            [],
-            None,
-            0,
-        )  # best: the last converged plan
+        self.meshes = []
+        self.best = None
+        self.refinements = 0  # best: the last converged plan
 
     def lifted(self, mesh, durations, guess):
         """Return (durations, guess), with gravity from motions under ever more of it."""
@@ -323,10 +323,8 @@ class _Search:
             found, plan = search.solve(mesh, durations, guess, iterations=GUESSING)
             self.meshes += search.meshes
             if found.solved:
-                durations, guess = (
-                    found.durations,
-                    guess_again(plan, found),
-                )
+                durations = found.durations
+                guess = guess_again(plan, found)
         return durations, guess
 
     def run(self, mesh, durations, guess):
@@ -448,5 +446,11 @@ def _refined(mesh, parts):
         own = parts[k : k + len(knots) - 1]
         k += len(own)
         place = np.concatenate([[0], np.cumsum(own)])
-        finer.append(np.interp(np.arange(place[-1] + 1), place, knots))
+        finer.append(
+            np.interp(
+                np.arange(place[-1] + 1),
+                place,
+                knots,
+            )
+        )
     return finer

@@ -164,13 +164,14 @@ class Plan(Animated):
         `dynamics.bar_forces`.
         """
         motion = self.motion(t)
-        acc, tau = (
-            self.problem.accelerations(motion, self.problem.model),
-            motion[..., -2:],
-        )
+        acc = self.problem.accelerations(motion, self.problem.model)
+        tau = motion[..., -2:]
         if self.working is None:
             return bar_forces(acc.rates, tau)
-        return np.stack(drives_forces(acc, (tau[..., 0], tau[..., 1])), axis=-1)
+        return np.stack(
+            drives_forces(acc, (tau[..., 0], tau[..., 1])),
+            axis=-1,
+        )
 
     @property
     def nodes(self) -> np.ndarray:
@@ -215,7 +216,12 @@ class Plan(Animated):
         motion, acc = self._fine
         pose = acc.rates.pose
         sines = self.problem.signed_sines(pose)
-        excess = self.problem.violations(acc.rates.q_dot, acc.xi_ddot, motion[..., -2:], sines)
+        excess = self.problem.violations(
+            acc.rates.q_dot,
+            acc.xi_ddot,
+            motion[..., -2:],
+            sines,
+        )
         reach = np.hypot(*loop_gap(pose)) if self.working is None else -pose.reach_margin
         return excess | {"reach": reach}
 
@@ -263,11 +269,9 @@ class Plan(Animated):
             "begins": np.hstack([pieces.xi, pieces.xi_dot]),
         }
         ends = 0 if rule.shared else 1  # nodes of Legendre and Gauss lie inside
-        t, n, index = (
-            self.nodes,
-            problem.coordinates.size,
-            rule.points(len(pieces.xi)) + ends,
-        )
+        t = self.nodes
+        n = problem.coordinates.size
+        index = rule.points(len(pieces.xi)) + ends
         t = np.concatenate([[0.0] * ends, t, [self.duration] * ends])
         motion = self.motion(t)
         # The values themselves, to the last bit.

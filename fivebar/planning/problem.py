@@ -59,11 +59,9 @@ class PlanError(RuntimeError):
         status: str = "",
     ) -> None:
         super().__init__(message)
-        self.violations, self.plan, self.status = (
-            violations,
-            plan,
-            status,
-        )
+        self.violations = violations
+        self.plan = plan
+        self.status = status
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,10 +253,19 @@ def refuse_broken(plan: Plan, tolerance: float) -> Plan:
 
 def stop_names(count: int) -> list[str]:
     """Return the names of so many stops."""
-    return ["start", *(f"via[{k}]" for k in range(count - 2)), "goal"]
+    return [
+        "start",
+        *(f"via[{k}]" for k in range(count - 2)),
+        "goal",
+    ]
 
 
-def timed(start: object, goal: object, duration: float | None, via: Iterable) -> list[tuple]:
+def timed(
+    start: object,
+    goal: object,
+    duration: float | None,
+    via: Iterable,
+) -> list[tuple]:
     """Return [(name, time or None, point), ...] of all stops, in the order of their times."""
     try:
         via = [(t, point) for t, point in via]
@@ -266,7 +273,8 @@ def timed(start: object, goal: object, duration: float | None, via: Iterable) ->
         raise ValueError(
             f"plan: via must be [(time or None, point), ...], not {shown(via)}"
         ) from None
-    found, last = [("start", 0.0, start)], 0.0
+    found = [("start", 0.0, start)]
+    last = 0.0
     for name, (t, point) in zip(stop_names(len(via) + 2)[1:], [*via, (duration, goal)]):
         if t is not None:
             words = "plan: duration" if name == "goal" else f"plan: the time of {name}"
@@ -275,7 +283,12 @@ def timed(start: object, goal: object, duration: float | None, via: Iterable) ->
     return found
 
 
-def checked_stops(start: object, goal: object, duration: float | None, via: Iterable) -> tuple:
+def checked_stops(
+    start: object,
+    goal: object,
+    duration: float | None,
+    via: Iterable,
+) -> tuple:
     """Return ((conditions, time or None), ...); ValueError for stops that are none."""
     stops = []
     for name, t, point in timed(start, goal, duration, via):

@@ -95,10 +95,8 @@ def solve(
     unpack = ca.Function("unpack", [variables], [*program.variables, program.tau])
     solution = [matrix.full().T for matrix in unpack(result["x"])]
     objective = float(result["f"]) * program.cost_unit
-    status, iterations = (
-        stats["return_status"],
-        int(stats["iter_count"]),
-    )
+    status = stats["return_status"]
+    iterations = int(stats["iter_count"])
     return Solution(*program.in_si(solution), objective, status, iterations)
 
 
@@ -106,7 +104,9 @@ class Program:
     """Variables and constraints on one mesh, scaled to be near 1; vectors of points are columns."""
 
     def __init__(self, problem, mesh, durations, elastic):
-        self.problem, self.mesh, self.elastic = problem, mesh, elastic
+        self.problem = problem
+        self.mesh = mesh
+        self.elastic = elastic
         self.rule = problem.scheme
         sizes = [len(knots) - 1 for knots in mesh]
         self.first = np.cumsum([0, *sizes])  # interval in which each phase begins
@@ -133,7 +133,10 @@ class Program:
         ]
         # Durations that are all given are constants: the constraints on the motion are then linear.
         given = all(t is not None for _, t in problem.stops)
-        phases = ca.MX(ca.DM(np.asarray(durations) / self.time)) if given else self.phases
+        if given:
+            phases = ca.MX(ca.DM(np.asarray(durations) / self.time))
+        else:
+            phases = self.phases
         self.total = ca.sum1(phases)
         widths = ca.MX(ca.DM(np.concatenate([np.diff(knots) for knots in mesh])))
         self.h = (widths * phases[np.repeat(np.arange(len(mesh)), sizes).tolist(), 0]).T
@@ -146,7 +149,9 @@ class Program:
             self.xi_ddot,
             self.kept,
         ) = at_points
-        self.constraints, self.lower, self.upper = [], [], []
+        self.constraints = []
+        self.lower = []
+        self.upper = []
 
     def keep(self, expression, low=0.0, high=0.0, limit=None):
         """Add low <= expression <= high, numbers or one per row.
@@ -170,7 +175,10 @@ class Program:
         )
         interval = _interval(self.rule, self.coordinates.size).map(self.count)
         on_xi, on_xi_dot, end, end_dot = interval(
-            xi[:, :-1], xi_dot[:, :-1], self.h, xi_ddot_c[:, self.flat]
+            xi[:, :-1],
+            xi_dot[:, :-1],
+            self.h,
+            xi_ddot_c[:, self.flat],
         )
         # A point that two intervals share belongs to the later one.
         _, from_end = np.unique(self.index.ravel()[::-1], return_index=True)
@@ -183,7 +191,8 @@ class Program:
 
     def keep_limits(self):
         """Add the limits: of polynomials by their Bezier points, so between nodes too."""
-        limits, rule = self.problem.constraints, self.rule
+        limits = self.problem.constraints
+        rule = self.rule
         if limits.sin:
             self.keep(self.sines[:2, :], limits.sin, np.inf, "sin")
         if limits.det_A:
@@ -203,7 +212,10 @@ class Program:
             unit = self.length / self.time**2 / limits.acceleration
             part = self.rows(rule.to_bezier, self.xi_ddot) * unit
             limit = 1 + self.slack[LIMITS.index("acceleration")]
-            self.keep(ca.sum1(part * part) - limit**2, -np.inf)
+            self.keep(
+                ca.sum1(part * part) - limit**2,
+                -np.inf,
+            )
         if self.kept.numel():
             self.keep(self.kept, 0.0, np.inf, "poses")
 
@@ -249,7 +261,8 @@ class Program:
             "time": self.total,
             "jerk": integral(self.rule.square_slope, self.xi_ddot, 1 / self.h),
         }
-        weights, units = self.problem.weights, self.cost_units
+        weights = self.problem.weights
+        units = self.cost_units
         cost = sum(weights[name] * units[name] * terms[name] for name in terms if weights[name])
         return cost / self.cost_unit
 
@@ -267,18 +280,25 @@ class Program:
 
     def values(self, durations, guess):
         """Return the guess as one column; n columns of a matrix are n rows here."""
-        own, size = (
-            self.coordinates.units(self.problem),
-            self.coordinates.size,
-        )
+        own = self.coordinates.units(self.problem)
+        size = self.coordinates.size
         control = np.full(2, self.coordinates.control(self))
-        units = np.concatenate([own, own / self.time, own / self.time**2, control])
-        knots, borders = (
-            knots_of(self.mesh, durations),
-            (size, 2 * size, 3 * size),
+        units = np.concatenate(
+            [
+                own,
+                own / self.time,
+                own / self.time**2,
+                control,
+            ]
         )
+        knots = knots_of(self.mesh, durations)
+        borders = (size, 2 * size, 3 * size)
         at_knots = np.split(guess(knots) / units, borders, axis=1)
-        at_points = np.split(guess(self.rule.nodes(knots)) / units, borders, axis=1)
+        at_points = np.split(
+            guess(self.rule.nodes(knots)) / units,
+            borders,
+            axis=1,
+        )
         parts = [
             *at_knots[:2],
             *at_points,
@@ -311,10 +331,8 @@ class Program:
     def in_si(self, solution):
         """Return pieces, durations of the phases, controls and slack of a solution."""
         c, c_dot, _, _, c_ddot, controls, phases, slack, tau = solution
-        units, durations = (
-            self.coordinates.units(self.problem),
-            self.time * phases.ravel(),
-        )
+        units = self.coordinates.units(self.problem)
+        durations = self.time * phases.ravel()
         pieces = Pieces(
             self.rule,
             knots_of(self.mesh, durations),
@@ -340,7 +358,9 @@ def knots_of(mesh, durations):
 
 def _interval(rule, size):
     """Return (c, c', h, c'' at the points) -> (c, c' at the points, both at the end), scaled."""
-    x, v, h = ca.SX.sym("x", size), ca.SX.sym("v", size), ca.SX.sym("h")
+    x = ca.SX.sym("x", size)
+    v = ca.SX.sym("v", size)
+    h = ca.SX.sym("h")
     a = ca.SX.sym("a", size, len(rule.c))
     places = [*rule.c, 1.0]
     _, single, double = rule.powers(places)
@@ -357,12 +377,10 @@ def _interval(rule, size):
 
 def _point(program):
     """Return (c, c', c'', controls) -> residual, tau, sines, q', xi'', clearances, scaled."""
-    problem, own, length, time = (
-        program.problem,
-        program.coordinates,
-        program.length,
-        program.time,
-    )
+    problem = program.problem
+    own = program.coordinates
+    length = program.length
+    time = program.time
     units = ca.DM(own.units(problem))
     c = [ca.SX.sym(name, own.size) for name in ("c", "c_dot", "c_ddot")]
     controls = ca.SX.sym("controls", 2)

@@ -107,7 +107,12 @@ def from_csv(
         else:
             motion = _spline(t, points, smoothing)
         notes = _compared(motion, t, points, table.lines)
-    return Trajectory(float(t[0]), float(t[-1] - t[0]), motion, (*notes, *table.notes))
+    return Trajectory(
+        float(t[0]),
+        float(t[-1] - t[0]),
+        motion,
+        (*notes, *table.notes),
+    )
 
 
 def refuse_unclear_lengths(table: Columns) -> None:
@@ -170,7 +175,13 @@ def _spline(t, points, smoothing):
         with warnings.catch_warnings():
             warnings.simplefilter("error", RuntimeWarning)
             splines = [
-                make_splrep(t, values, k=5, s=len(t) * smoothing**2 / 2) for values in points.T
+                make_splrep(
+                    t,
+                    values,
+                    k=5,
+                    s=len(t) * smoothing**2 / 2,
+                )
+                for values in points.T
             ]
     except RuntimeWarning:
         what = (
@@ -227,15 +238,26 @@ def _polyline(t, points, deviation):
     )
 
     def motion(times):
-        k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
+        k = np.clip(
+            np.searchsorted(t, times, side="right") - 1,
+            0,
+            len(t) - 2,
+        )
         place = points[k] + slopes[k] * (times - t[k])[..., None]
-        values = np.concatenate([place, slopes[k], np.zeros((*np.shape(times), 2))], axis=-1)
+        values = np.concatenate(
+            [place, slopes[k], np.zeros((*np.shape(times), 2))],
+            axis=-1,
+        )
         for corner in (
             k,
             k + 1,
         ):  # those at the interval's start and end
             inner = (corner > 0) & (corner < len(t) - 1)
-            j = np.clip(corner - 1, 0, max(len(change) - 1, 0))
+            j = np.clip(
+                corner - 1,
+                0,
+                max(len(change) - 1, 0),
+            )
             if not inner.any():
                 continue
             w = (times - t[corner]) / half[j]
@@ -263,12 +285,24 @@ def _steps(t):
 
 def _compared(motion, t, points, lines):
     """Return notes: the distance from the chords, and the largest acceleration."""
-    step, chord = np.diff(t)[:, None], np.diff(points, axis=0)
-    values = motion((t[:-1, None] + step * WITHIN).ravel()).reshape(len(step), len(WITHIN), 6)
+    step = np.diff(t)[:, None]
+    chord = np.diff(points, axis=0)
+    values = motion((t[:-1, None] + step * WITHIN).ravel()).reshape(
+        len(step),
+        len(WITHIN),
+        6,
+    )
     away = values[..., :2] - points[:-1, None]
     square = np.maximum((chord**2).sum(axis=1), 1e-300)[:, None]
-    along = np.clip((away * chord[:, None]).sum(axis=2) / square, 0, 1)
-    off = np.linalg.norm(away - along[..., None] * chord[:, None], axis=2).max(axis=1)
+    along = np.clip(
+        (away * chord[:, None]).sum(axis=2) / square,
+        0,
+        1,
+    )
+    off = np.linalg.norm(
+        away - along[..., None] * chord[:, None],
+        axis=2,
+    ).max(axis=1)
     k = int(off.argmax())
     reached = np.linalg.norm(values[..., 4:], axis=2).max()
     if not np.isfinite(values).all() or not np.isfinite(reached):

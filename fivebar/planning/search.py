@@ -44,7 +44,8 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
 
     PlanError where no motion joins the poses, whatever it crosses.
     """
-    begin, end = bars(start), bars(goal)
+    begin = bars(start)
+    end = bars(goal)
     if robot.turns:
         images = [end + 2 * np.pi * np.array(turns) for turns in product((-1, 0, 1), repeat=4)]
         images.sort(key=lambda image: np.abs(image - begin).sum())
@@ -77,7 +78,8 @@ def _distinct(robot, paths):
     with np.errstate(invalid="ignore"):
         torn = ~(np.abs(np.diff(taut, axis=1)).max(axis=(1, 2)) < JUMP)
     taut[torn] = even[torn]
-    lengths, kept = _lengths(robot, taut)[:, -1], []
+    lengths = _lengths(robot, taut)[:, -1]
+    kept = []
     for k in np.lexsort((lengths, torn)):  # what could not be pulled comes last
         if all(np.abs(taut[k] - way.path).max() > SAME for way in kept):
             kept.append(Way(taut[k], float(lengths[k])))
@@ -112,7 +114,8 @@ def ways_between(
 
 def _stops(paths, times):
     """Return (stops, paths), where each path begins in the turn in which the last one ends."""
-    moved, stops = [paths[0]], [({0: paths[0][0], 1: np.zeros(4)}, 0.0)]
+    moved = [paths[0]]
+    stops = [({0: paths[0][0], 1: np.zeros(4)}, 0.0)]
     for path in paths[1:]:
         moved.append(path + (moved[-1][-1] - path[0]))
     for k, (path, t) in enumerate(zip(moved, times[1:]), start=1):
@@ -148,22 +151,28 @@ def _routes(robot, start, goal):
 
 
 def _waypoints(robot, route, begin, end):
-    points, everything = [begin], known_aspects(robot)
+    points = [begin]
+    everything = known_aspects(robot)
     if not route.passages:
         return [begin, _nearest(end, begin)]
     for before, after, passage in zip(route.aspects, route.aspects[1:], route.passages):
         points.append(_nearest(_at(robot, passage, everything[before - 1]), points[-1]))
         inner = everything[after - 1]
         points.append(_nearest(bars(igm(robot, inner.point, inner.working)), points[-1]))
-    return [*points[:-1], _nearest(end, points[-2])]
+    return [
+        *points[:-1],
+        _nearest(end, points[-2]),
+    ]
 
 
 def _at(robot, passage: Passage, aspect):
     """Return the bars where a passage is crossed, coming from an aspect."""
     if passage.leg is None:
         return bars(igm(robot, passage.xi, aspect.working, unreachable="nan"))
-    own, other = passage.leg, 1 - passage.leg
-    drive, bar = robot.drives[other], robot.distal[other]
+    own = passage.leg
+    other = 1 - passage.leg
+    drive = robot.drives[other]
+    bar = robot.distal[other]
     dyad = drive.close(tuple(passage.xi.tolist()), bar, aspect.working[other])
     q, (x, y) = drive.coordinate(drive.held(dyad)), drive.bar(dyad)
     phi = np.arctan2(y, x)
@@ -176,8 +185,10 @@ def _at(robot, passage: Passage, aspect):
         pairs[own] = folded + np.pi, folded
     else:
         x, y = passage.xi - (robot.drives[own].x, robot.drives[own].y)
-        proximal, distal = robot.drives[own].length, robot.distal[own]
-        angle, reach = np.arctan2(y, x), np.hypot(x, y)
+        proximal = robot.drives[own].length
+        distal = robot.distal[own]
+        angle = np.arctan2(y, x)
+        reach = np.hypot(x, y)
         stretched = abs(proximal + distal - reach) < abs(abs(proximal - distal) - reach)
         q = angle + np.pi * (not stretched and distal > proximal)
         pairs[own] = q, q + np.pi * (not stretched)
@@ -193,7 +204,11 @@ def _path(robot, points):
     if not np.isfinite(points).all():
         return None
     parts = [a + np.linspace(0, 1, POINTS)[:-1, None] * (b - a) for a, b in zip(points, points[1:])]
-    path = _closed(robot, np.concatenate([*parts, points[-1][None]]), NEWTON)
+    path = _closed(
+        robot,
+        np.concatenate([*parts, points[-1][None]]),
+        NEWTON,
+    )
     if not np.isfinite(path).all() or np.abs(path[[0, -1]] - [points[0], points[-1]]).max() > 1e-6:
         return None
     return path if np.abs(np.diff(path, axis=0)).max() < JUMP else None
@@ -217,10 +232,8 @@ def _embedded(robot, a):
     size = max(robot.distal)
     lever = size if robot.turns else 1.0
     # Grouped parameters may be negative.
-    inertias, m = (
-        [abs(inertia) for inertia in robot.inertias],
-        abs(robot.m),
-    )
+    inertias = [abs(inertia) for inertia in robot.inertias]
+    m = abs(robot.m)
     light = LIGHT * (m * size**2 + sum(inertias) * (size / lever) ** 2)
     drives = [inertia + light * (lever / size) ** 2 for inertia in inertias]
     tip = m + light / size**2
@@ -232,9 +245,15 @@ def _embedded(robot, a):
 
 def _lengths(robot, a):
     """Return the lengths of paths (..., n, 4) up to each of their points."""
-    steps = np.linalg.norm(np.diff(_embedded(robot, a)[0], axis=-2), axis=-1)
+    steps = np.linalg.norm(
+        np.diff(_embedded(robot, a)[0], axis=-2),
+        axis=-1,
+    )
     return np.concatenate(
-        [np.zeros((*steps.shape[:-1], 1)), np.cumsum(steps, axis=-1)],
+        [
+            np.zeros((*steps.shape[:-1], 1)),
+            np.cumsum(steps, axis=-1),
+        ],
         axis=-1,
     )
 
@@ -257,12 +276,17 @@ def _pulled(robot, paths):
         points, roots = _embedded(robot, paths)
         q1, q2, *xi = np.moveaxis(smooth @ points / roots, -1, 0)
         pulled = []
-        for q, phi, drive in zip((q1, q2), (paths[..., 1], paths[..., 3]), robot.drives):
+        for q, phi, drive in zip(
+            (q1, q2),
+            (paths[..., 1], paths[..., 3]),
+            robot.drives,
+        ):
             x, y = drive.pivot(drive.direction(q))
-            pulled += [q, _nearest(atan2(xi[1] - y, xi[0] - x), phi)]
-        ends, paths = (
-            paths[:, [0, -1]],
-            _closed(robot, np.stack(pulled, axis=-1), 3),
-        )
+            pulled += [
+                q,
+                _nearest(atan2(xi[1] - y, xi[0] - x), phi),
+            ]
+        ends = paths[:, [0, -1]]
+        paths = _closed(robot, np.stack(pulled, axis=-1), 3)
         paths[:, [0, -1]] = ends
     return paths

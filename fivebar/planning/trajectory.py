@@ -53,7 +53,11 @@ class Trajectory:
         motion = self._motion(inside)
         if (times != inside).any():
             refuse_nan(times)
-            motion[..., 2:] = np.where((times == inside)[..., None], motion[..., 2:], 0.0)
+            motion[..., 2:] = np.where(
+                (times == inside)[..., None],
+                motion[..., 2:],
+                0.0,
+            )
         return motion[..., :2], motion[..., 2:4], motion[..., 4:]
 
 
@@ -147,10 +151,20 @@ def polynomial(
     orders = np.arange(len(table))
 
     def motion(t):
-        angle = np.arccos(np.clip((t - times[0]) / half - 1, -1, 1))
+        angle = np.arccos(
+            np.clip(
+                (t - times[0]) / half - 1,
+                -1,
+                1,
+            )
+        )
         return np.cos(np.multiply.outer(angle, orders)) @ table  # T_k(cos a) = cos k a
 
-    return Trajectory(float(times[0]), float(times[-1] - times[0]), motion)
+    return Trajectory(
+        float(times[0]),
+        float(times[-1] - times[0]),
+        motion,
+    )
 
 
 def line(a: ArrayLike, b: ArrayLike, duration: float) -> Trajectory:
@@ -201,15 +215,19 @@ def circle(center: ArrayLike, radius: float, period: float) -> Trajectory:
     [0.0, 0.12]
     """
     center = np.array(two_numbers(center, "circle: center"))
-    radius, period = (
-        positive(radius, "circle: radius"),
-        seconds(period, "circle: period"),
-    )
+    radius = positive(radius, "circle: radius")
+    period = seconds(period, "circle: period")
     omega = 2 * math.pi / period
 
     def motion(t):
-        u = np.stack([np.cos(omega * t), np.sin(omega * t)], axis=-1)
-        v = np.stack([-u[..., 1], u[..., 0]], axis=-1)
+        u = np.stack(
+            [np.cos(omega * t), np.sin(omega * t)],
+            axis=-1,
+        )
+        v = np.stack(
+            [-u[..., 1], u[..., 0]],
+            axis=-1,
+        )
         return np.concatenate(
             [
                 center + radius * u,

@@ -97,7 +97,9 @@ class Aspect:
             -self.assembly * task_pose(self.robot, (z.real, z.imag), self.working).det_A > SINGULAR
         )  # which no nan is
         found[found] = inside(self.boundary, z[found])
-        return found.reshape(xi.shape[:-1]) if xi.ndim > 1 else bool(found[0])
+        if xi.ndim > 1:
+            return found.reshape(xi.shape[:-1])
+        return bool(found[0])
 
 
 def as_kind(kind: type[Aspect], aspect: Aspect, *more: object) -> Aspect:
@@ -169,17 +171,22 @@ def numbered(found: Iterable[Aspect]) -> tuple[Aspect, ...]:
     if not found:
         return ()
     size = size_of(found[0].robot)
-    area = {id(part): (MODES.index(part.working), -round(part.area / size**2, 7)) for part in found}
+    area = {
+        id(part): (
+            MODES.index(part.working),
+            -round(part.area / size**2, 7),
+        )
+        for part in found
+    }
     often = Counter(area.values())
 
     def rank(part):
         # Equal areas of a symmetric robot differ by rounding: then the higher face is first, then
         # the one to the right.
-        place = (
-            tuple(-round(each / size, 7) for each in part.point[::-1])
-            if often[area[id(part)]] > 1
-            else ()
-        )
+        if often[area[id(part)]] > 1:
+            place = tuple(-round(each / size, 7) for each in part.point[::-1])
+        else:
+            place = ()
         return (*area[id(part)], *place)
 
     found.sort(key=rank)
@@ -208,8 +215,18 @@ def parts(
             robot, pieces, touches, working, **levels
         ):
             yield kind(robot, 0, working, assembly, area, boundary, pairs(punctures), **levels)
-            image, other = mirror.loops(boundary), (-working[0], -working[1])
-            yield kind(robot, 0, other, -assembly, area, image, pairs(punctures.conj()), **levels)
+            image = mirror.loops(boundary)
+            other = (-working[0], -working[1])
+            yield kind(
+                robot,
+                0,
+                other,
+                -assembly,
+                area,
+                image,
+                pairs(punctures.conj()),
+                **levels,
+            )
 
 
 def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
@@ -235,7 +252,11 @@ def _proved(robot, edges, working, det_A, sin):
         z = beside(boundary, size)
         pose = task_pose(robot, (z.real, z.imag), working)
         room = np.min(
-            [np.abs(pose.det_A) - det_A, *(np.abs(sine) - sin for sine in pose.sines)], axis=0
+            [
+                np.abs(pose.det_A) - det_A,
+                *(np.abs(sine) - sin for sine in pose.sines),
+            ],
+            axis=0,
         )
         if not (room > SINGULAR).any():  # nan in the faces that are holes of the workspace
             continue

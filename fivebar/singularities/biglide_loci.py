@@ -52,12 +52,16 @@ class BiglideLoci:
         bases = -d / 2, d / 2
         for leg, towards in ((0, 1), (1, -1)):
             for side, way in ((1, "inward"), (-1, "outward")):
-                own, other = complex(side * towards), 1 - leg
+                own = complex(side * towards)
+                other = 1 - leg
                 reached = bases[leg] + own.real * (l1, l2)[leg] - bases[other]
                 for u in _directions(reached, (l1, l2)[other]):
                     bars = (own, u) if leg == 0 else (u, own)
                     families.append((f"{('left', 'right')[leg]} {way}", Singularity.SERIAL, *bars))
-        for kind, reach, side in (("stretched", l1 + l2, -1), ("folded", l1 - l2, 1)):
+        for kind, reach, side in (
+            ("stretched", l1 + l2, -1),
+            ("folded", l1 - l2, 1),
+        ):
             if abs(reach) > 8 * EPS * (l1 + l2):
                 families += [
                     (kind, Singularity.PARALLEL, u, side * u) for u in _directions(d, reach)
@@ -68,20 +72,29 @@ class BiglideLoci:
     def everywhere(self) -> tuple:
         size = sum(self.robot.distal) + self.robot.d
         l1, l2 = self.robot.distal
-        return ((1, 1), (-1, -1)) if max(self.robot.d, abs(l1 - l2)) <= 8 * EPS * size else ()
+        if max(self.robot.d, abs(l1 - l2)) <= 8 * EPS * size:
+            return ((1, 1), (-1, -1))
+        return ()
 
     @cached_property
     def task(self) -> tuple[Locus, ...]:
         found = {}  # those of a kind are on one line
         for kind, own, u1, u2 in self._families:
-            modes, line = (
-                _signs(u1, u2),
-                Line(complex(-self.robot.d / 2 + self.robot.l1 * u1.real), 1j),
+            modes = _signs(u1, u2)
+            line = Line(
+                complex(-self.robot.d / 2 + self.robot.l1 * u1.real),
+                1j,
             )
             working = MODES if own == Singularity.SERIAL else modes_of(modes[:2])
             found.setdefault(kind, (_type(own, modes), set(), line))[1].update(working)
         return tuple(
-            self._line(type_, kind, tuple(mode for mode in MODES if mode in active), (), line)
+            self._line(
+                type_,
+                kind,
+                tuple(mode for mode in MODES if mode in active),
+                (),
+                line,
+            )
             for kind, (type_, active, line) in found.items()
         )
 
@@ -92,12 +105,19 @@ class BiglideLoci:
             s1, s2, s = modes = _signs(u1, u2)
             along = own == Singularity.PARALLEL
             assembly = (1, -1) if along else values_of(s)
-            line = Line(1j * (self.robot.l1 * u1.imag - self.robot.l2 * u2.imag), 1 + 1j)
+            line = Line(
+                1j * (self.robot.l1 * u1.imag - self.robot.l2 * u2.imag),
+                1 + 1j,
+            )
             pieces.append(self._line(_type(own, modes), kind, modes_of((s1, s2)), assembly, line))
         if self.everywhere:
             pieces.append(
                 self._line(
-                    Singularity.PARALLEL, "self-motion", self.everywhere, (1, -1), Line(0j, 1 + 1j)
+                    Singularity.PARALLEL,
+                    "self-motion",
+                    self.everywhere,
+                    (1, -1),
+                    Line(0j, 1 + 1j),
                 )
             )
         return tuple(pieces)
@@ -111,7 +131,11 @@ class BiglideLoci:
 
     @property
     def type3(self) -> TypeThree:
-        return TypeThree(np.empty((0, 2)), np.empty((0, 2)), np.empty((0, 2), dtype=int))
+        return TypeThree(
+            np.empty((0, 2)),
+            np.empty((0, 2)),
+            np.empty((0, 2), dtype=int),
+        )
 
 
 def _directions(across, bar):
@@ -124,7 +148,10 @@ def _directions(across, bar):
     if square <= FLAT:
         return [complex(math.copysign(1.0, across / bar))]
     rise = math.sqrt(square)
-    return [complex(across / bar, rise), complex(across / bar, -rise)]
+    return [
+        complex(across / bar, rise),
+        complex(across / bar, -rise),
+    ]
 
 
 def _signs(u1, u2):

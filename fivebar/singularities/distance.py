@@ -50,10 +50,8 @@ def locus_distance(
         distance, kind = (np.concatenate(each) for each in zip(*found)) if found else empty
     for mode in everywhere:
         inside = ~np.isnan(igm(robot, pairs(points), mode, unreachable="nan").q[:, 0])
-        distance, kind = (
-            np.where(inside, 0.0, distance),
-            np.where(inside, int(Singularity.PARALLEL), kind),
-        )
+        distance = np.where(inside, 0.0, distance)
+        kind = np.where(inside, int(Singularity.PARALLEL), kind)
     if np.ndim(x) == 0:
         return float(distance[0]), Singularity(int(kind[0]))
     return distance.reshape(np.shape(x)), kind.reshape(np.shape(x))
@@ -98,19 +96,29 @@ class _Segments:
         row, k = np.nonzero(
             square <= square[np.arange(len(points)), least][:, None] + more[:, None]
         )
-        near = np.minimum(np.abs(points[row] - self.start[k]), np.abs(points[row] - self.end[k]))
+        near = np.minimum(
+            np.abs(points[row] - self.start[k]),
+            np.abs(points[row] - self.end[k]),
+        )
         best = np.minimum.reduceat(near, np.searchsorted(row, np.arange(len(points))))
         keep = near - 0.51 * self.chord[k] <= best[row]
         return row[keep], k[keep]
 
-    def slope(self, k: np.ndarray, t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def slope(
+        self,
+        k: np.ndarray,
+        t: np.ndarray,
+        x: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
         """(xi - x) . dxi/dt / |dxi/dt| and |xi - x| at parameters t of segments k."""
-        slope, distance = np.empty(len(t)), np.empty(len(t))
+        slope = np.empty(len(t))
+        distance = np.empty(len(t))
         piece = self.piece[k]
         for i in np.unique(piece):
             chosen = piece == i
             z, dz = self.pieces[i]._curve(t[chosen])
-            away, speed = z - x[chosen], np.abs(dz)
+            away = z - x[chosen]
+            speed = np.abs(dz)
             slope[chosen] = (away.conj() * dz).real / np.where(speed == 0, 1.0, speed)
             distance[chosen] = np.abs(away)
         return slope, distance
@@ -141,13 +149,23 @@ def _nearest_line(pieces, points):
 
 @lru_cache(maxsize=32)
 def _segments(robot, working):
-    pieces, parts = _active(robot, working)[0], []
+    pieces = _active(robot, working)[0]
+    parts = []
     for k, piece in enumerate(pieces):
-        z, t = piece.points @ (1, 1j), piece.parameters
+        z = piece.points @ (1, 1j)
+        t = piece.parameters
         first, last = (
             (slice(None, -1), slice(1, None)) if len(t) > 1 else (slice(None), slice(None))
         )
-        parts.append((z[first], z[last], t[first], t[last], np.full(len(t[first]), k)))
+        parts.append(
+            (
+                z[first],
+                z[last],
+                t[first],
+                t[last],
+                np.full(len(t[first]), k),
+            )
+        )
     return _Segments(pieces, *(np.concatenate(each) for each in zip(*parts)))
 
 
@@ -156,11 +174,24 @@ def _nearest(segments, points):
     bracketing.
     """
     row, k = segments.candidates(points)
-    x, low, high = points[row], segments.t0[k], segments.t1[k]
+    x = points[row]
+    low = segments.t0[k]
+    high = segments.t1[k]
     rounding = np.full(len(x), 2 * EPS * segments.size)
-    foot = rising_zeros(lambda i, t: segments.slope(k[i], t, x[i])[0], low, high, rounding)
-    ends = np.minimum(np.abs(segments.start[k] - x), np.abs(segments.end[k] - x))
-    distance = np.minimum(ends, segments.slope(k, np.where(np.isnan(foot), low, foot), x)[1])
+    foot = rising_zeros(
+        lambda i, t: segments.slope(k[i], t, x[i])[0],
+        low,
+        high,
+        rounding,
+    )
+    ends = np.minimum(
+        np.abs(segments.start[k] - x),
+        np.abs(segments.end[k] - x),
+    )
+    distance = np.minimum(
+        ends,
+        segments.slope(k, np.where(np.isnan(foot), low, foot), x)[1],
+    )
     order = np.lexsort((distance, row))
     first = order[np.searchsorted(row, np.arange(len(points)))]
     kinds = np.array([int(piece.type) for piece in segments.pieces])

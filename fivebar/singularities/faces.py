@@ -22,7 +22,11 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
     numbers: dict = {}
     corners = [numbers.setdefault(vertex, len(numbers)) for _, *ends in edges for vertex in ends]
     links = coo_array(
-        (np.ones(len(edges)), (corners[::2], corners[1::2])), shape=(len(numbers),) * 2
+        (
+            np.ones(len(edges)),
+            (corners[::2], corners[1::2]),
+        ),
+        shape=(len(numbers),) * 2,
     )
     parts = connected_components(links)[1]
     sides = [
@@ -31,7 +35,8 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
     outer, holes, small = [], [], {}
     for cycle in _cycles(sides, corners, size):
         loop = tuple(sides[k] for k in cycle)
-        area, part = sum(side.moment for side in loop), parts[corners[cycle[0]]]
+        area = sum(side.moment for side in loop)
+        part = parts[corners[cycle[0]]]
         if area > SLIVER * size**2:
             outer.append((area, part, [loop]))
         elif area < -SLIVER * size**2:
@@ -82,7 +87,8 @@ def _cycles(sides, corners, size):
         order = _around(sides, outgoing, size)
         for k, clockwise in zip(order, [order[-1], *order[:-1]]):
             follows[k ^ 1] = clockwise
-    cycles, left = [], set(range(len(sides)))
+    cycles = []
+    left = set(range(len(sides)))
     while left:
         cycle = [min(left)]
         while follows[cycle[-1]] != cycle[0]:
@@ -105,11 +111,15 @@ def _around(sides, outgoing, size):
         # However flatly a locus ends on a circle, it does on the side that the leg reaches: of a
         # stretched one, inside.
         back, ahead = sorted(
-            (k for k in outgoing if k not in curves), key=lambda k: sides[k].start < sides[k].end
+            (k for k in outgoing if k not in curves),
+            key=lambda k: sides[k].start < sides[k].end,
         )
         between = curves if sides[ahead].locus.circle[1] > 0 else []
         return [ahead, *between, back, *(curves if not between else [])]
     # Loci touch at vertices. On a small circle around the vertex even curves with one tangent are
     # told apart.
     radius = min(1e-3 * size, 0.3 * min(sides[k].extent for k in outgoing))
-    return sorted(outgoing, key=lambda k: np.angle(sides[k].leaves(radius) - sides[k].z[0]))
+    return sorted(
+        outgoing,
+        key=lambda k: np.angle(sides[k].leaves(radius) - sides[k].z[0]),
+    )

@@ -49,7 +49,8 @@ class CouplerCurve:
         """Position x + i y of the end-effector and its derivative."""
         robot = self.robot
         (u11, u12), (rate1, rate2) = self._bars(t, 2)
-        proximal, distal = robot.l11 * u11, robot.l12 * u12
+        proximal = robot.l11 * u11
+        distal = robot.l12 * u12
         return -robot.d / 2 + proximal + distal, 1j * (proximal * rate1 + distal * rate2)
 
     def joint(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -60,7 +61,13 @@ class CouplerCurve:
     def sines(self, t: np.ndarray) -> np.ndarray:
         """sin q12, sin q22 and det A."""
         (u11, u12, u21, u22), _ = self._bars(t)
-        return np.array([(u11.conj() * u12).imag, (u21.conj() * u22).imag, (u12.conj() * u22).imag])
+        return np.array(
+            [
+                (u11.conj() * u12).imag,
+                (u21.conj() * u22).imag,
+                (u12.conj() * u22).imag,
+            ]
+        )
 
     @cached_property
     def edges(self) -> np.ndarray:
@@ -82,7 +89,11 @@ class CouplerCurve:
         bars, _ = self._bars(self.edges)
         cosines = [u1.conj() * u2 for u1, u2 in (bars[:2], bars[2:])]
         return [
-            np.where(np.abs(each.imag) <= SHORTEST, np.sign(each.real), 0).astype(int)
+            np.where(
+                np.abs(each.imag) <= SHORTEST,
+                np.sign(each.real),
+                0,
+            ).astype(int)
             for each in cosines
         ]
 
@@ -95,7 +106,11 @@ class CouplerCurve:
         for drive, bar, u1, sides in zip(
             self.robot.drives, self.robot.distal, bars[::2], self._in_line
         ):
-            xi = np.where(sides == 0, xi, drive.x + (drive.length + sides * bar) * u1)
+            xi = np.where(
+                sides == 0,
+                xi,
+                drive.x + (drive.length + sides * bar) * u1,
+            )
         return xi
 
     def vertices(self, shared: list[Vertex], near: float) -> list[Vertex]:
@@ -117,7 +132,15 @@ class CouplerCurve:
         line all along.
         """
         sines = self.sines((self.edges[:-1] + self.edges[1:]) / 2)
-        return -np.where(np.abs(sines) <= 64 * EPS, 0, np.sign(sines)).astype(int).T
+        return (
+            -np.where(
+                np.abs(sines) <= 64 * EPS,
+                0,
+                np.sign(sines),
+            )
+            .astype(int)
+            .T
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,9 +161,9 @@ class FiveBarLoci:
     @cached_property
     def everywhere(self) -> tuple:
         differences = self.robot.d, self.robot.l11 - self.robot.l21, self.robot.l12 - self.robot.l22
-        return (
-            ((1, 1), (-1, -1)) if max(map(abs, differences)) <= 8 * EPS * self.circles.scale else ()
-        )
+        if max(map(abs, differences)) <= 8 * EPS * self.circles.scale:
+            return ((1, 1), (-1, -1))
+        return ()
 
     @cached_property
     def circles(self) -> LegCircles:
@@ -158,7 +181,12 @@ class FiveBarLoci:
             if kind == "self-motion" and self.everywhere:
                 continue  # it fills the plane
             label = [
-                (type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), ())
+                (
+                    type_of(m[:2], Singularity.PARALLEL),
+                    kind,
+                    modes_of(m[:2]),
+                    (),
+                )
                 for m in chain.modes
             ]
             vertices = (
@@ -192,14 +220,23 @@ class FiveBarLoci:
                     pieces += pieces_of(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
         for kind, chain in self._chains:
             label = [
-                (type_of(m[:2], Singularity.PARALLEL), kind, modes_of(m[:2]), (1, -1))
+                (
+                    type_of(m[:2], Singularity.PARALLEL),
+                    kind,
+                    modes_of(m[:2]),
+                    (1, -1),
+                )
                 for m in chain.modes
             ]
             if kind == "self-motion" and not self.everywhere:
                 working = tuple(mode for mode in MODES if any(mode in each[2] for each in label))
                 label = [(Singularity.PARALLEL, kind, working, (1, -1))]
                 pieces += pieces_of(
-                    chain.joint, chain.edges[[0, -1]], label, 2 * np.pi, angles=True
+                    chain.joint,
+                    chain.edges[[0, -1]],
+                    label,
+                    2 * np.pi,
+                    angles=True,
                 )
             else:
                 pieces += pieces_of(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
@@ -207,7 +244,9 @@ class FiveBarLoci:
 
     @cached_property
     def type3(self) -> TypeThree:
-        xi, q, working = [np.empty((0, 2))], [np.empty((0, 2))], [np.empty((0, 2), dtype=int)]
+        xi = [np.empty((0, 2))]
+        q = [np.empty((0, 2))]
+        working = [np.empty((0, 2), dtype=int)]
         for kind, chain in self._chains:
             if chain.motion.aligned and not (kind == "self-motion" and self.everywhere):
                 t = chain.edges[:-1]
@@ -219,7 +258,10 @@ class FiveBarLoci:
 
 
 def distal_chains(
-    robot: FiveBar, side: int, det_A: float = 0.0, sign: int = 1
+    robot: FiveBar,
+    side: int,
+    det_A: float = 0.0,
+    sign: int = 1,
 ) -> list[tuple[str, CouplerCurve]]:
     """(kind, CouplerCurve) of the motions in which det A is sign det_A: of 0 Type 2, self-motions
     included.
@@ -234,9 +276,12 @@ def distal_chains(
     if side > 0:
         along = robot.l12 - robot.l22 + robot.l22 * det_A * det_A / (1 + cosine)
     elbows = complex(along, -sign * robot.l22 * det_A)
-    apart, kind = abs(elbows), "folded" if side > 0 else "stretched"
+    apart = abs(elbows)
+    kind = "folded" if side > 0 else "stretched"
     if apart <= 8 * EPS * (robot.l12 + robot.l22):
-        apart, elbows, kind = 0.0, complex(1.0), kind if det_A else "self-motion"
+        apart = 0.0
+        elbows = complex(1.0)
+        kind = kind if det_A else "self-motion"
     first = elbows.conjugate() / abs(elbows)
     bars = (0, 1), (2, first), (1, 1), (2, first * turn)
     kind += f" {'+' if sign > 0 else '-'}" if det_A else ""
@@ -258,13 +303,19 @@ def _serial_chains(robot, leg, side):
     reach = proximal + side * distal
     sign = -1 if reach < 0 else 1
     if leg == 0:
-        motions, bars = (
-            closures(robot.d, abs(reach), other2, other1),
-            ((0, sign), (0, side * sign), (1, 1), (2, -1)),
+        motions = closures(robot.d, abs(reach), other2, other1)
+        bars = (
+            (0, sign),
+            (0, side * sign),
+            (1, 1),
+            (2, -1),
         )
     else:
-        motions, bars = (
-            closures(robot.d, other1, other2, abs(reach)),
-            ((0, 1), (2, 1), (1, sign), (1, side * sign)),
+        motions = closures(robot.d, other1, other2, abs(reach))
+        bars = (
+            (0, 1),
+            (2, 1),
+            (1, sign),
+            (1, side * sign),
         )
     return [CouplerCurve(robot, motion, bars) for motion in motions]

@@ -45,7 +45,10 @@ class Turning:
         for e, turns in zip((e1, e2), self.turns):
             if turns != self.turns[2]:
                 angle = np.angle(e / u) * (1 if self.turns[2] else -1)
-                crossings += [angle % (2 * math.pi), (angle + math.pi) % (2 * math.pi)]
+                crossings += [
+                    angle % (2 * math.pi),
+                    (angle + math.pi) % (2 * math.pi),
+                ]
         return crossings
 
     def meets(self, ways: list[tuple[int, complex]]) -> list[list[float]]:
@@ -126,7 +129,11 @@ class FourBarMotion:
             t = np.array(guesses)
             for _ in range(2):
                 sine, slope = self._other_sine(t)
-                t = t - np.clip(sine / np.where(slope == 0, np.inf, slope), -0.1, 0.1)
+                t = t - np.clip(
+                    sine / np.where(slope == 0, np.inf, slope),
+                    -0.1,
+                    0.1,
+                )
             own += t[np.abs(self._other_sine(t)[0]) < 1e-12].tolist()
         return [t % self.period for t in own]
 
@@ -146,10 +153,12 @@ class FourBarMotion:
                 owners += [k] * 4
         if not guesses:
             return [[] for _ in ways]
-        t, owners = np.array(guesses), np.array(owners)
+        t = np.array(guesses)
+        owners = np.array(owners)
         cranks, turns = (np.array(each)[owners] for each in zip(*ways))
         motion = replace(self, mirrored=False) if self.mirrored else self
-        best, least = t, np.full(len(t), np.inf)
+        best = t
+        least = np.full(len(t), np.inf)
         for _ in range(ROUNDS):
             (e1, e2, u), rates = motion(t)
             relative = u / (np.where(cranks == 0, e1, e2) * turns)
@@ -159,9 +168,14 @@ class FourBarMotion:
             )  # where two values are one the slope is 0, and Newton's steps lead away in the end
             if not better.any():
                 break
-            best, least = np.where(better, t, best), np.minimum(off, least)
+            best = np.where(better, t, best)
+            least = np.minimum(off, least)
             slope = relative.real * (rates[2] - np.where(cranks == 0, rates[0], rates[1]))
-            step = np.clip(relative.imag / np.where(slope == 0, np.inf, slope), -0.02, 0.02)
+            step = np.clip(
+                relative.imag / np.where(slope == 0, np.inf, slope),
+                -0.02,
+                0.02,
+            )
             t = np.where(better, t - step, best)
         return [
             sorted({float(x % self.period) for x in best[(least < 1e-12) & (owners == k)]})
@@ -172,7 +186,12 @@ class FourBarMotion:
         """Values of t at which the diagonal's square is w, or nearest to it."""
         low = (self.base - self.r2) ** 2 + self.slack[0][0]
         t = math.asin(math.sqrt(min(max((w - low) / self.span, 0.0), 1.0)))
-        return [t, math.pi - t, math.pi + t, 2 * math.pi - t]
+        return [
+            t,
+            math.pi - t,
+            math.pi + t,
+            2 * math.pi - t,
+        ]
 
     def _diagonals(self, crank, turn):
         """Squares of the diagonal at which crank and coupler, as one bar, close a triangle."""
@@ -191,7 +210,10 @@ class FourBarMotion:
     @property
     def flat(self) -> list[float]:
         """Values of t at which all bars are in line, so that another motion can pass there."""
-        found = [0.0, math.pi] if self.slack[0][0] == self.slack[1][0] == 0 else []
+        if self.slack[0][0] == self.slack[1][0] == 0:
+            found = [0.0, math.pi]
+        else:
+            found = []
         found += [math.pi / 2, 1.5 * math.pi] if self.slack[0][1] == self.slack[1][1] == 0 else []
         return [t for t in found if t < self.period]
 
@@ -208,7 +230,11 @@ def _as_long(t, value):
 
 
 def four_bar_directions(
-    sides: tuple, span: Any, slack: tuple, signs: tuple, t: Any
+    sides: tuple,
+    span: Any,
+    slack: tuple,
+    signs: tuple,
+    t: Any,
 ) -> tuple[tuple, tuple]:
     """Unit vectors e1, e2, u and their rates by t, on components, of the closed component that
     `FourBarMotion` says.
@@ -217,15 +243,19 @@ def four_bar_directions(
     """
     base, r1, c, r2 = sides
     root = sqrt(span)
-    s, co = root * sin(t), root * cos(t)
+    s = root * sin(t)
+    co = root * cos(t)
     half2, rate2 = _half(s, co, slack[0], signs[0])
     half, passive_rate = _half(s, co, slack[1], signs[1])
     (e2, along2), (passive, along) = _doubled(half2), _doubled(half)
     # The diagonal base + r2 e2 = e1 (r1 + c passive), either side without the cancellation of a
     # short diagonal.
-    dx, dy = base - r2 + r2 * along2 * half2[0], r2 * along2 * half2[1]
-    ax, ay = r1 - c + c * along * half[0], c * along * half[1]
-    x, y = dx * ax + dy * ay, dy * ax - dx * ay
+    dx = base - r2 + r2 * along2 * half2[0]
+    dy = r2 * along2 * half2[1]
+    ax = r1 - c + c * along * half[0]
+    ay = c * along * half[1]
+    x = dx * ax + dy * ay
+    y = dy * ax - dx * ay
     scale = 1.0 / sqrt(x * x + y * y)
     e1 = x * scale, y * scale
     u = e1[0] * passive[0] - e1[1] * passive[1], e1[0] * passive[1] + e1[1] * passive[0]
@@ -272,12 +302,20 @@ def _triangle(a, b, c, tolerance):
         return [1.0]
     if abs(a - b) >= c - tolerance:
         return [-1.0]
-    half = complex(math.sqrt((c - (a - b)) * (c + (a - b))), math.sqrt((a + b - c) * (a + b + c)))
+    half = complex(
+        math.sqrt((c - (a - b)) * (c + (a - b))),
+        math.sqrt((a + b - c) * (a + b + c)),
+    )
     e = half / half.conjugate()
     return [e, e.conjugate()]
 
 
-def closures(base: float, r1: float, c: float, r2: float) -> list[FourBarMotion | Turning]:
+def closures(
+    base: float,
+    r1: float,
+    c: float,
+    r2: float,
+) -> list[FourBarMotion | Turning]:
     """All motions of the closed chain base + r2 e2 = r1 e1 + c u, one for each closed component.
 
     Sides in m, any may be 0. Where two are 0 together, what remains free has two dimensions: no
@@ -304,11 +342,20 @@ def closures(base: float, r1: float, c: float, r2: float) -> list[FourBarMotion 
         ]
     if r2 <= tolerance:
         return [
-            Turning((-e, 1, _unit(base + r1 * e)), (0, 1, 0))
+            Turning(
+                (-e, 1, _unit(base + r1 * e)),
+                (0, 1, 0),
+            )
             for e in _triangle(base, r1, c, tolerance)
         ]
     sides = [(base, r1, c, r2), (base, r2, c, r1)]
-    shortest = [max(abs(s[0] - s[3]), abs(s[1] - s[2])) for s in sides]
+    shortest = [
+        max(
+            abs(s[0] - s[3]),
+            abs(s[1] - s[2]),
+        )
+        for s in sides
+    ]
     if (
         max(shortest) <= tolerance
     ):  # a rhombus: it folds about either diagonal, or turns as a parallelogram
@@ -324,8 +371,10 @@ def closures(base: float, r1: float, c: float, r2: float) -> list[FourBarMotion 
 
 
 def _components(base, r1, c, r2, mirrored, tolerance):
-    lows, highs = (abs(base - r2), abs(r1 - c)), (base + r2, r1 + c)
-    low, high = max(lows), min(highs)
+    lows = (abs(base - r2), abs(r1 - c))
+    highs = (base + r2, r1 + c)
+    low = max(lows)
+    high = min(highs)
     if high < low - tolerance:
         return []
     if high - low <= tolerance:  # it closes in one flat pose
@@ -345,7 +394,8 @@ def _components(base, r1, c, r2, mirrored, tolerance):
     # motion.
     whole = all((b == 0) == (a == 0) for b, a in zip(below, above))
     signs = ([(1, 1), (1, -1)] if below[0] == 0 else [(1, 1), (-1, 1)]) if whole else [(1, 1)]
-    span, slack = (high - low) * (high + low), tuple(zip(below, above))
+    span = (high - low) * (high + low)
+    slack = tuple(zip(below, above))
     period = math.pi if whole else 2 * math.pi
     return [FourBarMotion(base, r1, c, r2, span, slack, s, period, mirrored) for s in signs]
 

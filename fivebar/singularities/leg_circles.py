@@ -63,17 +63,22 @@ class LegCircles:
 
     def radius(self, leg: int, side: int) -> float:
         """m; 0 where equal bars fold."""
-        proximal, distal = self.robot.drives[leg].length, self.robot.distal[leg]
+        proximal = self.robot.drives[leg].length
+        distal = self.robot.distal[leg]
         return math.hypot(proximal + side * distal * self.cosine, distal * self.sin)
 
     def circle(self, leg: int, side: int) -> Circle:
         # Its parameter counts from the direction to the other base joint.
-        return Circle(self.robot.drives[leg].x, (1, -1)[leg] * self.radius(leg, side))
+        return Circle(
+            self.robot.drives[leg].x,
+            (1, -1)[leg] * self.radius(leg, side),
+        )
 
     @cached_property
     def touches(self) -> tuple[Vertex, ...]:
         """Where circles of both legs touch, on the line of the bases, and those of no radius."""
-        tolerance, found = TOUCH * self.scale, {}
+        tolerance = TOUCH * self.scale
+        found = {}
         left, right = ([(side, self.circle(leg, side)) for side in (1, -1)] for leg in (0, 1))
         for leg, circles in enumerate((left, right)):
             found |= {((leg, side),): c.center for side, c in circles if abs(c.radius) <= tolerance}
@@ -102,10 +107,14 @@ class LegCircles:
         corners: {on which circles, above or below the bases: Vertex} of circles that cross, which
             this adds to.
         """
-        circle, d = self.circle(leg, side), self.robot.d
-        radius, tolerance = abs(circle.radius), TOUCH * self.scale
-        inner, outer = self.radius(1 - leg, -1), self.radius(1 - leg, 1)
-        low, high = max(inner, abs(d - radius)), min(outer, d + radius)
+        circle = self.circle(leg, side)
+        d = self.robot.d
+        radius = abs(circle.radius)
+        tolerance = TOUCH * self.scale
+        inner = self.radius(1 - leg, -1)
+        outer = self.radius(1 - leg, 1)
+        low = max(inner, abs(d - radius))
+        high = min(outer, d + radius)
         if high < low - tolerance:
             return []
         kind = f"{('left', 'right')[leg]} {'stretched' if side > 0 else 'folded'}"
@@ -139,14 +148,18 @@ class LegCircles:
             angle = math.pi if low > abs(d - radius) + tolerance else 0.0
             return arc((angle, angle))
         first, last = (turn_to(r, d, radius) for r in (low, min(high, d + radius)))
-        whole_in, whole_out = low <= abs(d - radius) + tolerance, high >= d + radius - tolerance
+        whole_in = low <= abs(d - radius) + tolerance
+        whole_out = high >= d + radius - tolerance
         if whole_in and whole_out:
             return arc((0, 2 * np.pi))
         if whole_in:
             return arc((-last, last), (1, 1))
         if whole_out:
             return arc((first, 2 * np.pi - first), (-1, -1))
-        return [*arc((first, last), (-1, 1)), *arc((-last, -first), (1, -1))]
+        return [
+            *arc((first, last), (-1, 1)),
+            *arc((-last, -first), (1, -1)),
+        ]
 
 
 def turn_to(r: Any, d: Any, radius: Any) -> Any:
@@ -155,7 +168,8 @@ def turn_to(r: Any, d: Any, radius: Any) -> Any:
 
     By its half: sin^2 = (r^2 - (d - radius)^2) / (4 d radius). Floats or CasADi symbols.
     """
-    near, far = (r - d + radius) * (r + d - radius), (d + radius - r) * (d + radius + r)
+    near = (r - d + radius) * (r + d - radius)
+    far = (d + radius - r) * (d + radius + r)
     return 2.0 * atan2(_root(near), _root(far))
 
 

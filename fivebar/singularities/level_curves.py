@@ -59,8 +59,14 @@ class LevelCurves:
     def _of_chain(self, kind, chain, working):
         t, vertices = self._cuts(kind, chain, working)
         period = chain.motion.period
-        spans = [*zip(t, [*t[1:], t[0] + period])] if t else [(0.0, period)]
-        ends = [*zip(vertices, [*vertices[1:], vertices[0]])] if t else [()]
+        if t:
+            spans = [*zip(t, [*t[1:], t[0] + period])]
+        else:
+            spans = [(0.0, period)]
+        if t:
+            ends = [*zip(vertices, [*vertices[1:], vertices[0]])]
+        else:
+            ends = [()]
         sines = chain.sines(np.array([(low + high) / 2 for low, high in spans]))[:2]
         inside = (-np.array(working)[:, None] * sines > self.circles.sin + 64 * EPS).all(axis=0)
         type_ = Singularity.NONE if self.det_A else Singularity.PARALLEL
@@ -85,7 +91,10 @@ class LevelCurves:
         found = [(t, ()) for t in chain.motion.flat]
         circles = list(product((0, 1), (1, -1)))
         ways = [
-            (leg, self._turn(working, leg, side) / chain.bars[1::2][leg][1])
+            (
+                leg,
+                self._turn(working, leg, side) / chain.bars[1::2][leg][1],
+            )
             for leg, side in circles
         ]
         found += [
@@ -94,7 +103,8 @@ class LevelCurves:
         if not found:
             return [], []
         found.sort()
-        t, period = np.array([each for each, _ in found]), chain.motion.period
+        t = np.array([each for each, _ in found])
+        period = chain.motion.period
         places = self._places(chain, t, [circle for _, circle in found], working)
         groups = []
         for k in range(len(found)):
@@ -103,10 +113,21 @@ class LevelCurves:
                 before.append(k)
             else:
                 groups.append([k])
-        if len(groups) > 1 and self._one(found, places, groups[0][0], groups[-1][-1], period):
+        if len(groups) > 1 and self._one(
+            found,
+            places,
+            groups[0][0],
+            groups[-1][-1],
+            period,
+        ):
             groups[0] += groups.pop()
         vertices = [
-            self._vertex(kind, places[g[0]], {found[k][1] for k in g} - {()}) for g in groups
+            self._vertex(
+                kind,
+                places[g[0]],
+                {found[k][1] for k in g} - {()},
+            )
+            for g in groups
         ]
         return [float(t[g[0]]) for g in groups], vertices
 
@@ -131,7 +152,8 @@ class LevelCurves:
         for k, circle in enumerate(circles):
             if circle:
                 leg, side = circle
-                drive, bar = self.robot.drives[leg], self.robot.distal[leg]
+                drive = self.robot.drives[leg]
+                bar = self.robot.distal[leg]
                 z[k] = drive.x + bars[2 * leg][k] * (
                     drive.length + bar * self._turn(working, leg, side)
                 )

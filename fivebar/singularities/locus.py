@@ -75,7 +75,10 @@ class Locus:
         s = np.asarray(s)
         points = pairs(self._curve(np.atleast_1d(s))[0]).reshape(*s.shape, 2)
         if self._angles:
-            near = np.stack([np.interp(s, self.parameters, q) for q in self.points.T], axis=-1)
+            near = np.stack(
+                [np.interp(s, self.parameters, q) for q in self.points.T],
+                axis=-1,
+            )
             points = points + 2 * np.pi * np.round((near - points) / (2 * np.pi))
         return points
 
@@ -150,7 +153,10 @@ def pieces_of(
         z[where] = corners
     points = pairs(z)
     gap = points[-1] - points[0]
-    turns = np.round(gap / (2 * np.pi)) * (2 * np.pi) if angles else 0.0
+    if angles:
+        turns = np.round(gap / (2 * np.pi)) * (2 * np.pi)
+    else:
+        turns = 0.0
     closes = np.abs(gap - turns).max() <= 1e-12 * scale
     if closes:
         points[-1] = points[0] + turns
@@ -171,7 +177,11 @@ def pieces_of(
 
 
 def trace(
-    curve: Callable, edges: np.ndarray, scale: float, angles: bool = False, period: float = 0.0
+    curve: Callable,
+    edges: np.ndarray,
+    scale: float,
+    angles: bool = False,
+    period: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Parameters t (n,), edges among them, and points z (n,) between which the curve turns by less
     than 1 degree.
@@ -179,13 +189,18 @@ def trace(
     if edges[-1] == edges[0]:
         return edges[:1], curve(edges[:1])[0]
     period = period or edges[-1] - edges[0]
-    t = divided(edges, np.maximum(np.ceil(192 * np.diff(edges) / period), 4).astype(int))
+    t = divided(
+        edges,
+        np.maximum(np.ceil(192 * np.diff(edges) / period), 4).astype(int),
+    )
     while True:
         z, dz = curve(t)
-        speed, step = np.abs(dz), np.diff(t)
+        speed = np.abs(dz)
+        step = np.diff(t)
         if speed.max() <= 1e-13 * scale:
             return t[:1], z[:1]
-        chord, mean = np.diff(z), step * (dz[1:] + dz[:-1]) / 2
+        chord = np.diff(z)
+        mean = step * (dz[1:] + dz[:-1]) / 2
         if angles:
             excess = (chord - mean) / (2 * np.pi)
             chord = chord - 2 * np.pi * (np.round(excess.real) + 1j * np.round(excess.imag))
@@ -193,9 +208,14 @@ def trace(
         cusp = np.zeros(len(t), dtype=bool)
         at = np.searchsorted(t, edges)
         cusp[at] = speed[at] < 1e-5 * np.maximum(
-            speed[np.maximum(at - 1, 0)], speed[np.minimum(at + 1, len(t) - 1)]
+            speed[np.maximum(at - 1, 0)],
+            speed[np.minimum(at + 1, len(t) - 1)],
         )
-        turn = np.where(cusp[1:] | cusp[:-1], 0.0, np.abs(np.angle(dz[1:] * dz[:-1].conj())))
+        turn = np.where(
+            cusp[1:] | cusp[:-1],
+            0.0,
+            np.abs(np.angle(dz[1:] * dz[:-1].conj())),
+        )
         counts = np.minimum(np.ceil(turn / TURN), 64).astype(int)
         bend = (np.abs(np.angle(chord[1:] * chord[:-1].conj())) > 1.2 * TURN) & ~cusp[1:-1]
         # A loop between two points would turn by 0 but shows in the chord.
@@ -217,5 +237,6 @@ def divided(t: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """
     part = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.append(
-        np.repeat(t[:-1], counts) + part * np.repeat(np.diff(t) / counts, counts), t[-1]
+        np.repeat(t[:-1], counts) + part * np.repeat(np.diff(t) / counts, counts),
+        t[-1],
     )

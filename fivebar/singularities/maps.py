@@ -120,7 +120,13 @@ class Map(Paged):
         does not.
         """
         x, y = np.meshgrid(self.x, self.y)
-        table = np.column_stack([x.ravel(), y.ravel(), self.values.reshape(len(self.modes), -1).T])
+        table = np.column_stack(
+            [
+                x.ravel(),
+                y.ravel(),
+                self.values.reshape(len(self.modes), -1).T,
+            ]
+        )
         table = table[~np.isnan(table[:, 2:]).all(axis=1)]
         write(path, "map", self._about(), self.columns, table.tolist(), end="\n")
 
@@ -128,7 +134,11 @@ class Map(Paged):
         """Write the whole map, compressed."""
         with written(path, binary=True) as file:
             np.savez_compressed(
-                file, x=self.x, y=self.y, values=self.values, about=json.dumps(self._about())
+                file,
+                x=self.x,
+                y=self.y,
+                values=self.values,
+                about=json.dumps(self._about()),
             )
 
     @classmethod
@@ -137,12 +147,10 @@ class Map(Paged):
         file_or_path(path, "read")
         try:
             data = arrays_in(path)
-            about, x, y, values = (
-                json.loads(str(data["about"])),
-                data["x"],
-                data["y"],
-                data["values"],
-            )
+            about = json.loads(str(data["about"]))
+            x = data["x"]
+            y = data["y"]
+            values = data["values"]
             modes = tuple(
                 tuple(mode) if isinstance(mode, list) else mode for mode in about["modes"]
             )
@@ -151,7 +159,13 @@ class Map(Paged):
                     f"{about['field']} {values.shape} on a grid of {x.shape} x {y.shape} nodes"
                 )
             return cls(
-                robot_of(about["robot"]), about["field"], about["space"], x, y, modes, values
+                robot_of(about["robot"]),
+                about["field"],
+                about["space"],
+                x,
+                y,
+                modes,
+                values,
             )
         except (*STRANGE, SystemError) as error:  # of letters beyond Unicode's
             raise ValueError(f"{path} is not a map written by to_npz: {error}") from None
@@ -187,8 +201,10 @@ def singularity_map(
     if window is None:
         window = workspace_window(robot) if space == "task" else 2 * _joint_range(robot)
     x_min, x_max, y_min, y_max = _checked_window(window, turns=space == "joint" and robot.turns)
-    x, y = np.linspace(x_min, x_max, nx), np.linspace(y_min, y_max, ny)
-    close, pick = (task_pose if space == "task" else joint_pose), FIELDS[field][1]
+    x = np.linspace(x_min, x_max, nx)
+    y = np.linspace(y_min, y_max, ny)
+    close = task_pose if space == "task" else joint_pose
+    pick = FIELDS[field][1]
     values = np.empty((len(modes), ny, nx))
     rows = max(1, BLOCK // nx)
     for first in range(0, ny, rows):
@@ -206,7 +222,8 @@ def turned_into(data: Map, points: np.ndarray) -> Iterator[np.ndarray]:
     the Map.
     """
     turn = 2 * np.pi
-    low, high = np.array([data.x[0], data.y[0]]), np.array([data.x[-1], data.y[-1]])
+    low = np.array([data.x[0], data.y[0]])
+    high = np.array([data.x[-1], data.y[-1]])
     first = np.ceil((low - points.max(axis=0)) / turn).astype(int)
     last = np.floor((high - points.min(axis=0)) / turn).astype(int)
     for i in range(first[0], last[0] + 1):
@@ -227,12 +244,14 @@ def workspace_window(robot: Robot, border: float = 0.04) -> tuple[float, float, 
     """
     if not robot.turns:
         low, high = _strip(robot)
-        low, high = min(low, -robot.d / 2), max(high, robot.d / 2)
+        low = min(low, -robot.d / 2)
+        high = max(high, robot.d / 2)
         half = (0.5 + border) * (high - low)
         return (low + high) / 2 - half, (low + high) / 2 + half, -half, half
     loci = singularity_loci(robot).task
     points = np.concatenate([piece.points for piece in loci if piece.type & Singularity.SERIAL])
-    low, high = points.min(axis=0), points.max(axis=0)
+    low = points.min(axis=0)
+    high = points.max(axis=0)
     pad = border * max((high - low).max(), 1e-6 * (robot.l11 + robot.l12))
     return low[0] - pad, high[0] + pad, low[1] - pad, high[1] + pad
 
@@ -282,7 +301,8 @@ def _checked_window(window, turns):
         raise ValueError(
             f"window must be (x_min, x_max, y_min, y_max) with finite min < max, not {window!r}"
         )
-    wide, high = (x_max - x_min) / (2 * np.pi), (y_max - y_min) / (2 * np.pi)
+    wide = (x_max - x_min) / (2 * np.pi)
+    high = (y_max - y_min) / (2 * np.pi)
     if turns and wide * high > MOST_TURNS * (1 + 1e-6):
         raise ValueError(
             f"window is {wide:.6g} x {high:.6g} turns, and its picture would draw the loci"
@@ -297,7 +317,8 @@ def _missed(robot, space, window, shape):
         f" ({', '.join(f'{w:.6g}' for w in window)})"
     )
     if space == "joint":
-        unit, pivots = robot.words.unit, robot.words.pivots
+        unit = robot.words.unit
+        pivots = robot.words.pivots
         return (
             f"{nodes} {unit} closes: there the {pivots} are too far apart, or too close, for the"
             " distal bars"

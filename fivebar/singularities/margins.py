@@ -114,7 +114,15 @@ class Margins:
         """sigma_max |det A| of J."""
         b1, b2 = self._b
         return np.sqrt(
-            (b1 * b1 + b2 * b2 + np.hypot((b1 - b2) * (b1 + b2), 2 * self._cosine * b1 * b2)) / 2
+            (
+                b1 * b1
+                + b2 * b2
+                + np.hypot(
+                    (b1 - b2) * (b1 + b2),
+                    2 * self._cosine * b1 * b2,
+                )
+            )
+            / 2
         )
 
     def _sigma_min_j(self):
@@ -183,4 +191,8 @@ def _numeric(pose, name):
 
 def _ratio(x, y):
     """x / y, inf where y is 0."""
-    return np.where(y == 0, np.inf, x / np.where(y == 0, 1.0, y))
+    return np.where(
+        y == 0,
+        np.inf,
+        x / np.where(y == 0, 1.0, y),
+    )

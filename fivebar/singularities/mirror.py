@@ -29,9 +29,17 @@ class Mirror:
 
     def _arc(self, arc):
         locus, total, sign = self._image(arc.locus)
-        image = Arc(locus, total + sign * arc.end, total + sign * arc.start)
+        image = Arc(
+            locus,
+            total + sign * arc.end,
+            total + sign * arc.start,
+        )
         image.__dict__.update(
-            _samples=(total + sign * arc.s[::-1], arc.z[::-1].conj()), moment=arc.moment
+            _samples=(
+                total + sign * arc.s[::-1],
+                arc.z[::-1].conj(),
+            ),
+            moment=arc.moment,
         )
         return image
 

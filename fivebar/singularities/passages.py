@@ -95,7 +95,10 @@ def passages(robot: FiveBar) -> tuple[Passage, ...]:
                 kind = Singularity.PARALLEL if leg is None else Singularity.SERIAL
                 found.append(Passage((one.number, other.number), kind, leg, xi))
     joined = {passage.between for passage in found}
-    return (*found, *(fold for fold in _folds(robot, everything) if fold.between not in joined))
+    return (
+        *found,
+        *(fold for fold in _folds(robot, everything) if fold.between not in joined),
+    )
 
 
 def _shared_place(robot, one, other, leg):
@@ -108,18 +111,20 @@ def _shared_place(robot, one, other, leg):
         for b in _arcs(other, wanted, leg):
             if a.locus is not b.locus:
                 continue
-            low, high = (
-                max(min(a.start, a.end), min(b.start, b.end)),
-                min(max(a.start, a.end), max(b.start, b.end)),
-            )
+            low = max(min(a.start, a.end), min(b.start, b.end))
+            high = min(max(a.start, a.end), max(b.start, b.end))
             if high - low <= SHORTEST * abs(a.end - a.start):
                 continue
             z = a.at(low + (high - low) * (np.arange(SAMPLES) + 0.5) / SAMPLES)
             pose = igm(robot, pairs(z), one.working, unreachable="nan")
-            others = [*pose.sines] if leg is None else [pose.sines[1 - leg], pose.det_A]
+            if leg is None:
+                others = [*pose.sines]
+            else:
+                others = [pose.sines[1 - leg], pose.det_A]
             clear = np.nan_to_num(np.abs(others).min(axis=0))
             if clear.max() > farthest:
-                best, farthest = pairs(z)[clear.argmax()], float(clear.max())
+                best = pairs(z)[clear.argmax()]
+                farthest = float(clear.max())
     return best
 
 
@@ -153,7 +158,8 @@ def _folds(robot, everything):
 
 def aspect_of(pose: Pose) -> Aspect:
     """The aspect in which a pose is; ValueError where it is singular."""
-    working, found = tuple(int(mode) for mode in pose.working), known_aspects(pose.robot)
+    working = tuple(int(mode) for mode in pose.working)
+    found = known_aspects(pose.robot)
     for aspect in found:
         if aspect.working == working and aspect.contains(pose.xi):
             return aspect
@@ -164,10 +170,18 @@ def aspect_of(pose: Pose) -> Aspect:
 
 
 @takes(
-    robot=instance(FiveBar, Biglide), start=a_pose, goal=a_pose, folds=flag, most=whole(0, 10**6)
+    robot=instance(FiveBar, Biglide),
+    start=a_pose,
+    goal=a_pose,
+    folds=flag,
+    most=whole(0, 10**6),
 )
 def routes(
-    robot: FiveBar, start: Pose, goal: Pose, folds: bool = True, most: int = 8
+    robot: FiveBar,
+    start: Pose,
+    goal: Pose,
+    folds: bool = True,
+    most: int = 8,
 ) -> tuple[Route, ...]:
     """Ways from start to goal through the aspects, those with fewest crossings first; () where none
     joins them.
@@ -183,7 +197,8 @@ def routes(
             raise ValueError(
                 f"routes: {name} is a pose of another robot: {pose.robot}, not {robot}"
             )
-    first, last = aspect_of(start).number, aspect_of(goal).number
+    first = aspect_of(start).number
+    last = aspect_of(goal).number
     neighbours: dict[int, list] = {}
     for passage in passages(robot):
         if folds or not passage.fold:

@@ -43,7 +43,9 @@ class Arc:
         first, last = self.locus._curve(np.array([low, high]))[0]
         s = np.concatenate([[low], own[inner], [high]])
         z = np.concatenate([[first], self.locus.points[inner] @ (1, 1j), [last]])
-        return (s, z) if self.start <= self.end else (s[::-1], z[::-1])
+        if self.start <= self.end:
+            return (s, z)
+        return (s[::-1], z[::-1])
 
     @property
     def s(self) -> np.ndarray:
@@ -61,7 +63,8 @@ class Arc:
     def reversed(self) -> Arc:
         twin = Arc(self.locus, self.end, self.start)
         twin.__dict__.update(
-            _samples=tuple(each[::-1] for each in self._samples), moment=-self.moment
+            _samples=tuple(each[::-1] for each in self._samples),
+            moment=-self.moment,
         )
         return twin
 
@@ -88,7 +91,9 @@ class Arc:
     def moment(self) -> float:
         """Line integral of (x dy - y dx) / 2: the area swept from the origin."""
         edges = self.s[np.unique(np.append(np.arange(0, len(self.s), PANEL), len(self.s) - 1))]
-        low, high, total = edges[:-1], edges[1:], 0.0
+        low = edges[:-1]
+        high = edges[1:]
+        total = 0.0
         least = 4 * EPS * np.abs(self.z).max() ** 2
         for _ in range(HALVINGS):
             half = (high - low)[:, None] / 2
@@ -100,15 +105,21 @@ class Arc:
             total += float((swept @ WEIGHTS)[~rough].sum())
             if not rough.any():
                 break
-            low, high = low[rough], high[rough]
+            low = low[rough]
+            high = high[rough]
             middle = (low + high) / 2
-            low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+            low = np.concatenate([low, middle])
+            high = np.concatenate([middle, high])
         return total
 
     def dense(self, spacing: float) -> np.ndarray:
         """Points on the arc about this far apart, its start but not its end among them."""
         along = np.append(0.0, np.cumsum(np.abs(np.diff(self.z))))
-        even = np.linspace(0, along[-1], int(np.ceil(along[-1] / spacing)) + 1)[:-1]
+        even = np.linspace(
+            0,
+            along[-1],
+            int(np.ceil(along[-1] / spacing)) + 1,
+        )[:-1]
         return self.at(np.interp(even, along, self.s))
 
     def feet(self, z: complex, within: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
@@ -116,7 +127,8 @@ class Arc:
         farther than `within`.
         """
         distance = np.abs(self.z - z)
-        left, right = np.append(np.inf, distance[:-1]), np.append(distance[1:], np.inf)
+        left = np.append(np.inf, distance[:-1])
+        right = np.append(distance[1:], np.inf)
         s, distance = self._feet(z, np.flatnonzero((distance <= left) & (distance <= right)))
         s, first = np.unique(s, return_index=True)
         distance = distance[first]
@@ -143,9 +155,14 @@ class Arc:
         """For points (n,) and each chord between samples, the part of it up to the nearest point,
         and the distance.
         """
-        start, chord = self.z[:-1], np.diff(self.z)
+        start = self.z[:-1]
+        chord = np.diff(self.z)
         away = z[:, None] - start
-        part = np.clip((away * chord.conj()).real / np.abs(chord) ** 2, 0, 1)
+        part = np.clip(
+            (away * chord.conj()).real / np.abs(chord) ** 2,
+            0,
+            1,
+        )
         return part, np.abs(away - part * chord)
 
     def _feet(self, z, index):
@@ -155,11 +172,24 @@ class Arc:
         s = self.s[index]
         on, tangent = self.curve(s)
         ahead = ((on - z) * tangent.conj()).real < 0
-        low = np.where(ahead, s, self.s[np.maximum(index - 1, 0)])
-        high = np.where(ahead, self.s[np.minimum(index + 1, len(self.s) - 1)], s)
+        low = np.where(
+            ahead,
+            s,
+            self.s[np.maximum(index - 1, 0)],
+        )
+        high = np.where(
+            ahead,
+            self.s[np.minimum(index + 1, len(self.s) - 1)],
+            s,
+        )
         z = np.broadcast_to(z, s.shape)
         rounding = 4 * EPS * np.abs(self.z).max() * np.abs(tangent)
-        foot = rising_zeros(lambda i, t: self._slope(t, z[i]), low, high, rounding)
+        foot = rising_zeros(
+            lambda i, t: self._slope(t, z[i]),
+            low,
+            high,
+            rounding,
+        )
         s = np.where(np.isnan(foot), s, foot)
         return s, np.abs(self.at(s) - z)
 
@@ -184,11 +214,16 @@ class Arc:
             step = 2 * np.arcsin(radius / self.extent)
             return complex(self.at(self.start + (step if self.start < self.end else -step)))
         outside = int(np.argmax(np.abs(self.z - self.z[0]) >= radius))
-        low, high = self.s[outside - 1], self.s[outside]
+        low = self.s[outside - 1]
+        high = self.s[outside]
         for _ in range(5):
             s = np.linspace(low, high, 33)
-            k = max(int(np.argmax(np.abs(self.at(s) - self.z[0]) >= radius)), 1)
-            low, high = s[k - 1], s[k]
+            k = max(
+                int(np.argmax(np.abs(self.at(s) - self.z[0]) >= radius)),
+                1,
+            )
+            low = s[k - 1]
+            high = s[k]
         return complex(self.at(high))
 
 
@@ -221,7 +256,9 @@ def _batches(z, most=1024):
     """Parts of points (n,), so few that the way from each of them to each chord of an arc fits into
     memory.
     """
-    return [z] if len(z) <= most else np.array_split(z, len(z) // most + 1)
+    if len(z) <= most:
+        return [z]
+    return np.array_split(z, len(z) // most + 1)
 
 
 def inside(loops: tuple, z: np.ndarray) -> np.ndarray:
@@ -289,11 +326,10 @@ def points_of_largest_clearance(
     except QhullError:  # a face so flat that it has no inside
         return []
     # Any ridge names two samples and the vertices equally far from them.
-    vertices, points = (
-        np.array(diagram.ridge_vertices),
-        np.repeat(diagram.ridge_points[:, :1], 2, axis=1),
-    )
-    points, vertices = points[vertices >= 0], vertices[vertices >= 0]
+    vertices = np.array(diagram.ridge_vertices)
+    points = np.repeat(diagram.ridge_points[:, :1], 2, axis=1)
+    points = points[vertices >= 0]
+    vertices = vertices[vertices >= 0]
     z = diagram.vertices @ (1, 1j)
     distance = np.zeros(len(z))
     distance[vertices] = np.abs(z[vertices] - border[points])
@@ -324,7 +360,10 @@ def beside(loops: tuple, size: float) -> np.ndarray:
                 found.append(on + 0.05j * length * tangent / np.abs(tangent))
     z = np.concatenate(found)
     within, near = roughly_inside(loops, z)
-    z = z[within & ~near] if (within & ~near).any() else z[inside(loops, z)]
+    if (within & ~near).any():
+        z = z[within & ~near]
+    else:
+        z = z[inside(loops, z)]
     return z if len(z) else np.array([off_border(loops, size)[0]])
 
 
@@ -333,7 +372,8 @@ def off_border(loops: tuple, size: float) -> tuple[complex, float]:
     however thin.
     """
     arcs = sorted(
-        (arc for loop in loops for arc in loop), key=lambda arc: -np.abs(np.diff(arc.z)).sum()
+        (arc for loop in loops for arc in loop),
+        key=lambda arc: -np.abs(np.diff(arc.z)).sum(),
     )
     for arc in arcs:
         on, tangent = arc.curve((arc.start + arc.end) / 2)

@@ -12,7 +12,10 @@ import numpy as np
 
 
 def rising_zeros(
-    f: Callable, low: np.ndarray, high: np.ndarray, rounding: np.ndarray
+    f: Callable,
+    low: np.ndarray,
+    high: np.ndarray,
+    rounding: np.ndarray,
 ) -> np.ndarray:
     """Parameters (n,) at which functions rise through 0 between low (n,) and high (n,), nan where
     they do not.
@@ -28,7 +31,10 @@ def rising_zeros(
     for _ in range(100):
         if not len(active):
             break
-        a, b, fa, fb = low[active], high[active], f_low[active], f_high[active]
+        a = low[active]
+        b = high[active]
+        fa = f_low[active]
+        fb = f_high[active]
         t = zero[active] = a + np.clip(fa / (fa - fb), 1e-3, 1 - 1e-3) * (b - a)
         value = f(active, t)
         # Illinois: an end that stays a second time counts half, so that both ends close in.

@@ -50,7 +50,10 @@ def document(
     body = Template((folder / "page.html").read_text("utf-8")).substitute(title=title, **parts)
     style = "".join((place / "page.css").read_text("utf-8") for place in (HERE, folder))
     return Template((HERE / "page.html").read_text("utf-8")).substitute(
-        title=title, scripts=scripts, style=style, body=body
+        title=title,
+        scripts=scripts,
+        style=style,
+        body=body,
     )
 
 
@@ -59,7 +62,12 @@ def script(folder: Path, *names: str) -> str:
     return "\n".join((folder / f"{name}.js").read_text("utf-8") for name in names)
 
 
-def frame_html(page: str, title: str, height: int, style: str = "") -> str:
+def frame_html(
+    page: str,
+    title: str,
+    height: int,
+    style: str = "",
+) -> str:
     """Return HTML of a frame with this page, so many pixels high, for a notebook."""
     return (
         f'<iframe style="width:100%;height:{height}px;border:0;{style}"'

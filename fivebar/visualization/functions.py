@@ -22,7 +22,8 @@ def pose_outputs(pose: Pose) -> dict[str, ca.SX]:
     """What pages show of a pose, by name; closes: 1, or 0; gap: m, by which the bars do not
     meet.
     """
-    parallel, across = pose.det_A, dot(*pose.u2)
+    parallel = pose.det_A
+    across = dot(*pose.u2)
     seen = ca.vertcat(*pose.point, *pose.sines, parallel)
     return {
         "xi": pose.xi,
@@ -43,13 +44,15 @@ def pose_functions(robot: Robot, *more: ca.SX) -> list[ca.Function]:
 
     more: further inputs, the symbols of which the robot's parameters are made.
     """
-    point, modes, mode = (
-        ca.SX.sym("point", 2),
-        ca.SX.sym("modes", 2),
-        ca.SX.sym("mode"),
-    )
+    point = ca.SX.sym("point", 2)
+    modes = ca.SX.sym("modes", 2)
+    mode = ca.SX.sym("mode")
     with as_numbers():
-        reached = task_pose(robot, (point[0], point[1]), (modes[0], modes[1]))
+        reached = task_pose(
+            robot,
+            (point[0], point[1]),
+            (modes[0], modes[1]),
+        )
         driven = joint_pose(robot, (point[0], point[1]), mode)
         found = [
             named_function("igm", pose_outputs(reached), point, modes, *more),
@@ -71,7 +74,9 @@ def named_function(name: str, outputs: dict[str, ca.SX], *inputs: ca.SX) -> ca.F
 
 
 def _name(symbol):
-    return str(symbol[0]).split("_")[0] if symbol.numel() > 1 else str(symbol)
+    if symbol.numel() > 1:
+        return str(symbol[0]).split("_")[0]
+    return str(symbol)
 
 
 def script(functions: Iterable[ca.Function], flat: Iterable[str] = ()) -> str:

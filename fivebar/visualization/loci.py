@@ -21,7 +21,8 @@ def map_loci(data: Map) -> Iterator[tuple]:
 
     As angles they repeat with every turn.
     """
-    loci, task = singularity_loci(data.robot), data.space == "task"
+    loci = singularity_loci(data.robot)
+    task = data.space == "task"
     ends = (data.y if task else data.x)[[0, -1]]
     pieces = [
         (

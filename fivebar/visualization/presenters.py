@@ -46,7 +46,12 @@ def plot(result: Any, path: BinaryFile | None, **options: Any) -> Figure:
     return saved(draw(result, **options), path)
 
 
-def page(result: Any, path: Any, show: object, title: str | None) -> Page | LivePage | None:
+def page(
+    result: Any,
+    path: Any,
+    show: object,
+    title: str | None,
+) -> Page | LivePage | None:
     """Make the page of a result: of a Design its live page, of a Front a table with a picture, else
     linked plots.
     """

@@ -122,7 +122,8 @@ class Skeleton:
     def key(self) -> dict[str, list[str]]:
         """What the colours of the bars say: {link or leg: its colours}."""
         numbers = self.links if self.link_names else [leg for _, leg in self.legs]
-        names, key = self.link_names or ("left leg", "right leg"), {}
+        names = self.link_names or ("left leg", "right leg")
+        key = {}
         for number, colour in dict.fromkeys(zip(numbers, self.colours)):
             if number < len(names):
                 key.setdefault(names[number], []).append(colour)
@@ -150,8 +151,14 @@ def robot_body(robot: Robot, pivots: np.ndarray, xi: np.ndarray) -> Skeleton:
     low = np.fmin.reduce(pivots[..., 1], axis=None) - 0.3 * bar
     high = np.fmax.reduce(pivots[..., 1], axis=None) + 0.3 * bar
     left, right = (np.full(len(xi), drive.x) for drive in robot.drives)
-    rails = [(left, 0 * left + low), (left, 0 * left + high)]
-    rails += [(right, 0 * right + low), (right, 0 * right + high)]
+    rails = [
+        (left, 0 * left + low),
+        (left, 0 * left + high),
+    ]
+    rails += [
+        (right, 0 * right + low),
+        (right, 0 * right + high),
+    ]
     half = np.array([0, 0.07 * bar])
     blocks = np.concatenate([pivots - half, pivots + half], axis=1)[:, [0, 2, 1, 3]]
     points = np.concatenate([points, np.moveaxis(rails, -1, 0), blocks], axis=1)
@@ -183,7 +190,11 @@ def measured_pose(robot: Robot, q: np.ndarray, xi: np.ndarray) -> Pose:
     """Return the pose of joints q (m, 2) and end-effector xi (m, 2) as they were simulated,
     singular or not.
     """
-    x, y = np.moveaxis(xi[:, None] - elbows(robot, q), -1, 0)
+    x, y = np.moveaxis(
+        xi[:, None] - elbows(robot, q),
+        -1,
+        0,
+    )
     phi = np.arctan2(y, x).T
     passive = [drive.relative(*angles) for drive, *angles in zip(robot.drives, phi, q.T)]
     return four_joint_pose(robot, tuple(q.T), tuple(passive))
@@ -191,7 +202,8 @@ def measured_pose(robot: Robot, q: np.ndarray, xi: np.ndarray) -> Pose:
 
 def study_body(study: Study) -> Skeleton:
     """Return the body of a linkage at all samples of its Study."""
-    chain, names = study.motion.chain, study.motion.points
+    chain = study.motion.chain
+    names = study.motion.points
     links = []
     for begin, _ in chain.bars:
         origin = chain.points[begin]

@@ -29,7 +29,12 @@ COLOURS = (
     "#000000",
 )
 BLUE, ORANGE, GREEN, PINK, AMBER, SKY, BLACK = COLOURS
-DASHES = ("-", (0, (6, 2)), (0, (2, 1.5)), (0, (6, 2, 1, 2)))
+DASHES = (
+    "-",
+    (0, (6, 2)),
+    (0, (2, 1.5)),
+    (0, (6, 2, 1, 2)),
+)
 LEFT, RIGHT = BLUE, ORANGE  # legs, and what is of their motors
 SIDES = ("left", LEFT), ("right", RIGHT)
 # A hue for each leg, its bars dark and light by turns.
@@ -43,7 +48,10 @@ LINKS = (
     BLACK,
 )  # of a linkage; pink is left to the path
 PATH, REFERENCE = PINK, GREEN
-INK, BASE, GUIDE, PALE = "#222222", "#888888", "#d9d9d9", "#8a939c"
+INK = "#222222"
+BASE = "#888888"
+GUIDE = "#d9d9d9"
+PALE = "#8a939c"
 LENGTHS = "l11", "l12", "l21", "l22", "l1", "l2", "d"
 
 TYPE_1, ACROSS, TYPE_3 = (
@@ -133,7 +141,10 @@ def length(metres: float) -> str:
 def robot_title(robot: Robot) -> str:
     """Return what a robot is called over a picture, with its lengths in mm."""
     *bars, base = (f"{1e3 * x:.4g}" for name, x in robot.parameters.items() if name in LENGTHS)
-    lengths = f"all bars {bars[0]}" if len(set(bars)) == 1 else f"bars {', '.join(bars)}"
+    if len(set(bars)) == 1:
+        lengths = f"all bars {bars[0]}"
+    else:
+        lengths = f"bars {', '.join(bars)}"
     return f"{robot.words.title}, {lengths} mm, base {base} mm"
 
 

@@ -42,11 +42,16 @@ BITS = 64  # the checker has 80, so that what is proved here is proved there
 
 
 def _ball(value):
-    return _ball(value[0]).union(_ball(value[1])) if isinstance(value, tuple) else flint.arb(value)
+    if isinstance(value, tuple):
+        return _ball(value[0]).union(_ball(value[1]))
+    return flint.arb(value)
 
 
 _BALLS = SimpleNamespace(
-    mpf=_ball, sqrt=flint.arb.sqrt, cos=flint.arb.cos, sin=flint.arb.sin
+    mpf=_ball,
+    sqrt=flint.arb.sqrt,
+    cos=flint.arb.cos,
+    sin=flint.arb.sin,
 )  # as mpmath's iv
 
 
@@ -87,7 +92,10 @@ class Certificate:
     def __repr__(self) -> str:
         count = sum(len(parts) - 1 for parts in self.claim["parts"])
         stretches = (f"{u.start:.6g} to {u.stop:.6g} m: {u.why}" for u in self.unproved[:1])
-        more = f"and {len(self.unproved) - 1} more stretches" if len(self.unproved) > 1 else ""
+        if len(self.unproved) > 1:
+            more = f"and {len(self.unproved) - 1} more stretches"
+        else:
+            more = ""
         notes = (
             f"margin {self.claim['margin']:g}",
             f"{len(self.claim['pieces'])} pieces in {count} parts",
@@ -197,11 +205,14 @@ def _stretches(found):
 
 def _parted(claim, piece):
     """Where to part a piece, u from 0 to 1, and the parts of which nothing could be proved."""
-    parts, failed, left = [0.0], [], [(0.0, 1.0)]
+    parts = [0.0]
+    failed = []
+    left = [(0.0, 1.0)]
     while left:
         first, last = left.pop()
         if not proved(claim, piece, first, last, _BALLS):
-            middle, size = (first + last) / 2, last - first
+            middle = (first + last) / 2
+            size = last - first
             tried = (middle,) if size <= FINE else (middle, first, last)
             if size > FINEST and (
                 size > COARSE or any(proved(claim, piece, u, u, _BALLS) for u in tried)
@@ -217,7 +228,8 @@ def _broken(claim, piece, u):
     """Whether a robot within the tolerances breaks the claim at a point, how, and the lengths of
     that robot.
     """
-    nominal, tolerances = claim["robot"], claim["tolerances"]
+    nominal = claim["robot"]
+    tolerances = claim["tolerances"]
     for k, (_, value, _) in enumerate(_kept(claim, piece, u, nominal)):
         lengths = {  # of which this is the least, as far as it is linear
             name: (
@@ -246,12 +258,25 @@ def _kept(claim, piece, u, lengths):
         Number(_ball(lengths[name]), [_ball(name == other) for other in LENGTHS])
         for name in LENGTHS
     ]
-    reached = list(legs(*point(piece, Number(_ball(u), [zero] * len(LENGTHS)), _BALLS), numbers))
+    reached = list(
+        legs(
+            *point(
+                piece,
+                Number(_ball(u), [zero] * len(LENGTHS)),
+                _BALLS,
+            ),
+            numbers,
+        )
+    )
     for leg, (*_, outer, inner) in enumerate(reached, 1):
         yield f"(l{leg}1 + l{leg}2)^2 - r{leg}^2", outer, 0.0
         yield f"r{leg}^2 - (l{leg}1 - l{leg}2)^2", inner, 0.0
     if sines := margins(reached, claim["working"], _BALLS):
-        yield from zip(("sin^2 q12", "sin^2 q22"), sines, (claim["margin"] ** 2,) * 2)
+        yield from zip(
+            ("sin^2 q12", "sin^2 q22"),
+            sines,
+            (claim["margin"] ** 2,) * 2,
+        )
         yield (
             ("det A", "-det A")[claim["assembly"] > 0],
             sines[2] * -claim["assembly"],
@@ -282,7 +307,10 @@ def _tolerances(robot, tolerances):
 def _assembly(robot, path, working):
     """The assembly mode in which a path begins, as far as it is reached."""
     found = igm(
-        robot, path(np.linspace(0.0, path.length, 65))[0], working, unreachable="nan"
+        robot,
+        path(np.linspace(0.0, path.length, 65))[0],
+        working,
+        unreachable="nan",
     ).assembly
     return int(next((mode for mode in found if mode), -1))
 

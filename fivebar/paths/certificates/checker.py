@@ -27,7 +27,10 @@ class Number(NamedTuple):
     def __add__(self, other):
         if not isinstance(other, Number):
             return Number(self.value + other, self.slopes)
-        return Number(self.value + other.value, [a + b for a, b in zip(self.slopes, other.slopes)])
+        return Number(
+            self.value + other.value,
+            [a + b for a, b in zip(self.slopes, other.slopes)],
+        )
 
     def __mul__(self, other):
         if not isinstance(other, Number):
@@ -44,7 +47,8 @@ class Number(NamedTuple):
     def __truediv__(self, other):
         value = self.value / other.value
         return Number(
-            value, [(a - value * b) / other.value for a, b in zip(self.slopes, other.slopes)]
+            value,
+            [(a - value * b) / other.value for a, b in zip(self.slopes, other.slopes)],
         )
 
     def through(self, value, slope):
@@ -59,12 +63,14 @@ def point(piece, u, on=iv):
     if kind == "arc":
         (cx, cy), radius, start, stop = of
         angle = u * (on.mpf(stop) - start) + start
-        cos, sin = on.cos(angle.value), on.sin(angle.value)
+        cos = on.cos(angle.value)
+        sin = on.sin(angle.value)
         return angle.through(cos, -sin) * radius + cx, angle.through(sin, cos) * radius + cy
     if kind == "polynomial":
         x = y = u * 0
         for cx, cy in reversed(of):
-            x, y = x * u + cx, y * u + cy
+            x = x * u + cx
+            y = y * u + cy
         return x, y
     raise ValueError(f"no piece is a {kind!r}")
 
@@ -74,7 +80,10 @@ def legs(x, y, lengths):
     within both limits.
     """
     l11, l12, l21, l22, d = lengths
-    for base, l1, l2 in ((d * -0.5, l11, l12), (d * 0.5, l21, l22)):
+    for base, l1, l2 in (
+        (d * -0.5, l11, l12),
+        (d * 0.5, l21, l22),
+    ):
         rx = x - base
         r2 = rx * rx + y * y
         yield l1, l2, rx, y, r2, (l1 + l2) * (l1 + l2) - r2, r2 - (l1 - l2) * (l1 - l2)
@@ -93,13 +102,18 @@ def margins(reached, working, on=iv):
         root = on.sqrt(product.value)
         along = (r2 - l1 * l1 + l2 * l2) / (r2 * 2)
         across = product.through(root, 1 / (root * 2)) / (r2 * 2) * mode
-        u2 += [(along * rx + across * ry) / l2, (along * ry - across * rx) / l2]
+        u2 += [
+            (along * rx + across * ry) / l2,
+            (along * ry - across * rx) / l2,
+        ]
     return *sines, u2[0] * u2[3] - u2[1] * u2[2]
 
 
 def proved(certificate, piece, first, last, on=iv):
     """Whether the claim holds on a part of a piece."""
-    whole, middle, free = [on.mpf((first, last))], [on.mpf((first + last) / 2)], [0]
+    whole = [on.mpf((first, last))]
+    middle = [on.mpf((first + last) / 2)]
+    free = [0]
     for k, name in enumerate(LENGTHS, 1):
         length, tolerance = (on.mpf(certificate[of].get(name, 0)) for of in ("robot", "tolerances"))
         whole.append(on.mpf((length - tolerance, length + tolerance)))
@@ -108,7 +122,8 @@ def proved(certificate, piece, first, last, on=iv):
 
     def centred(over, at):  # the mean value theorem
         change = sum(
-            (slope * (whole[k] - middle[k]) for slope, k in zip(over.slopes, free)), on.mpf(0)
+            (slope * (whole[k] - middle[k]) for slope, k in zip(over.slopes, free)),
+            on.mpf(0),
         )
         return Number(at.value + change, over.slopes)
 
@@ -123,7 +138,11 @@ def proved(certificate, piece, first, last, on=iv):
     if None in both:
         return False
     least = on.mpf(certificate["margin"])
-    wanted = zip(*both, (least * least, least * least, least), (1, 1, -certificate["assembly"]))
+    wanted = zip(
+        *both,
+        (least * least, least * least, least),
+        (1, 1, -certificate["assembly"]),
+    )
     found = [(centred(over, at).value * sign, bound) for over, at, bound, sign in wanted]
     return all(value > 0 and value >= bound for value, bound in found)
 
@@ -155,10 +174,8 @@ def refusal(certificate, shown=iter):
             f"needed: three modes of -1 or 1; {', '.join(LENGTHS)}, tolerances of these, a margin,"
             " none below 0"
         )
-    gap, ends = (
-        1e-12 * sum(robot.values()),
-        [],
-    )  # between the end of a piece and the start of the next
+    gap = 1e-12 * sum(robot.values())
+    ends = []  # between the end of a piece and the start of the next
     for number, (piece, parts) in enumerate(
         shown([*zip(certificate["pieces"], certificate["parts"], strict=True)]), 1
     ):

@@ -25,7 +25,9 @@ class Clearance:
     """
 
     def __init__(self, part: Aspect) -> None:
-        self.part, self.arcs, self.points = part, arcs_of(part), punctures(part)
+        self.part = part
+        self.arcs = arcs_of(part)
+        self.points = punctures(part)
         self.spacing = sum(np.abs(np.diff(arc.z)).sum() for arc in self.arcs) / BORDER
         loops = [
             np.concatenate([arc.dense(self.spacing) for arc in loop]) for loop in part.boundary
@@ -38,7 +40,16 @@ class Clearance:
             np.concatenate(
                 [
                     *(np.roll(z, -way) for z in loops),
-                    *(z[np.clip(np.arange(len(z)) + way, 0, len(z) - 1)] for z in boundaries),
+                    *(
+                        z[
+                            np.clip(
+                                np.arange(len(z)) + way,
+                                0,
+                                len(z) - 1,
+                            )
+                        ]
+                        for z in boundaries
+                    ),
                     self.points,
                 ]
             )
@@ -47,14 +58,16 @@ class Clearance:
         self.trees = [_tree(np.append(arc.dense(self.spacing), arc.z[-1])) for arc in self.arcs]
         self.tree = _tree(self.border)
         self.low, self.high = (f(loops[0].real) + 1j * f(loops[0].imag) for f in (np.min, np.max))
-        x, y = (
-            np.linspace(self.low.real, self.high.real, GRID),
-            np.linspace(self.low.imag, self.high.imag, GRID),
-        )
+        x = np.linspace(self.low.real, self.high.real, GRID)
+        y = np.linspace(self.low.imag, self.high.imag, GRID)
         z = x[:, None] + 1j * y
         self.steps = x[1] - x[0], y[1] - y[0]
         away = self.tree.query(np.stack([z.real, z.imag], axis=-1))[0]
-        self.field = np.where(self.within(z.ravel(), exactly=False).reshape(z.shape), away, -away)
+        self.field = np.where(
+            self.within(z.ravel(), exactly=False).reshape(z.shape),
+            away,
+            -away,
+        )
         self.most = float(self.field.max())
 
     def within(self, z: np.ndarray, exactly: bool = True) -> np.ndarray:
@@ -75,16 +88,25 @@ class Clearance:
             square = np.abs(chord) ** 2
             part = ((z - self.border[k]) * chord.conj()).real / np.where(square, square, 1.0)
             foot = self.border[k] + np.clip(part, 0, 1) * chord
-            on = np.where(np.abs(z - foot) < np.abs(z - on), foot, on)
+            on = np.where(
+                np.abs(z - foot) < np.abs(z - on),
+                foot,
+                on,
+            )
         distance = np.abs(z - on)
         # No border is between a point and a node of the grid that is nearer than it.
         (u, v), (i, j) = self._cells(z)
-        i, j = (
-            np.clip(np.rint(u), 0, GRID - 1).astype(int),
-            np.clip(np.rint(v), 0, GRID - 1).astype(int),
+        i = np.clip(np.rint(u), 0, GRID - 1).astype(int)
+        j = np.clip(np.rint(v), 0, GRID - 1).astype(int)
+        node = np.hypot(
+            (u - i) * self.steps[0],
+            (v - j) * self.steps[1],
         )
-        node = np.hypot((u - i) * self.steps[0], (v - j) * self.steps[1])
-        sign = np.where(self.field[i, j] > 0, 1.0, -1.0)
+        sign = np.where(
+            self.field[i, j] > 0,
+            1.0,
+            -1.0,
+        )
         near = node >= 0.99 * distance
         if near.any():
             sign[near] = np.where(self.within(z[near], exactly=False), 1.0, -1.0)
@@ -98,18 +120,27 @@ class Clearance:
     def on_grid(self, z: np.ndarray) -> np.ndarray:
         """The field at points, bilinear; outside of the grid less than anything inside."""
         (x, y), (i, j) = self._cells(z)
-        u, v = x - i, y - j
+        u = x - i
+        v = y - j
         f = self.field.ravel()
         k = i * GRID + j
         value = (f[k] * (1 - u) + f[k + GRID] * u) * (1 - v) + (
             f[k + 1] * (1 - u) + f[k + GRID + 1] * u
         ) * v
-        beyond = np.maximum(np.maximum(-x, x - GRID + 1), np.maximum(-y, y - GRID + 1))
-        return np.where(beyond > 0, -np.abs(f).max() - beyond * self.steps[0], value)
+        beyond = np.maximum(
+            np.maximum(-x, x - GRID + 1),
+            np.maximum(-y, y - GRID + 1),
+        )
+        return np.where(
+            beyond > 0,
+            -np.abs(f).max() - beyond * self.steps[0],
+            value,
+        )
 
     def exact(self, z: np.ndarray) -> np.ndarray:
         """Distance of points (n,) from all that bounds."""
-        found, xy = np.full(len(z), np.inf), np.stack([z.real, z.imag], axis=-1)
+        found = np.full(len(z), np.inf)
+        xy = np.stack([z.real, z.imag], axis=-1)
         rough = [tree.query(xy)[0] for tree in self.trees]
         near = np.min(rough, axis=0) + 0.51 * self.spacing
         for arc, own in zip(self.arcs, rough):
@@ -120,7 +151,10 @@ class Clearance:
         return found
 
     def along(
-        self, path: Path, least: float = -np.inf, most: float = np.inf
+        self,
+        path: Path,
+        least: float = -np.inf,
+        most: float = np.inf,
     ) -> tuple[float, complex | None]:
         """The room of a placed path, exactly, and the point where it is least; at most 0 where it
         leaves.
@@ -146,19 +180,28 @@ class Clearance:
         best, at = most, None
         for _ in range(60):
             ask = np.flatnonzero(~sure & (clearance < best))
-            ask = ask[np.argsort(clearance[ask])[:8]] if best == np.inf else ask
+            if best == np.inf:
+                ask = ask[np.argsort(clearance[ask])[:8]]
             clearance[ask], sure[ask] = self.exact(z[ask]), True
             k = int(np.where(sure, clearance, np.inf).argmin())
             if sure[k] and clearance[k] < best:
-                best, at = float(clearance[k]), complex(z[k])
+                best = float(clearance[k])
+                at = complex(z[k])
             if best <= least:
                 break
             k = np.clip(
-                np.searchsorted(path.knots, (s[:-1] + s[1:]) / 2, side="right") - 1,
+                np.searchsorted(
+                    path.knots,
+                    (s[:-1] + s[1:]) / 2,
+                    side="right",
+                )
+                - 1,
                 0,
                 len(steep) - 1,
             )
-            h, a, b = np.diff(s), np.maximum(clearance[:-1], 0), np.maximum(clearance[1:], 0)
+            h = np.diff(s)
+            a = np.maximum(clearance[:-1], 0)
+            b = np.maximum(clearance[1:], 0)
             c = (
                 steep[k, 0] ** 2
                 + (np.maximum(a, b) + self.spacing + 2 * h * steep[k, 0]) * steep[k, 1]
@@ -172,18 +215,14 @@ class Clearance:
             rough = (
                 self.tree.query(np.stack([new.real, new.imag], axis=-1))[0] - 0.51 * self.spacing
             )
-            s, z, clearance = (
-                np.concatenate([s, more]),
-                np.concatenate([z, new]),
-                np.concatenate([clearance, rough]),
-            )
+            s = np.concatenate([s, more])
+            z = np.concatenate([z, new])
+            clearance = np.concatenate([clearance, rough])
             order = np.argsort(s)
-            s, z, clearance, sure = (
-                s[order],
-                z[order],
-                clearance[order],
-                np.append(sure, np.zeros(len(more), dtype=bool))[order],
-            )
+            s = s[order]
+            z = z[order]
+            clearance = clearance[order]
+            sure = np.append(sure, np.zeros(len(more), dtype=bool))[order]
         return best, at
 
 
@@ -197,7 +236,8 @@ def _steepest(piece: Piece) -> tuple[float, float]:
         return 1.0, 1 / piece.radius
     if not hasattr(piece, "bernstein"):
         return 1.0, 0.0
-    n, control = len(piece.coefficients) - 1, piece.bernstein
+    n = len(piece.coefficients) - 1
+    control = piece.bernstein
     first, second = (
         np.linalg.norm(np.diff(control, order, axis=0), axis=1).max(initial=0.0) for order in (1, 2)
     )

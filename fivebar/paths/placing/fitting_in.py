@@ -42,7 +42,10 @@ def bounds(path: Path) -> np.ndarray:
         if isinstance(piece, Arc):
             first, last = sorted((piece.angle0, piece.angle1))
             quarters = (
-                np.arange(np.ceil(first / (np.pi / 2)), np.floor(last / (np.pi / 2)) + 1)
+                np.arange(
+                    np.ceil(first / (np.pi / 2)),
+                    np.floor(last / (np.pi / 2)) + 1,
+                )
                 * np.pi
                 / 2
             )
@@ -81,8 +84,16 @@ def fitted_in(
     size = np.maximum(box[1] - box[0], 1e-9)
     parts = [part for part in aspects(robot) if working is None or part.working == tuple(working)]
     crossed = {part.number: _legs_cross(robot, part) for part in parts}
-    parts.sort(key=lambda p: (crossed[p.number], p.point[1] <= 0, p.working != (-1, -1), -p.area))
-    found, refused = [], f"no aspect in working modes {working}"
+    parts.sort(
+        key=lambda p: (
+            crossed[p.number],
+            p.point[1] <= 0,
+            p.working != (-1, -1),
+            -p.area,
+        )
+    )
+    found = []
+    refused = f"no aspect in working modes {working}"
     for part in parts:
         # The rectangle's area is none larger than the aspect's.
         if found and part.area <= max(found, key=itemgetter(0))[0] ** 2 * size.prod():
@@ -100,11 +111,13 @@ def fitted_in(
         raise ValueError(refused)
     if scale is None:
         share, aspect, rectangle = max(
-            found, key=lambda each: (not crossed[each[1].number], round(each[0], 4))
+            found,
+            key=lambda each: (not crossed[each[1].number], round(each[0], 4)),
         )
     else:
         share, aspect, rectangle = max(
-            found, key=lambda each: (min(each[0], scale), each is found[-1])
+            found,
+            key=lambda each: (min(each[0], scale), each is found[-1]),
         )
     if scale is not None and scale > share:
         wide, high = 1e3 * size * scale
@@ -116,17 +129,20 @@ def fitted_in(
     scale = share * (1 - 1e-9) if scale is None else scale
     middle = np.array([rectangle.x_min + rectangle.x_max, rectangle.y_min + rectangle.y_max]) / 2
     shift = middle - scale * box.mean(axis=0)
-    return Fit(Placement((float(shift[0]), float(shift[1])), turn, scale), aspect, rectangle, share)
+    return Fit(
+        Placement((float(shift[0]), float(shift[1])), turn, scale),
+        aspect,
+        rectangle,
+        share,
+    )
 
 
 def _legs_cross(robot, aspect):
     """Whether bars of both legs cross where the aspect is roomiest."""
     pose = igm(robot, aspect.point, aspect.working)
-    base, elbow, tip = (
-        np.array([-0.5, 0.5]) * robot.d,
-        pose.elbows @ (1, 1j),
-        complex(*aspect.point),
-    )
+    base = np.array([-0.5, 0.5]) * robot.d
+    elbow = pose.elbows @ (1, 1j)
+    tip = complex(*aspect.point)
     bars = [((base[leg], elbow[leg]), (elbow[leg], tip)) for leg in (0, 1)]
     return any(
         segment_distance(*one, *other) < 0 for one, other in product(*bars) if one[1] != other[1]

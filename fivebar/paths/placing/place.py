@@ -189,7 +189,13 @@ def place(
     clearance, at = search.exactly(best)
     own = tuple((placement(each), part) for each, part in zip(search.paths, parts))
     return Placed(
-        placement(path), placement, parts[0], clearance, np.array([at.real, at.imag]), largest, own
+        placement(path),
+        placement,
+        parts[0],
+        clearance,
+        np.array([at.real, at.imag]),
+        largest,
+        own,
     )
 
 

@@ -54,7 +54,9 @@ class Found(NamedTuple):
     def placement(self, middle: complex) -> Placement:
         shift = self.shift - self.scale * np.exp(1j * self.turn) * middle
         return Placement(
-            (shift.real, shift.imag), math.remainder(self.turn, 2 * math.pi), self.scale
+            (shift.real, shift.imag),
+            math.remainder(self.turn, 2 * math.pi),
+            self.scale,
         )
 
 
@@ -65,20 +67,28 @@ class Search:
     """
 
     def __init__(
-        self, paths: list[Path], clearances: list[Clearance], turn: float | None, margin: float
+        self,
+        paths: list[Path],
+        clearances: list[Clearance],
+        turn: float | None,
+        margin: float,
     ) -> None:
-        self.paths, self.clearances, self.turn, self.margin = paths, clearances, turn, margin
+        self.paths = paths
+        self.clearances = clearances
+        self.turn = turn
+        self.margin = margin
         samples = [_samples(path, max(SAMPLES // len(paths), 12)) for path in paths]
         z = np.concatenate(samples)
         self.owner = np.repeat(np.arange(len(paths)), [len(each) for each in samples])
-        self.middle = complex((z.real.min() + z.real.max()) / 2, (z.imag.min() + z.imag.max()) / 2)
+        self.middle = complex(
+            (z.real.min() + z.real.max()) / 2,
+            (z.imag.min() + z.imag.max()) / 2,
+        )
         self.z = z - self.middle
         self.size = float(np.abs(self.z).max())
         few = [_few(each - self.middle, max(FEW // len(paths), 4)) for each in samples]
-        self.few, self.first = (
-            np.concatenate(few),
-            np.cumsum([0, *(len(each) for each in few[:-1])]),
-        )
+        self.few = np.concatenate(few)
+        self.first = np.cumsum([0, *(len(each) for each in few[:-1])])
         self.turns = [turn] if turn is not None else [2 * math.pi * k / TURNS for k in range(TURNS)]
         low, high = (
             np.array([getattr(clearance, end) for clearance in clearances])
@@ -104,13 +114,21 @@ class Search:
                 )
                 clearance = clearances.max(axis=0).min(axis=1)
                 best = [
-                    (float(clearance[at]), clearances[:, at].argmax(axis=0).tolist(), at)
+                    (
+                        float(clearance[at]),
+                        clearances[:, at].argmax(axis=0).tolist(),
+                        at,
+                    )
                     for at in np.argsort(-clearance)[:3]
                 ]
             else:
                 clearances = [clearance.on_grid(z).min(axis=1) for clearance in self.clearances]
                 best = [
-                    (float(clearance.max()), [k] * len(self.paths), clearance.argmax())
+                    (
+                        float(clearance.max()),
+                        [k] * len(self.paths),
+                        clearance.argmax(),
+                    )
                     for k, clearance in enumerate(clearances)
                 ]
             found += [
@@ -124,7 +142,9 @@ class Search:
         of several paths in one room, if all of them fit into one.
         """
         kept = self._fits(scale, count, False)
-        return kept if kept or len(self.paths) == 1 else self._fits(scale, count, True)
+        if kept or len(self.paths) == 1:
+            return kept
+        return self._fits(scale, count, True)
 
     def _fits(self, scale, count, mixed):
         chosen = []
@@ -142,7 +162,8 @@ class Search:
             found.sort(key=lambda each: -each.clearance)
             found[0] = self.improved(found[0])
             bar.update()
-        own, kept = {each.which: each for each in reversed(found)}, []
+        own = {each.which: each for each in reversed(found)}
+        kept = []
         for each in sorted(own.values(), key=lambda each: -each.clearance):
             if len(kept) < count and self.keeps(each):
                 kept.append(each)
@@ -153,12 +174,15 @@ class Search:
         placement = found.placement(self.middle)
         z = found.shift + found.scale * np.exp(1j * found.turn) * self.z
         rough = np.minimum.reduceat(
-            self.rough(found.which, z)[0], np.searchsorted(self.owner, range(len(self.paths)))
+            self.rough(found.which, z)[0],
+            np.searchsorted(self.owner, range(len(self.paths))),
         )
         clearance, at = np.inf, None
         for k in np.argsort(rough):
             own, where = self.clearances[found.which[k]].along(
-                placement(self.paths[k]), least, clearance
+                placement(self.paths[k]),
+                least,
+                clearance,
             )
             clearance, at = min((clearance, at), (own, where), key=lambda each: each[0])
             if clearance <= least:
@@ -169,7 +193,8 @@ class Search:
         """With as few changes of rooms from path to path as its room allows."""
         clearance, _ = self.exactly(found)
         placement = found.placement(self.middle)
-        which, runs = list(found.which), []
+        which = list(found.which)
+        runs = []
         for n, path in enumerate(self.paths if len(set(which)) > 1 else ()):
             placed = placement(path)
             own = {
@@ -197,11 +222,9 @@ class Search:
 
     def rough(self, which: tuple[int, ...], z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Signed distances of the paths' samples from their borders, and their gradients."""
-        own, away, normal = (
-            np.array(which)[self.owner],
-            np.empty(len(z)),
-            np.empty(len(z), dtype=complex),
-        )
+        own = np.array(which)[self.owner]
+        away = np.empty(len(z))
+        normal = np.empty(len(z), dtype=complex)
         for k in set(which):
             away[own == k], normal[own == k] = self.clearances[k].rough(z[own == k])
         return away, normal
@@ -211,17 +234,26 @@ class Search:
         change; growing: to the largest scale that leaves the margin, in place of the most room.
         """
         (_, which, shift, turn, scale), turning = start, self.turn is None
-        step = max(0.3 * self.size * scale, 0.1 * min(self.clearances[k].most for k in which))
+        step = max(
+            0.3 * self.size * scale,
+            0.1 * min(self.clearances[k].most for k in which),
+        )
         seen = np.empty((0, 2), dtype=complex)
-        now = self.rough(which, shift + scale * np.exp(1j * turn) * self.z)
+        now = self.rough(
+            which,
+            shift + scale * np.exp(1j * turn) * self.z,
+        )
         for _ in range(ROUNDS):
             z = scale * np.exp(1j * turn) * self.z
             least = float(now[0].min())
             near = now[0] < least + 4 * step
-            away, normal, arm = now[0][near], now[1][near], z[near]
+            away = now[0][near]
+            normal = now[1][near]
+            arm = z[near]
             if least > 0 and len(seen):
                 # Where a point is as near to several borders, those met before are kept off too.
-                own, border = z[seen[:, 0].real.astype(int)], seen[:, 1]
+                own = z[seen[:, 0].real.astype(int)]
+                border = seen[:, 1]
                 other = shift + own - border
                 close = np.abs(other) < least + 4 * step
                 away = np.concatenate([away, np.abs(other[close])])
@@ -232,21 +264,29 @@ class Search:
             # Of dx, dy, the turn and the growth times the paths' size, and of the room, or the
             # growth alone.
             rates = np.stack(
-                [normal.real, -normal.imag, (normal * 1j * arm).real, (normal * arm).real], axis=1
+                [
+                    normal.real,
+                    -normal.imag,
+                    (normal * 1j * arm).real,
+                    (normal * arm).real,
+                ],
+                axis=1,
             )
             rates[:, 2:] /= size
             free = np.array([1, 1, turning, growing])
             if growing:
-                cost, rows, right = (
-                    [0, 0, 0, -1, 0],
-                    np.pad(-rates, ((0, 0), (0, 1))),
-                    away - self.margin,
-                )
+                cost = [0, 0, 0, -1, 0]
+                rows = np.pad(-rates, ((0, 0), (0, 1)))
+                right = away - self.margin
                 right = np.maximum(right, 0.0) if least >= self.margin else right
             else:
-                cost, rows = [0, 0, 0, 0, -1], np.column_stack([-rates, np.ones(len(away))])
+                cost = [0, 0, 0, 0, -1]
+                rows = np.column_stack([-rates, np.ones(len(away))])
                 right = away
-            bounds = [*((-step * f, step * f) for f in free), (None, None)]
+            bounds = [
+                *((-step * f, step * f) for f in free),
+                (None, None),
+            ]
             answer = linprog(cost, A_ub=rows, b_ub=right, bounds=bounds)
             if answer.x is None:
                 step /= 4
@@ -259,13 +299,21 @@ class Search:
             then = self.rough(which, placed)
             met = np.flatnonzero(then[0] < then[0].min() + step)
             seen = np.concatenate(
-                [seen, np.stack([met, placed[met] - then[0][met] * then[1][met]], axis=1)]
+                [
+                    seen,
+                    np.stack(
+                        [
+                            met,
+                            placed[met] - then[0][met] * then[1][met],
+                        ],
+                        axis=1,
+                    ),
+                ]
             )[-SEEN:]
-            better = (
-                (then[0].min() >= min(self.margin, least) and trial[2] > scale)
-                if growing
-                else then[0].min() > least
-            )
+            if growing:
+                better = then[0].min() >= min(self.margin, least) and trial[2] > scale
+            else:
+                better = then[0].min() > least
             if better:
                 (shift, turn, scale), now = trial, then
             else:
@@ -290,8 +338,13 @@ class Search:
 
     def _largest(self, mixed):
         high = max(abs(clearance.high - clearance.low) for clearance in self.clearances) / self.size
-        low, best = SMALLER * high, None
-        with progress(total=HALVINGS + len(NEARLY) + 2, desc="largest scale", delay=2) as bar:
+        low = SMALLER * high
+        best = None
+        with progress(
+            total=HALVINGS + len(NEARLY) + 2,
+            desc="largest scale",
+            delay=2,
+        ) as bar:
             for _ in range(HALVINGS):
                 middle = math.sqrt(low * high)
                 low, high = (
@@ -328,7 +381,8 @@ class Search:
             # Growth changes distances by no more than this: so much less is enough, but where the
             # samples are on both sides of a border.
             less = max(
-                1.1 * (least - clearance) / self.size, 1e-9 * 8.0 ** max(k - 3, 0) * found.scale
+                1.1 * (least - clearance) / self.size,
+                1e-9 * 8.0 ** max(k - 3, 0) * found.scale,
             )
             if less >= 0.5 * found.scale:
                 break
@@ -337,7 +391,11 @@ class Search:
 
 
 def _larger(one, other):
-    return max(filter(None, (one, other)), key=lambda each: each.scale, default=None)
+    return max(
+        filter(None, (one, other)),
+        key=lambda each: each.scale,
+        default=None,
+    )
 
 
 def _samples(path, count):
@@ -351,4 +409,15 @@ def _few(z, count):
     """Of points those that are farthest in some directions, and some between."""
     ways = np.exp(2j * np.pi * np.arange(count // 2) / (count // 2))
     far = (z[:, None] * ways.conj()).real.argmax(axis=0)
-    return z[np.union1d(far, np.linspace(0, len(z) - 1, count - count // 2).round().astype(int))]
+    return z[
+        np.union1d(
+            far,
+            np.linspace(
+                0,
+                len(z) - 1,
+                count - count // 2,
+            )
+            .round()
+            .astype(int),
+        )
+    ]

@@ -44,7 +44,12 @@ class Draft:
     dwells: list[tuple[int, float]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def finished(self, placement: Placement, deviation: float, curvature: bool) -> Path:
+    def finished(
+        self,
+        placement: Placement,
+        deviation: float,
+        curvature: bool,
+    ) -> Path:
         """The path: placed, its curves fitted, its corners blended; between strokes the pen travels
         straight.
 
@@ -53,22 +58,27 @@ class Draft:
         notes = list(self.notes)
         drawn = [k for k, move in enumerate(self.moves) if move.pen]
         if drawn:  # ways to the first stroke and from the last are no part of it
-            first, last = drawn[0], drawn[-1] + 1
+            first = drawn[0]
+            last = drawn[-1] + 1
             if last - first < len(self.moves):
                 notes.append(
                     "ways with the pen up before the first stroke and after the last are passed"
                     " over"
                 )
             self = Draft(
-                self.name, self.moves[first:last], [(k - first, t) for k, t in self.dwells]
+                self.name,
+                self.moves[first:last],
+                [(k - first, t) for k, t in self.dwells],
             )
-        by, turned = complex(*placement.shift), placement.turned
+        by = complex(*placement.shift)
+        turned = placement.turned
         moves = [move._replace(shape=move.shape.moved(by, turned)) for move in self.moves]
         ends = [_ends(move.shape) for move in moves]
         extents = [_extent(move.shape) for move in moves]
-        size = (
-            float(np.ptp(np.array(ends).view(float).reshape(-1, 2), axis=0).max()) if ends else 0.0
-        )
+        if ends:
+            size = float(np.ptp(np.array(ends).view(float).reshape(-1, 2), axis=0).max())
+        else:
+            size = 0.0
         size = max([size, *extents])  # of whole circles the ends are one point
         none = [k for k, extent in enumerate(extents) if extent <= ROUND * size]
         if none:
@@ -95,7 +105,13 @@ class Draft:
                 f"{self.name}{where}: a curve {wide:.3g} m large cannot be kept within {fine:g} m"
             )
         parts = _parts([move.shape for move in moves], fine, set(none))
-        pieces, pen, feed, lines, dwells, s, at = [], [], [], [], {}, 0.0, None
+        pieces = []
+        pen = []
+        feed = []
+        lines = []
+        dwells = {}
+        s = 0.0
+        at = None
         rests = {}
         for k, seconds in self.dwells:
             rests[k] = rests.get(k, 0.0) + seconds
@@ -119,7 +135,14 @@ class Draft:
                 at = complex(*piece.end)
         if len(moves) in rests:
             dwells[s] = dwells.get(s, 0.0) + rests[len(moves)]
-        rough = Path(tuple(pieces), tuple(pen), dwells, tuple(feed), tuple(notes), tuple(lines))
+        rough = Path(
+            tuple(pieces),
+            tuple(pen),
+            dwells,
+            tuple(feed),
+            tuple(notes),
+            tuple(lines),
+        )
         return blended(rough, max(deviation - fine, 0.0), curvature)
 
 
@@ -127,7 +150,9 @@ def listed(lines: Iterable[int | None]) -> str:
     """(line 3), (lines 3, 4, 9, ...) or nothing."""
     lines = sorted({line for line in lines if line is not None})
     words = ", ".join(map(str, lines[:LISTED])) + ", ..." * (len(lines) > LISTED)
-    return f" ({'line' if len(lines) == 1 else 'lines'} {words})" if lines else ""
+    if lines:
+        return f" ({'line' if len(lines) == 1 else 'lines'} {words})"
+    return ""
 
 
 def _ends(shape):
@@ -175,16 +200,31 @@ def _straight(curve):
     x = (p * along.conjugate()).real
     # Where it turns back: roots of the derivative inside.
     slope = (
-        np.array([x[1] - x[0], 2 * (x[0] - 2 * x[1] + x[2]), x[3] - x[0] + 3 * (x[1] - x[2])])
+        np.array(
+            [
+                x[1] - x[0],
+                2 * (x[0] - 2 * x[1] + x[2]),
+                x[3] - x[0] + 3 * (x[1] - x[2]),
+            ]
+        )
         / size
     )
-    t = np.roots(np.trim_zeros(slope[::-1] * (np.abs(slope[::-1]) > 1e-14), "f"))
+    t = np.roots(
+        np.trim_zeros(
+            slope[::-1] * (np.abs(slope[::-1]) > 1e-14),
+            "f",
+        )
+    )
     t = np.sort(t[(np.abs(t.imag) < 1e-7) & (t.real > 1e-9) & (t.real < 1 - 1e-9)].real)
     at = [
         x[0] * (1 - s) ** 3 + 3 * x[1] * s * (1 - s) ** 2 + 3 * x[2] * s * s * (1 - s) + x[3] * s**3
         for s in t
     ]
-    points = [curve.control[0], *(curve.control[0] + along * np.array(at)), curve.control[3]]
+    points = [
+        curve.control[0],
+        *(curve.control[0] + along * np.array(at)),
+        curve.control[3],
+    ]
     return [
         Line((a.real, a.imag), (b.real, b.imag))
         for a, b in zip(points, points[1:])
@@ -194,25 +234,37 @@ def _straight(curve):
 
 def _round(ellipse):
     """An arc of a circle as an Arc, of a line as lines; None for any other."""
-    a, b, c = ellipse.a, ellipse.b, ellipse.centre
+    a = ellipse.a
+    b = ellipse.b
+    c = ellipse.centre
     size = max(abs(a), abs(b))
     if abs((a * b.conjugate()).imag) <= 1e-12 * size**2:  # flat: it runs to and fro
         return _flat(ellipse, size)
     turned = b / a
     if abs(turned.real) > 1e-12 or abs(abs(turned.imag) - 1) > 1e-12:
         return None
-    side, start = np.sign(turned.imag), float(np.angle(a))
-    return [Arc((c.real, c.imag), size, start + side * ellipse.t0, start + side * ellipse.t1)]
+    side = np.sign(turned.imag)
+    start = float(np.angle(a))
+    return [
+        Arc(
+            (c.real, c.imag),
+            size,
+            start + side * ellipse.t0,
+            start + side * ellipse.t1,
+        )
+    ]
 
 
 def _flat(ellipse, size):
     along = max((ellipse.a, ellipse.b), key=abs)
     along = along / abs(along)
-    x, y = (ellipse.a * along.conjugate()).real, (ellipse.b * along.conjugate()).real
+    x = (ellipse.a * along.conjugate()).real
+    y = (ellipse.b * along.conjugate()).real
     turn = np.arctan2(y, x)  # x cos t + y sin t is largest there
     low, high = sorted((ellipse.t0, ellipse.t1))
     cuts = turn + np.pi * np.arange(
-        np.ceil((low - turn) / np.pi), np.floor((high - turn) / np.pi) + 1
+        np.ceil((low - turn) / np.pi),
+        np.floor((high - turn) / np.pi) + 1,
     )
     t = np.unique(np.concatenate([[low], cuts, [high]]))
     t = t if ellipse.t0 <= ellipse.t1 else t[::-1]

@@ -73,7 +73,12 @@ def path(
     return read_points(points_or_file).finished(placement, deviation, curvature)
 
 
-def _read(text: str, name: str, units, kind) -> Draft:
+def _read(
+    text: str,
+    name: str,
+    units,
+    kind,
+) -> Draft:
     ending = PurePath(name).suffix.lower().lstrip(".")
     kind = (
         kind
@@ -110,6 +115,7 @@ def _guessed(text):
     if text.lstrip("\ufeff \t\r\n").startswith("<"):
         return "svg"
     first = next(
-        (line for line in text.splitlines() if line.strip() and line.strip()[0] not in "%(;#"), ""
+        (line for line in text.splitlines() if line.strip() and line.strip()[0] not in "%(;#"),
+        "",
     )
     return "gcode" if re.match(r"\s*(N\d+\s*)?[GMT]\s*\d", first, re.IGNORECASE) else "csv"

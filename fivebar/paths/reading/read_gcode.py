@@ -44,22 +44,32 @@ def read_gcode(text: str, name: str, units: str | None = None) -> Draft:
 
 class _Machine:
     def __init__(self, text, name, units):
-        self.name, self.lines = name, text.splitlines()
+        self.name = name
+        self.lines = text.splitlines()
         self.draft = Draft(name)
         self.asked = self.unit = {None: None, "mm": MILLIMETRE, "in": INCH}[units]
-        self.absolute, self.centres_absolute, self.modal = True, False, None
-        self.x, self.y, self.z, self.known = 0.0, 0.0, None, False
-        self.feed, self.spindle, self.power, self.line = math.inf, False, None, 0
-        self.e, self.grown, self.relative_e, self.fan = 0.0, False, False, False
+        self.absolute = True
+        self.centres_absolute = False
+        self.modal = None
+        self.x = 0.0
+        self.y = 0.0
+        self.z = None
+        self.known = False
+        self.feed = math.inf
+        self.spindle = False
+        self.power = None
+        self.line = 0
+        self.e = 0.0
+        self.grown = False
+        self.relative_e = False
+        self.fan = False
         self.states, self.from_nowhere = (
             [],
             False,
         )  # whether the first move begins nobody knows where
-        self.passed, self.ended, self.assumed = (
-            {},
-            False,
-            None,
-        )  # assumed: the unit that the file has only later
+        self.passed = {}
+        self.ended = False
+        self.assumed = None  # assumed: the unit that the file has only later
         plain = COMMENT.sub("", text.upper().replace("\r", "\n"))
         self.by_z = re.search(r"Z\s*[-+.\d]", plain) is not None
         if self.unit is None and len(found := set(re.findall(r"G\s*(2[01])(?![.\d])", plain))) == 1:
@@ -85,10 +95,8 @@ class _Machine:
         if self.from_nowhere and down[0]:
             draft.notes.append("it begins at X0 Y0: the file names no place before it draws")
         elif self.from_nowhere:  # from wherever the machine was
-            draft.moves, draft.dwells = (
-                draft.moves[1:],
-                [(max(k - 1, 0), t) for k, t in draft.dwells],
-            )
+            draft.moves = draft.moves[1:]
+            draft.dwells = [(max(k - 1, 0), t) for k, t in draft.dwells]
         draft.notes += [
             f"{code}: passed over{listed(lines)}" for code, lines in sorted(self.passed.items())
         ] + notes
@@ -153,7 +161,8 @@ class _Machine:
             self.feed = values["F"] * self.scale() / 60
         if "E" in values:
             e = values["E"] + (self.e if self.relative_e or not self.absolute else 0.0)
-            self.grown, self.e = e > self.e, e
+            self.grown = e > self.e
+            self.e = e
         else:
             self.grown = False
         if {"X", "Y", "Z"} & set(values) or (self.modal in (2, 3) and {"I", "J"} & set(values)):
@@ -264,7 +273,8 @@ class _Machine:
         self.x, self.y, self.z = (
             self.to(axis, at, values) for axis, at in zip("XYZ", (self.x, self.y, self.z))
         )
-        end, known = (self.x, self.y), self.known
+        end = (self.x, self.y)
+        known = self.known
         if not {"X", "Y", "I", "J"} & set(values):
             return
         self.known = True
@@ -276,7 +286,10 @@ class _Machine:
             self.pass_over("a move of no length")
             return
         feed = math.inf if self.modal == 0 else self.feed
-        shape = Line(start, end) if self.modal in (0, 1) else self.arc(start, end, values)
+        if self.modal in (0, 1):
+            shape = Line(start, end)
+        else:
+            shape = self.arc(start, end, values)
         self.draft.moves.append(Move(shape, True, feed, self.line))
         on = self.spindle and self.power != 0
         self.states.append(State(self.modal == 0, on, self.fan, self.z, self.grown))
@@ -296,7 +309,8 @@ class _Machine:
         clockwise = self.modal == 2
         if values.get("P", 1) != 1:
             raise self.error(f"P{values['P']:g}: an arc of more than one turn is not read")
-        a, b = complex(*start), complex(*end)
+        a = complex(*start)
+        b = complex(*end)
         if "R" in values:
             if {"I", "J"} & set(values):
                 raise self.error("an arc with R and with I or J")
@@ -306,7 +320,8 @@ class _Machine:
             centre = offset if self.centres_absolute else a + offset
         else:
             raise self.error(f"G{self.modal} needs I and J, or R")
-        radius, other = abs(a - centre), abs(b - centre)
+        radius = abs(a - centre)
+        other = abs(b - centre)
         if radius == 0:
             raise self.error("the centre of the arc is its start")
         if abs(radius - other) > max(ROUGH, RIGHT * radius):

@@ -20,10 +20,8 @@ from .svg_styles import styled
 from .svg_viewports import viewport
 
 DEEPEST = 200  # elements, each in another
-NAMESPACE, MOST_NAMES = (
-    re.compile(r"https?://[\w./#-]{1,80}"),
-    1000,
-)  # of entities, and how often they stand
+NAMESPACE = re.compile(r"https?://[\w./#-]{1,80}")
+MOST_NAMES = 1000  # of entities, and how often they stand
 CLOSED = 1e-12  # m, by which rounding may leave a closed path open
 
 
@@ -68,7 +66,8 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
 def _tree(text, name):
     """The elements, each with its line as an attribute."""
     depth = []
-    parser, builder = expat.ParserCreate("utf-8", "}"), ElementTree.TreeBuilder()
+    parser = expat.ParserCreate("utf-8", "}")
+    builder = ElementTree.TreeBuilder()
 
     def named(word):
         return "{" + word if "}" in word else word
@@ -80,7 +79,10 @@ def _tree(text, name):
                 f"{name}, line {parser.CurrentLineNumber}: elements nested deeper than {DEEPEST}"
             )
         line = {LINE: str(parser.CurrentLineNumber)}
-        builder.start(named(tag), {named(key): value for key, value in attributes.items()} | line)
+        builder.start(
+            named(tag),
+            {named(key): value for key, value in attributes.items()} | line,
+        )
 
     def entity(own, parameter, value, *_):
         """Illustrator's names of its namespaces are let through: a few, which nothing can be nested
@@ -97,7 +99,8 @@ def _tree(text, name):
         builder.end(named(tag))
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.CharacterDataHandler, parser.EntityDeclHandler = builder.data, entity
+    parser.CharacterDataHandler = builder.data
+    parser.EntityDeclHandler = entity
     try:
         parser.Parse(text.encode("utf-8", "surrogatepass"), True)
     except expat.ExpatError as error:
@@ -125,7 +128,10 @@ def _add(element, to_metres, draft, unseen, filled):
     wide, high, shift = to_metres
 
     def way(x, y):
-        return complex(wide * (m.a * x + m.c * y), -high * (m.b * x + m.d * y))
+        return complex(
+            wide * (m.a * x + m.c * y),
+            -high * (m.b * x + m.d * y),
+        )
 
     def at(point):
         return way(point.x, point.y) + complex(wide * m.e, -high * m.f) + shift
@@ -134,13 +140,23 @@ def _add(element, to_metres, draft, unseen, filled):
         kind = type(segment).__name__
         if kind == "Move" or segment.start is None or segment.end is None:
             continue
-        start, end = at(segment.start), at(segment.end)
+        start = at(segment.start)
+        end = at(segment.end)
         shape = None
         if kind == "CubicBezier":
             shape = Bezier(np.array([start, at(segment.control1), at(segment.control2), end]))
         elif kind == "QuadraticBezier":
             middle = at(segment.control)
-            shape = Bezier(np.array([start, (start + 2 * middle) / 3, (end + 2 * middle) / 3, end]))
+            shape = Bezier(
+                np.array(
+                    [
+                        start,
+                        (start + 2 * middle) / 3,
+                        (end + 2 * middle) / 3,
+                        end,
+                    ]
+                )
+            )
         elif kind == "Arc" and segment.sweep:
             shape = _ellipse(segment, way, at, start)
         elif kind == "Close" and abs(end - start) <= CLOSED:
@@ -160,10 +176,8 @@ def _reflected(segments):
     for segment in segments:
         kind = type(segment).__name__
         if kind in ("CubicBezier", "QuadraticBezier") and segment.smooth:
-            same, own = (
-                type(before).__name__ == kind,
-                "control" if kind == "QuadraticBezier" else "control1",
-            )
+            same = type(before).__name__ == kind
+            own = "control" if kind == "QuadraticBezier" else "control1"
             last = (
                 getattr(before, "control" if kind == "QuadraticBezier" else "control2")
                 if same
@@ -176,12 +190,24 @@ def _reflected(segments):
 
 def _ellipse(arc, way, at, start):
     """An elliptical arc by its conjugate radii, which any transform keeps."""
-    across, up = arc.prx - arc.center, arc.pry - arc.center
+    across = arc.prx - arc.center
+    up = arc.pry - arc.center
     side = math.copysign(1.0, across.x * up.y - across.y * up.x)
-    centre, a, b = at(arc.center), way(across.x, across.y), way(up.x, up.y)
+    centre = at(arc.center)
+    a = way(across.x, across.y)
+    b = way(up.x, up.y)
     to = start - centre
     area = (a.conjugate() * b).imag
     if area == 0:
         return Bezier(np.array([start, start, at(arc.end), at(arc.end)]))
-    t0 = math.atan2((a.conjugate() * to).imag / area, (to.conjugate() * b).imag / area)
-    return Ellipse(centre, a, b, t0, t0 + side * float(arc.sweep))
+    t0 = math.atan2(
+        (a.conjugate() * to).imag / area,
+        (to.conjugate() * b).imag / area,
+    )
+    return Ellipse(
+        centre,
+        a,
+        b,
+        t0,
+        t0 + side * float(arc.sweep),
+    )

@@ -89,7 +89,11 @@ def _check(element, tag, name, passed):
         return
     for key in LENGTHS:
         if key in element.attrib:
-            length(element.get(key), f"{where}: {key}", key in SIZES)
+            length(
+                element.get(key),
+                f"{where}: {key}",
+                key in SIZES,
+            )
     if tag == "path":
         _check_data(element.get("d", ""), where)
     if tag in ("polyline", "polygon"):
@@ -139,14 +143,14 @@ def _arguments(text, arc):
     blank = re.compile(r"[\s,]*")
     while at < len(text):
         at = blank.match(text, at).end()
-        found = (
-            re.compile(r"[01]").match(text, at)
-            if arc and count % 7 in (3, 4)
-            else NUMBER.match(text, at)
-        )
+        if arc and count % 7 in (3, 4):
+            found = re.compile(r"[01]").match(text, at)
+        else:
+            found = NUMBER.match(text, at)
         if not found or found.end() == at:
             break
-        count, at = count + 1, found.end()
+        count = count + 1
+        at = found.end()
     return count, text[at:].strip()
 
 
@@ -183,9 +187,10 @@ def refuse_endless(root: Element, name: str) -> None:
             )
         if key not in sizes:
             target = known.get(element.get(link_of(element), "")[1:])
-            inner = (
-                [target] if target is not None and element.tag.removeprefix(SVG) == "use" else []
-            )
+            if target is not None and element.tag.removeprefix(SVG) == "use":
+                inner = [target]
+            else:
+                inner = []
             sizes[key] = 1 + sum(size(child, above | {key}) for child in (*element, *inner))
         return sizes[key]
 

@@ -89,7 +89,8 @@ def _declared(text, where):
     found = {}
     for part in text.split(";"):
         key, _, value = part.partition(":")
-        key, value = key.strip().lower(), value.strip()
+        key = key.strip().lower()
+        value = value.strip()
         if key in ("transform", "rotate", "scale", "translate"):
             raise ValueError(f"{where}: a transform in a style is not read: make it an attribute")
         if key in READ and value:
@@ -121,11 +122,10 @@ def _meets(chain, lineage):
     """Whether the first of a lineage meets a selector's first part, and those above it the rest."""
     at = {0} if _simply(chain[0], lineage[0]) else set()
     for part in chain[1:]:
-        above = (
-            {k + 1 for k in at}
-            if part[0] == ">"
-            else range(min(at, default=len(lineage)) + 1, len(lineage))
-        )
+        if part[0] == ">":
+            above = {k + 1 for k in at}
+        else:
+            above = range(min(at, default=len(lineage)) + 1, len(lineage))
         at = {k for k in above if k < len(lineage) and _simply(part, lineage[k])}
     return bool(at)
 

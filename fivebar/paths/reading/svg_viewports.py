@@ -11,7 +11,8 @@ from .draft import Draft, listed
 from .svg_checks import LENGTHS, LINE, NUMBER, PIXELS, SVG, length, link_of
 
 METRE = 0.0254 / 96  # of a pixel, by CSS
-ACROSS, UP = ("x", "width", "rx", "cx", "x1", "x2"), ("y", "height", "ry", "cy", "y1", "y2")
+ACROSS = ("x", "width", "rx", "cx", "x1", "x2")
+UP = ("y", "height", "ry", "cy", "y1", "y2")
 
 
 def viewport(root: Element, draft: Draft, units: str | None) -> tuple[float, float, complex]:
@@ -108,7 +109,8 @@ class _Flat:
     """
 
     def __init__(self, root, draft):
-        self.name, self.switched = draft.name, []
+        self.name = draft.name
+        self.switched = []
         self.symbols = {}
         for each in root.iter(f"{SVG}symbol"):
             box = _box(each, f"{self.name}, line {each.get(LINE)}: <symbol>")
@@ -133,7 +135,8 @@ class _Flat:
         for key in ("rx", "ry") if len(radii) == 1 else ():  # what is not given is as the other
             element.set(key, *radii.values())
         if tag == "svg":
-            box, keep = _box(element, where), element.attrib.pop("preserveAspectRatio", "")
+            box = _box(element, where)
+            keep = element.attrib.pop("preserveAspectRatio", "")
             size = self.placed(element, box, keep, {}, size, where)
             element.tag = f"{SVG}g"
         elif tag == "symbol":  # seen only where it is used
@@ -165,7 +168,15 @@ class _Flat:
         for child in list(element):
             self.visit(child, element, size)
 
-    def placed(self, element, box, keep, usual, size, where):
+    def placed(
+        self,
+        element,
+        box,
+        keep,
+        usual,
+        size,
+        where,
+    ):
         """Give an element that opens a viewport its transform; the size inside of it."""
         values = {
             key: element.attrib.pop(key, usual.get(key)) for key in ("x", "y", "width", "height")

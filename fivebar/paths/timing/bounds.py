@@ -63,7 +63,8 @@ class Stretches:
     def cut(self, index: np.ndarray, places: np.ndarray) -> Stretches:
         """Return the stretches, cut at places inside the stretches `index`."""
         order = np.lexsort((places, index))
-        index, places = index[order], places[order]
+        index = index[order]
+        places = places[order]
         piece = np.insert(self.piece, index + 1, self.piece[index])
         first = np.insert(self.first, index + 1, places)
         # The last stretch of a piece ends where it did.
@@ -110,15 +111,12 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
     right, q2_s = _leg(robot.drives[1], robot.distal[1], working[1], xi)
     legs = left, right
     terms = len(xi[0].m) - 2
-    x_s, y_s = xi[0].slope(), xi[1].slope()
-    xi_ss, q_ss = (
-        (x_s.slope(), y_s.slope()),
-        (q1_s.slope(), q2_s.slope()),
-    )
-    xi_s, q_s = (
-        (x_s.cut(terms), y_s.cut(terms)),
-        (q1_s.cut(terms), q2_s.cut(terms)),
-    )
+    x_s = xi[0].slope()
+    y_s = xi[1].slope()
+    xi_ss = (x_s.slope(), y_s.slope())
+    q_ss = (q1_s.slope(), q2_s.slope())
+    xi_s = (x_s.cut(terms), y_s.cut(terms))
+    q_s = (q1_s.cut(terms), q2_s.cut(terms))
     point = xi[0].cut(terms), xi[1].cut(terms)
     pose = Pose(robot, point, lambda: (legs, ()))
     zero = (0.0 * xi_ss[0], 0.0 * xi_ss[0])
@@ -149,8 +147,16 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
     for k in (0, 1):
         if named(physics.coulomb[k]):
             found[f"f{k + 1}"] = det_A * physics.coulomb[k]
-    found |= {"q1": q_s[0], "q2": q_s[1], "p1": q_ss[0], "p2": q_ss[1]}
-    found |= {"w1": q_s[0] * q_s[0], "w2": q_s[1] * q_s[1]}
+    found |= {
+        "q1": q_s[0],
+        "q2": q_s[1],
+        "p1": q_ss[0],
+        "p2": q_ss[1],
+    }
+    found |= {
+        "w1": q_s[0] * q_s[0],
+        "w2": q_s[1] * q_s[1],
+    }
     found["w0"] = dot(xi_s, xi_s)
     size = found["w0"].sqrt()
     scale = size.inverse()
@@ -164,14 +170,17 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
 def _leg(drive, bar, mode, xi):
     """Return the leg closed on the place, and q's derivative by s (one term less)."""
     terms = len(xi[0].m) - 2
-    x, y = xi[0] - drive.x, xi[1] - drive.y
+    x = xi[0] - drive.x
+    y = xi[1] - drive.y
     if isinstance(drive, Slider):
         ux = x / bar
         uy = (1.0 - ux * ux).sqrt() * -mode
         q = y - uy * bar
-        slope, direction = q.slope(), q.cut(terms)
+        slope = q.slope()
+        direction = q.cut(terms)
     else:
-        length, square = drive.length, x * x + y * y
+        length = drive.length
+        square = x * x + y * y
         lead = (square + (length + bar) * (length - bar)) * 0.5
         heron = ((length + bar) ** 2 - square) * (square - (length - bar) ** 2)
         across = heron.sqrt() * (0.5 * mode)
@@ -179,7 +188,8 @@ def _leg(drive, bar, mode, xi):
         # The elbow: length times the crank's direction.
         dx = (lead * x - across * y) * scale
         dy = (lead * y + across * x) * scale
-        ux, uy = (x - dx) / bar, (y - dy) / bar
+        ux = (x - dx) / bar
+        uy = (y - dy) / bar
         direction = dx / length, dy / length
         slope = cross(direction, (direction[0].slope(), direction[1].slope()))
         direction = direction[0].cut(terms), direction[1].cut(terms)
@@ -203,7 +213,10 @@ def _viscous(physics, rates, zero):
             (x, y), share = rates.pose.u2[i], resists / bar
             leg = rates.pose.legs[i]
             _, beside = drive.velocity_coefficients(leg.sine, leg.cosine)
-            force = [force[0] - share * y, force[1] + share * x]
+            force = [
+                force[0] - share * y,
+                force[1] + share * x,
+            ]
             torque = torque - share * beside - resists
         torques.append(torque)
     return tuple(force), tuple(torques)
@@ -229,10 +242,14 @@ def enclosed(
     )
     places = place_series(path, stretches.piece, stretches.first, stretches.last, TERMS)
     over = asked(robot, places, working)
-    square, found = stretches.length**2, {}
+    square = stretches.length**2
+    found = {}
     for name, value in at_ends.items():
-        m, r, second = value.m[0], value.r[0], over[name]
-        first, last = m[:n], m[n:]
+        m = value.m[0]
+        r = value.r[0]
+        second = over[name]
+        first = m[:n]
+        last = m[n:]
         middle = (first + last - second.m[2] * square) / 2
         found[name] = Bernstein(
             first,

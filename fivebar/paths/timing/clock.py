@@ -16,7 +16,15 @@ from .lower_bound import duration
 
 NEVER = 1e-12  # s
 # Of the power series of Stumpff's c2 and c3.
-COEFFICIENTS = np.array([(1 / factorial(2 * j + 2), 1 / factorial(2 * j + 3)) for j in range(9)])
+COEFFICIENTS = np.array(
+    [
+        (
+            1 / factorial(2 * j + 2),
+            1 / factorial(2 * j + 3),
+        )
+        for j in range(9)
+    ]
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +49,12 @@ class Clock:
     @cached_property
     def taken(self) -> np.ndarray:
         """Return the time of each stretch (n,), s, without averaging."""
-        stretches = zip(self.length, self.x[:-1], self.x[1:], self.bent)
+        stretches = zip(
+            self.length,
+            self.x[:-1],
+            self.x[1:],
+            self.bent,
+        )
         return np.array([duration(*stretch) for stretch in stretches])
 
     @cached_property
@@ -65,26 +78,30 @@ class Clock:
 
     def passed(self, k: np.ndarray) -> np.ndarray:
         """Return the times of nodes k (m,)."""
-        plain = np.append(self._starts[:-1], self._starts[-2] + self.taken[-1])[k]
+        plain = np.append(
+            self._starts[:-1],
+            self._starts[-2] + self.taken[-1],
+        )[k]
         if not self.smooth:
             return plain
-        low, high = (
-            plain,
-            plain + self.smooth,
-        )  # the mean of s from t - smooth to t
+        low = plain
+        high = plain + self.smooth  # the mean of s from t - smooth to t
         for _ in range(50):
             t = (low + high) / 2
             behind = self._mean(t)[0] < self.s[k]
-            low, high = (
-                np.where(behind, t, low),
-                np.where(behind, high, t),
-            )
+            low = np.where(behind, t, low)
+            high = np.where(behind, high, t)
         return high
 
     @property
     def breaks(self) -> np.ndarray:
         """Times between which all derivatives go on, s."""
-        edges = np.concatenate([self._starts[:-1], self._starts[:-1] + self.taken])
+        edges = np.concatenate(
+            [
+                self._starts[:-1],
+                self._starts[:-1] + self.taken,
+            ]
+        )
         return np.unique(
             np.clip(
                 np.concatenate([edges, edges + self.smooth]),
@@ -124,7 +141,8 @@ class Clock:
         return tuple(change / self.smooth for change in changes)
 
     def _plain(self, t):
-        begins, taken = self._starts[:-1], self.taken
+        begins = self._starts[:-1]
+        taken = self.taken
         k = np.clip(
             np.searchsorted(begins, t, side="right") - 1,
             0,
@@ -132,9 +150,14 @@ class Clock:
         )
         dt = np.clip(t - begins[k], 0.0, taken[k])
         bent = self.bent[k]
-        v0, u0 = np.sqrt(self.x[k]), self._push[k]
+        v0 = np.sqrt(self.x[k])
+        u0 = self._push[k]
         c0, c1, c2, _ = _stumpff(bent * dt * dt)
-        gone = np.clip(v0 * dt * c1 + u0 * dt * dt * c2, 0.0, self.length[k])
+        gone = np.clip(
+            v0 * dt * c1 + u0 * dt * dt * c2,
+            0.0,
+            self.length[k],
+        )
         push = u0 + bent * gone
         speed = v0 * c0 + u0 * dt * c1
         speed = np.where(
@@ -165,7 +188,13 @@ class Clock:
         """Return the integrals up to where each stretch begins."""
         on_stretches = self._own_sum(np.arange(len(self.taken)), self.taken)
         rests = np.diff(self._starts) - self.taken
-        return np.cumsum(np.insert(on_stretches + rests * self.s[1:], 0, 0.0))
+        return np.cumsum(
+            np.insert(
+                on_stretches + rests * self.s[1:],
+                0,
+                0.0,
+            )
+        )
 
     def _own_sum(self, k, dt):
         """Return the integral of s on stretch k, dt after its begin."""

@@ -99,7 +99,12 @@ def rows_of(
     n = len(side)
     rows, alone = [], []  # (row, whether it limits a torque)
     minus_one = [(-1.0, None)]
-    for k, sign in ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)):
+    for k, sign in (
+        (0, 1.0),
+        (0, -1.0),
+        (1, 1.0),
+        (1, -1.0),
+    ):
         joint = k + 1
         if limits.torque is not None:
             share = sign * side / limits.torque[k]
@@ -117,18 +122,22 @@ def rows_of(
             rows.append((row, True))
         if limits.joint_acceleration is not None:
             share = np.full(n, sign / limits.joint_acceleration[k])
-            by_u, by_x = (
-                [(share, found[f"q{joint}"])],
-                [(share, found[f"p{joint}"])],
-            )
+            by_u = [(share, found[f"q{joint}"])]
+            by_x = [(share, found[f"p{joint}"])]
             rows.append(({"a": by_u, "b": by_x, "c": minus_one}, False))
     if limits.acceleration is not None:
-        half = np.diff(directions, axis=0, append=directions[:1] + 2 * np.pi) / 2 * inside
-        for angle, opening in zip(directions + half, half):
-            along, across = (
-                np.cos(angle) / limits.acceleration,
-                np.sin(angle) / limits.acceleration,
+        half = (
+            np.diff(
+                directions,
+                axis=0,
+                append=directions[:1] + 2 * np.pi,
             )
+            / 2
+            * inside
+        )
+        for angle, opening in zip(directions + half, half):
+            along = np.cos(angle) / limits.acceleration
+            across = np.sin(angle) / limits.acceleration
             by_u = [(along, found["g"])]
             by_x = [(along, found["m"]), (across, found["k"])]
             rows.append(
@@ -157,7 +166,12 @@ def rows_of(
                 )
             )
     if np.isfinite(speed).any():
-        alone.append(({"b": [(speed**-2.0, found["w0"])], "c": minus_one}, False))
+        alone.append(
+            (
+                {"b": [(speed**-2.0, found["w0"])], "c": minus_one},
+                False,
+            )
+        )
     return _stacked(rows, n), _stacked(alone, n)
 
 

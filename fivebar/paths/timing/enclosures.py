@@ -45,7 +45,10 @@ class Series:
         other = self._like(other)
         k = min(len(self.m), len(other.m))
         m = self.m[:k] + other.m[:k]
-        return Series(m, self.r[:k] + other.r[:k] + EPS * np.abs(m))
+        return Series(
+            m,
+            self.r[:k] + other.r[:k] + EPS * np.abs(m),
+        )
 
     __radd__ = __add__
 
@@ -58,7 +61,10 @@ class Series:
     def __mul__(self, other):
         if not isinstance(other, Series):
             m = self.m * other
-            return Series(m, self.r * np.abs(other) + EPS * np.abs(m))
+            return Series(
+                m,
+                self.r * np.abs(other) + EPS * np.abs(m),
+            )
         count = min(len(self.m), len(other.m))
         m, r = np.empty((2, count, max(self.m.shape[1], other.m.shape[1])))
         size = np.abs(self.m)
@@ -73,7 +79,9 @@ class Series:
     __rmul__ = __mul__
 
     def __truediv__(self, other):
-        return self * other.inverse() if isinstance(other, Series) else self * (1 / other)
+        if isinstance(other, Series):
+            return self * other.inverse()
+        return self * (1 / other)
 
     def inverse(self) -> Series:
         """Return 1 / f, nan where f may be 0."""
@@ -87,7 +95,12 @@ class Series:
 
     def sqrt(self) -> Series:
         """Return the root of f, nan where f may be 0 or less."""
-        first = _monotone(np.sqrt, self.m[0], self.r[0], lambda low, high: low > 0)
+        first = _monotone(
+            np.sqrt,
+            self.m[0],
+            self.r[0],
+            lambda low, high: low > 0,
+        )
         return _term_by_term(self, first, inverse=False)
 
     def slope(self) -> Series:
@@ -105,7 +118,8 @@ class Series:
 
 def _monotone(function, m, r, fits):
     """Return (middle, radius) of a monotone function of an interval; nan where it does not fit."""
-    low, high = m - r, m + r
+    low = m - r
+    high = m + r
     with np.errstate(all="ignore"):
         good = fits(low, high)
         a = function(np.where(good, low, np.nan))
@@ -150,10 +164,8 @@ def place_series(
     """
     arcs, tables, lengths, is_arc, own = path._packed
     m, r = np.zeros((2, 2, terms, len(piece)))
-    middle, radius = (
-        (first + last) / 2,
-        (last - first) / 2 * (1 + ROUND),
-    )
+    middle = (first + last) / 2
+    radius = (last - first) / 2 * (1 + ROUND)
     on_arc = is_arc[piece]
     if on_arc.any():
         k = own[piece[on_arc]]
@@ -175,7 +187,8 @@ def place_series(
 
 def _on_arcs(arcs, middle, radius, terms):
     *centre, size, start, side = arcs
-    angle, turn = start + side * middle / size, radius / size
+    angle = start + side * middle / size
+    turn = radius / size
     m, r = np.zeros((2, 2, terms, len(middle)))
     for k in range(terms):
         scale = size * (side / size) ** k / factorial(k)
@@ -189,7 +202,9 @@ def _on_arcs(arcs, middle, radius, terms):
 
 
 def _on_polynomials(table, length, middle, radius, terms):
-    u, rho, n = middle / length, radius / length, table.shape[1]
+    u = middle / length
+    rho = radius / length
+    n = table.shape[1]
     c = table.transpose(1, 2, 0)
     m, r = np.zeros((2, 2, terms, len(middle)))
     # Coefficients about the middle, and the sizes of their terms.

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 
 ROOM = 1.02  # of the ceiling's x, and twice it of |u|: beyond it no motion is searched
 TINY = 1e-12  # share of a row's coefficients that counts as 0
-ROUNDING, NEAREST = 8 * EPS, 1e-2
+ROUNDING = 8 * EPS
+NEAREST = 1e-2
 TIGHT = 0.1  # of the torques, above which friction is bounded closely
 WIDE = 5  # times `off`, up to which x then differs from `near`
 FINE = 34  # halvings in which a polygon's corner is found
@@ -68,11 +69,15 @@ def polygons(
     `Mesh.tied`. off: with 0, x is free there and the result is no proof; else x is `near` there,
     and beside them not much more than so much of it away.
     """
-    n, crossing, back = len(length), mesh.criterion, mesh.criterion[1:]
+    n = len(length)
+    crossing = mesh.criterion
+    back = mesh.criterion[1:]
     if back.any():
         # Stretches that end on Type 2 are run backwards: u changes its sign.
-        rows, alone = _turned(rows, back), _turned(alone, back)
-    first, last = np.zeros((n, 3)), np.zeros((n, 3))
+        rows = _turned(rows, back)
+        alone = _turned(alone, back)
+    first = np.zeros((n, 3))
+    last = np.zeros((n, 3))
     first[:, 0] = last[:, 1] = 1.0
     h = length[:, None]
     curve = (_const(bent) + lean[:, None] * (first + last) / 2) * h**2
@@ -87,9 +92,13 @@ def polygons(
         u1[i] = (last[i] - first[i]) / length[i] - u0[i]
     size = 2 * ROOM * above.size + 1e-9 * above.x.max() / length
     high = ROOM * np.maximum(above.x[:-1], above.x[1:])
-    high = np.maximum(high, (above.x[:-1] + above.x[1:]) / 2 + above.size * length)
+    high = np.maximum(
+        high,
+        (above.x[:-1] + above.x[1:]) / 2 + above.size * length,
+    )
     root, low, high = _root(rows, mesh, near, off, high)
-    u, x = np.stack([u0, u1]), np.stack([first, middle, last])
+    u = np.stack([u0, u1])
+    x = np.stack([first, middle, last])
     rounding = ROUNDING * high / length  # of u, a difference of both x over the length
     of_rows = _left_sides(rows, u, x, size, high, root, rounding)
     of_alone = _left_sides(alone, u, x, size, high, root, rounding)
@@ -117,7 +126,11 @@ def polygons(
         -u1 - _const(size),
     ]
     if off:
-        tied = np.where(back, mesh.tied[1:], mesh.tied[:-1])
+        tied = np.where(
+            back,
+            mesh.tied[1:],
+            mesh.tied[:-1],
+        )
         fixed = tied[:, None] * (first - _const(at))
         bounds += [fixed, -fixed]
         for value in x:
@@ -142,9 +155,14 @@ def _const(value):
 
 def _turned(rows, back):
     """Return the rows with the stretches `back` run backwards."""
-    parts, signs = {}, {"a": -1.0}
+    parts = {}
+    signs = {"a": -1.0}
     for name, values in rows.parts.items():
-        parts[name] = np.where(back, values[::-1] * signs.get(name, 1.0), values)
+        parts[name] = np.where(
+            back,
+            values[::-1] * signs.get(name, 1.0),
+            values,
+        )
     return rows._replace(parts=parts)
 
 
@@ -157,7 +175,10 @@ def _weights(m, n, degree):
     weights = []
     for i, j in np.ndindex(m + 1, n + 1):
         part = comb(m, i) * comb(n, j) / comb(m + n, i + j)
-        for k in range(i + j, i + j + degree - m - n + 1):
+        for k in range(
+            i + j,
+            i + j + degree - m - n + 1,
+        ):
             raised = comb(m + n, i + j) * comb(degree - m - n, k - i - j) / comb(degree, k)
             weights.append((i, j, k, part * raised))
     return tuple(weights)
@@ -171,17 +192,23 @@ def _product(f, form, degree=4):
     return result
 
 
-def _left_sides(rows, u, x, size, high, root, rounding):
+def _left_sides(
+    rows,
+    u,
+    x,
+    size,
+    high,
+    root,
+    rounding,
+):
     """Return Bernstein coefficients (5, rows, n, 3) of upper bounds of the rows."""
     one = _const(np.ones((1, u.shape[1])))
     sides = _product(rows.parts["a"], u)
     sides = sides + _product(rows.parts["b"], x)
     sides = sides + _product(rows.parts["c"], one)
     _add_friction(sides, rows.parts["v"], x, one, root, high)
-    bend, slack = (
-        _width(rows.bend, size, high),
-        _width(rows.slack, size, high),
-    )
+    bend = _width(rows.bend, size, high)
+    slack = _width(rows.slack, size, high)
     loss = rounding * np.abs(rows.parts["a"]).max(axis=0)
     sides[..., 2] += slack + bend * np.array(BUMP)[:, None, None] + loss
     return sides
@@ -197,14 +224,18 @@ def _root(rows, mesh, near, off, high):
     Beside a node where friction is part of the criterion both are close, as close as the torques
     are small there: the tangent at x = near, which is no bound, or (off) bounds for x close to it.
     """
-    low, wide = np.zeros(len(high)), np.sqrt(high)
-    lines = np.array([[0.5 / wide, wide / 2], [1 / wide, low]])
+    low = np.zeros(len(high))
+    wide = np.sqrt(high)
+    lines = np.array(
+        [
+            [0.5 / wide, wide / 2],
+            [1 / wide, low],
+        ]
+    )
     if not mesh.tied.any() or not rows.torque.any():
         return lines, low, high
-    least, most = (
-        np.minimum(near[:-1], near[1:]),
-        np.maximum(near[:-1], near[1:]),
-    )
+    least = np.minimum(near[:-1], near[1:])
+    most = np.maximum(near[:-1], near[1:])
     v = np.abs(rows.parts["v"][:, rows.torque]).max(axis=(0, 1))
     close = (v * np.sqrt(most) > TIGHT * np.abs(mesh.found["D"].middle)) & (least > 0)
     if not off:
@@ -217,10 +248,16 @@ def _root(rows, mesh, near, off, high):
         )
     low = np.where(close, (1 - WIDE * off) * least, 0.0)
     high = np.where(close, (1 + WIDE * off) * most, high)
-    below, wide = np.sqrt(low), np.sqrt(high)
+    below = np.sqrt(low)
+    wide = np.sqrt(high)
     chord = 1 / (below + wide)
     touch = np.where(close, np.sqrt(below * wide), wide)
-    lines = np.array([[0.5 / touch, touch / 2], [chord, below - low * chord]])
+    lines = np.array(
+        [
+            [0.5 / touch, touch / 2],
+            [chord, below - low * chord],
+        ]
+    )
     return lines, low, high
 
 
@@ -228,9 +265,11 @@ def _add_friction(found, v, x, one, root, high):
     """Add an upper bound of v sqrt(x)."""
     if not v.any():
         return
-    least, largest = v.min(axis=0), v.max(axis=0)
+    least = v.min(axis=0)
+    largest = v.max(axis=0)
     (slope_above, offset_above), (slope_below, offset_below) = root
-    positive, negative = least >= 0, largest <= 0
+    positive = least >= 0
+    negative = largest <= 0
     slope = np.where(positive, slope_above, np.where(negative, slope_below, 0.0))
     offset = np.where(positive, offset_above, np.where(negative, offset_below, 0.0))
     mixed = (least < 0) & (largest > 0)
@@ -253,14 +292,26 @@ def _criterion(mesh, i, back, near):
         return 0.0 if value is None else value[end][i]
 
     k = int(np.argmax(np.abs([at_node("a", 0), at_node("a", 1)])))
-    sign, half = -1.0 if back else 1.0, np.sqrt(near) / 2
+    sign = -1.0 if back else 1.0
+    half = np.sqrt(near) / 2
     v = at_node("v", k) if mesh.tied[i + back] else 0.0
     by_x = at_node("b", k) + (v / (4 * half) if v else 0.0)
     constant = at_node("c", k) + v * half
     return -sign * np.array([by_x, 0.0, constant]) / at_node("a", k)
 
 
-def _quotients(rows, i, u, x, size, high, root, length, near, rounding):
+def _quotients(
+    rows,
+    i,
+    u,
+    x,
+    size,
+    high,
+    root,
+    length,
+    near,
+    rounding,
+):
     """Return the torques' rows over t, (5, rows, 3), on a stretch that starts on Type 2.
 
     Rounding error is that at t = NEAREST.
@@ -271,9 +322,15 @@ def _quotients(rows, i, u, x, size, high, root, length, near, rounding):
     for name, values in f.items():
         steep = 2 * (values[1] - values[0])
         quotient[name] = np.stack([steep, values[2] - values[0]])[..., None]
-    u, x = u[:, None], x[:, None]
+    u = u[:, None]
+    x = x[:, None]
     one = _const(np.ones((1, 1)))
-    x_quotient = np.stack([2 * (x[1] - x[0]), x[2] - x[0]])
+    x_quotient = np.stack(
+        [
+            2 * (x[1] - x[0]),
+            x[2] - x[0],
+        ]
+    )
     result = _product(start["a"], (u[1] - u[0])[None])
     result = result + _product(quotient["a"], u)
     result = result + _product(start["b"], x_quotient)
@@ -306,7 +363,9 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
     table, n = found.table, len(found.table)
     top = np.where(rest, 0.0, above.x)
     p, q, r = (np.ascontiguousarray(table[..., k]) for k in range(3))
-    up, down, flat = p > TINY, p < -TINY, np.abs(p) <= TINY
+    up = p > TINY
+    down = p < -TINY
+    flat = np.abs(p) <= TINY
     with np.errstate(all="ignore"):
         reach = np.where(flat, 0.0, -1 / p)
         # The x1 with which x0 = 0 is allowed.
@@ -315,7 +374,8 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
         last = np.where(q > TINY, ends, np.inf).min(axis=1).tolist()
     always = ~((np.abs(q) <= TINY) & (r > 0)).any(axis=1)
     corner = _corners(p, q, r, reach, top[1:], True).tolist()
-    low, high = [0.0] * (n + 1), top.tolist()
+    low = [0.0] * (n + 1)
+    high = top.tolist()
     lowest, stuck = None, []
     least = 1e-12 * above.x.max() + 1e-300
     begins = np.maximum.accumulate(np.where(rest[:-1], np.arange(n), 0)).tolist()
@@ -341,13 +401,24 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
     return _forwards(p, q, r, low, high, begins, stuck)
 
 
-def _forwards(p, q, r, low, high, begins, stuck):
+def _forwards(
+    p,
+    q,
+    r,
+    low,
+    high,
+    begins,
+    stuck,
+):
     """Return the largest x from node to node, and the nodes from which none leads on."""
-    n, x, closed = len(p), [high[0]], {begins[i] for i in stuck}
+    n = len(p)
+    x = [high[0]]
+    closed = {begins[i] for i in stuck}
     up = q > TINY
     with np.errstate(all="ignore"):
         reach = np.where(up, -1 / q, 0.0)
-    base, slope = r * reach, p * reach
+    base = r * reach
+    slope = p * reach
     for i in range(n):
         if begins[i] in closed:
             x.append(0.0)
@@ -363,27 +434,31 @@ def _forwards(p, q, r, low, high, begins, stuck):
 
 def _corners(p, q, r, reach, top, largest):
     """Return for each polygon the x1 in [0, top] at which x0 is largest, or least, (n,)."""
-    low, high = np.zeros(len(p)), top.copy()
-    left, good = np.arange(len(p)), np.full(len(p), np.nan)
+    low = np.zeros(len(p))
+    high = top.copy()
+    left = np.arange(len(p))
+    good = np.full(len(p), np.nan)
     for k in range(FINE):
-        x1 = high[left] if k == 0 else (low[left] + high[left]) / 2
-        p_, q_, reach_ = p[left], q[left], reach[left]
+        if k == 0:
+            x1 = high[left]
+        else:
+            x1 = (low[left] + high[left]) / 2
+        p_ = p[left]
+        q_ = q[left]
+        reach_ = reach[left]
         value = r[left] + q_ * x1[:, None]
-        x0, index = value * reach_, np.arange(len(left))
+        x0 = value * reach_
+        index = np.arange(len(left))
         most = np.where(p_ > TINY, x0, np.inf)
         least = np.where(p_ < -TINY, x0, -np.inf)
         wrong = np.where(np.abs(p_) <= TINY, value, -np.inf)
-        i, j, m = (
-            most.argmin(axis=1),
-            least.argmax(axis=1),
-            wrong.argmax(axis=1),
-        )
+        i = most.argmin(axis=1)
+        j = least.argmax(axis=1)
+        m = wrong.argmax(axis=1)
         slope_i = q_[index, i] * reach_[index, i]
         slope_j = q_[index, j] * reach_[index, j]
-        closed, outside = (
-            most[index, i] < least[index, j],
-            wrong[index, m] > 0,
-        )
+        closed = most[index, i] < least[index, j]
+        outside = wrong[index, m] > 0
         slope = np.where(closed, slope_i - slope_j, slope_i if largest else -slope_j)
         slope = np.where(outside, -q_[index, m], slope)
         good[left] = np.where(closed | outside, good[left], x1)

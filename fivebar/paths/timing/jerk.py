@@ -40,7 +40,8 @@ def refuse_kinks(path) -> None:
     n = len(path.pieces)
     if n == 1:
         return
-    before, after = np.arange(n - 1), np.arange(1, n)
+    before = np.arange(n - 1)
+    after = np.arange(1, n)
     ends = np.array([piece.length for piece in path.pieces[:-1]])
     bends = path.on(before, ends)[2], path.on(after, np.zeros(n - 1))[2]
     inner = path.on(
@@ -108,19 +109,25 @@ def _paced(motion):
     )  # nodes where xi_sss jumps, and it does not rest
     edges = np.union1d(motion.clock.breaks, motion.clock.passed(turns))
     edges = edges[np.append(True, np.diff(edges) > 1e-12)]
-    inside = np.concatenate([[1e-6], np.linspace(0, 1, PLACES + 2)[1:-1], [1 - 1e-6]])
+    inside = np.concatenate(
+        [
+            [1e-6],
+            np.linspace(0, 1, PLACES + 2)[1:-1],
+            [1 - 1e-6],
+        ]
+    )
     t = (edges[:-1, None] + np.diff(edges)[:, None] * inside).ravel()
     k, gone, speed, push = motion.clock.along(t)
     jerk = motion.clock.jerk(t)
     xi, xi_s, xi_ss, xi_sss = motion.path.on(motion.piece[k], motion.first[k] + gone)
     pose = igm(motion.robot, xi, motion.working)
-    v, u, j = speed[:, None], push[:, None], jerk[:, None]
+    v = speed[:, None]
+    u = push[:, None]
+    j = jerk[:, None]
     rates = ikm(pose, xi_s * v)
     acc = ikm2(rates, xi_ss * v**2 + xi_s * u)
-    limits, feed = (
-        motion.limits,
-        np.array(motion.path.feed)[motion.piece[k]],
-    )
+    limits = motion.limits
+    feed = np.array(motion.path.feed)[motion.piece[k]]
     tip = np.linalg.norm(xi_s, axis=1) * speed
     shares = [
         1e-9,
@@ -149,7 +156,8 @@ def _paced(motion):
 
         low = pace
         while not fits(pace) and pace < 1e6:
-            low, pace = pace, 1.5 * pace
+            low = pace
+            pace = 1.5 * pace
         while pace > low * (1 + MARGIN):
             middle = np.sqrt(low * pace)
             low, pace = (low, middle) if fits(middle) else (middle, pace)

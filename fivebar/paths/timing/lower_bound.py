@@ -51,25 +51,23 @@ def caps(rows: Rows, alone: Rows) -> np.ndarray:
         for at in (0, 2):
             a, b, v, c = (rows.parts[name][at] for name in PARTS)
             da, db, dv, dc = (rows.slack[name] for name in PARTS)
-            da, db = da + 1e-13 * np.abs(a), db + 1e-13 * np.abs(b)
-            dv, dc = (
-                dv + 1e-13 * np.abs(v),
-                dc + 1e-13 * np.abs(c) + MARGIN * 4,
-            )
+            da = da + 1e-13 * np.abs(a)
+            db = db + 1e-13 * np.abs(b)
+            dv = dv + 1e-13 * np.abs(v)
+            dc = dc + 1e-13 * np.abs(c) + MARGIN * 4
             best = np.full(a.shape[1], np.inf)
             for k in range(len(a)):
                 # Row k with a > 0 and others with a < 0: P x + V sqrt(x) <= Q, whatever u.
-                up, down = a[k], -a
+                up = a[k]
+                down = -a
 
                 def without_u(f, df, up=up, down=down, k=k, da=da):
                     least = up * (f - df) + down * (f[k] - df[k])
                     return least - da[k] * np.abs(f) - da * np.abs(f[k])
 
-                P, V, Q = (
-                    without_u(b, db),
-                    without_u(v, dv),
-                    -without_u(c, dc),
-                )
+                P = without_u(b, db)
+                V = without_u(v, dv)
+                Q = -without_u(c, dc)
                 discriminant = V * V + 4 * P * Q
                 root = (-V + np.sqrt(np.maximum(discriminant, 0.0))) / (2 * P)
                 none = (P > 0) & (Q < 0) & ((V >= 0) | (discriminant < 0))
@@ -79,21 +77,30 @@ def caps(rows: Rows, alone: Rows) -> np.ndarray:
                 opposed = (up > 0) & (down > 0)
                 best = np.minimum(best, np.where(opposed, bound, np.inf).min(axis=0))
             if alone.parts["b"].shape[1]:
-                w, limit = (
-                    alone.parts["b"][at],
-                    MARGIN - alone.parts["c"][at],
+                w = alone.parts["b"][at]
+                limit = MARGIN - alone.parts["c"][at]
+                best = np.minimum(
+                    best,
+                    np.where(w > 0, limit / w, np.inf).min(axis=0),
                 )
-                best = np.minimum(best, np.where(w > 0, limit / w, np.inf).min(axis=0))
             result.append(best * (1 + MARGIN))
     return np.array(result)
 
 
-def ceiling(rows: Rows, alone: Rows, length: np.ndarray, top: np.ndarray) -> Ceiling:
+def ceiling(
+    rows: Rows,
+    alone: Rows,
+    length: np.ndarray,
+    top: np.ndarray,
+) -> Ceiling:
     """Return the Ceiling of n stretches of these lengths, m; at the nodes x <= top (n + 1,)."""
-    n, x = len(length), top.tolist()
+    n = len(length)
+    x = top.tolist()
     h = length.tolist()
-    forward, backward = _lists(rows, 1), _lists(rows, -1)
-    ahead, behind = [None] * n, [None] * n
+    forward = _lists(rows, 1)
+    backward = _lists(rows, -1)
+    ahead = [None] * n
+    behind = [None] * n
     for i in range(n):
         ahead[i] = _above(x[i], forward[i], h[i])
         x[i + 1] = min(x[i + 1], ahead[i][2])
@@ -104,10 +111,17 @@ def ceiling(rows: Rows, alone: Rows, length: np.ndarray, top: np.ndarray) -> Cei
         x[i] = min(x[i], behind[i][2])
         if x[i] < 0:
             return Ceiling(np.array(x), np.zeros(n), np.zeros(n), i)
-    time, size = np.zeros(n), np.zeros(n)
+    time = np.zeros(n)
+    size = np.zeros(n)
     for i in range(n):
         ahead[i] = _above(x[i], forward[i], h[i])
-        time[i] = _least_time(x[i], ahead[i], x[i + 1], behind[i], h[i])
+        time[i] = _least_time(
+            x[i],
+            ahead[i],
+            x[i + 1],
+            behind[i],
+            h[i],
+        )
         slopes = [abs(u) for u in (*ahead[i][:2], *behind[i][:2]) if math.isfinite(u)]
         size[i] = max(slopes, default=math.inf)
     if alone.parts["b"].shape[1]:
@@ -119,7 +133,13 @@ def _lists(rows, way):
     """Return each stretch's rows with a > 0 (way 1), or backwards those with a < 0, as numbers."""
     a, b, v, c = (rows.parts[name][::way] for name in PARTS)
     a = way * a
-    least = np.minimum(np.minimum(a[0], a[2]), a[1] - rows.bend["a"] / 2) - rows.slack["a"]
+    least = (
+        np.minimum(
+            np.minimum(a[0], a[2]),
+            a[1] - rows.bend["a"] / 2,
+        )
+        - rows.slack["a"]
+    )
     largest = a.max(axis=0)
     fits = (least > 1e-6 * largest) & (largest > 1e-9 * largest.max(axis=0))
     bend = np.stack([rows.bend[name] for name in PARTS])
@@ -138,14 +158,16 @@ def _above(x0, rows, h):
     for row in rows:
         a0, _, a1, b0, _, b1, v0, _, v1, c0, _, c1 = row[:12]
         u0 = -(b0 * x0 + v0 * root0 + c0) / a0
-        steep, y = a1 + b1 * h, x0 + h * u0
+        steep = a1 + b1 * h
+        y = x0 + h * u0
         if steep <= 0:
             continue
         u1 = -(b1 * y + c1) / steep
         if v1:
             u1 = -(b1 * y + v1 * math.sqrt(max(y + h * u1, 0.0)) + c1) / steep
         if u0 + u1 < guess:
-            best, guess = row, u0 + u1
+            best = row
+            guess = u0 + u1
     if best is None:
         return math.inf, math.inf, math.inf
     a0, am, a1, b0, bm, b1, v0, vm, v1, c0, cm, c1 = best[:12]
@@ -159,14 +181,18 @@ def _above(x0, rows, h):
         v_slack,
         c_slack,
     ) = best[12:]
-    x1, loose = x0 + h * guess, 1e-3
+    x1 = x0 + h * guess
+    loose = 1e-3
     for _ in range(60):
-        high, low = max(x0, x1), min(x0, x1)
-        low, high = max(low * (1 - loose), 0.0), high * (1 + loose)
+        high = max(x0, x1)
+        low = min(x0, x1)
+        low = max(low * (1 - loose), 0.0)
+        high = high * (1 + loose)
         if low == 0 and loose > 1:
             high *= 2
         # Least v sqrt(X) by parts of one sign.
-        r_low, r_high = math.sqrt(low), math.sqrt(high)
+        r_low = math.sqrt(low)
+        r_high = math.sqrt(high)
         if v0 > 0 and vm > 0 and v1 > 0:
             r0 = rm = r1 = r_low
         else:
@@ -204,21 +230,30 @@ def _above(x0, rows, h):
         if fits or end < 0:
             return u0, u1, end
         guess = math.copysign(max(abs(guess), abs(u0), abs(u1)), guess)
-        loose, x1 = loose * 2, end
+        loose = loose * 2
+        x1 = end
     return math.inf, math.inf, math.inf
 
 
-def duration(h: float, x0: float, x1: float, bent: float) -> float:
+def duration(
+    h: float,
+    x0: float,
+    x1: float,
+    bent: float,
+) -> float:
     """Return the time, s, over a stretch h on which x goes from x0 to x1 with x_ss = 2 bent."""
     total = math.sqrt(max(x0, 0.0)) + math.sqrt(max(x1, 0.0))
     if total == 0:
         return math.inf
-    plain, part = h / total, bent * (h / total) ** 2
+    plain = h / total
+    part = bent * (h / total) ** 2
     if abs(part) < 1e-6:
         return 2 * plain * (1 + part / 3)
     root = math.sqrt(abs(part))
     if part > 0:
-        return 2 * plain * math.atanh(root) / root if root < 1 else math.inf
+        if root < 1:
+            return 2 * plain * math.atanh(root) / root
+        return math.inf
     return 2 * plain * math.atan(root) / root
 
 
@@ -232,20 +267,36 @@ def _least_time(x0, ahead, x1, behind, h):
     if len(curves) == 2 and curves[0][3] > x1 and curves[1][3] > x0:
         (f0, fu, fk, _), (g0, gu, gk, g1) = curves
         # Where they meet: any place is valid, as below both is below either.
-        a, b, c = fk - gk, 2 * (fu + gu + gk * h), f0 - g1
+        a = fk - gk
+        b = 2 * (fu + gu + gk * h)
+        c = f0 - g1
         root = b * b - 4 * a * c
-        s = -2 * c / (b + math.sqrt(root)) if root >= 0 and b > 0 else 0.0
+        if root >= 0 and b > 0:
+            s = -2 * c / (b + math.sqrt(root))
+        else:
+            s = 0.0
         if 0 < s < h:
             rest = h - s
-            before = duration(s, f0, f0 + s * (2 * fu + s * fk), fk)
-            after = duration(rest, g0, g0 + rest * (2 * gu + rest * gk), gk)
+            before = duration(
+                s,
+                f0,
+                f0 + s * (2 * fu + s * fk),
+                fk,
+            )
+            after = duration(
+                rest,
+                g0,
+                g0 + rest * (2 * gu + rest * gk),
+                gk,
+            )
             bounds.append(before + after)
     return max(bounds, default=0.0) * (1 - 1e-12)
 
 
 def _cruise(alone, length):
     """Return the least time (n,), s, by rows w x + c <= 0, c < 0 constant: of sqrt(w / -c)."""
-    w, c = alone.parts["b"], -alone.parts["c"][0] + MARGIN
+    w = alone.parts["b"]
+    c = -alone.parts["c"][0] + MARGIN
     chord = (w[0] + w[2]) / 2
     less = np.maximum(chord - w[1], 0.0) / 2 + alone.bend["b"] / 4 + alone.slack["b"]
     first = np.maximum(w[0] - less, 0.0) / c

@@ -58,7 +58,13 @@ class Mesh:
     @property
     def side(self) -> np.ndarray:
         D = self.factors["D"]
-        return np.sign(np.where(np.abs(D.first) > np.abs(D.last), D.first, D.last))
+        return np.sign(
+            np.where(
+                np.abs(D.first) > np.abs(D.last),
+                D.first,
+                D.last,
+            )
+        )
 
     @property
     def turns(self) -> np.ndarray:
@@ -128,7 +134,8 @@ class Mesh:
         nodes = self.crossing & ~self.criterion
         if not nodes.any():
             return self.found
-        after, before = nodes[:-1], nodes[1:]
+        after = nodes[:-1]
+        before = nodes[1:]
         names = [name for name in self.found if name == "D" or name[0] in "abvcf"]
         return self.found | {
             name: _over_distance(self.found[name], after, before) for name in names
@@ -158,14 +165,10 @@ def _sign(value):
 def _over_distance(value, after, before):
     """A function that is 0 at t = 0 (after) or t = 1 (before) over t or 1 - t."""
     near = np.where(before, value.last, value.first)
-    steep, whole = (
-        2 * (value.middle - near),
-        np.where(before, value.first, value.last) - near,
-    )
-    first, last = (
-        np.where(before, whole, steep),
-        np.where(before, steep, whole),
-    )
+    steep = 2 * (value.middle - near)
+    whole = np.where(before, value.first, value.last) - near
+    first = np.where(before, whole, steep)
+    last = np.where(before, steep, whole)
     at = after | before
     parts = [np.where(at, own, old) for own, old in zip((first, (first + last) / 2, last), value)]
     return Bernstein(
@@ -193,7 +196,11 @@ def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
 def _first(path):
     lengths = np.diff(path.knots)
     rests = np.isin(path.knots, [stop.s for stop in path.stops])
-    least = np.where(rests[:-1] & rests[1:], 2, 1)  # from rest to rest it has to move in between
+    least = np.where(
+        rests[:-1] & rests[1:],
+        2,
+        1,
+    )  # from rest to rest it has to move in between
     count = np.maximum(np.ceil(FIRST * lengths / path.length).astype(int), least)
     piece = np.repeat(np.arange(len(lengths)), count)
     share = np.concatenate([np.arange(n + 1) / n for n in count])
@@ -219,7 +226,8 @@ def _enclosed(robot, path, working, stretches, known):
             (low[:-1], D.first, D.last),
             (low[1:], D.last, D.first),
         ):
-            near, far = 2 * (D.middle - here), there - here
+            near = 2 * (D.middle - here)
+            far = there - here
             decided |= ends & ~(low[:-1] & low[1:]) & (near * far > 0) & (np.abs(near) > D.bend)
         bad = open_ | ~decided
         if (physics := physics_of(robot)) is not None and physics.sticks:
@@ -231,8 +239,13 @@ def _enclosed(robot, path, working, stretches, known):
             return mesh
         tiny = bad & (stretches.length < SHORTEST * path.length)
         if tiny.any():
-            refuse_undecided(mesh, int(np.argmax(tiny)), bool(open_[np.argmax(tiny)]))
-        known, stretches = mesh, stretches.parted(1 + bad)
+            refuse_undecided(
+                mesh,
+                int(np.argmax(tiny)),
+                bool(open_[np.argmax(tiny)]),
+            )
+        known = mesh
+        stretches = stretches.parted(1 + bad)
         stretches = cut_where_missed(robot, path, stretches, working)
 
 

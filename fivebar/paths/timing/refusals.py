@@ -34,12 +34,16 @@ def refuse_unreachable(
 ) -> None:
     """UnreachableError or SingularityError where the path first leaves what the legs reach."""
     s = stretches.first[:, None] + stretches.length[:, None] * np.linspace(0, 1, SAMPLES + 1)
-    xi = path.on(np.broadcast_to(stretches.piece[:, None], s.shape), s)[0].reshape(-1, 2)
+    xi = path.on(np.broadcast_to(stretches.piece[:, None], s.shape), s)[0].reshape(
+        -1,
+        2,
+    )
     bad = ~np.isfinite(igm(robot, xi, working, unreachable="nan").q).all(axis=1)
     if not bad.any():
         return
     k = int(np.argmax(bad))
-    piece, last = stretches.piece[k // (SAMPLES + 1)], s.ravel()[k]
+    piece = stretches.piece[k // (SAMPLES + 1)]
+    last = s.ravel()[k]
     first = s.ravel()[k - 1] if k % (SAMPLES + 1) else last
     for _ in range(60):  # from where it is reached to where it is not
         middle = (first + last) / 2
@@ -87,7 +91,8 @@ def refuse_touching(mesh: Mesh) -> None:
     """Of a path that rests on Type 2, touches it at a node, or runs along the bars there and
     bends.
     """
-    D, side = mesh.found["D"], mesh.side
+    D = mesh.found["D"]
+    side = mesh.side
     ends = np.append(D.first, D.last[-1])
     bad = (np.abs(ends) <= TOUCH) & mesh.rest
     if bad.any():

@@ -92,18 +92,33 @@ def _values(robot, path, working, piece, s, names):
     return {name: (found[name].m[0], found[name].m[1]) for name in names}
 
 
-def _roots(robot, path, working, piece, name, low, high, at_low):
+def _roots(
+    robot,
+    path,
+    working,
+    piece,
+    name,
+    low,
+    high,
+    at_low,
+):
     """Roots by Newton steps that stay between signs."""
     if not len(low):
         return low
-    sign, s = np.sign(at_low), (low + high) / 2
+    sign = np.sign(at_low)
+    s = (low + high) / 2
     for _ in range(60):
         value, slope = _values(robot, path, working, piece, s, [name])[name]
         below = np.sign(value) == sign
-        low, high = np.where(below, s, low), np.where(below, high, s)
+        low = np.where(below, s, low)
+        high = np.where(below, high, s)
         with np.errstate(all="ignore"):
             step = s - value / slope
-        after = np.where((step > low) & (step < high), step, (low + high) / 2)
+        after = np.where(
+            (step > low) & (step < high),
+            step,
+            (low + high) / 2,
+        )
         done = (np.abs(after - s) <= 2e-16 * np.abs(s)) | (value == 0)
         s = np.where(value == 0, s, after)
         if done.all():

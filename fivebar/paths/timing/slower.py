@@ -20,7 +20,11 @@ STEPS = 40
 
 
 def slowed(
-    mesh: Mesh, limits: Limits, wanted: float, gap: float, until: float
+    mesh: Mesh,
+    limits: Limits,
+    wanted: float,
+    gap: float,
+    until: float,
 ) -> tuple[Mesh, Solved]:
     """The mesh and a motion that takes `wanted` s of moving: limits on torques and accelerations
     times the least share.
@@ -94,10 +98,8 @@ def _mixture(length, fast, slow, wanted):
     low, high = 0.0, 1.0
     for _ in range(60):
         w = (low + high) / 2
-        x, bent = (
-            (1 - w) * fast.x + w * slow.x,
-            (1 - w) * fast.bent + w * slow.bent,
-        )
+        x = (1 - w) * fast.x + w * slow.x
+        bent = (1 - w) * fast.bent + w * slow.bent
         time = np.array([taken(*each) for each in zip(length, x[:-1], x[1:], bent)])
         low, high = (w, high) if time.sum() < wanted else (low, w)
     return x, bent, time

@@ -48,7 +48,12 @@ class TimingError(RuntimeError):
     proved: there is none.
     """
 
-    def __init__(self, message: str, s: float, proved: bool) -> None:
+    def __init__(
+        self,
+        message: str,
+        s: float,
+        proved: bool,
+    ) -> None:
         super().__init__(message)
         self.s, self.proved = s, proved
 
@@ -74,12 +79,20 @@ class Solved(NamedTuple):
         return float(self.time.sum() / self.above.time.sum()) - 1
 
 
-def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh, Solved]:
+def refined(
+    mesh: Mesh,
+    limits: Limits,
+    gap: float,
+    until: float,
+) -> tuple[Mesh, Solved]:
     """Return the mesh, split until both bounds are within `gap`, and the solution on it.
 
     It ends before after a fixed count of work, or `until`, s, of the thread's processor time.
     """
-    best, hints, failures, looks = None, None, 0, 0
+    best = None
+    hints = None
+    failures = 0
+    looks = 0
     while (thin := _beside_type_2(mesh, True)).any():
         mesh = mesh.split(1 + thin)
     for _ in progress(count(), desc="least time", unit=" rounds", delay=2, leave=False):
@@ -111,7 +124,11 @@ def refined(mesh: Mesh, limits: Limits, gap: float, until: float) -> tuple[Mesh,
         if hints is not None:
             hints = hints[
                 :,
-                np.searchsorted(mesh.s, (after.s[1:] + after.s[:-1]) / 2) - 1,
+                np.searchsorted(
+                    mesh.s,
+                    (after.s[1:] + after.s[:-1]) / 2,
+                )
+                - 1,
             ]
         mesh = after
     if best is None:
@@ -135,10 +152,8 @@ def _parts(mesh, found, gap):
 
 def _beside_type_2(mesh, thin):
     """Return which stretches (n,) beside Type 2 are too long; thin: of thin layers alone."""
-    length, long = (
-        mesh.stretches.length,
-        np.zeros(len(mesh), dtype=bool),
-    )
+    length = mesh.stretches.length
+    long = np.zeros(len(mesh), dtype=bool)
     D = mesh.found["D"]
     clear = np.maximum(np.abs(D.first), np.abs(D.last)) > CLEAR
     for k in np.flatnonzero(mesh.crossing):
@@ -161,11 +176,15 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     speed = np.minimum(mesh.speed, limits.speed or np.inf)
     rows, alone = rows_of(mesh.factors, limits, *about, speed, False)
     ends = caps(rows, alone)
-    top = np.minimum(np.append(ends[0], np.inf), np.insert(ends[1], 0, np.inf))
+    top = np.minimum(
+        np.append(ends[0], np.inf),
+        np.insert(ends[1], 0, np.inf),
+    )
     top[mesh.crossing & ~mesh.criterion] = np.inf
     if (top < 0).any():
         _refuse(mesh, limits, int(np.argmin(top)), True)
-    rest, none = mesh.rest, np.zeros(len(mesh))
+    rest = mesh.rest
+    none = np.zeros(len(mesh))
     above = ceiling(rows, alone, length, np.where(rest, 0.0, top))
     if above.stuck is not None:
         _refuse(mesh, limits, above.stuck, True)
@@ -191,11 +210,13 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         # Slower motions need less room: where none is found on a coarse mesh, one below a share of
         # the ceiling is.
         below = above._replace(x=above.x * np.append(share, 0.0), size=above.size * share)
-        form, near = (bent, none), below.x
+        form = (bent, none)
+        near = below.x
         if mean is not None:
             form = bent - lean * mean, lean
             near = (np.append(mean, 0.0) + np.insert(mean, 0, 0.0)) / 2
-        found, closed = best._replace(time=none + np.inf, looks=0), []
+        found = best._replace(time=none + np.inf, looks=0)
+        closed = []
         for _ in range(NEWTON if tied else 0):
             table = polygons(rows, alone, length, below, *form, near, 0.0, mesh)
             x, closed = profile(table, below, rest)
@@ -234,8 +255,14 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         best = _faster(best, tried(none + 1, hints[1]), part)
         if mesh.crossing.any():
             # Either form may keep to a slow motion.
-            best = _faster(best, tried(none + 1, hints[1], hints[2]), part)
-    left, share, stuck = np.isinf(best.time), none + 1, ()
+            best = _faster(
+                best,
+                tried(none + 1, hints[1], hints[2]),
+                part,
+            )
+    left = np.isinf(best.time)
+    share = none + 1
+    stuck = ()
     if not left.any():
         return best
     for each in SHARES:
@@ -258,7 +285,12 @@ def _faster(one, other, part):
     x = np.where(np.append(better, False), other.x, one.x)
     bent = np.where(better, other.bent, one.bent)
     time = np.where(better, other.time, one.time)
-    return one._replace(x=x, bent=bent, time=time, looks=one.looks + other.looks)
+    return one._replace(
+        x=x,
+        bent=bent,
+        time=time,
+        looks=one.looks + other.looks,
+    )
 
 
 def _lean(mesh, rows, above):
@@ -288,7 +320,9 @@ def _made(found, part):
     behind = np.interp(nodes, nodes[known], behind[known])
     grows = np.abs(np.diff(behind))
     whole = grows.sum()
-    return (part + grows * (part.sum() / whole)) / 2 if whole > 0 else part
+    if whole > 0:
+        return (part + grows * (part.sum() / whole)) / 2
+    return part
 
 
 def _about(length, nodes):
@@ -303,10 +337,8 @@ def _about(length, nodes):
 def _bent(x, length):
     """Return x_ss / 2 by the neighbours, 0 where it changes its sign: there the motion switches."""
     slope = 2 * np.diff(np.diff(x) / (2 * length)) / (length[1:] + length[:-1])
-    before, after = (
-        np.append(slope[0], slope),
-        np.append(slope, slope[-1]),
-    )
+    before = np.append(slope[0], slope)
+    after = np.append(slope, slope[-1])
     smaller = np.where(np.abs(before) < np.abs(after), before, after)
     return np.where(before * after > 0, smaller, 0.0)
 

@@ -150,10 +150,8 @@ def time_path(
         )
     limits = asked if asked.forces else _ample(mesh, asked, duration - rest)
     mesh, found = refined(mesh, limits, gap, until)
-    least, lower = (
-        found.time.sum() + rest,
-        found.above.time.sum() + rest,
-    )
+    least = found.time.sum() + rest
+    lower = found.above.time.sum() + rest
     if duration < least:
         short = f"{lower - duration:.4g} s below what is proved to be the least, {lower:.6g} s"
         if duration >= lower or not asked.forces:
@@ -190,7 +188,8 @@ def _ample(mesh, limits, wanted):
         needs = refined(mesh, limits, 0.5, math.inf)[1].time.sum()
         if needs < wanted / 2 or needs > 0.99 * before:  # speeds may limit it, too
             return limits
-        hold, before = hold * max(2.0, 4 * (needs / wanted) ** 2), needs
+        hold = hold * max(2.0, 4 * (needs / wanted) ** 2)
+        before = needs
 
 
 def _timed(limits, mesh, solved, lower=None):
@@ -221,7 +220,8 @@ def _refuse_falling(mesh, limits):
         tau = gravity_torques(igm(mesh.robot, mesh.path(stop.s)[0], mesh.working))
         missing = np.abs(tau) - np.array(physics.coulomb) - limits.torque
         if (missing > 0).any():
-            k, words = int(np.argmax(missing)), mesh.robot.words
+            k = int(np.argmax(missing))
+            words = mesh.robot.words
             raise TimingError(
                 "time_path: the limits cannot hold the robot at rest at"
                 f" {where(mesh.path, stop.s)}: {words.joints[k]} needs {abs(tau[k]):.4g}"

@@ -95,7 +95,10 @@ class TimedPath(Plotted):
     start = 0.0
 
     def __repr__(self) -> str:
-        words = [f"{self.path.length:.6g} m", f"{self.duration:.6g} s"]
+        words = [
+            f"{self.path.length:.6g} m",
+            f"{self.duration:.6g} s",
+        ]
         if self.lower_bound:
             words.append(f"proved: no less than {self.lower_bound:.6g} s")
         words.append(f"working {self.working}")
@@ -149,7 +152,8 @@ class TimedPath(Plotted):
 
     def _motion(self, k, gone, speed, push):
         xi, xi_s, xi_ss, _ = self.path.on(self.piece[k], self.first[k] + gone)
-        speed, push = speed[..., None], push[..., None]
+        speed = speed[..., None]
+        push = push[..., None]
         return xi, xi_s * speed, xi_ss * speed * speed + xi_s * push
 
     def accelerations(self, t: ArrayLike) -> Accelerations:
@@ -169,15 +173,29 @@ class TimedPath(Plotted):
         k, gone, speed, push = self.along(t)
         if self.crossing.any():
             # Beside the node, on the same stretch: the quotient by det A goes on from there.
-            h, least = self._lengths[k], BESIDE * self.path.length
-            low = np.where(self.crossing[k], np.minimum(least, h / 2), 0.0)
-            high = h - np.where(self.crossing[k + 1], np.minimum(least, h / 2), 0.0)
+            h = self._lengths[k]
+            least = BESIDE * self.path.length
+            low = np.where(
+                self.crossing[k],
+                np.minimum(least, h / 2),
+                0.0,
+            )
+            high = h - np.where(
+                self.crossing[k + 1],
+                np.minimum(least, h / 2),
+                0.0,
+            )
             moved = np.clip(gone, low, high)
             u0 = push - self.bent[k] * gone
             # At rest it is below 0 by rounding.
             square = self.x[k] + moved * (2 * u0 + self.bent[k] * moved)
-            speed = np.where(moved == gone, speed, np.sqrt(np.maximum(square, 0.0)))
-            push, gone = u0 + self.bent[k] * moved, moved
+            speed = np.where(
+                moved == gone,
+                speed,
+                np.sqrt(np.maximum(square, 0.0)),
+            )
+            push = u0 + self.bent[k] * moved
+            gone = moved
         xi, xi_dot, xi_ddot = self._motion(k, gone, speed, push)
         return inverse_dynamics(ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot))
 

@@ -30,7 +30,12 @@ class Page(WebPage):
         return one_line("Page", self.title)
 
 
-def make_page(path: TextFile | None, code: str, content: dict, models: str = "") -> Page:
+def make_page(
+    path: TextFile | None,
+    code: str,
+    content: dict,
+    models: str = "",
+) -> Page:
     """Return the page with this code, one of CODE, and content; write it if path is not None.
 
     models: JavaScript of what the page computes itself.

@@ -29,7 +29,9 @@ def live_page(design: Design) -> LivePage:
 
 def save_page(front: Front, path: Path) -> None:
     """Write index.html and play.html; of other robots than five-bars without links."""
-    first, rows, live = front.designs[0], [], None
+    first = front.designs[0]
+    rows = []
+    live = None
     heads = [
         "",
         *map(label, first.parameters),

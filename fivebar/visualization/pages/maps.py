@@ -33,26 +33,23 @@ def map_content(
     stride, notes = 1, []
     while data.values[:, ::stride, ::stride].size > NODES:
         stride += 1
-    x, y, values = (
-        data.x[::stride],
-        data.y[::stride],
-        data.values[:, ::stride, ::stride],
-    )
+    x = data.x[::stride]
+    y = data.y[::stride]
+    values = data.values[:, ::stride, ::stride]
     if stride > 1:
         nodes = f"{len(x)} x {len(y)} of {len(data.x)} x {len(data.y)} nodes"
         notes.append(f"This page, its CSV included, holds {nodes}; Map.to_csv has all.")
-    scale, robot, task = (
-        field_scale(data),
-        data.robot,
-        data.space == "task",
-    )
+    scale = field_scale(data)
+    robot = data.robot
+    task = data.space == "task"
     words, drives = robot.words, robot.drives
-    unit = ("mm", 1e3) if task or not robot.turns else ("deg", 180 / np.pi)
+    if task or not robot.turns:
+        unit = ("mm", 1e3)
+    else:
+        unit = ("deg", 180 / np.pi)
     # As far as the map needs the guides of the feet.
-    feet, bar = (
-        (data.y if task else np.append(data.x, data.y)),
-        max(robot.distal),
-    )
+    feet = data.y if task else np.append(data.x, data.y)
+    bar = max(robot.distal)
     modes = list(data.modes)
     loci = list(map_loci(data))
     if along is not None:
@@ -77,7 +74,13 @@ def map_content(
             "rail": None if robot.turns else [feet.min() - bar, feet.max() + bar],
         },
         # What joins its points, which the page computes; where they are here is of no account.
-        "body": parts(robot_body(robot, np.zeros((1, 2, 2)), np.zeros((1, 2)))),
+        "body": parts(
+            robot_body(
+                robot,
+                np.zeros((1, 2, 2)),
+                np.zeros((1, 2)),
+            )
+        ),
         "field": {
             "name": data.field,
             "words": scale.words,

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from ...paths.timing.timed_path import TimedPath
     from ...planning.plans import Plan
 
-LEGS, AXES = ("left", "right"), ("x", "y")
+LEGS = ("left", "right")
+AXES = ("x", "y")
 
 
 def is_planned(subject: object) -> bool:
@@ -34,7 +35,8 @@ def is_planned(subject: object) -> bool:
 
 def sampled(plan: Plan | TimedPath) -> Run:
     """Return a Plan or a TimedPath at 2001 times, with the singularities that it crosses."""
-    robot, t = plan.robot, np.linspace(0.0, plan.duration, 2001)
+    robot = plan.robot
+    t = np.linspace(0.0, plan.duration, 2001)
     rates = plan.accelerations(t).rates
     pose = rates.pose
     constraints = plan.limits if hasattr(plan, "limits") else plan.problem.constraints
@@ -108,11 +110,9 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
     if several and "error" in parts:
         parts["error"] = parts["error"][-1:]
     width = sum(map(len, parts.values())) + 9  # time, three moving points, reference
-    subjects, columns, notes = (
-        [],
-        [],
-        _differences(runs) if several else [],
-    )
+    subjects = []
+    columns = []
+    notes = _differences(runs) if several else []
     for name, run in runs.items():
         source = f"Run.to_csv of {name}" if several else "Run.to_csv"
         keep, words = samples_to_keep(len(run.t), width * len(runs), source)
@@ -159,11 +159,20 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
 
 def _panels(key, runs, columns, names, unit, several):
     """The plots of a quantity: one with all its parts, or with several runs one for each part."""
-    title, step = QUANTITIES[key].title, key == "tau"
+    title = QUANTITIES[key].title
+    step = key == "tau"
     known = {run.torque_limit for run in runs.values() if step} - {None}
     limits = [sign * limit for limit in sorted(known) for sign in (1, -1)]
     if not several:
-        curves = [(part, 0, f"{key} {part}", columns[0][f"{key} {part}"]) for part in names]
+        curves = [
+            (
+                part,
+                0,
+                f"{key} {part}",
+                columns[0][f"{key} {part}"],
+            )
+            for part in names
+        ]
         return [panel(title, unit, curves, limits, step)]
     panels = []
     for part in names:
@@ -201,7 +210,8 @@ def _checked(runs, show):
 
 def _differences(runs):
     """Notes on what is to be kept in mind where runs are compared."""
-    notes, first = [], next(iter(runs.values()))
+    notes = []
+    first = next(iter(runs.values()))
     if any(run.robot != first.robot for run in runs.values()):
         notes.append("The robots differ.")
     if len({(run.t[0], run.t[-1]) for run in runs.values()}) > 1:

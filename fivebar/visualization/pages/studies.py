@@ -28,7 +28,10 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
     groups = _groups(list(studies.values()), show)
     names = list(dict.fromkeys(sum(groups, ())))
     alone = list(studies) == [""]
-    axis, subjects, columns, notes = TIME, [], {}, []
+    axis = TIME
+    subjects = []
+    columns = {}
+    notes = []
     for name, study in studies.items():
         body = study_body(study)
         source = f"Study.to_csv of {name}" if name else "Study.to_csv"
@@ -36,7 +39,8 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
         keep, words = samples_to_keep(len(study.t), width * len(studies), source)
         columns[name] = {key: study[key][keep] for key in names}
         notes += words + _lock(name, study) + gap_notes(name, columns[name])
-        x, turn = None, np.diff(study.q, axis=0)
+        x = None
+        turn = np.diff(study.q, axis=0)
         if alone and study.q.ndim == 1 and ((turn > 0).all() or (turn < 0).all()):
             x = packed(study.q[keep])
             axis = {
@@ -44,7 +48,15 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
                 "unit": "deg",
                 "scale": 180 / np.pi,
             }
-        subjects.append(subject(name, study.t[keep], body.at(keep), columns[name], x=x))
+        subjects.append(
+            subject(
+                name,
+                study.t[keep],
+                body.at(keep),
+                columns[name],
+                x=x,
+            )
+        )
     panels = []
     for group in groups if alone else [(name,) for name in names]:
         same = len(group) > 1 and len({name.rpartition(".")[2] for name in group}) == 1
@@ -59,7 +71,10 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
             for name in group
             for k, study in enumerate(studies)
         ]
-        title = group[0].rpartition(".")[2].replace("_", " ") if same else ", ".join(group)
+        if same:
+            title = group[0].rpartition(".")[2].replace("_", " ")
+        else:
+            title = ", ".join(group)
         plot = panel(title, unit(group[0]), curves)
         if unit(group[0]) == "rad":
             plot |= {"unit": "deg", "scale": 180 / np.pi}

@@ -80,10 +80,8 @@ def _poses():
     p, point, modes, mode, out = _symbols(p=5, point=2, modes=2, mode=1, force=2)
     robot = _robot(p)
     with as_numbers():
-        reached, driven = (
-            task_pose(robot, *_pairs(point, modes)),
-            joint_pose(robot, *_pairs(point), mode),
-        )
+        reached = task_pose(robot, *_pairs(point, modes))
+        driven = joint_pose(robot, *_pairs(point), mode)
         yield named_function(
             "igm",
             pose_outputs(reached) | {"clear": _clearances(robot, reached.point)},
@@ -101,7 +99,14 @@ def _poses():
         p,
     )
     J = _jacobian(bare)
-    yield named_function("gains", {"J": J, "torque": J.T @ out}, point, modes, out, p)
+    yield named_function(
+        "gains",
+        {"J": J, "torque": J.T @ out},
+        point,
+        modes,
+        out,
+        p,
+    )
 
 
 def _clearances(robot, point):
@@ -154,7 +159,13 @@ def _loci():
     )
 
     bars, p = _symbols(bars=8, p=5)
-    u11, u12, u21, u22 = ((bars[2 * k], bars[2 * k + 1]) for k in range(4))
+    u11, u12, u21, u22 = (
+        (
+            bars[2 * k],
+            bars[2 * k + 1],
+        )
+        for k in range(4)
+    )
     robot = _robot(p)
     (left, right), (l12, _) = robot.drives, robot.distal
     elbow = left.pivot(u11)

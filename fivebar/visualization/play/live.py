@@ -170,10 +170,19 @@ def _parameters(robot, pose):
 def _start(robot):
     """A pose far from singularities, in the lab's modes where they can be."""
     best, found = -1.0, None
-    q = np.stack(np.meshgrid(*[np.linspace(-np.pi, np.pi, 61)[:-1]] * 2), axis=-1).reshape(-1, 2)
+    q = np.stack(
+        np.meshgrid(*[np.linspace(-np.pi, np.pi, 61)[:-1]] * 2),
+        axis=-1,
+    ).reshape(
+        -1,
+        2,
+    )
     for assembly in (-1, 1):
         pose = dgm(robot, q, assembly, unreachable="nan")
-        margin = np.minimum(np.abs(np.stack(pose.sines)).min(axis=0), np.abs(pose.det_A))
+        margin = np.minimum(
+            np.abs(np.stack(pose.sines)).min(axis=0),
+            np.abs(pose.det_A),
+        )
         above = np.where(
             (pose.working == -1).all(axis=-1) & (pose.xi[:, 1] > 0),
             1.0,
@@ -182,10 +191,8 @@ def _start(robot):
         score = np.nan_to_num(margin * above, nan=-1.0)
         k = int(score.argmax())
         if score[k] > best:
-            best, found = (
-                score[k],
-                igm(robot, pose.xi[k], pose.working[k]),
-            )
+            best = score[k]
+            found = igm(robot, pose.xi[k], pose.working[k])
     return found
 
 

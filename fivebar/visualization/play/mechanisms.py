@@ -61,7 +61,11 @@ def _of_symbols(kind, **parameters):
 
 
 def _four_bar(values):
-    return _of_symbols(FourBar, **dict(zip(_SIDES, values)), point=tuple(values[4:]))
+    return _of_symbols(
+        FourBar,
+        **dict(zip(_SIDES, values)),
+        point=tuple(values[4:]),
+    )
 
 
 def _press(values):
@@ -113,15 +117,18 @@ def mechanisms() -> tuple[list[ca.Function], dict]:
 
 
 def _mechanism(kind):
-    q, speed, branch = (
-        ca.SX.sym("q"),
-        ca.SX.sym("speed"),
-        ca.SX.sym("branch", kind.branches),
-    )
+    q = ca.SX.sym("q")
+    speed = ca.SX.sym("speed")
+    branch = ca.SX.sym("branch", kind.branches)
     values = ca.SX.sym("values", len(kind.parameters))
     signs = branch if kind.branches == 1 else (branch[0], branch[1])
     with as_numbers():
-        motion = kind.build([values[k] for k in range(values.numel())]).start(q, speed, 0.0, signs)
+        motion = kind.build([values[k] for k in range(values.numel())]).start(
+            q,
+            speed,
+            0.0,
+            signs,
+        )
         chain = motion.chain
         at = motion.position(chain.traced)
         angle = motion.angle, motion.rate, motion.angular_acceleration
@@ -165,7 +172,8 @@ def straight_lines() -> dict:
     for name in BUILDERS:
         mechanism = straight_line(name)
         linkage = mechanism.linkage
-        c, s = math.cos(linkage.tilt), math.sin(linkage.tilt)
+        c = math.cos(linkage.tilt)
+        s = math.sin(linkage.tilt)
         level = np.array([[c, s], [-s, c]])
         scale = 0.2 / linkage.ground  # in the source's unit: here a ground of 200 mm
         through = scale * level @ (np.array(mechanism.through) - linkage.base)
@@ -199,14 +207,13 @@ def address_of(
     if isinstance(linkage, FourBar):
         name, values = "four", _four_bar_values(linkage)
     elif isinstance(linkage, SliderCrank):
-        name, values = (
-            f"slider_{linkage.held}",
-            (linkage.crank, linkage.rod, linkage.offset),
-        )
+        name = f"slider_{linkage.held}"
+        values = (linkage.crank, linkage.rod, linkage.offset)
     else:
         if (linkage.l12, linkage.theta11) != (_PRESS.l12, _PRESS.theta11):
             raise ValueError("the live page has presses with the paper's l12 and theta11 only")
-        name, values = "press", [getattr(linkage, bar) for bar in _BARS]
+        name = "press"
+        values = [getattr(linkage, bar) for bar in _BARS]
     if crank is None:
         allowed = crank_range(linkage, branch)
         if not allowed.intervals:
@@ -215,10 +222,8 @@ def address_of(
         crank = 0.6 if allowed.full else (low + high) / 2
         crank -= getattr(linkage, "tilt", 0.0)
     signs = "".join("+" if sign > 0 else "-" for sign in np.ravel(branch))
-    numbers, crank = (
-        ",".join(map(digits, values)),
-        digits(math.remainder(crank, 2 * math.pi)),
-    )
+    numbers = ",".join(map(digits, values))
+    crank = digits(math.remainder(crank, 2 * math.pi))
     return f"#linkage={name}&values={numbers}&branch={signs}&crank={crank}"
 
 

@@ -34,11 +34,20 @@ def draw_tip_error(result: TipError) -> Figure:
     """
     figure = new_figure(11.5, 5.2)
     left, right = figure.subplots(1, 2)
-    linear, sampled = 1e3 * result.sd, 1e3 * result.monte_carlo_sd
+    linear = 1e3 * result.sd
+    sampled = 1e3 * result.monte_carlo_sd
     good = np.isfinite(sampled) & (sampled > 0) & (linear > 0)
-    both = np.concatenate([linear[good], sampled[good]]) if good.any() else np.array([1, 2])
+    if good.any():
+        both = np.concatenate([linear[good], sampled[good]])
+    else:
+        both = np.array([1, 2])
     left.set(xscale="log", yscale="log")
-    draw(left, "line.unity", *[[both.min(), both.max()]] * 2, label="equal")
+    draw(
+        left,
+        "line.unity",
+        *[[both.min(), both.max()]] * 2,
+        label="equal",
+    )
     draw(
         left,
         "mark.pose",
@@ -56,7 +65,12 @@ def draw_tip_error(result: TipError) -> Figure:
     words = dict(xlabel="by Jacobian (mm)", ylabel="by Monte Carlo (mm)")
     finish(left, 3, title="error of the tip", **words)
     det = np.abs(np.ravel(result.pose.det_A))
-    ratio = np.divide(sampled, linear, where=good, out=np.full(len(good), np.nan))
+    ratio = np.divide(
+        sampled,
+        linear,
+        where=good,
+        out=np.full(len(good), np.nan),
+    )
     draw(right, "mark.pose", det, ratio, label="Monte Carlo / Jacobian")
     draw_level(right, "line.unity", 1.0)
     if result.open.max() > 0:

@@ -49,10 +49,8 @@ def _arrows(axes, result):
     rows = result.rows
     points = rows.points[rows.whole]
     width = max(float(np.ptp(points, axis=0).max()), 1e-12)
-    before, after = (
-        result.residuals_before[rows.whole],
-        result.residuals[rows.whole],
-    )
+    before = result.residuals_before[rows.whole]
+    after = result.residuals[rows.whole]
     for miss, colour, words in (
         (before, ORANGE, "before"),
         (after, BLUE, "after"),
@@ -104,7 +102,12 @@ def _rows(axes, result):
     number = np.arange(1, len(size) + 1)
     out = np.isin(result.rows.where, list(result.outliers))
     axes.vlines(number, 0, scale * size, color=PALE, lw=1)
-    draw(axes, "mark.row", number[~out], scale * size[~out])
+    draw(
+        axes,
+        "mark.row",
+        number[~out],
+        scale * size[~out],
+    )
     if out.any():
         draw(axes, "mark.outlying-row", number[out], scale * size[out])
     label = f"RMS of a coordinate {scale * result.rms:.3g} {unit}"

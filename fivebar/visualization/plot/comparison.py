@@ -64,7 +64,13 @@ def _torques(axes, runs, styles, motor):
         if run.torque_limit is not None:
             time = np.diff(run.t)[run.saturated[:-1, motor]].sum()
             style = style | {"label": f"{style['label']}, at the limit {time:.2f} s"}
-        draw(axes, "line.step", run.t, scale * run.tau[:, motor], **style)
+        draw(
+            axes,
+            "line.step",
+            run.t,
+            scale * run.tau[:, motor],
+            **style,
+        )
     for limit in {run.torque_limit for run in runs} - {None}:
         draw_level(axes, "line.limit", scale * limit, -scale * limit)
     return f"{words.effort} ({unit})"
@@ -85,7 +91,12 @@ def _solve_times(axes, logs, colours):
             label=f"{name}, {len(us)} steps",
         )
         axes.axvline(median, label=f"median {median:.0f} µs", **style)
-        axes.axvline(slow, ls="--", label=f"99 % below {slow:.0f} µs", **style)
+        axes.axvline(
+            slow,
+            ls="--",
+            label=f"99 % below {slow:.0f} µs",
+            **style,
+        )
     axes.set_xscale("log")
     for set_formatter in (
         axes.xaxis.set_major_formatter,

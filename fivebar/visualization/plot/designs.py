@@ -39,7 +39,9 @@ def label(name: str) -> str:
     """Return a figure of merit or a parameter with its unit."""
     if name in FIGURES:
         return FIGURES[name].label
-    return name if name[0] in "rfz" or name == "m" else f"{name} (m)"
+    if name[0] in "rfz" or name == "m":
+        return name
+    return f"{name} (m)"
 
 
 def draw_sweep(sweep: Sweep, figure: str | None = None) -> Figure:
@@ -69,7 +71,10 @@ def draw_sweep(sweep: Sweep, figure: str | None = None) -> Figure:
         return picture
     picture = new_figure(min(3.4 * len(varied), 12) + 0.6, 3.4)
     panels = picture.subplots(1, len(varied), sharey=True, squeeze=False)[0]
-    style = dict(marker=".", ls="none", ms=2, alpha=0.5) if len(varied) > 1 else {}
+    if len(varied) > 1:
+        style = dict(marker=".", ls="none", ms=2, alpha=0.5)
+    else:
+        style = {}
     for axes, (parameter, column) in zip(panels, varied.items()):
         order = np.argsort(column, kind="stable")
         axes.plot(column[order], values[order], color=BLUE, **style)
@@ -81,22 +86,42 @@ def draw_sweep(sweep: Sweep, figure: str | None = None) -> Figure:
 
 def _atlas(columns, values, good, name):
     """Liu's plane of the design space r1 + r2 + r3 = 3: x = (2 r1 + r3) / sqrt 3, y = r3."""
-    x, y = (2 * columns["r1"] + columns["r3"]) / np.sqrt(3), columns["r3"]
+    x = (2 * columns["r1"] + columns["r3"]) / np.sqrt(3)
+    y = columns["r3"]
     picture = new_figure(6.6, 4.4)
     axes = picture.subplots()
     field = x[good], y[good], values[good], 12
     filled = axes.tricontourf(*field, cmap="viridis")
     axes.clabel(axes.tricontour(*field, colors="k", linewidths=0.5), fontsize=7)
     picture.colorbar(filled, label=name, shrink=0.75)
-    corners = np.array([(3, 0, 0), (0, 3, 0), (0, 1.5, 1.5), (1.5, 0, 1.5), (3, 0, 0)])
-    places = np.column_stack([(2 * corners[:, 0] + corners[:, 2]) / np.sqrt(3), corners[:, 2]])
+    corners = np.array(
+        [
+            (3, 0, 0),
+            (0, 3, 0),
+            (0, 1.5, 1.5),
+            (1.5, 0, 1.5),
+            (3, 0, 0),
+        ]
+    )
+    places = np.column_stack(
+        [
+            (2 * corners[:, 0] + corners[:, 2]) / np.sqrt(3),
+            corners[:, 2],
+        ]
+    )
     axes.plot(*places.T, color=BLACK, lw=1)
     for (a, b, c), place, side in zip(corners, places, ("left", "right", "right", "left")):
         offset = dict(
             xytext=(4 if side == "left" else -4, 3),
             textcoords="offset points",
         )
-        axes.annotate(f"({a:g}, {b:g}, {c:g})", place, ha=side, fontsize=7, **offset)
+        axes.annotate(
+            f"({a:g}, {b:g}, {c:g})",
+            place,
+            ha=side,
+            fontsize=7,
+            **offset,
+        )
     axes.margins(0.16, 0.1)
     axes.set(
         xlabel=r"$(2 r_1 + r_3) / \sqrt{3}$",
@@ -118,7 +143,9 @@ def task_line(task: Task) -> np.ndarray | None:
     """Return points (n, 2) of the task's motion or path, None where there is none."""
     if task.motion is not None:
         return task.motion.xi
-    return None if task.path is None else task.path(np.linspace(0, task.path.length, SAMPLES))[0]
+    if task.path is None:
+        return None
+    return task.path(np.linspace(0, task.path.length, SAMPLES))[0]
 
 
 def pose_of(design: Design) -> Pose:
@@ -138,7 +165,13 @@ def pose_of(design: Design) -> Pose:
     elif isinstance(robot, FiveBar):
         xi = (
             0.0,
-            0.6 * np.sqrt(max((robot.l11 + robot.l12) ** 2 - (robot.d / 2) ** 2, 0.0)),
+            0.6
+            * np.sqrt(
+                max(
+                    (robot.l11 + robot.l12) ** 2 - (robot.d / 2) ** 2,
+                    0.0,
+                )
+            ),
         )
     else:
         return dgm(robot, (0.0, 0.0), unreachable="nan")
@@ -150,17 +183,25 @@ def _robots(panels, designs):
     points = [np.zeros((0, 2))]
     area = STYLES["area.task"]
     for axes, design in zip(panels, designs):
-        pose, task = pose_of(design), design.task
+        pose = pose_of(design)
+        task = design.task
         if np.isfinite(pose.q).all():
             body = pose_body([pose])
             draw_robot(axes, body)
             points.append(body.points[0])
         if task.table:
             ends = design.place + np.reshape(task.table, (2, 2)).T
-            axes.add_patch(Rectangle(1e3 * ends[0], *(1e3 * (ends[1] - ends[0])), **area))
+            axes.add_patch(
+                Rectangle(
+                    1e3 * ends[0],
+                    *(1e3 * (ends[1] - ends[0])),
+                    **area,
+                )
+            )
             points.append(ends)
         elif task.disc:
-            centre, radius = design.place + task.disc[:2], task.disc[2]
+            centre = design.place + task.disc[:2]
+            radius = task.disc[2]
             axes.add_patch(Circle(1e3 * centre, 1e3 * radius, **area))
             points.append(np.array([centre - radius, centre + radius]))
         elif (line := task_line(task)) is not None:
@@ -177,20 +218,36 @@ def draw_front(front: Front, robots: int = 5) -> Figure:
     """Draw a front, and robots along it in the order of the first goal, to one scale."""
     goals = [f"{label(name)}, {way}" for name, way in front.goals.items()]
     x, y, *more = (front[name] for name in front.goals)
-    places = np.linspace(0, len(front) - 1, min(robots, len(front)))
+    places = np.linspace(
+        0,
+        len(front) - 1,
+        min(robots, len(front)),
+    )
     chosen = dict(enumerate(np.unique(places.round().astype(int)), start=1))
     picture = new_figure(11, 7.2)
     top, bottom = picture.subfigures(2, 1, height_ratios=(1.35, 1))
     axes = top.subplots()
     if more:
-        points = axes.scatter(x, y, c=more[0], cmap=PALETTES["lines"], s=36, zorder=2)
+        points = axes.scatter(
+            x,
+            y,
+            c=more[0],
+            cmap=PALETTES["lines"],
+            s=36,
+            zorder=2,
+        )
         top.colorbar(points, label=goals[2])
     else:
         draw(axes, "mark.front", x, y)
     text = dict(textcoords="offset points", color=ORANGE, weight="bold")
     for number, k in chosen.items():
         draw(axes, "mark.chosen", x[k], y[k])
-        axes.annotate(str(number), (x[k], y[k]), (9, 7), **text)
+        axes.annotate(
+            str(number),
+            (x[k], y[k]),
+            (9, 7),
+            **text,
+        )
     axes.margins(0.06, 0.1)
     axes.set(xlabel=goals[0], ylabel=goals[1])
     axes.grid(alpha=0.25)

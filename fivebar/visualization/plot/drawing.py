@@ -56,23 +56,24 @@ def drawing(
         Left the robot; right the strokes, desired over drawn.
     """
     points = 1e3 * np.concatenate([*desired, *drawn])
-    low, high = points.min(axis=0), points.max(axis=0)
+    low = points.min(axis=0)
+    high = points.max(axis=0)
     pad = 0.06 * (high - low).max()
-    low, high = low - pad, high + pad
+    low = low - pad
+    high = high + pad
     width, height = high - low
     shape = 1.24 * WIDTH * height / width + 1.6
     figure = new_figure(WIDTH, float(np.clip(shape, 5.0, 11.0)))
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
     _robot(figure.add_subplot(grid[:, 0]), robot, working, desired)
-    top, bottom = (
-        figure.add_subplot(grid[0, 1]),
-        figure.add_subplot(grid[1, 1]),
-    )
+    top = figure.add_subplot(grid[0, 1])
+    bottom = figure.add_subplot(grid[1, 1])
     for stroke in desired:
         draw_points(top, "path.desired", stroke)
     largest = max((float(error.max()) for error in errors), default=0.0)
     scale, unit = readable(largest, "m")
-    segments, colours = [], [np.empty(0)]
+    segments = []
+    colours = [np.empty(0)]
     for stroke, error in zip(drawn, errors):
         segments += list(1e3 * np.stack([stroke[:-1], stroke[1:]], axis=1))
         colours.append(scale * np.maximum(error[:-1], error[1:]))
@@ -84,7 +85,13 @@ def drawing(
     )
     lines.set(array=np.concatenate(colours), clim=(0.0, scale * largest or 1.0))
     bottom.add_collection(lines)
-    figure.colorbar(lines, ax=bottom, label=f"error ({unit})", fraction=0.05, pad=0.02)
+    figure.colorbar(
+        lines,
+        ax=bottom,
+        label=f"error ({unit})",
+        fraction=0.05,
+        pad=0.02,
+    )
     error = f"drawn by the simulated robot, at most {scale * largest:.3g} {unit} off"
     for axes, words in ((top, "asked"), (bottom, error)):
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
@@ -96,7 +103,11 @@ def drawing(
 
 def draw_path(path: Path) -> Figure:
     """Draw a Path: strokes, dotted lines where the pen is up, and the points of rest."""
-    piece, share = np.meshgrid(np.arange(len(path.pieces)), np.linspace(0, 1, 33), indexing="ij")
+    piece, share = np.meshgrid(
+        np.arange(len(path.pieces)),
+        np.linspace(0, 1, 33),
+        indexing="ij",
+    )
     lengths = np.array([piece.length for piece in path.pieces])
     points = path.on(piece, share * lengths[:, None])[0]
     rests = path(np.array([stop.s for stop in path.stops]))[0]

@@ -62,7 +62,11 @@ def aspect_graph(robot: FiveBar) -> Figure:
     figure = new_figure(7.2, 7.4)
     axes = figure.subplots()
     axes.set_axis_off()
-    axes.set(xlim=(-1.02, 1.02), ylim=(-1.02, 1.02), aspect="equal")
+    axes.set(
+        xlim=(-1.02, 1.02),
+        ylim=(-1.02, 1.02),
+        aspect="equal",
+    )
     middle = dict(ha="center", va="center")
     places = {}
     for working in MODES:

@@ -82,9 +82,16 @@ def _picture(axes, study):
             alpha=0.75 if first else 0.15,
             color=PALE,
         )
-        bar = dict(lw=3, marker="o", ms=5, mfc="white") if first else dict(lw=1.2, alpha=0.3)
+        if first:
+            bar = dict(lw=3, marker="o", ms=5, mfc="white")
+        else:
+            bar = dict(lw=1.2, alpha=0.3)
         for pair in sliding:
-            axes.plot(*points[sample, pair].T, zorder=2 + first, **block)
+            axes.plot(
+                *points[sample, pair].T,
+                zorder=2 + first,
+                **block,
+            )
         for pair, colour in zip(body.bars, body.colours):
             axes.plot(
                 *points[sample, pair].T,

@@ -50,10 +50,13 @@ def singularity_map(
     Figure
         Four working modes in task space, or both assembly modes in joint space.
     """
-    task, turns = data.space == "task", data.robot.turns
+    task = data.space == "task"
+    turns = data.robot.turns
     scale, unit = (1e3, "mm") if task or not turns else (180 / np.pi, "deg")
-    x, y = scale * data.x, scale * data.y
-    width, height = np.ptp(x), np.ptp(y)
+    x = scale * data.x
+    y = scale * data.y
+    width = np.ptp(x)
+    height = np.ptp(y)
     rows = 2 if task else 1
     figure = new_figure(
         9.6,
@@ -72,7 +75,8 @@ def singularity_map(
         zorder=0,
     )
     # The image's borders are half a step beyond the outer nodes, the middles of its pixels.
-    half_x, half_y = width / (len(x) - 1) / 2, height / (len(y) - 1) / 2
+    half_x = width / (len(x) - 1) / 2
+    half_y = height / (len(y) - 1) / 2
     borders = x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y
     values = np.minimum(shown.factor * data.values, 1e12)  # inf, too, has a colour
     known = {}
@@ -102,7 +106,13 @@ def singularity_map(
             if turns:
                 show("base joint", [(drive.x, drive.y)])
             else:
-                show("guide", [(drive.x, data.y[0]), (drive.x, data.y[-1])])
+                show(
+                    "guide",
+                    [
+                        (drive.x, data.y[0]),
+                        (drive.x, data.y[-1]),
+                    ],
+                )
         here = [region for region in regions or () if region.working == mode]
         for region in here:
             if dexterous is not None:
@@ -120,9 +130,15 @@ def singularity_map(
         if regions is not None:
             title += _numbers("aspect" if dexterous is None else "region", here)
         axes.set_title(title, fontsize=10)
-    names = "xy" if task else [f"$q_{{{name[1:]}}}$" for name in data.robot.words.joints]
+    if task:
+        names = "xy"
+    else:
+        names = [f"$q_{{{name[1:]}}}$" for name in data.robot.words.joints]
     for axes in panels.flat:
-        axes.set(xlabel=f"{names[0]} ({unit})", ylabel=f"{names[1]} ({unit})")
+        axes.set(
+            xlabel=f"{names[0]} ({unit})",
+            ylabel=f"{names[1]} ({unit})",
+        )
         axes.label_outer()
         if unit == "deg":
             axes.xaxis.set_major_locator(_degrees(width))
@@ -146,11 +162,9 @@ def _numbers(name, regions):
     numbers = [str(region.number) for region in regions]
     if not numbers:
         return f": no {name}"
-    return (
-        f": {name} {numbers[0]}"
-        if len(numbers) == 1
-        else f": {name}s {numbers[0]} to {numbers[-1]}"
-    )
+    if len(numbers) == 1:
+        return f": {name} {numbers[0]}"
+    return f": {name}s {numbers[0]} to {numbers[-1]}"
 
 
 def _number(axes, region, scale):
@@ -171,7 +185,10 @@ def _number(axes, region, scale):
     )
     away = 0
     if scale * region.clearance <= 0.03 * width:
-        away = 34 if x >= (left + right) / 2 - 0.01 * width else -34
+        if x >= (left + right) / 2 - 0.01 * width:
+            away = 34
+        else:
+            away = -34
         text["arrowprops"] = dict(arrowstyle="-", color=INK, lw=0.8, shrinkA=0, shrinkB=0)
     place = dict(xytext=(away, 0), textcoords="offset points", zorder=6)
     axes.annotate(str(region.number), (x, y), **place, **text)

@@ -87,7 +87,13 @@ def plane(axes: Axes, columns: int = 0, title: str = "") -> None:
         axes.grid(alpha=0.25)
 
 
-def over_time(axes: Axes, columns: int, ylabel: str, title: str, last: bool = True) -> None:
+def over_time(
+    axes: Axes,
+    columns: int,
+    ylabel: str,
+    title: str,
+    last: bool = True,
+) -> None:
     """Finish a panel over time, with the time's label under the last."""
     axes.margins(x=0)
     finish(
@@ -106,12 +112,22 @@ def draw(axes: Axes, kind: str, x: ArrayLike, y: ArrayLike, **more) -> None:
 
 def draw_points(axes: Axes, kind: str, points: ArrayLike, **more) -> None:
     """Plot points (..., 2) m in mm."""
-    draw(axes, kind, *np.moveaxis(1e3 * np.asarray(points), -1, 0), **more)
+    draw(
+        axes,
+        kind,
+        *np.moveaxis(1e3 * np.asarray(points), -1, 0),
+        **more,
+    )
 
 
 def note(axes: Axes, text: str, point: np.ndarray) -> None:
     """Write a note beside a point (2,) m."""
-    axes.annotate(text, 1e3 * point, xytext=(6, 5), **STYLES["text.note"])
+    axes.annotate(
+        text,
+        1e3 * point,
+        xytext=(6, 5),
+        **STYLES["text.note"],
+    )
 
 
 def draw_level(axes: Axes, kind: str, *levels: float, **more) -> None:
@@ -145,7 +161,8 @@ def draw_robot(axes: Axes, body: Skeleton, sample: int = 0, **style) -> None:
 def set_window(axes: Axes, points: np.ndarray) -> tuple[float, float]:
     """Let a panel show all points (..., 2) m, with room around them; return its y limits, mm."""
     points = 1e3 * points.reshape(-1, 2)
-    low, high = points.min(axis=0), points.max(axis=0)
+    low = points.min(axis=0)
+    high = points.max(axis=0)
     margin = 0.12 * (high - low).max()
     (left, low), (right, high) = low - margin, high + margin
     axes.set(xlim=(left, right), ylim=(low, high))
@@ -171,7 +188,10 @@ def draw_loci(
         if style["label"] in known:
             del style["label"]
         known.add(style.get("label"))
-        points = piece.drawn(ends[0] / 1e3, ends[1] / 1e3) if ends else piece.points
+        if ends:
+            points = piece.drawn(ends[0] / 1e3, ends[1] / 1e3)
+        else:
+            points = piece.points
         axes.plot(*(1e3 * points).T, zorder=0, **style)
 
 

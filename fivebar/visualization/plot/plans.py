@@ -50,7 +50,8 @@ def draw_plan(plan: Plan) -> Figure:
         np.linspace(0, 1, 21),
         indexing="ij",
     )
-    k, sigma = k.ravel(), sigma.ravel()
+    k = k.ravel()
+    sigma = sigma.ravel()
     t = plan.pieces.knots[k] + sigma * plan.pieces.widths[k]
     motion = plan.pieces.motion(k, sigma)
     pose = plan.accelerations(t).rates.pose
@@ -71,7 +72,8 @@ def draw_plan(plan: Plan) -> Figure:
 
 
 def _bars(axes, plan, t, bars):
-    turns, names = plan.robot.turns, plan.robot.words.joints
+    turns = plan.robot.turns
+    names = plan.robot.words.joints
     scale, unit = (180 / np.pi, "deg") if turns else (1e3, "mm")
     for leg, (name, (_, colour)) in enumerate(zip(names, SIDES)):
         label = f"$q_{{{name[1:]}}}$ ({unit})"
@@ -101,7 +103,15 @@ def _path(axes, plan, pose, crossed):
     body = robot_body(plan.robot, pose.elbows, xi)
     draw_robot(axes, body, 0, alpha=0.35)
     draw_robot(axes, body, -1)
-    ends = set_window(axes, np.concatenate([*body.points[[0, -1]][:, body.joints], xi]))
+    ends = set_window(
+        axes,
+        np.concatenate(
+            [
+                *body.points[[0, -1]][:, body.joints],
+                xi,
+            ]
+        ),
+    )
     draw_loci(axes, plan.robot, plan.problem.working, ends)
     draw_points(axes, "path.planned", xi)
     draw_points(axes, "mark.end", xi[0], marker="o")
@@ -143,7 +153,8 @@ def _torques(axes, plan, t, tau):
 
 
 def _sines(axes, plan, t, pose):
-    limits, names = plan.problem.constraints, (r"\phi_1", r"\phi_2")
+    limits = plan.problem.constraints
+    names = (r"\phi_1", r"\phi_2")
     if plan.robot.turns:
         names = "q_{12}", "q_{22}"
     for leg, (name, (_, colour)) in enumerate(zip(names, SIDES)):

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
 # Pictures a second, which browsers slow down where a GIF has more; how many at most, beyond which a
 # motion is shown faster; and pixels to an inch.
-GIF, FILM = (20, 400, 80), (30, 1200, 160)
+GIF = (20, 400, 80)
+FILM = (30, 1200, 160)
 CODECS = {
     ".mp4": ("h264", "-movflags", "+faststart"),
     ".webm": ("vp9", "-deadline", "realtime", "-cpu-used", "5"),
@@ -42,7 +43,10 @@ def strip_figure(scene: Scene, poses: int = 6) -> Figure:
     columns = min(poses, 6)
     rows = -(-poses // columns)
     side = 12.0 / max(columns, 3)
-    figure = new_figure(side * columns, rows * (side * _shape(scene) + 0.3) + 0.8)
+    figure = new_figure(
+        side * columns,
+        rows * (side * _shape(scene) + 0.3) + 0.8,
+    )
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, time in zip(panels, np.linspace(0.0, scene.duration, poses)):
         _stage(axes, scene)
@@ -99,9 +103,13 @@ def film(scene: Scene, path: str | Path) -> None:
 def _film(scene, path, writer, per_second, most, dpi):
     count = max(2, round(scene.duration * per_second))
     times = np.linspace(0.0, scene.duration, min(count, most))
-    faster = f", {count / len(times):.3g} times as fast" if count > len(times) else ""
+    if count > len(times):
+        faster = f", {count / len(times):.3g} times as fast"
+    else:
+        faster = ""
     shape = _shape(scene)
-    width, height = 6.0 / max(1.0, shape), 6.0 * min(1.0, shape)
+    width = 6.0 / max(1.0, shape)
+    height = 6.0 * min(1.0, shape)
     figure = Figure(figsize=(width, height + 0.35), dpi=dpi)
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.0, 0.0, 1.0, height / (height + 0.35)))
@@ -182,10 +190,15 @@ def _draw(axes, scene, time):
 
 def _place(x=0.0, y=0.0, angle=0.0, scale=(1.0, 1.0)):
     """The matrix of a place, a turn and a scale in the plane."""
-    c, s = np.cos(angle), np.sin(angle)
+    c = np.cos(angle)
+    s = np.sin(angle)
     return np.array(
         [
-            (c * scale[0], -s * scale[1], x),
+            (
+                c * scale[0],
+                -s * scale[1],
+                x,
+            ),
             (s * scale[0], c * scale[1], y),
             (0, 0, 1),
         ]
@@ -232,5 +245,8 @@ def _between(t, values, time):
     if time <= t[0] or len(values) == 1:
         return values[0]
     k = min(int(np.searchsorted(t, time)), len(t) - 1)
-    share = min(1.0, (time - t[k - 1]) / (t[k] - t[k - 1]))
+    share = min(
+        1.0,
+        (time - t[k - 1]) / (t[k] - t[k - 1]),
+    )
     return (1 - share) * values[k - 1] + share * values[k]

@@ -38,10 +38,8 @@ def draw_replay(replay: Replay) -> Figure:
     draw(top, "line.distance", measured.t, scale * size)
     title = f"difference: {scale * replay.figures['rms_error_m']:.3g} {unit} rms"
     over_time(top, 1, f"apart ({unit})", title, last=False)
-    tau, words = (
-        np.array([measured.tau, simulated.tau]),
-        measured.robot.words,
-    )
+    tau = np.array([measured.tau, simulated.tau])
+    words = measured.robot.words
     for k, (side, colour) in enumerate(SIDES):
         axes = figure.add_subplot(grid[1 + k, 1], sharex=top)
         ylabel = draw_measured(axes, measured.t, tau[..., k], words, colour, "simulated")

@@ -72,7 +72,8 @@ def _errors(axes, run):
     known = size[np.isfinite(size)]  # not in the gaps of a log
     if not len(known):
         raise ValueError("a run whose error is nowhere known cannot be drawn")
-    largest, rms = known.max(), np.sqrt(np.mean(known**2))
+    largest = known.max()
+    rms = np.sqrt(np.mean(known**2))
     scale, unit = readable(largest, "m")
     for name, error, colour in zip("xy", run.error.T, (LEFT, RIGHT)):
         draw(
@@ -128,7 +129,12 @@ def _torques(axes, run):
         )
         axes.fill_between(run.t, 0, 1, where=saturated, label=label, **area)
     _crossings(axes, run)
-    over_time(axes, 4, f"{words.effort} ({unit})", f"motor {words.effort}s")
+    over_time(
+        axes,
+        4,
+        f"{words.effort} ({unit})",
+        f"motor {words.effort}s",
+    )
 
 
 def _crossings(axes, run):

@@ -43,7 +43,8 @@ def draw_timed_path(motion: TimedPath) -> Figure:
     t = (motion.times[:-1, None] + np.diff(motion.times)[:, None] * inside).ravel()
     _drawing(figure, figure.add_subplot(grid[:, 0]), motion, t)
     _phase_plane(figure.add_subplot(grid[0, 1]), motion, t)
-    axes, words = figure.add_subplot(grid[1, 1]), motion.robot.words
+    axes = figure.add_subplot(grid[1, 1])
+    words = motion.robot.words
     ylabel = draw_torques(axes, words, t, motion.tau(t), motion.limits, "limit")
     for time in motion.times[motion.crossing]:
         mark_crossing(axes, time, Singularity.PARALLEL)

@@ -59,23 +59,48 @@ def choose(t: ArrayLike, *numbers: np.ndarray, lack: str = "are not numbers") ->
         good &= np.isfinite(values).reshape(len(t), -1).all(axis=1)
     if not good.any():
         raise ValueError(f"all {len(t)} samples {lack}: nothing can be drawn")
-    start, t, notes = float(t[0]), t - t[0], []
+    start = float(t[0])
+    t = t - t[0]
+    notes = []
     index = _nearest(t, grid(t[-1]))
     if len(index) == MOST < len(t):
         step = t[-1] / (MOST - 1)
         notes.append(f"{MOST} of {len(t)} samples are shown, {step:.3g} s apart.")
     holes = np.array(stretches(~good)).reshape(-1, 2)
-    index = np.union1d(index, np.clip(holes + (-1, 1), 0, len(t) - 1)).astype(int)
+    index = np.union1d(
+        index,
+        np.clip(
+            holes + (-1, 1),
+            0,
+            len(t) - 1,
+        ),
+    ).astype(int)
     index = index[good[index]]
     # A gap reaches half-way to its neighbours, which are still shown.
-    middles = np.concatenate([t[:1], (t[:-1] + t[1:]) / 2, t[-1:]])
+    middles = np.concatenate(
+        [
+            t[:1],
+            (t[:-1] + t[1:]) / 2,
+            t[-1:],
+        ]
+    )
     gaps = tuple((float(middles[low]), float(middles[high + 1])) for low, high in holes)
     if gaps:
         spans = ", ".join(f"{start + low:.6g} to {start + high:.6g} s" for low, high in gaps[:3])
-        more = f" and {len(gaps) - 3} more" if len(gaps) > 3 else ""
+        if len(gaps) > 3:
+            more = f" and {len(gaps) - 3} more"
+        else:
+            more = ""
         count = f"{(~good).sum()} of {len(t)} samples {lack}"
         notes.append(f"{count}: nothing is drawn from {spans}{more}.")
-    return Frames(index, t[index], start, float(t[-1]), gaps, tuple(notes))
+    return Frames(
+        index,
+        t[index],
+        start,
+        float(t[-1]),
+        gaps,
+        tuple(notes),
+    )
 
 
 def grid(duration: float) -> np.ndarray:
@@ -92,16 +117,20 @@ def _nearest(t, times):
     if len(t) <= len(times):
         return np.arange(len(t))
     after = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
-    return np.unique(np.where(times - t[after - 1] < t[after] - times, after - 1, after))
+    return np.unique(
+        np.where(
+            times - t[after - 1] < t[after] - times,
+            after - 1,
+            after,
+        )
+    )
 
 
 def stretches(flags: np.ndarray) -> list[tuple[int, int]]:
     """Return (first, last) index of each stretch of true values."""
     change = np.diff(np.concatenate([[0], flags.astype(int), [0]]))
-    first, last = (
-        np.flatnonzero(change == 1),
-        np.flatnonzero(change == -1) - 1,
-    )
+    first = np.flatnonzero(change == 1)
+    last = np.flatnonzero(change == -1) - 1
     return list(zip(first.tolist(), last.tolist()))
 
 

@@ -71,11 +71,16 @@ class LineLayer(Layer):
         return np.concatenate([np.empty((0, 2)), *self.paths])
 
     def parts(self, machine: Machine, number: int) -> Iterator[Part]:
-        w, paths, path = machine.pen, self.paths, f"{self.name}/{number}"
+        w = machine.pen
+        paths = self.paths
+        path = f"{self.name}/{number}"
         if self.dash:
             on, off = w * np.array(self.dash)
             paths = sum((dash_pieces(line, on, off) for line in paths), [])
-        height = machine.top + self.lift * w if self.over else (self.lift - 0.5) * machine.layer
+        if self.over:
+            height = machine.top + self.lift * w
+        else:
+            height = (self.lift - 0.5) * machine.layer
         glass = {"transparent": self.opacity < 1, "opacity": self.opacity}
         band = ribbon(paths, self.width * w, height, self.colour, **glass)
         times = machine.frames.t
@@ -153,11 +158,9 @@ class Arrows(Layer):
         return self.vectors * (ARROW * machine.size / (self.largest or 1.0))
 
     def parts(self, machine: Machine, number: int) -> Iterator[Part]:
-        arrows, w, path = (
-            self.drawn(machine),
-            machine.pen,
-            f"{self.name}/{number}",
-        )
+        arrows = self.drawn(machine)
+        w = machine.pen
+        path = f"{self.name}/{number}"
         good = np.isfinite(arrows).all(axis=1)
         arrows = np.where(good[:, None], arrows, 0.0)
         yield Part(
@@ -168,20 +171,27 @@ class Arrows(Layer):
         )
         # Both have unit length along x; a scale of 0 has no inverse, which the viewer's shading
         # asks for.
-        length, height = (
-            np.hypot(*arrows.T),
-            machine.top + (0.25 + 0.02 * number) * w,
-        )
+        length = np.hypot(*arrows.T)
+        height = machine.top + (0.25 + 0.02 * number) * w
         head = np.maximum(np.minimum(1.3 * w, 0.7 * length), 1e-6 * w)
         neck = np.maximum(length - head, 1e-6 * w)
         half = 0.14 * w
         shaft = polygon(
-            [(0, -half), (1, -half), (1, half), (0, half)],
+            [
+                (0, -half),
+                (1, -half),
+                (1, half),
+                (0, half),
+            ],
             height,
             self.colour,
         )
         yield Part(f"{path}/shaft", [shaft], scale_track(neck, 1.0))
-        tip = polygon([(0, -0.45), (1, 0), (0, 0.45)], height, self.colour)
+        tip = polygon(
+            [(0, -0.45), (1, 0), (0, 0.45)],
+            height,
+            self.colour,
+        )
         tracks = place_tracks(np.stack([neck, 0 * neck], axis=1)) | scale_track(head, head)
         yield Part(f"{path}/tip", [tip], tracks)
 
@@ -220,12 +230,11 @@ class TurningArrows(Layer):
 
     def parts(self, machine: Machine, number: int) -> Iterator[Part]:
         good = np.isfinite(self.values)
-        sweep, w, path = (
-            np.where(good, self.sweeps(), 0.0),
-            machine.pen,
-            f"{self.name}/{number}",
-        )
-        radius, height = self.radius * w, machine.top + 0.2 * w
+        sweep = np.where(good, self.sweeps(), 0.0)
+        w = machine.pen
+        path = f"{self.name}/{number}"
+        radius = self.radius * w
+        height = machine.top + 0.2 * w
         tracks = place_tracks(self.places) | scale_track(1.0, np.where(sweep < 0, -1.0, 1.0))
         yield Part(path, [], tracks, visibility(machine.frames.t, good))
         # The page draws as many pieces of the band as the tip has passed: no track can change a
@@ -261,13 +270,16 @@ class Ghost(Layer):
         if not good.any():
             return
         shown = visibility(machine.frames.t, good)
-        points, low = (
-            self.mechanism[last_true(good)],
-            -0.3 * machine.layer,
-        )
+        points = self.mechanism[last_true(good)]
+        low = -0.3 * machine.layer
         glass = {"transparent": True, "opacity": 0.4, "depthWrite": False}
         size = 0.8 * machine.width, low, low + 0.1 * machine.layer
         for b, (i, j) in enumerate(machine.body.bars):
             solid = link(machine.lengths[b], *size, self.colour, **glass)
             tracks = place_tracks(points[:, i], points[:, j] - points[:, i])
-            yield Part(f"{self.name}/{number}-{b}", [solid], tracks, shown)
+            yield Part(
+                f"{self.name}/{number}-{b}",
+                [solid],
+                tracks,
+                shown,
+            )

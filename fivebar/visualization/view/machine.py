@@ -15,13 +15,11 @@ from .frames import Frames
 from .solids import arc, box, circle, cylinder, link, polygon
 from .tracks import Part, place_tracks
 
-PLATE, MOTOR, PIN, STEEL, RAIL = (
-    "#b9c1c9",
-    "#4a5058",
-    "#2a2e33",
-    "#e8ebee",
-    "#98a2ac",
-)
+PLATE = "#b9c1c9"
+MOTOR = "#4a5058"
+PIN = "#2a2e33"
+STEEL = "#e8ebee"
+RAIL = "#98a2ac"
 EVENT = "#e51c23"
 SHADOW_OFFSET = np.array([0.3, -0.4])  # widths of a bar: the light comes from the upper left
 SHADOW = {
@@ -115,10 +113,13 @@ class Machine:
 
     def parts(self) -> Iterator[Part]:
         """Yield the machine's own parts: base, guides, blocks, bars with their shadows, joints."""
-        body, w, layer = self.body, self.width, self.layer
+        body = self.body
+        w = self.width
+        layer = self.layer
         yield Part("base", list(self._base()))
         for number, rail in enumerate(body.moving_rails):
-            length, span = self._mean_length(rail), body.span(rail)
+            length = self._mean_length(rail)
+            span = body.span(rail)
             guide = box(
                 (length / 2, 0.0),
                 length,
@@ -151,7 +152,8 @@ class Machine:
             )
         for b, (bar, length) in enumerate(zip(body.bars, self.lengths)):
             tracks = place_tracks(body.points[:, bar[0]], body.span(bar))
-            low, colour = self.heights[b], body.colours[b]
+            low = self.heights[b]
+            colour = body.colours[b]
             shadow = link(
                 length,
                 1.05 * w,
@@ -175,21 +177,54 @@ class Machine:
             yield self._joint(joint)
 
     def _base(self):
-        w, layer, fixed = self.width, self.layer, self.body.points[0]
+        w = self.width
+        layer = self.layer
+        fixed = self.body.points[0]
         feet = fixed[self.body.feet]
         for foot in feet:
-            yield box(foot, 3.4 * w, 3.4 * w, -4 * layer, -3 * layer, PLATE)
+            yield box(
+                foot,
+                3.4 * w,
+                3.4 * w,
+                -4 * layer,
+                -3 * layer,
+                PLATE,
+            )
         for ends in zip(feet, feet[1:]):
-            yield _beam(ends, 0.0, 2.2 * w, -4 * layer, -3.2 * layer, PLATE)
+            yield _beam(
+                ends,
+                0.0,
+                2.2 * w,
+                -4 * layer,
+                -3.2 * layer,
+                PLATE,
+            )
         for rail in self.body.fixed_rails:
             ends = fixed[list(rail)]
-            yield _beam(ends, w, 1.5 * w, -4 * layer, -3 * layer, PLATE)
-            yield _beam(ends, 0.0, 0.5 * w, -3 * layer, -1.6 * layer, RAIL)
+            yield _beam(
+                ends,
+                w,
+                1.5 * w,
+                -4 * layer,
+                -3 * layer,
+                PLATE,
+            )
+            yield _beam(
+                ends,
+                0.0,
+                0.5 * w,
+                -3 * layer,
+                -1.6 * layer,
+                RAIL,
+            )
 
     def _joint(self, joint):
-        w, layer, body = self.width, self.layer, self.body
+        w = self.width
+        layer = self.layer
+        body = self.body
         bars = [height for bar, height in zip(body.bars, self.heights) if joint in bar] or [0.0]
-        low, top = min(bars), max(bars) + 0.9 * layer
+        low = min(bars)
+        top = max(bars) + 0.9 * layer
         solids = [
             cylinder(0.36 * w, low, top + 0.12 * layer, STEEL),
             cylinder(
@@ -203,22 +238,66 @@ class Machine:
         if joint in body.grounded:
             moved = moved[:1]
             if joint in body.actuated:
-                solids.append(cylinder(1.25 * w, -3 * layer, -0.35 * layer, MOTOR))
+                solids.append(
+                    cylinder(
+                        1.25 * w,
+                        -3 * layer,
+                        -0.35 * layer,
+                        MOTOR,
+                    )
+                )
                 cover = _shaded(MOTOR, 1.3)
-                solids.append(cylinder(0.85 * w, -3 * layer, -0.15 * layer, cover))
+                solids.append(
+                    cylinder(
+                        0.85 * w,
+                        -3 * layer,
+                        -0.15 * layer,
+                        cover,
+                    )
+                )
             else:
-                solids.append(cylinder(0.75 * w, -3 * layer, -0.15 * layer, RAIL))
+                solids.append(
+                    cylinder(
+                        0.75 * w,
+                        -3 * layer,
+                        -0.15 * layer,
+                        RAIL,
+                    )
+                )
         elif joint in body.travelling:  # the motor is between the two bars it drives
-            solids.append(cylinder(0.62 * w, low - 0.4 * layer, top + 0.06 * layer, MOTOR))
+            solids.append(
+                cylinder(
+                    0.62 * w,
+                    low - 0.4 * layer,
+                    top + 0.06 * layer,
+                    MOTOR,
+                )
+            )
         return Part(f"joints/{joint}", solids, place_tracks(moved))
 
     @cached_property
     def flash(self) -> list[dict]:
         """The meshes of a ring about the place of an event, which the page moves and shows."""
-        w, height = self.width, self.top + 0.4 * self.width
+        w = self.width
+        height = self.top + 0.4 * self.width
         glass = {"transparent": True, "opacity": 0.25}
-        disc = polygon(circle((0.0, 0.0), 1.5 * w, 49), height, EVENT, **glass)
-        return [arc(1.8 * w, 0.6 * w, 2 * np.pi, 48, height, EVENT), disc]
+        disc = polygon(
+            circle((0.0, 0.0), 1.5 * w, 49),
+            height,
+            EVENT,
+            **glass,
+        )
+        return [
+            arc(
+                1.8 * w,
+                0.6 * w,
+                2 * np.pi,
+                48,
+                height,
+                EVENT,
+            ),
+            disc,
+        ]
 
 
 def _shaded(colour, share):
@@ -230,4 +309,9 @@ def _beam(ends, longer, *size_and_colour):
     start, end = ends
     dx, dy = end - start
     length = np.hypot(dx, dy) + longer
-    return box((start + end) / 2, length, *size_and_colour, np.arctan2(dy, dx))
+    return box(
+        (start + end) / 2,
+        length,
+        *size_and_colour,
+        np.arctan2(dy, dx),
+    )

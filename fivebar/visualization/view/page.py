@@ -34,21 +34,17 @@ def page(scene: Scene) -> str:
     # for any mechanism.
     span = right - left, high - low
     scale = 1 / max(span)
-    messages, animations, entries, events, labels, tips, bands = (
-        [*_stage()],
-        [],
-        {},
-        [],
-        [],
-        [],
-        [],
-    )
+    messages = [*_stage()]
+    animations = []
+    entries = {}
+    events = []
+    labels = []
+    tips = []
+    bands = []
     for k, (machine, offset) in enumerate(zip(scene.machines, scene.offsets)):
-        root, x, y = (
-            f"/m{k}",
-            scale * (offset - (left + right) / 2),
-            -scale * (low + high) / 2,
-        )
+        root = f"/m{k}"
+        x = scale * (offset - (left + right) / 2)
+        y = -scale * (low + high) / 2
         messages.append(
             {
                 "type": "set_transform",
@@ -159,7 +155,9 @@ def _machine(root, machine, messages, entries):
     """Adds a machine's messages, and to the key's entries what can be hidden; gives its
     animations.
     """
-    animations, times, w = [], machine.frames.t, machine.width
+    animations = []
+    times = machine.frames.t
+    w = machine.width
     for path, part in machine.groups:
         if part.meshes:
             messages.append(node(f"{root}/{path}/{part.path}", part.meshes))

@@ -56,7 +56,8 @@ class Scene(WebPage):
         """By how much each machine is moved to the right, m, so that they stand side by side."""
         boxes = [np.array(machine.box)[:, 0] for machine in self.machines]
         gap = 0.12 * max(high - low for low, high in boxes)
-        offsets, end = [0.0], boxes[0][1]
+        offsets = [0.0]
+        end = boxes[0][1]
         for low, high in boxes[1:]:
             offsets.append(float(end + gap - low))
             end = offsets[-1] + high
@@ -125,10 +126,8 @@ class Scene(WebPage):
         """The page in a frame that covers the picture of poses: where frames are stripped, the
         picture is seen.
         """
-        title, picture = (
-            html.escape(self.title),
-            b64encode(self.png).decode(),
-        )
+        title = html.escape(self.title)
+        picture = b64encode(self.png).decode()
         return (
             f'<div style="position:relative;height:{HEIGHT}px;overflow:hidden">'
             f'<img style="max-width:100%;max-height:100%" alt="{title}"'

@@ -150,7 +150,11 @@ def _strips(robot, border):
     may turn.
     """
     y = np.union1d(
-        np.linspace(border[:, 1].min(), border[:, 1].max(), 241),
+        np.linspace(
+            border[:, 1].min(),
+            border[:, 1].max(),
+            241,
+        ),
         border[:, 1][::7],
     )
     sides = []  # per leg, the intervals of x that it reaches at each height
@@ -165,11 +169,13 @@ def _strips(robot, border):
     strips = []
     for left in sides[0]:
         for right in sides[1]:
-            first, last = (
-                np.maximum(left[0], right[0]),
-                np.minimum(left[1], right[1]),
+            first = np.maximum(left[0], right[0])
+            last = np.minimum(left[1], right[1])
+            rows = np.array([(first, y), (np.maximum(first, last), y)]).transpose(
+                2,
+                0,
+                1,
             )
-            rows = np.array([(first, y), (np.maximum(first, last), y)]).transpose(2, 0, 1)
             strips += [rows[max(low - 1, 0) : high + 2] for low, high in stretches(last > first)]
     return strips
 
@@ -224,7 +230,13 @@ def _torques(source):
         if axis is None:
             yield TurningArrows(*name, values, "N m", largest, **text)
         else:
-            yield Arrows(*name, values[:, None] * axis, "N", largest, **text)
+            yield Arrows(
+                *name,
+                values[:, None] * axis,
+                "N",
+                largest,
+                **text,
+            )
 
 
 _BAR_FORCES = "f₁, f₂: forces of the distal bars"

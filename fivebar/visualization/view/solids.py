@@ -14,7 +14,14 @@ from numpy.typing import ArrayLike
 
 SHADED = {"type": "MeshLambertMaterial"}
 PLAIN = {"type": "MeshBasicMaterial", "side": 2}
-SQUARE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+SQUARE = np.array(
+    [
+        (-0.5, -0.5),
+        (0.5, -0.5),
+        (0.5, 0.5),
+        (-0.5, 0.5),
+    ]
+)
 QUAD = np.array([0, 2, 1, 1, 2, 3])  # the triangles between two rows of a band
 
 
@@ -111,7 +118,10 @@ def prism(
 
     out: (n, 2), from each point outwards.
     """
-    bevel = min(0.18 * np.ptp(outline, axis=0).min(), 0.5 * (high - low))
+    bevel = min(
+        0.18 * np.ptp(outline, axis=0).min(),
+        0.5 * (high - low),
+    )
     rings = [  # (height, inset, outward and upward part of the normal)
         (low, 0, 1, 0),
         (high - bevel, 0, 1, 0),
@@ -124,10 +134,20 @@ def prism(
     n = len(outline)
     here = np.arange(n)
     after = np.roll(here, -1)
-    wall = np.stack([here, after, after + n, here, after + n, here + n], axis=1)
+    wall = np.stack(
+        [here, after, after + n, here, after + n, here + n],
+        axis=1,
+    )
     cap = 4 * n + np.stack([0 * here, here, after], axis=1)
-    faces = np.concatenate([wall.ravel(), 2 * n + wall.ravel(), cap.ravel()])
-    position, normal = np.concatenate(position), np.concatenate(normal)
+    faces = np.concatenate(
+        [
+            wall.ravel(),
+            2 * n + wall.ravel(),
+            cap.ravel(),
+        ]
+    )
+    position = np.concatenate(position)
+    normal = np.concatenate(normal)
     return surface(position, faces, colour, [outline], normal, **material)
 
 
@@ -143,11 +163,27 @@ def link(
     """Return a bar with round ends from (start, 0) to (start + length, 0)."""
     out = unit_vectors(np.linspace(0.5 * np.pi, 1.5 * np.pi, 17))
     out = np.concatenate([out, -out])
-    ends = np.repeat([(start, 0.0), (start + length, 0.0)], 17, axis=0)
-    return prism(ends + width / 2 * out, out, low, high, colour, **material)
+    ends = np.repeat(
+        [(start, 0.0), (start + length, 0.0)],
+        17,
+        axis=0,
+    )
+    return prism(
+        ends + width / 2 * out,
+        out,
+        low,
+        high,
+        colour,
+        **material,
+    )
 
 
-def cylinder(radius: float, low: float, high: float, colour: str) -> dict:
+def cylinder(
+    radius: float,
+    low: float,
+    high: float,
+    colour: str,
+) -> dict:
     """Return an upright cylinder at the origin."""
     return link(0.0, 2 * radius, low, high, colour)
 
@@ -186,25 +222,31 @@ def ribbon(paths: list, width: float, height: float, colour: str, **material) ->
 
     WebGL draws lines one pixel wide, whatever width they are given.
     """
-    points, faces, outlines = [np.empty((0, 2))], [], []
+    points = [np.empty((0, 2))]
+    faces = []
+    outlines = []
     for path in paths:
         step = np.diff(path, axis=0)
         moves = step.any(axis=1)
         if not moves.any():
             continue
-        path, step = path[np.append(True, moves)], step[moves]
+        path = path[np.append(True, moves)]
+        step = step[moves]
         along = step / np.hypot(*step.T)[:, None]
-        ahead, behind = (
-            np.concatenate([along, along[-1:]]),
-            np.concatenate([along[:1], along]),
-        )
+        ahead = np.concatenate([along, along[-1:]])
+        behind = np.concatenate([along[:1], along])
         both = ahead + behind
         square = (both**2).sum(axis=1)[:, None]
         # In a corner the band keeps its width up to 120 degrees; where the path turns back it is
         # blunt.
-        mitre = np.where(square > 1, 2 * both / np.maximum(square, 1), ahead)
+        mitre = np.where(
+            square > 1,
+            2 * both / np.maximum(square, 1),
+            ahead,
+        )
         across = width / 2 * mitre[:, ::-1] * (-1, 1)
-        left, right = path - across, path + across
+        left = path - across
+        right = path + across
         faces.append(sum(map(len, points)) + _band_faces(len(path)))
         points.append(np.stack([left, right], axis=1).reshape(-1, 2))
         outlines.append(_around(left, right))
@@ -230,7 +272,13 @@ def dash_pieces(path: np.ndarray, on: float, off: float) -> list[np.ndarray]:
     pieces = []
     for low in np.arange(count) * (on + off) * scale:
         high = low + on * scale
-        cut = np.concatenate([[low], s[(s > low) & (s < high)], [high]])
+        cut = np.concatenate(
+            [
+                [low],
+                s[(s > low) & (s < high)],
+                [high],
+            ]
+        )
         pieces.append(np.column_stack([np.interp(cut, s, column) for column in path.T]))
     return pieces
 
@@ -248,7 +296,8 @@ def arc(
     Its first 6 k indices are k pieces of it.
     """
     unit = unit_vectors(np.linspace(0.0, sweep, pieces + 1))
-    left, right = (radius - width / 2) * unit, (radius + width / 2) * unit
+    left = (radius - width / 2) * unit
+    right = (radius + width / 2) * unit
     points = np.stack([left, right], axis=1).reshape(-1, 2)
     return flat(
         points,

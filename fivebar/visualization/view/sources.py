@@ -67,7 +67,8 @@ class StudySource:
     xi_ref = None
 
     def __init__(self, study: Study):
-        self.study, self.title = study, study.linkage.title
+        self.study = study
+        self.title = study.linkage.title
         self.heading = self.title
         body = study_body(study)
         self.frames = choose(study.t, body.points)
@@ -101,11 +102,9 @@ class RobotSource:
     xi_ref: np.ndarray | None = None
 
     def __init__(self, robot: Robot):
-        self.robot, self.title, self.effort = (
-            robot,
-            robot.words.title,
-            robot.words.effort,
-        )
+        self.robot = robot
+        self.title = robot.words.title
+        self.effort = robot.words.effort
         self.heading = robot_title(robot)
 
     @cached_property
@@ -168,7 +167,8 @@ class RunSource(RobotSource):
 
     def __init__(self, run: Run):
         super().__init__(run.robot)
-        self.run, self.frames = run, choose(run.t, run.q, run.xi)
+        self.run = run
+        self.frames = choose(run.t, run.q, run.xi)
         index = self.frames.index
         self.q, self.q_dot, self.xi, self.tau = (
             values[index] for values in (run.q, run.q_dot, run.xi, run.tau)
