@@ -108,10 +108,7 @@ class Exercise:
     @cached_property
     def _parts(self):
         name, arguments, returns = _SIGNATURE.fullmatch(self.signature).groups()
-        return name, *(
-            tuple(word.strip() for word in part.split(",") if word.strip())
-            for part in (arguments, returns)
-        )
+        return name, _names(arguments), _names(returns)
 
     @property
     def name(self) -> str:
@@ -155,3 +152,7 @@ class Exercise:
         return np.concatenate(
             [np.full(int(np.prod(self.shape(n))), n in self.angles) for n in self.returns]
         )
+
+
+def _names(part):
+    return tuple(word.strip() for word in part.split(",") if word.strip())

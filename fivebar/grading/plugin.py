@@ -124,11 +124,12 @@ class Checks:
         before = error.verdict if isinstance(error, Wrong) else Verdict(0.0, "value")
         hopeless = before.reason in NEVER or "RecursionError" in before.text
         names = set() if hopeless else may_help(self.program.source, lab, first.asked)
-        judged = {name: [c.share == 1 for c in self.found if c.function == name] for name in names}
-        if all(
-            shares and all(shares) for shares in judged.values()
-        ):  # nothing to be called, or only right functions
-            raise error
+        shares = {name: [] for name in names}
+        for check in self.found:
+            if check.function in names:
+                shares[check.function].append(check.share)
+        if all(set(judged) == {1} for judged in shares.values()):
+            raise error  # nothing is called, or only right functions
         with helped(
             self.program,
             {name: lab.exercises()[name] for name in names},
@@ -197,9 +198,8 @@ class Checks:
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         if self.found:
-            points, most = (
-                sum(getattr(c, name) for c in self.found) for name in ("points", "max_points")
-            )
+            points = sum(check.points for check in self.found)
+            most = sum(check.max_points for check in self.found)
             terminalreporter.write_line(f"{number(round(points, 2))} of {number(most)} points")
 
     def pytest_keyboard_interrupt(self, excinfo: pytest.ExceptionInfo) -> None:

@@ -150,14 +150,9 @@ def _reaches(path, corner, lengths, most, deviation):
 
 def _blends(path, corner, lengths, reach):
     """Coefficients (n, 6), complex, of the quintics, and their lengths (n,)."""
-    before, after = (
-        path.on(k, s)[:3]
-        for k, s in (
-            (corner - 1, lengths[corner - 1] - reach),
-            (corner, reach),
-        )
-    )
-    ends = tuple(tuple(each @ (1, 1j) for each in end) for end in (before, after))
+    before = path.on(corner - 1, lengths[corner - 1] - reach)[:3]
+    after = path.on(corner, reach)[:3]
+    ends = tuple(np.array(before) @ (1, 1j)), tuple(np.array(after) @ (1, 1j))
     powers = ((1 + NODES) / 2)[:, None] ** np.arange(5) * np.arange(1, 6)
     length = 2 * reach
     for _ in range(8):  # to the length that the curve has with it

@@ -193,12 +193,10 @@ class Polynomial(Ends):
         a = first / self.length
         b = (last - first) / self.length
         n = len(self.coefficients)
-        shift = np.array(
-            [
-                [comb(k, j) * a ** (k - j) * b**j if k >= j else 0.0 for k in range(n)]
-                for j in range(n)
-            ]
-        )
+        shift = np.zeros((n, n))
+        for k in range(n):
+            for j in range(k + 1):
+                shift[j, k] = comb(k, j) * a ** (k - j) * b**j
         return Polynomial(shift @ self.coefficients, last - first)
 
     def moved(self, by: complex, turned: complex) -> Polynomial:
@@ -249,14 +247,20 @@ def _values(table, u):
 
 def _to_powers(n):
     """(n, n): coefficients of powers of u from control points."""
-    return np.array(
-        [[(-1.0) ** (k - j) * comb(n - 1, k) * comb(k, j) for j in range(n)] for k in range(n)]
-    )
+    matrix = np.zeros((n, n))
+    for k in range(n):
+        for j in range(k + 1):
+            matrix[k, j] = (-1.0) ** (k - j) * comb(n - 1, k) * comb(k, j)
+    return matrix
 
 
 def _to_bernstein(n):
     """(n, n): control points from coefficients of powers of u."""
-    return np.array([[comb(k, j) / comb(n - 1, j) for j in range(n)] for k in range(n)])
+    matrix = np.zeros((n, n))
+    for k in range(n):
+        for j in range(k + 1):
+            matrix[k, j] = comb(k, j) / comb(n - 1, j)
+    return matrix
 
 
 def _xy(z):

@@ -83,7 +83,7 @@ class Aspect:
         """The boundary's loops as points (n, 2), m, between which it turns by less than 1
         degree.
         """
-        return tuple(pairs(np.concatenate([arc.z[:-1] for arc in loop])) for loop in self.boundary)
+        return tuple(_polygon(loop) for loop in self.boundary)
 
     def contains(self, xi: ArrayLike) -> bool | np.ndarray:
         """Whether points xi (*batch, 2), m, are in the aspect, by its exact boundary, which is not:
@@ -100,6 +100,10 @@ class Aspect:
         if xi.ndim > 1:
             return found.reshape(xi.shape[:-1])
         return bool(found[0])
+
+
+def _polygon(loop):
+    return pairs(np.concatenate([arc.z[:-1] for arc in loop]))
 
 
 def as_kind(kind: type[Aspect], aspect: Aspect, *more: object) -> Aspect:
@@ -130,11 +134,10 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
         return None if everywhere else [piece for piece in loci.task if working in piece.working]
 
     found = numbered(parts(Aspect, robot, active, loci.touches))
-    areas = [
-        sum(part.area for part in found if part.working == working)
-        for working in MODES
-        if working not in loci.everywhere
-    ]
+    areas = []
+    for working in MODES:
+        if working not in loci.everywhere:
+            areas.append(sum(part.area for part in found if part.working == working))
     if (
         areas
         and max(areas) - min(areas) > SAME_AREA * max(areas) + 4 * SLIVER * size_of(robot) ** 2

@@ -87,16 +87,11 @@ class BiglideLoci:
             )
             working = MODES if own == Singularity.SERIAL else modes_of(modes[:2])
             found.setdefault(kind, (_type(own, modes), set(), line))[1].update(working)
-        return tuple(
-            self._line(
-                type_,
-                kind,
-                tuple(mode for mode in MODES if mode in active),
-                (),
-                line,
-            )
-            for kind, (type_, active, line) in found.items()
-        )
+        lines = []
+        for kind, (type_, active, line) in found.items():
+            working = tuple(mode for mode in MODES if mode in active)
+            lines.append(self._line(type_, kind, working, (), line))
+        return tuple(lines)
 
     @cached_property
     def joint(self) -> tuple[Locus, ...]:

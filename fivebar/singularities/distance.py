@@ -136,9 +136,9 @@ def _active(robot, working):
 
 def _nearest_line(pieces, points):
     """Distances and types of points (n,) from lines, whose tangents have length 1."""
-    start, along = (
-        np.array(each)[:, None] for each in zip(*(piece._curve(0.0) for piece in pieces))
-    )
+    curves = np.array([piece._curve(0.0) for piece in pieces])
+    start = curves[:, 0, None]
+    along = curves[:, 1, None]
     distance = np.abs((along.conj() * (points - start)).imag)
     nearest = distance.argmin(axis=0)
     return (

@@ -229,7 +229,8 @@ class FiveBarLoci:
                 for m in chain.modes
             ]
             if kind == "self-motion" and not self.everywhere:
-                working = tuple(mode for mode in MODES if any(mode in each[2] for each in label))
+                modes = {mode for each in label for mode in each[2]}
+                working = tuple(mode for mode in MODES if mode in modes)
                 label = [(Singularity.PARALLEL, kind, working, (1, -1))]
                 pieces += pieces_of(
                     chain.joint,

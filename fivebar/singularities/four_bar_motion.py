@@ -177,10 +177,11 @@ class FourBarMotion:
                 0.02,
             )
             t = np.where(better, t - step, best)
-        return [
-            sorted({float(x % self.period) for x in best[(least < 1e-12) & (owners == k)]})
-            for k in range(len(ways))
-        ]
+        times: list[list[float]] = []
+        for k in range(len(ways)):
+            own = best[(least < 1e-12) & (owners == k)] % self.period
+            times.append(np.unique(own).tolist())
+        return times
 
     def _times(self, w):
         """Values of t at which the diagonal's square is w, or nearest to it."""
@@ -370,6 +371,13 @@ def closures(
     return _components(*sides[mirrored], mirrored, tolerance)
 
 
+def _factor(x, limit, tolerance):
+    """Return |x^2 - limit^2|, 0 where x is the limit."""
+    if abs(x - limit) <= tolerance:
+        return 0.0
+    return abs(x - limit) * (x + limit)
+
+
 def _components(base, r1, c, r2, mirrored, tolerance):
     lows = (abs(base - r2), abs(r1 - c))
     highs = (base + r2, r1 + c)
@@ -386,10 +394,8 @@ def _components(base, r1, c, r2, mirrored, tolerance):
         )
         flat = (e1, e2, -e1 * e2)
         return [Turning((-e2, -e1, flat[2]) if mirrored else flat, (0, 0, 0))]
-    below, above = (
-        [0.0 if abs(x - limit) <= tolerance else abs(x - limit) * (x + limit) for x in each]
-        for each, limit in ((lows, low), (highs, high))
-    )
+    below = [_factor(x, low, tolerance) for x in lows]
+    above = [_factor(x, high, tolerance) for x in highs]
     # Where both factors of a triangle's angle change sign together, half a turn of t is a whole
     # motion.
     whole = all((b == 0) == (a == 0) for b, a in zip(below, above))

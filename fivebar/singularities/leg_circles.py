@@ -79,7 +79,8 @@ class LegCircles:
         """Where circles of both legs touch, on the line of the bases, and those of no radius."""
         tolerance = TOUCH * self.scale
         found = {}
-        left, right = ([(side, self.circle(leg, side)) for side in (1, -1)] for leg in (0, 1))
+        left = [(side, self.circle(0, side)) for side in (1, -1)]
+        right = [(side, self.circle(1, side)) for side in (1, -1)]
         for leg, circles in enumerate((left, right)):
             found |= {((leg, side),): c.center for side, c in circles if abs(c.radius) <= tolerance}
         if self.robot.d > tolerance:
@@ -87,11 +88,11 @@ class LegCircles:
                 for x, y in product(a.on_line, b.on_line):
                     if abs(x - y) <= tolerance:
                         found[(0, one), (1, other)] = x
-        return tuple(
-            Vertex(complex(x), own)
-            for own, x in found.items()
-            if not any(set(own) < set(more) for more in found)
-        )
+        vertices = []
+        for own, x in found.items():
+            if not any(set(own) < set(more) for more in found):
+                vertices.append(Vertex(complex(x), own))
+        return tuple(vertices)
 
     @cached_property
     def pieces(self) -> tuple[Locus, ...]:

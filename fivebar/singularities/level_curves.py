@@ -71,20 +71,19 @@ class LevelCurves:
         inside = (-np.array(working)[:, None] * sines > self.circles.sin + 64 * EPS).all(axis=0)
         type_ = Singularity.NONE if self.det_A else Singularity.PARALLEL
         label = type_, kind, (working,), ()
-        return [
-            piece
-            for span, own in (each for each, kept in zip(zip(spans, ends), inside) if kept)
-            for piece in pieces_of(
+        pieces = []
+        for k in np.flatnonzero(inside):
+            corners = list(ends[k])
+            pieces += pieces_of(
                 chain.task,
-                np.array(span),
+                np.array(spans[k]),
                 [label],
                 self.circles.scale,
-                np.array([v.z for v in own]) if own else None,
-                vertices=list(own),
+                np.array([v.z for v in corners]) if corners else None,
+                vertices=corners,
                 period=period,
             )
-            if len(piece.points) > 1
-        ]
+        return [piece for piece in pieces if len(piece.points) > 1]
 
     def _cuts(self, kind, chain, working):
         """Parameters at which a curve comes to a circle or passes itself, and their vertices."""
@@ -121,14 +120,10 @@ class LevelCurves:
             period,
         ):
             groups[0] += groups.pop()
-        vertices = [
-            self._vertex(
-                kind,
-                places[g[0]],
-                {found[k][1] for k in g} - {()},
-            )
-            for g in groups
-        ]
+        vertices = []
+        for group in groups:
+            circles = {found[k][1] for k in group} - {()}
+            vertices.append(self._vertex(kind, places[group[0]], circles))
         return [float(t[g[0]]) for g in groups], vertices
 
     def _turn(self, working, leg, side):

@@ -97,10 +97,10 @@ class Map(Paged):
     def columns(self) -> tuple[str, ...]:
         """Names of the columns that `to_csv` writes; the last ones are the field in each mode."""
         own = ("x", "y") if self.space == "task" else self.robot.words.joints
-        return *own, *(
-            f"{self.field}({','.join(f'{m:+d}' for m in np.atleast_1d(mode))})"
-            for mode in self.modes
-        )
+        for mode in self.modes:
+            signs = ",".join(f"{m:+d}" for m in np.atleast_1d(mode))
+            own += (f"{self.field}({signs})",)
+        return own
 
     @property
     def description(self) -> str:

@@ -25,7 +25,7 @@ class Mirror:
 
     def loops(self, boundary: tuple) -> tuple:
         """The loops of the image, with it on their left."""
-        return tuple(tuple(self._arc(arc) for arc in reversed(loop)) for loop in boundary)
+        return tuple(tuple(map(self._arc, reversed(loop))) for loop in boundary)
 
     def _arc(self, arc):
         locus, total, sign = self._image(arc.locus)

@@ -290,7 +290,9 @@ def _left_of_nearest(arcs, z):
     """Whether points are on the left of the arc that is nearest, of all of them where the nearest
     point is a corner.
     """
-    s, distance = (np.array(each) for each in zip(*(arc.nearest(z) for arc in arcs)))
+    places = [arc.nearest(z) for arc in arcs]
+    s = np.array([own for own, _ in places])
+    distance = np.array([length for _, length in places])
     nearest = distance.min(axis=0)
     left = np.ones(len(z), dtype=bool)
     for arc, own, length in zip(arcs, s, distance):

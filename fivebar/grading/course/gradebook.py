@@ -139,19 +139,16 @@ def _column(path, titles, lab, wanted):
 def _rows_of(entry, rows):
     """The rows of a student: by the number in the hand-in's name, else by his id in any cell."""
     if entry.number:
-        found = [
-            k
-            for k, row in enumerate(rows)
-            if k
-            and any(
-                (cell := _NUMBER.fullmatch(part.strip())) and cell[1] == entry.number
-                for part in row[:2]
-            )
-        ]
+        found = [k for k, row in enumerate(rows) if k and _has_number(row, entry.number)]
         if found:
             return found
     key = id_key(entry.student)
-    return [k for k, row in enumerate(rows) if k and any(id_key(part) == key for part in row)]
+    return [k for k, row in enumerate(rows) if k and key in map(id_key, row)]
+
+
+def _has_number(row, number):
+    cells = (_NUMBER.fullmatch(part.strip()) for part in row[:2])
+    return any(cell and cell[1] == number for cell in cells)
 
 
 def _float(text):

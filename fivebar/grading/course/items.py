@@ -39,7 +39,7 @@ def items(reports: list[Report]) -> list[Item]:
     for k, check in enumerate(reports[0].checks):
         mine = [report.checks[k] for report in reports]
         passed = [float(c.outcome == "right") for c in mine]
-        rest = [sum(c.points for c in report.checks if c.name != check.name) for report in reports]
+        rest = [_points_without(report, check.name) for report in reports]
         varies = min(passed) < max(passed) and min(rest) < max(rest)
         found.append(
             Item(
@@ -53,6 +53,14 @@ def items(reports: list[Report]) -> list[Item]:
             )
         )
     return found
+
+
+def _all_right(report):
+    return all(check.outcome == "right" for check in report.checks)
+
+
+def _points_without(report, name):
+    return sum(check.points for check in report.checks if check.name != name)
 
 
 def misconceptions(reports: list[Report]) -> list[tuple[tuple[str, str], int]]:
@@ -72,7 +80,7 @@ def misconceptions(reports: list[Report]) -> list[tuple[tuple[str, str], int]]:
 def scores(reports: list[Report]) -> dict[str, float]:
     """Number of students, mean, median, and how many have all points, in per cent of the points."""
     percent = [report.percent for report in reports]
-    full = sum(all(check.outcome == "right" for check in report.checks) for report in reports)
+    full = sum(_all_right(report) for report in reports)
     return {
         "students": len(percent),
         "mean": fmean(percent),

@@ -14,8 +14,6 @@ from ..columns import Array, Columns
 from ..exercise import Slip
 from .common import Kind
 
-LEGS = "left leg", "right leg"
-
 
 def own(step: Callable | tuple, leg: int, usual: Callable) -> Callable:
     """The step of one leg: a pair's part, or what both have."""
@@ -24,10 +22,12 @@ def own(step: Callable | tuple, leg: int, usual: Callable) -> Callable:
 
 def each_leg(name: str, hint: str, **steps: Callable) -> tuple[Slip, ...]:
     """The slip in both legs, in the left one, in the right one."""
-    one = [{key: (value, None)[:: 1 - 2 * leg] for key, value in steps.items()} for leg in (0, 1)]
+    left = {key: (value, None) for key, value in steps.items()}
+    right = {key: (None, value) for key, value in steps.items()}
     return (
         Slip(name, hint, steps),
-        *(Slip(f"{name}, in the {at}", hint, s) for at, s in zip(LEGS, one)),
+        Slip(f"{name}, in the left leg", hint, left),
+        Slip(f"{name}, in the right leg", hint, right),
     )
 
 

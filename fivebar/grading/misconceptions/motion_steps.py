@@ -66,9 +66,8 @@ def parts_of(
 ) -> tuple[Array, Array, Joints]:
     """A, B and the Joints. AB, own_A, own_B: the student's own, where there are any."""
     joints = Joints(robot, *angles(q))
-    left, right = (
-        next((m for m in pair if m is not None), None) for pair in zip(AB, (*own_A, *own_B))
-    )
+    left = own_A[0] if AB[0] is None else AB[0]
+    right = own_B[0] if AB[1] is None else AB[1]
     left = of_A(A(joints) if left is None else left)
     return left, B(b(joints), joints) if right is None else right, joints
 

@@ -73,8 +73,9 @@ def _arrows(sample, drawn=None):
 
 def _svg(drawn):
     points = [point for lines in drawn for line in lines for point in line]
-    low = [min(point[i] for point in points) for i in (0, 1)]
-    high = [max(point[i] for point in points) for i in (0, 1)]
+    columns = list(zip(*points))
+    low = [min(column) for column in columns]
+    high = [max(column) for column in columns]
     scale = min(
         (WIDTH - 2 * ROOM) / (high[0] - low[0]), (HEIGHT - 2 * ROOM) / max(high[1] - low[1], 1e-3)
     )

@@ -56,7 +56,7 @@ def system_folders() -> list[Path]:
     wanted = [
         folder for folder in dict.fromkeys(wanted) if folder.is_dir() and not folder.is_symlink()
     ]
-    return [folder for folder in wanted if not any(other in folder.parents for other in wanted)]
+    return [folder for folder in wanted if not set(folder.parents) & set(wanted)]
 
 
 def _hidden():
@@ -73,13 +73,9 @@ def _hidden():
         *Path("/usr/lib/python3").glob("dist-packages"),
     ]
     kept = {library, library / "lib-dynload"}
-    return [
-        folder
-        for folder in dict.fromkeys(place.resolve() for place in found)
-        if folder.is_dir()
-        and folder not in kept
-        and any(top in folder.parents for top in system_folders())
-    ]
+    system = set(system_folders())
+    folders = dict.fromkeys(place.resolve() for place in found)
+    return [f for f in folders if f.is_dir() and f not in kept and system & set(f.parents)]
 
 
 @cache
@@ -133,9 +129,7 @@ def bwrap_command(packages: tuple[str, ...]) -> list[str]:
     ]
     binds += [("--ro-bind", str(CELL), "/cell"), ("--dir", "/student"), ("--chdir", "/student")]
     above = {folder for place in [*system, *shown] for folder in place.parents}
-    above = sorted(
-        folder for folder in above if not any(top in (folder, *folder.parents) for top in system)
-    )
+    above = sorted(f for f in above if not {f, *f.parents} & set(system))
     folders = [("--perms", "0755", "--dir", str(folder)) for folder in above if str(folder) != "/"]
     spaces = [
         "--unshare-ipc",

@@ -126,7 +126,7 @@ class Student:
         return replies
 
     def _ask(self, function, rows, constants, limit, given):
-        rows = [[_number(part) for part in row] for row in rows]
+        rows = [list(map(_number, row)) for row in rows]
         constants = {name: _number(part) for name, part in (constants or {}).items()}
         limit = limit or self._limit
         replies, left = [], self._total

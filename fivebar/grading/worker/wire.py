@@ -80,7 +80,8 @@ def value(data: object, depth: int = 0) -> object:
     if kind == "dict" and isinstance(pairs := data.get("pairs"), list):
         if not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
             raise Garbled("a dict that holds no pairs")
-        return {"~": "dict", "pairs": [[value(part, depth + 2) for part in pair] for pair in pairs]}
+        pairs = [[value(key, depth + 2), value(part, depth + 2)] for key, part in pairs]
+        return {"~": "dict", "pairs": pairs}
     if kind == "array":
         return _array(data.get("shape"), data.get("data"), depth + 1)
     if kind == "other" and isinstance(data.get("type"), str) and isinstance(data.get("text"), str):

@@ -254,10 +254,10 @@ def _kept(claim, piece, u, lengths):
     reached.
     """
     zero = _ball(0)
-    numbers = [
-        Number(_ball(lengths[name]), [_ball(name == other) for other in LENGTHS])
-        for name in LENGTHS
-    ]
+    numbers = []
+    for name in LENGTHS:
+        slopes = [_ball(name == other) for other in LENGTHS]
+        numbers.append(Number(_ball(lengths[name]), slopes))
     reached = list(
         legs(
             *point(

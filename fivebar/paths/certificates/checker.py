@@ -128,12 +128,12 @@ def proved(certificate, piece, first, last, on=iv):
         return Number(at.value + change, over.slopes)
 
     both = []
-    for each in (whole, middle):
-        u, *lengths = (
-            Number(value, [on.mpf(k == j) for j in free]) for k, value in enumerate(each)
-        )
-        both.append(list(legs(*point(piece, u, on), lengths)))
-    both[0] = [[centred(*pair) for pair in zip(*leg)] for leg in zip(*both)]
+    for values in (whole, middle):
+        numbers = []
+        for k, value in enumerate(values):
+            numbers.append(Number(value, [on.mpf(k == j) for j in free]))
+        both.append(list(legs(*point(piece, numbers[0], on), numbers[1:])))
+    both[0] = [list(map(centred, *leg)) for leg in zip(*both)]
     both = [margins(each, certificate["working"], on) for each in both]
     if None in both:
         return False
@@ -179,7 +179,8 @@ def refusal(certificate, shown=iter):
     for number, (piece, parts) in enumerate(
         shown([*zip(certificate["pieces"], certificate["parts"], strict=True)]), 1
     ):
-        ends.append([[xy.value for xy in point(piece, Number(iv.mpf(u)))] for u in (0, 1)])
+        first, last = (point(piece, Number(iv.mpf(u))) for u in (0, 1))
+        ends.append(([xy.value for xy in first], [xy.value for xy in last]))
         joined = number == 1 or all(abs(a - b) <= gap for a, b in zip(ends[-2][1], ends[-1][0]))
         if not (joined and parts[0] == 0 and parts[-1] == 1):
             return (

@@ -29,32 +29,13 @@ class Clearance:
         self.arcs = arcs_of(part)
         self.points = punctures(part)
         self.spacing = sum(np.abs(np.diff(arc.z)).sum() for arc in self.arcs) / BORDER
-        loops = [
-            np.concatenate([arc.dense(self.spacing) for arc in loop]) for loop in part.boundary
-        ]
+        loops = [self._dense(loop) for loop in part.boundary]
         boundaries = [
             np.append(wall.dense(self.spacing), wall.z[-1]) for wall in getattr(part, "walls", ())
         ]
         self.border = np.concatenate([*loops, *boundaries, self.points])
-        self.before, self.after = (
-            np.concatenate(
-                [
-                    *(np.roll(z, -way) for z in loops),
-                    *(
-                        z[
-                            np.clip(
-                                np.arange(len(z)) + way,
-                                0,
-                                len(z) - 1,
-                            )
-                        ]
-                        for z in boundaries
-                    ),
-                    self.points,
-                ]
-            )
-            for way in (-1, 1)
-        )
+        self.before = self._neighbours(loops, boundaries, -1)
+        self.after = self._neighbours(loops, boundaries, 1)
         self.trees = [_tree(np.append(arc.dense(self.spacing), arc.z[-1])) for arc in self.arcs]
         self.tree = _tree(self.border)
         self.low, self.high = (f(loops[0].real) + 1j * f(loops[0].imag) for f in (np.min, np.max))
@@ -69,6 +50,17 @@ class Clearance:
             -away,
         )
         self.most = float(self.field.max())
+
+    def _dense(self, loop):
+        return np.concatenate([arc.dense(self.spacing) for arc in loop])
+
+    def _neighbours(self, loops, boundaries, way):
+        """Points one further along the border, way = 1, or one back, way = -1."""
+        neighbours = [np.roll(z, -way) for z in loops]
+        for z in boundaries:
+            at = np.clip(np.arange(len(z)) + way, 0, len(z) - 1)
+            neighbours.append(z[at])
+        return np.concatenate([*neighbours, self.points])
 
     def within(self, z: np.ndarray, exactly: bool = True) -> np.ndarray:
         found = (inside if exactly else crossings)(self.part.boundary, z)

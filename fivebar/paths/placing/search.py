@@ -90,10 +90,8 @@ class Search:
         self.few = np.concatenate(few)
         self.first = np.cumsum([0, *(len(each) for each in few[:-1])])
         self.turns = [turn] if turn is not None else [2 * math.pi * k / TURNS for k in range(TURNS)]
-        low, high = (
-            np.array([getattr(clearance, end) for clearance in clearances])
-            for end in ("low", "high")
-        )
+        low = np.array([clearance.low for clearance in clearances])
+        high = np.array([clearance.high for clearance in clearances])
         x = np.linspace(low.real.min(), high.real.max(), SHIFTS)
         y = np.linspace(low.imag.min(), high.imag.max(), SHIFTS)
         self.centres = (x[:, None] + 1j * y).ravel()

@@ -76,7 +76,8 @@ def _read(sheet, name, rules, odd):
             chain = _chain(selector.strip())
             if chain:
                 rank = (
-                    *(sum(len(part[k]) for part in chain) for k in (2, 3)),
+                    sum(len(part[2]) for part in chain),
+                    sum(len(part[3]) for part in chain),
                     sum(part[1] != "*" for part in chain),
                 )
                 rules.append(_Rule(chain, (rank, len(rules)), declared))
@@ -110,9 +111,8 @@ def _chain(selector):
         simple = SIMPLE.fullmatch(word)
         if not simple:
             return ()
-        ids, classes = (
-            {each[1:] for each in re.findall(rf"\{mark}[\w-]+", simple[2])} for mark in "#."
-        )
+        ids = set(re.findall(r"#([\w-]+)", simple[2]))
+        classes = set(re.findall(r"\.([\w-]+)", simple[2]))
         found.append((way, simple[1] or "*", ids, classes))
         way = " "
     return tuple(found)

@@ -58,7 +58,9 @@ def _plain(value, room, depth):
     if issubclass(kind, dict):
         if dict.__len__(value) > room[0]:
             raise OverflowError
-        pairs = [[_plain(part, room, depth + 1) for part in pair] for pair in dict.items(value)]
+        pairs = []
+        for key, part in dict.items(value):
+            pairs.append([_plain(key, room, depth + 1), _plain(part, room, depth + 1)])
         return {"~": "dict", "pairs": pairs}
     for sequence in (list, tuple):
         if issubclass(kind, sequence):
