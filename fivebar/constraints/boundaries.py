@@ -186,7 +186,16 @@ def _polyline(points):
         return points[k] + (s - k) * chord, chord
 
     s = np.arange(len(points), dtype=float)
-    return Locus(Singularity.NONE, TRACED, (), (), pairs(points), s, False, curve)
+    return Locus(
+        Singularity.NONE,
+        TRACED,
+        (),
+        (),
+        pairs(points),
+        s,
+        False,
+        curve,
+    )
 
 
 def _put(clearance, z, across):

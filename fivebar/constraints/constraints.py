@@ -176,7 +176,9 @@ class Constraints:
         """Return whether all constraints on poses hold, bool (*batch,), False for poses of nan."""
         clearances = list(self.clearances(pose).values())
         closes = np.isfinite(pose.det_A)
-        return closes & (np.min(clearances, axis=0) >= 0) if clearances else closes
+        if clearances:
+            return closes & (np.min(clearances, axis=0) >= 0)
+        return closes
 
 
 def refuse_others(constraints: Constraints | None, function: str, kept: Sequence[str]) -> None:

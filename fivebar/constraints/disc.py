@@ -99,19 +99,24 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
         CANDIDATES,
         **limits,
     )
-    best, clearance = None, 0.0
+    best = None
+    clearance = 0.0
     for z, coarse in candidates:
         if coarse <= clearance:
             break  # samples are never nearer than the boundary itself
         polished = _polished(aspect, z)
         exact = clearance_at(aspect, polished)
         if exact > clearance:
-            best, clearance = polished, exact
+            best = polished
+            clearance = exact
     if clearance and bounded and constraints.collisions:
         clearance = _largest_kept_radius(aspect, best, clearance)
     if clearance <= margin:
         raise ValueError(too_narrow(aspect, "disc", margin, clearance))
-    return Disc(np.array([best.real, best.imag]), clearance - margin)
+    return Disc(
+        np.array([best.real, best.imag]),
+        clearance - margin,
+    )
 
 
 def _largest_kept_radius(aspect, z, clearance):
@@ -184,7 +189,11 @@ def _polished(aspect, z):
         feet = _feet(aspect, z, 1.2 * clearance)
         proposals = []
         for chosen in [*combinations(feet, 2), *combinations(feet, 3)]:
-            p = _equidistant(z, clearance, [foot[1:] for foot in chosen])
+            p = _equidistant(
+                z,
+                clearance,
+                [foot[1:] for foot in chosen],
+            )
             if abs(p - z) < clearance:
                 proposals.append((np.abs(samples - p).min(), p))
         for bound, p in sorted(proposals, key=lambda proposal: -proposal[0]):
@@ -192,7 +201,8 @@ def _polished(aspect, z):
                 break
             exact = clearance_at(aspect, p)
             if exact > clearance:
-                z, clearance = p, exact
+                z = p
+                clearance = exact
         if clearance <= before * (1 + 1e-14):
             break
     return z

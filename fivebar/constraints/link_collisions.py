@@ -115,7 +115,10 @@ class LinkCollisions:
     def pairs(self, d: float) -> list[tuple[str, str]]:
         """Return the bars that must not meet, of a robot whose bases are d apart."""
         layer = dict(zip(BARS, self.layers))
-        joined = JOINED | {("11", "21")} if d == 0 else JOINED
+        if d == 0:
+            joined = JOINED | {("11", "21")}
+        else:
+            joined = JOINED
         return [
             (one, other)
             for one, other in combinations(BARS, 2)
@@ -141,7 +144,8 @@ class LinkCollisions:
 
         half = self._half_widths
         tip = ca.vertcat(*pose.point)
-        ends, bases = {}, []
+        ends = {}
+        bases = []
         for leg in (0, 1):
             drive = pose.robot.drives[leg]
             length = pose.robot.distal[leg]
@@ -176,7 +180,11 @@ class LinkCollisions:
             least = ca.fmin(first, second)
             divides = side(a, b, c) * side(a, b, d) < 0
             is_divided = side(c, d, a) * side(c, d, b) < 0
-            signed = ca.if_else(ca.logic_and(divides, is_divided), -least, least)
+            signed = ca.if_else(
+                ca.logic_and(divides, is_divided),
+                -least,
+                least,
+            )
             clearances.append(signed - half[one] - half[other])
         for k, bar in self.posted(pose.robot.d):
             clearances.append(distance(bases[k], *ends[bar]) - self.posts - half[bar])
@@ -193,7 +201,8 @@ def _whole_numbers(values, name):
 def _ends(pose):
     """Return {bar: its two ends} and the base joints, as complex numbers."""
     z = np.asarray(pose.point[0]) + 1j * np.asarray(pose.point[1])
-    bars, bases = {}, []
+    bars = {}
+    bases = []
     for leg in (0, 1):
         drive, (ux, uy) = pose.robot.drives[leg], pose.u2[leg]
         base = complex(drive.x, drive.y) + 0 * z

@@ -130,7 +130,10 @@ class Outline:
         They are so close that the largest rectangle has some of them inside.
         """
         corners = np.concatenate(self.aspect.polygons)
-        least = 0.0 if self.allowed else 0.6 * (self.aspect.clearance - self.margin)
+        if self.allowed:
+            least = 0.0
+        else:
+            least = 0.6 * (self.aspect.clearance - self.margin)
         step = max(least, np.sqrt(self.aspect.area / SEEDS))
         axes = [
             np.arange(low + step / 2, high, step)
@@ -152,7 +155,10 @@ class Outline:
         Ends and samples are compared with all of it, the exact arcs with its corners.
         """
         # Rounding error may add to the distance, however it is computed.
-        rounding = 4 * EPS * np.abs(self.points).max() if self.margin else 0.0
+        if self.margin:
+            rounding = 4 * EPS * np.abs(self.points).max()
+        else:
+            rounding = 0.0
         least = self.margin + rounding
         if rectangle_distance(self.points, v).min() < least:
             return False

@@ -162,7 +162,9 @@ def check_path(
     passages = [zero.time for some in zeros for zero in some if not zero.touching]
     leaving = min(passages, default=None)
     end = stop if leaving is None else leaving
-    margin, margin_time, violated = 0.0, start, ()
+    margin = 0.0
+    margin_time = start
+    violated = ()
     if end > start:
         inner = np.linspace(start, end, SAMPLES)
         zeros.append(list(_zeros(_parallel(robot, path, modes), inner, TOUCH)))
@@ -234,7 +236,13 @@ class _Zero:
     touching: bool
 
 
-def _reach(path, drive, bar, limit, outer):
+def _reach(
+    path,
+    drive,
+    bar,
+    limit,
+    outer,
+):
     """Return t -> (margin, rate) of one limit of a leg's reach.
 
     The margin is a difference of squares, so it is smooth through the limit.
@@ -256,7 +264,11 @@ def _parallel(robot, path, modes):
 
     def margin(t):
         xi, velocity, _ = path(t)
-        pose = task_pose(robot, (xi[:, 0], xi[:, 1]), modes)
+        pose = task_pose(
+            robot,
+            (xi[:, 0], xi[:, 1]),
+            modes,
+        )
         velocity = velocity[:, 0], velocity[:, 1]
         # At the limit of reach the bars turn infinitely fast: the rate there only has to have a
         # sign.
@@ -343,7 +355,14 @@ def _near(t, value, rate):
     return np.minimum(value[1:], value[:-1]) < np.diff(t) * np.maximum(rate[1:], rate[:-1])
 
 
-def _zero_between(margin, a, b, at_a, at_b, touch):
+def _zero_between(
+    margin,
+    a,
+    b,
+    at_a,
+    at_b,
+    touch,
+):
     """Return the first zero between two samples; None if there is none.
 
     The margin has different signs there, or a minimum between them.
@@ -352,21 +371,40 @@ def _zero_between(margin, a, b, at_a, at_b, touch):
         rate_a, rate_b = margin(np.array([a, b]))[1]
         lowest = (a + b) / 2
         if rate_a * rate_b < 0:
-            lowest = _root(lambda t: margin(t)[1], a, b, rate_a, rate_b)
+            lowest = _root(
+                lambda t: margin(t)[1],
+                a,
+                b,
+                rate_a,
+                rate_b,
+            )
         value = margin(np.array([lowest]))[0][0]
         if abs(value) <= touch:
             return _Zero(lowest, True)
         if np.sign(value) == np.sign(at_a):
             return None
-        b, at_b = lowest, value
-    time = _root(lambda t: margin(t)[0], a, b, at_a, at_b)
+        b = lowest
+        at_b = value
+    time = _root(
+        lambda t: margin(t)[0],
+        a,
+        b,
+        at_a,
+        at_b,
+    )
     # Else it jumps: a leg of equal bars passes its base joint.
     if abs(margin(np.array([time]))[0][0]) < 1e-6:
         return _Zero(time, False)
     return None
 
 
-def _root(f, a, b, at_a, at_b):
+def _root(
+    f,
+    a,
+    b,
+    at_a,
+    at_b,
+):
     """Return a zero of f in [a, b], whose values at both ends have opposite signs."""
 
     def margin(s):
@@ -387,7 +425,11 @@ def _smallest(robot, path, modes, t):
 
     def margins(t):
         xi = path(t)[0]
-        pose = task_pose(robot, (xi[:, 0], xi[:, 1]), modes)
+        pose = task_pose(
+            robot,
+            (xi[:, 0], xi[:, 1]),
+            modes,
+        )
         return np.abs(np.stack([*pose.sines, pose.det_A]))
 
     minima = []

@@ -97,7 +97,10 @@ def _starts(outline):
     """Return borders (4,) of large rectangles between the obstacles, unlike one another."""
     seeds = progress(outline.seeds, desc="rectangle", delay=2, leave=False)
     rectangles = [_around(outline, seed) for seed in seeds]
-    order = sorted(range(len(rectangles)), key=lambda k: -_area(rectangles[k]))
+    order = sorted(
+        range(len(rectangles)),
+        key=lambda k: -_area(rectangles[k]),
+    )
     starts = []
     for k in order:
         v = rectangles[k]
@@ -144,7 +147,8 @@ def _around(outline, seed, rounds=1):
     level = z.real[slice(*np.searchsorted(z.imag, [-outline.spacing, outline.spacing]))]
     left_end = level[level < 0].max(initial=z.real.min())
     right_end = level[level >= 0].min(initial=z.real.max())
-    halves, windows = [], []
+    halves = []
+    windows = []
     for x, y in (
         (z.real[k:], z.imag[k:]),
         (
@@ -158,7 +162,8 @@ def _around(outline, seed, rounds=1):
         halves.append((y, left, right))
         windows.append((0.0, np.append(0.0, y)[min(passes, len(y))]))
     for _ in range(rounds):
-        levels, ends = [], []
+        levels = []
+        ends = []
         for window, (y, left, right) in zip(windows, halves):
             levels.append(np.linspace(*window, LEVELS))
             index = np.searchsorted(y, levels[-1])
@@ -192,7 +197,10 @@ def _fitted(outline, start):
             ],
             2,
         )
-        kept = outline.broken(v - 4 * outline.spacing * INWARDS, 0.0)
+        kept = outline.broken(
+            v - 4 * outline.spacing * INWARDS,
+            0.0,
+        )
         for _ in range(30):
             new = _grown(outline, v, scale, reach, sorted(kept))
             more = outline.broken(new, 1e-11 * scale.min()) - kept
@@ -200,7 +208,10 @@ def _fitted(outline, start):
                 break
             kept |= more
         # Without a margin the rim would be singular where it touches.
-        new = outline.shrunk(new, (1e-15 if outline.margin else 1e-11) * scale.max())
+        new = outline.shrunk(
+            new,
+            (1e-15 if outline.margin else 1e-11) * scale.max(),
+        )
         if new is not None and np.abs((new - v) / scale).max() < 1e-9:
             break
         if new is not None and _area(new) > _area(v):
@@ -210,7 +221,13 @@ def _fitted(outline, start):
     return v
 
 
-def _grown(outline, v, scale, reach, kept):
+def _grown(
+    outline,
+    v,
+    scale,
+    reach,
+    kept,
+):
     """Return borders of the largest rectangle that keeps the clearance from some pieces and ends.
 
     No border moves by more than `reach` times its side, so obstacles are seen before they are

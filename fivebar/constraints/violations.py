@@ -54,7 +54,8 @@ def broken(
             return value if np.isfinite(value) else np.inf
 
         known = np.where(np.isfinite(values), values, np.inf)
-        times, lowest = t, known
+        times = t
+        lowest = known
         with np.errstate(invalid="ignore"):  # of samples without a pose
             steps = np.abs(np.diff(known, prepend=known[0], append=known[-1]))
             near = known <= NEAR * np.fmax(steps[:-1], steps[1:])

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 CHART = BarAngles()
 SIZE = 2 * CHART.size  # of a state
-JOINTS = [0, 2]
-RATES = [4, 6]  # the active ones' places in it
+JOINTS = [0, 2]  # places of the active joints in it
+RATES = [4, 6]
 
 
 class Model:

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from .slider_crank import SliderCrank
 
 STRETCH = 8192  # poses that fit into the processor's cache
-RAIL = ("G", "H")
-BLOCK = ("K", "L")  # names of the ends of a guide, and of a block on it
+RAIL = ("G", "H")  # names of the ends of a guide
+BLOCK = ("K", "L")  # names of the ends of a block on it
 
 
 @dataclass(frozen=True)

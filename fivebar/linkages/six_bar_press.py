@@ -23,8 +23,8 @@ from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
 if TYPE_CHECKING:
     from .chain import Number
 
-START = math.radians(160.24)
-SPEED = math.radians(120.0)  # Table 1: crank angle at t = 0, rad, and speed, rad/s
+START = math.radians(160.24)  # Table 1: crank angle at t = 0
+SPEED = math.radians(120.0)  # rad/s, of the crank
 GRAVITY = (9.81, 0.0)  # m/s^2, along +x as in the paper
 
 

@@ -98,7 +98,10 @@ def compile(
     rates: Any = None
     acc: Any = None
     if chosen[1]:
-        rates = {"q_dot": dkm, "xi_dot": ikm}[chosen[1]](pose, symbols[chosen[1]])
+        rates = {"q_dot": dkm, "xi_dot": ikm}[chosen[1]](
+            pose,
+            symbols[chosen[1]],
+        )
     if chosen[2]:
         model = {"q_ddot": dkm2, "xi_ddot": ikm2, "tau": forward_dynamics}[chosen[2]]
         acc = model(rates, symbols[chosen[2]])
@@ -119,7 +122,13 @@ def compile(
         return getattr(rates if name in RATES_OUTPUTS else acc, name)
 
     expressions = casadi.cse([casadi.densify(casadi.SX(value(name))) for name in outputs])
-    function = casadi.Function("fivebar", list(symbols.values()), expressions, inputs, outputs)
+    function = casadi.Function(
+        "fivebar",
+        list(symbols.values()),
+        expressions,
+        inputs,
+        outputs,
+    )
     return compiled(function, jit)
 
 
@@ -148,7 +157,10 @@ def _choose(inputs, outputs):
     if not outputs:
         raise ValueError("outputs must name at least one quantity")
     for output in outputs:
-        level = next((k for k, (_, names) in enumerate(LEVELS) if output in names), None)
+        level = next(
+            (k for k, (_, names) in enumerate(LEVELS) if output in names),
+            None,
+        )
         if level is None:
             known = ", ".join(name for _, names in LEVELS for name in names)
             raise ValueError(f"no output {output!r}; the known ones are {known}")

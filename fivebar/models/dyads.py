@@ -95,7 +95,10 @@ class RRR:
 
     @cached_property
     def _inverse(self):
-        return reciprocal_or_nan(self.span_squared, (4 * EPS * (self.r1 + self.r2)) ** 2)
+        return reciprocal_or_nan(
+            self.span_squared,
+            (4 * EPS * (self.r1 + self.r2)) ** 2,
+        )
 
     # Both bars are written with a positive share of the span, so that equal bars share their
     # products.

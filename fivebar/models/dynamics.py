@@ -230,7 +230,11 @@ def drives_forces(accelerations: Accelerations, tau: tuple) -> tuple:
     """What the drives say of the bar forces, B^-1 (tau - Z q''), N, on components; of Type 1
     nothing.
     """
-    drives = zip(tau, forces_and_torques(accelerations)[1], accelerations.rates.pose.b)
+    drives = zip(
+        tau,
+        forces_and_torques(accelerations)[1],
+        accelerations.rates.pose.b,
+    )
     return tuple((t - asked) / along for t, asked, along in drives)
 
 

@@ -35,7 +35,11 @@ def bars_pose(robot: Robot, a: tuple) -> Pose:
     """The pose in which the bars are at a = (q1, phi1, q2, phi2), rad (q in m for sliders), on
     components.
     """
-    return _pose(robot, a[::2], a[1::2])
+    return _pose(
+        robot,
+        a[::2],
+        a[1::2],
+    )
 
 
 def _pose(robot, q, phi):
@@ -140,7 +144,11 @@ def rates_from_joint_state(
         x, y = drive.pivot(direction)
         unit = (xi[0] - x) * (1 / bar), (xi[1] - y) * (1 / bar)
         legs.append(DrivenLeg(drive, own, direction, lambda unit=unit: unit))
-    return Rates(Pose(robot, xi, lambda: (tuple(legs), ())), q_dot, xi_dot)
+    return Rates(
+        Pose(robot, xi, lambda: (tuple(legs), ())),
+        q_dot,
+        xi_dot,
+    )
 
 
 def loop_gap(pose: Pose) -> tuple:

@@ -49,7 +49,12 @@ def joint_pose(robot: Robot, q: tuple, assembly) -> Pose:
     """`dgm` on components, unchecked: nan where it does not close."""
     if isinstance(q[0], np.ndarray) and q[0].size > BLOCK:
         xi = _joint_xi_in_blocks(robot, q, assembly)
-        return Pose(robot, xi, lambda: _close_on_elbows(robot, q, assembly)[1:], True)
+        return Pose(
+            robot,
+            xi,
+            lambda: _close_on_elbows(robot, q, assembly)[1:],
+            True,
+        )
     xi, *parts = _close_on_elbows(robot, q, assembly)
     return Pose(robot, xi, lambda: parts, True)
 
@@ -73,7 +78,12 @@ def _close_on_elbows(robot, q, assembly):
         extent,
     )
     xi = p1[0] + l12 * dyad.first[0], p1[1] + l12 * dyad.first[1]
-    first = DrivenLeg(left, q[0], directions[0], lambda: dyad.first)
+    first = DrivenLeg(
+        left,
+        q[0],
+        directions[0],
+        lambda: dyad.first,
+    )
     legs = first, DrivenLeg(right, q[1], directions[1], lambda: dyad.second)
     return xi, legs, (dyad,)
 

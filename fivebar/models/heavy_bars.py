@@ -59,7 +59,9 @@ def loaded_accelerations(
 
 def _free(slip):
     """Per drive 1, or 0 where it sticks."""
-    return FREE if slip is None else tuple(each * each for each in slip)
+    if slip is None:
+        return FREE
+    return tuple(each * each for each in slip)
 
 
 def by_bar_forces(
@@ -115,7 +117,12 @@ def _by_closure(rates, push, force, free, refuse_corner):
     s1, s2 = (sine * f for sine, f in zip(pose.sines, free))
     (x1, y1), (x2, y2) = pose.u2
     # A solution of Phi y = d, the least.
-    (n1, n2), _ = _two_forces(pose, (s1 * s1, s2 * s2), rates._bias, refuse_corner)
+    (n1, n2), _ = _two_forces(
+        pose,
+        (s1 * s1, s2 * s2),
+        rates._bias,
+        refuse_corner,
+    )
     least = -s1 * n1, -s2 * n2, x1 * n1 + x2 * n2, y1 * n1 + y2 * n2
     M = masses(rates, free)
     forces = (
@@ -155,7 +162,9 @@ def masses(rates: Rates, free: tuple = FREE) -> list[list]:
     pose, robot = rates.pose, rates.pose.robot
     physics = loads_of(robot)
     xx = yy = robot.m
-    xy, own, coupled = 0.0, [], []
+    xy = 0.0
+    own = []
+    coupled = []
     for i, (drive, leg, bar) in enumerate(zip(robot.drives, pose.legs, robot.distal)):
         turn = physics.turning[i] * (1 / (bar * bar))
         side = physics.across[i] * (1 / bar)

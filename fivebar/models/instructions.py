@@ -114,7 +114,12 @@ def statements(function: ca.Function, language: Language) -> Iterator[str]:
         elif code == ca.OP_CONST:
             value = language.number(function.instruction_constant(k))
         else:
-            value = _operation(function, code, [_variable(slot) for slot in inputs], language)
+            value = _operation(
+                function,
+                code,
+                [_variable(slot) for slot in inputs],
+                language,
+            )
         yield f"{_variable(outputs[0])} = {value}"
 
 

@@ -103,7 +103,11 @@ def to_javascript(function: ca.Function, name: str = "", flat: bool = False) -> 
                 f"{name}: {word!r} is no name in JavaScript, or taken; choose another one"
             )
     language = Language(
-        _number, _call, indexed, partial(_flat, function, outputs) if flat else indexed, OWN
+        _number,
+        _call,
+        indexed,
+        partial(_flat, function, outputs) if flat else indexed,
+        OWN,
     )
     body = wrapped("let ", variables(function), ";")
     if not flat:
@@ -118,7 +122,10 @@ def to_javascript(function: ca.Function, name: str = "", flat: bool = False) -> 
 def _number(value):
     if value != value:
         return "NaN"
-    text = {ca.inf: "Infinity", -ca.inf: "-Infinity"}.get(value, repr(float(value)))
+    text = {ca.inf: "Infinity", -ca.inf: "-Infinity"}.get(
+        value,
+        repr(float(value)),
+    )
     return text.removesuffix(".0")
 
 
@@ -135,5 +142,8 @@ def _empty(shape):
     rows, columns = shape
     if shape == (1, 1):
         return "0"
-    row = "0" if columns == 1 else f"[{', '.join('0' * columns)}]"
+    if columns == 1:
+        row = "0"
+    else:
+        row = f"[{', '.join('0' * columns)}]"
     return f"[{', '.join([row] * rows)}]"

@@ -95,7 +95,8 @@ class Rates:
     @property
     def margin_rates(self) -> tuple:
         """Rates of both sines and of det A, 1/s, on components."""
-        pose, turns = self.pose, self.phi_dot
+        pose = self.pose
+        turns = self.phi_dot
         legs = zip(pose.robot.drives, pose.legs, turns, self._q_dot)
         sines = tuple(leg.cosine * drive.relative(turn, q_dot) for drive, leg, turn, q_dot in legs)
         return *sines, dot(*pose.u2) * (turns[1] - turns[0])
@@ -122,7 +123,11 @@ class Rates:
         if not (self._from_task and _reached(self.pose)):
             return self._relative(self._transverse_velocity, self._q_dot)
         # From the law of cosines, c . xi' = -l_i1 l_i2 sin(q_i2) q_i2' on the span c = xi - A_i1.
-        legs = zip(self.pose.legs, self.pose.robot.distal, self.pose.b)
+        legs = zip(
+            self.pose.legs,
+            self.pose.robot.distal,
+            self.pose.b,
+        )
         return tuple(-dot(leg.dyad.span, self._xi_dot) / (bar * b) for leg, bar, b in legs)
 
     def _relative(self, swing, own):
@@ -270,7 +275,12 @@ def ikm2(rates: Rates, xi_ddot: ArrayLike) -> Accelerations:
         some_rates(rates, "rates")
     xi_ddot = unpack_for(rates._xi_dot[0], xi_ddot, "xi_ddot")
     along = tuple(dot(u2, xi_ddot) - d for u2, d in zip(rates.pose.u2, rates._bias))
-    return Accelerations(rates, solve_b(rates.pose, along, "ikm2"), xi_ddot, _from_task=True)
+    return Accelerations(
+        rates,
+        solve_b(rates.pose, along, "ikm2"),
+        xi_ddot,
+        _from_task=True,
+    )
 
 
 def solve_a(pose: Pose, along: tuple, model: str) -> tuple:
@@ -287,7 +297,12 @@ def solve_a(pose: Pose, along: tuple, model: str) -> tuple:
 def solve_b(pose: Pose, along: tuple, model: str) -> tuple:
     """B^-1, refused where B is singular."""
     for joint, sine in zip(pose.robot.words.passive, pose.sines):
-        _refuse(pose, sine, f"{model}: B is singular (Type 1)", f"sin {joint}")
+        _refuse(
+            pose,
+            sine,
+            f"{model}: B is singular (Type 1)",
+            f"sin {joint}",
+        )
     return tuple(r / b for r, b in zip(along, pose.b))
 
 
@@ -303,7 +318,10 @@ def _refuse(pose, margin, problem, name):
     if not singular.any():
         return
     count, index = first_index(singular)
-    where = f" in {count} of {singular.size} poses, the first at index {index}" if index else ""
+    if index:
+        where = f" in {count} of {singular.size} poses, the first at index {index}"
+    else:
+        where = ""
     value = float(np.asarray(margin)[index])
     at = place_of(pose, np.shape(margin), index)
     raise SingularityError(

@@ -166,7 +166,10 @@ def dry_friction(robot: Robot, q_dot: np.ndarray) -> np.ndarray:
     signs = sign(q_dot, 0.0) if is_symbolic(q_dot) else np.sign(q_dot)
     dry = loads_of(robot).coulomb
     if is_symbolic(signs):
-        return pack(dry[0] * signs[0], dry[1] * signs[1])
+        return pack(
+            dry[0] * signs[0],
+            dry[1] * signs[1],
+        )
     return signs * np.array(dry)
 
 

@@ -44,7 +44,10 @@ def _load(function):
 
     generator = casadi.CodeGenerator("model.c")
     generator.add(function)
-    return casadi.external(function.name(), str(library(generator.dump(), casadi.__version__)))
+    return casadi.external(
+        function.name(),
+        str(library(generator.dump(), casadi.__version__)),
+    )
 
 
 def library(source, made_by="", flags=(), compiler=None):
@@ -119,7 +122,11 @@ def _build(source, command, folder):
     try:
         (work / "model.c").write_text(source)
         files = [str(work / "model.c"), "-o", str(work / "model.so"), "-lm"]
-        done = subprocess.run([*command, *files], capture_output=True, text=True)
+        done = subprocess.run(
+            [*command, *files],
+            capture_output=True,
+            text=True,
+        )
         if done.returncode:
             raise RuntimeError(f"{command[0]} failed: {' '.join(done.stderr.split())[:500]}")
         (work / "sha256").write_text(hashlib.sha256((work / "model.so").read_bytes()).hexdigest())

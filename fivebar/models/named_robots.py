@@ -15,7 +15,16 @@ class NamedRobot:
 
 
 def _symmetric(proximal, distal, half_base):
-    return FiveBar(proximal, distal, proximal, distal, 2 * half_base, 0, 0, 0)
+    return FiveBar(
+        proximal,
+        distal,
+        proximal,
+        distal,
+        2 * half_base,
+        0,
+        0,
+        0,
+    )
 
 
 _LIU = (

@@ -41,7 +41,8 @@ def with_parameters(kind: type, p: Any, names: Iterable[str] = ()) -> FiveBar | 
     """The robot of a kind with these parameters in the order of `parameters_of`, a CasADi vector
     for instance.
     """
-    given, k = {}, 0
+    given = {}
+    k = 0
     for name in (*(f.name for f in _own(kind)), *names):
         given[name] = (p[k], p[k + 1]) if name == "gravity" else p[k]
         k += 2 if name == "gravity" else 1
@@ -69,7 +70,8 @@ def robot_of(parameters: dict[str, Any]) -> FiveBar | Biglide:
     for kind in KINDS:
         if set(parameters) <= {f.name for f in fields(kind)}:
             return kind(**parameters)
-    known, strange = [], []
+    known = []
+    strange = []
     for kind in KINDS:
         names = ", ".join(f.name for f in _own(kind))
         known.append(f"{names} ({kind.words.title})")

@@ -143,7 +143,9 @@ class Pose:
         """det A = sin(phi_2 - phi_1); the dyad on the elbows knows it with full relative
         accuracy.
         """
-        return self._dyads[0].sine if self._from_dgm else cross(*self.u2)
+        if self._from_dgm:
+            return self._dyads[0].sine
+        return cross(*self.u2)
 
     @cached_property
     def b(self) -> tuple:
@@ -203,14 +205,23 @@ class Pose:
     @cached_property
     def B(self) -> np.ndarray:
         zero = 0.0 * self.b[0]
-        return pack_matrix(self.b[0], zero, zero, self.b[1])  # AMORO eq. 13
+        return pack_matrix(
+            self.b[0],
+            zero,
+            zero,
+            self.b[1],
+        )  # AMORO eq. 13
 
     @cached_property
     def J(self) -> np.ndarray:
         """Jacobian xi' = J q', J = A^-1 B (AMORO eq. 25), (*batch, 2, 2); nan at Type 2."""
         determinant = self.det_A
         if not is_symbolic(determinant):
-            determinant = np.where(np.abs(determinant) <= SINGULAR, np.nan, determinant)
+            determinant = np.where(
+                np.abs(determinant) <= SINGULAR,
+                np.nan,
+                determinant,
+            )
         (x1, y1), (x2, y2) = self.u2
         left, right = (b / determinant for b in self.b)
         return pack_matrix(

@@ -245,7 +245,8 @@ class FiveBar(Named):
     def __post_init__(self):
         check_values(self)
         must_close(
-            "robot", {name: getattr(self, name) for name in ("l11", "l12", "l21", "l22", "d")}
+            "robot",
+            {name: getattr(self, name) for name in ("l11", "l12", "l21", "l22", "d")},
         )
 
     @property

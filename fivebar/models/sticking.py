@@ -60,7 +60,11 @@ def slip_of(
                 good = acc._q_ddot[k] * c >= 0
             fits &= np.where(standing[k], good, c == 1.0)
         for k in (0, 1):
-            found[k] = np.where(open_ & fits, slip[k], found[k])
+            found[k] = np.where(
+                open_ & fits,
+                slip[k],
+                found[k],
+            )
         open_ &= ~fits
     return tuple(_plain(each) for each in found)
 

@@ -26,7 +26,10 @@ def raise_or_nan(unreachable: object) -> str:
 def refuse_open(open_: np.ndarray, pose: Pose) -> None:
     """Raise for the first pose of a batch that does not close, where `open_` is true."""
     count, index = first_index(open_)
-    where = f"{count} of {open_.size} poses, the first at index {index}: " if index else ""
+    if index:
+        where = f"{count} of {open_.size} poses, the first at index {index}: "
+    else:
+        where = ""
     gaps = []
     for dyad in pose._dyads:
         clearances = [np.broadcast_to(each, open_.shape)[index] for each in dyad.clearances]

@@ -73,7 +73,8 @@ def parameters(
     names: tuple[str, ...], rows: np.ndarray, robot: FiveBar | Biglide
 ) -> dict[str, np.ndarray]:
     """Return {parameter: column (n,)} that designs (n, len(names)) set, without the place."""
-    known, columns = known_variables(robot), {}
+    known = known_variables(robot)
+    columns = {}
     for name, column in zip(names, rows.T):
         if name not in PLACE:
             columns.update({part: factor * column for part, factor in known[name].items()})
@@ -84,8 +85,15 @@ def robot_of_design(
     names: tuple[str, ...], row: np.ndarray, robot: FiveBar | Biglide
 ) -> FiveBar | Biglide:
     """Return the robot of one design; ValueError where there is none."""
-    columns = parameters(names, np.asarray(row, dtype=float)[None], robot)
-    return replace(robot, **{name: float(column[0]) for name, column in columns.items()})
+    columns = parameters(
+        names,
+        np.asarray(row, dtype=float)[None],
+        robot,
+    )
+    return replace(
+        robot,
+        **{name: float(column[0]) for name, column in columns.items()},
+    )
 
 
 def place_of_design(names: tuple[str, ...], rows: np.ndarray) -> np.ndarray:
@@ -103,7 +111,10 @@ def robots_of_designs(names: tuple[str, ...], rows: np.ndarray, robot: FiveBar) 
     for name, column in parameters(names, rows, robot).items():
         values[name] = column[:, None]
     for name in LENGTHS:
-        values[name] = np.broadcast_to(np.reshape(values[name], (-1, 1)), (len(rows), 1))
+        values[name] = np.broadcast_to(
+            np.reshape(values[name], (-1, 1)),
+            (len(rows), 1),
+        )
     return Robots(**values)
 
 

@@ -35,7 +35,11 @@ def _lens(r1, r2, d):
     )
     # Sectors less their triangles.
     area = r1 * r1 * (a1 - 0.5 * np.sin(2 * a1)) + r2 * r2 * (a2 - 0.5 * np.sin(2 * a2))
-    return np.where(apart, 0.0, np.where(within, _disc(small), area))
+    return np.where(
+        apart,
+        0.0,
+        np.where(within, _disc(small), area),
+    )
 
 
 def _workspace_area(robots):

@@ -47,7 +47,11 @@ class Designs:
     _rows: Callable[[int, int], np.ndarray]  # (start, stop) -> rows
 
     def __repr__(self) -> str:
-        return one_line("Designs", ", ".join(self.names), f"{self.count} rows")
+        return one_line(
+            "Designs",
+            ", ".join(self.names),
+            f"{self.count} rows",
+        )
 
     def __len__(self) -> int:
         return self.count
@@ -72,7 +76,10 @@ def columns(values: Mapping[str, Any]) -> Designs:
     count = next(iter(lengths.values()), 1)
     if not count:
         raise ValueError("designs: the columns are empty")
-    table = np.stack([np.broadcast_to(part, count) for part in parts.values()], axis=1)
+    table = np.stack(
+        [np.broadcast_to(part, count) for part in parts.values()],
+        axis=1,
+    )
     return _of_table(
         tuple(parts),
         table,
@@ -121,7 +128,10 @@ def grid(**axes: Any) -> Designs:
 
     def rows(start, stop):
         places = np.unravel_index(np.arange(start, stop), shape)
-        return np.stack([value[place] for value, place in zip(values.values(), places)], axis=1)
+        return np.stack(
+            [value[place] for value, place in zip(values.values(), places)],
+            axis=1,
+        )
 
     about = {"grid": {name: value.tolist() for name, value in values.items()}}
     return Designs(tuple(values), count, about, rows)
@@ -211,7 +221,10 @@ def triangle(count: int = 30) -> Designs:
     Liu, Wang and Pritschow, Mechanism and Machine Theory 41, 2006.
     """
     count = whole(2, 10**4)(count, "count")
-    first, second = np.mgrid[1:count, 1:count].reshape(2, -1)
+    first, second = np.mgrid[1:count, 1:count].reshape(
+        2,
+        -1,
+    )
     k = np.column_stack([first, second, count - first - second])
     inside = (k[:, 2] >= 0) & (2 * k[:, 2] <= count)
     return _of_table(
@@ -277,7 +290,10 @@ def _from_file(path, robot):
     known = known_variables(robot)
     wanted = {}
     for name in known:
-        unit = METRES if name[0] in "ldr" or name in PLACE else NO_UNIT
+        if name[0] in "ldr" or name in PLACE:
+            unit = METRES
+        else:
+            unit = NO_UNIT
         wanted[name] = Quantity((name,), unit, needed=False)
     if path.suffix == ".npz":
         return _from_npz(path)

@@ -63,8 +63,16 @@ def _trial(x, low, high, rng):
     n, k = x.shape
     a, b, c = (rng.permuted(np.tile(np.arange(n), (3, 1)), axis=1)[j] for j in range(3))
     mutant = x[a] + rng.uniform(*FACTOR, (n, 1)) * (x[b] - x[c])
-    mutant = np.where(mutant < low, 2 * low - mutant, mutant)
-    mutant = np.where(mutant > high, 2 * high - mutant, mutant)
+    mutant = np.where(
+        mutant < low,
+        2 * low - mutant,
+        mutant,
+    )
+    mutant = np.where(
+        mutant > high,
+        2 * high - mutant,
+        mutant,
+    )
     new = rng.random((n, k)) < CROSSOVER
     new[np.arange(n), rng.integers(k, size=n)] = True
     return np.where(new, np.clip(mutant, low, high), x)
@@ -117,7 +125,10 @@ def thinned(f: np.ndarray, front: np.ndarray, count: int) -> list[int]:
     if two_goals:
         distance = None
     else:
-        distance = np.linalg.norm(g[:, None] - g[None], axis=2)
+        distance = np.linalg.norm(
+            g[:, None] - g[None],
+            axis=2,
+        )
     if two_goals:
         left = np.argsort(g[:, 0], kind="stable")
     else:
@@ -158,7 +169,10 @@ def refine(
     count = len(chosen)
     aim = f[chosen]
     span = np.maximum(np.ptp(aim, axis=0), 1e-300)
-    ends = enumerate(aim.argmin(axis=0)) if count > f.shape[1] else ()
+    if count > f.shape[1]:
+        ends = enumerate(aim.argmin(axis=0))
+    else:
+        ends = ()
     end_goal = {k: goal for goal, k in ends}
     row = np.arange(count)[:, None]
 
@@ -171,7 +185,10 @@ def refine(
         value = largest + 1e-4 * share.sum(axis=2)
         return g.reshape(share.shape), violation.reshape(count, members), value
 
-    distance = np.linalg.norm((aim[:, None] - f[None]) / span, axis=2)
+    distance = np.linalg.norm(
+        (aim[:, None] - f[None]) / span,
+        axis=2,
+    )
     nearest = np.argsort(distance, axis=1)[:, :members]
     if nearest.shape[1] < members:  # The front is small: each group begins at its own point.
         filler = np.repeat(
@@ -192,12 +209,28 @@ def refine(
         mutant = group + pull * (top - group) + factor * (group[row, a] - group[row, b])
         too_low = mutant < low
         too_high = mutant > high
-        mutant = np.where(too_low, (low + group) / 2, mutant)
-        mutant = np.where(too_high, (high + group) / 2, mutant)
-        trial = np.where(rng.random(group.shape) < CROSSOVER, mutant, group)
+        mutant = np.where(
+            too_low,
+            (low + group) / 2,
+            mutant,
+        )
+        mutant = np.where(
+            too_high,
+            (high + group) / 2,
+            mutant,
+        )
+        trial = np.where(
+            rng.random(group.shape) < CROSSOVER,
+            mutant,
+            group,
+        )
         g_trial, violation_trial, value_trial = evaluate_groups(trial)
         infeasible = (violation > 0) | (violation_trial > 0)
-        better = np.where(infeasible, violation_trial < violation, value_trial <= value)
+        better = np.where(
+            infeasible,
+            violation_trial < violation,
+            value_trial <= value,
+        )
         group[better], g[better] = trial[better], g_trial[better]
         violation[better], value[better] = violation_trial[better], value_trial[better]
         callback()

@@ -50,7 +50,9 @@ class Figure:
 
     @property
     def label(self) -> str:
-        return f"{self.name} ({self.unit})" if self.unit else self.name
+        if self.unit:
+            return f"{self.name} ({self.unit})"
+        return self.name
 
     @property
     def about(self) -> dict[str, str]:
@@ -130,7 +132,10 @@ def _code_hash(function):
         source = inspect.getsource(function)
     except (OSError, TypeError):  # written at a prompt, or compiled
         code = getattr(function, "__code__", None)
-        source = repr((code.co_code, code.co_consts)) if code else type(function).__qualname__
+        if code:
+            source = repr((code.co_code, code.co_consts))
+        else:
+            source = type(function).__qualname__
     return hashlib.sha256(source.encode()).hexdigest()
 
 
@@ -162,7 +167,11 @@ def evaluate(
         step = max(1, BLOCK // len(task.nodes[0]))
         for start in range(0, len(chosen), step):
             part = chosen[start : start + step]
-            poses = Poses(robots_of_designs(names, rows[part], robot), task, place[part])
+            poses = Poses(
+                robots_of_designs(names, rows[part], robot),
+                task,
+                place[part],
+            )
             for k in columns["poses"]:
                 values[part, k] = figures[k].of(poses)
     one_by_one = sorted(columns["single"] + columns["own"])
@@ -184,7 +193,10 @@ def evaluate(
 
 
 def _value(figure, robot, task, place):
-    value = figure.of(robot) if figure.kind == "own" else figure.of(robot, task, place)
+    if figure.kind == "own":
+        value = figure.of(robot)
+    else:
+        value = figure.of(robot, task, place)
     if np.ndim(value) or isinstance(value, (str, bytes)) or value is None:
         raise TypeError(f"it must give one number, not {shown(value)}")
     return float(value)

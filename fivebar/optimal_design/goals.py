@@ -30,7 +30,12 @@ def goals_of(
     goals: Any, task: Task, robot: FiveBar | Biglide
 ) -> tuple[tuple[Figure, ...], tuple[str, ...]]:
     """Return the figures of the goals, and whether each is to be "min" or "max"."""
-    figures = figures_of(list(goals) if isinstance(goals, Mapping) else goals, task, robot, "goals")
+    figures = figures_of(
+        list(goals) if isinstance(goals, Mapping) else goals,
+        task,
+        robot,
+        "goals",
+    )
     if len(figures) > 3:
         raise ValueError(f"goals: at most three, not {len(figures)}: name the others as limits")
     if not isinstance(goals, Mapping):
@@ -59,8 +64,14 @@ def _limit(figure, value):
         raise ValueError(f"{name} must have (low, high) or a number, not {shown(value)}") from None
     if low is None and high is None:
         raise ValueError(f"{name} has neither a low nor a high one")
-    low = -np.inf if low is None else number(low, f"{name}'s low")
-    high = np.inf if high is None else number(high, f"{name}'s high")
+    if low is None:
+        low = -np.inf
+    else:
+        low = number(low, f"{name}'s low")
+    if high is None:
+        high = np.inf
+    else:
+        high = number(high, f"{name}'s high")
     if low > high:
         raise ValueError(f"{name} = ({low:g}, {high:g}) is the wrong way round")
     return Limit(figure, low, high)

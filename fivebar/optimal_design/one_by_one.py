@@ -20,7 +20,8 @@ from ..singularities.dexterous import dexterous
 from ..singularities.distance import locus_distance
 from ..singularities.margins import singularity_margins
 
-RADII, ANGLES = 101, 180  # of nodes in the circle
+RADII = 101  # of nodes in the circle
+ANGLES = 180
 CENTRES = 400  # along the axis, among which the largest circle is searched
 
 
@@ -112,7 +113,8 @@ def _circle(robot):
         first = len(y) - 1 - int(np.argmin(above[::-1])) + 1
     else:
         first = 0
-    low, high = y[first], top
+    low = y[first]
+    high = top
     while (
         True
     ):  # the room has a kink where it is largest: among so many heights the best has it beside
@@ -143,12 +145,16 @@ def _moved(robot, task, place):
 
 def _worst_torque(robot, task, place):
     moved = _moved(robot, task, place)
-    return np.inf if moved is None else float(np.abs(inverse_dynamics(moved)).max())
+    if moved is None:
+        return np.inf
+    return float(np.abs(inverse_dynamics(moved)).max())
 
 
 def _worst_speed(robot, task, place):
     moved = _moved(robot, task, place)
-    return np.inf if moved is None else float(np.abs(moved.rates.q_dot).max())
+    if moved is None:
+        return np.inf
+    return float(np.abs(moved.rates.q_dot).max())
 
 
 def _time(robot, task, place):
@@ -163,7 +169,10 @@ def _time(robot, task, place):
         inverse_dynamics(ikm2(ikm(moved.rates.pose, s * xi_dot), s * s * xi_ddot)).ravel()
         for s in (0.5, 1.0, 2.0)
     ]
-    a, v, c = np.linalg.solve([[0.25, 0.5, 1.0], [1.0, 1.0, 1.0], [4.0, 2.0, 1.0]], at)
+    a, v, c = np.linalg.solve(
+        [[0.25, 0.5, 1.0], [1.0, 1.0, 1.0], [4.0, 2.0, 1.0]],
+        at,
+    )
     if np.abs(c).max() >= task.motor.torque:
         return np.inf  # it cannot even be held
     fastest = task.motor.speed / max(np.abs(moved.rates.q_dot).max(), 1e-300)

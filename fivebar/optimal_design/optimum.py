@@ -174,7 +174,10 @@ class Problem:
         )
         if self.step is None:
             return x
-        rounded = np.round(np.rint(x / self.step) * self.step, 12)
+        rounded = np.round(
+            np.rint(x / self.step) * self.step,
+            12,
+        )
         return np.where(self.stepped, rounded, x) + 0.0  # no -0
 
     def values(self, rows: np.ndarray) -> dict[str, np.ndarray]:
@@ -285,7 +288,11 @@ def _search_one(problem, rng, effort, bar):
     if free.any():
 
         def goal(x):
-            rows = np.repeat(problem.low[None], x.shape[1], axis=0)
+            rows = np.repeat(
+                problem.low[None],
+                x.shape[1],
+                axis=0,
+            )
             rows[:, free] = x.T
             goals, violation = problem(rows)
             return np.where(
@@ -318,7 +325,13 @@ def _search_front(problem, rng, points, effort, bar):
     bounds = (problem.low, problem.high)
     goal_count = len(problem.goals)
     x, f, violation = evolve(
-        problem, *bounds, goal_count, size, generations, rng, callback=bar.update
+        problem,
+        *bounds,
+        goal_count,
+        size,
+        generations,
+        rng,
+        callback=bar.update,
     )
     feasible = violation == 0
     if not feasible.any():
@@ -327,7 +340,15 @@ def _search_front(problem, rng, points, effort, bar):
     f = f[feasible]
     chosen = np.array(thinned(f, np.arange(len(f)), min(points, len(f))))
     x, f, violation = refine(
-        problem, *bounds, x, f, chosen, 20, generations, rng, callback=bar.update
+        problem,
+        *bounds,
+        x,
+        f,
+        chosen,
+        20,
+        generations,
+        rng,
+        callback=bar.update,
     )
     rows = problem.rows(x[violation == 0])
     f, _ = problem(rows)

@@ -32,7 +32,8 @@ class Poses:
         task: Task,
         place: np.ndarray,
     ):
-        self.robots, self.task = robots, task
+        self.robots = robots
+        self.task = task
         nodes, self.area, self.polar = task.nodes
         x, y = (
             nodes[:, k] + place[:, k, None] if place[:, k].any() else nodes[None, :, k]
@@ -76,7 +77,11 @@ class Poses:
     def most(self, values):
         """(n,) the largest over the nodes, inf where not all are reached."""
         with np.errstate(invalid="ignore"):
-            return np.where(self.reaches, values.max(axis=1), np.inf)
+            return np.where(
+                self.reaches,
+                values.max(axis=1),
+                np.inf,
+            )
 
     @cached_property
     def stretch(self):
@@ -97,7 +102,11 @@ class Poses:
 
     def mean(self, values, weights):
         with np.errstate(invalid="ignore"):
-            return np.where(self.reaches, (values * weights).sum(axis=1), 0.0)
+            return np.where(
+                self.reaches,
+                (values * weights).sum(axis=1),
+                0.0,
+            )
 
 
 def _reach(poses):
@@ -203,7 +212,10 @@ def _speed_bound(robots, task):
 
 def _footprint_bound(robots, task):
     nodes = task.nodes[0]
-    return np.full(len(robots.d), np.prod(np.ptp(nodes, axis=0)))
+    return np.full(
+        len(robots.d),
+        np.prod(np.ptp(nodes, axis=0)),
+    )
 
 
 # Name, unit, better, words, of, needs, bound.

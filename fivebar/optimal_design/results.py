@@ -21,7 +21,8 @@ from .batch import PLACE
 from .task import Task, task_of
 
 AT_LIMIT = 1e-3  # of a bound's range, or of a limit: what is nearer is called active
-FRONT, ROBOTS = "front.json", "robots"
+FRONT = "front.json"
+ROBOTS = "robots"
 WHAT = "fivebar designs"
 
 
@@ -80,7 +81,10 @@ class Design(Plotted, Paged):
         """The design, its active bounds and limits, and its gaps, line by line."""
         lines = [f"{name} = {value:.6g}" for name, value in self.parameters.items()]
         for name in self.values:
-            goal = f" ({self.goals[name]})" if name in self.goals else ""
+            if name in self.goals:
+                goal = f" ({self.goals[name]})"
+            else:
+                goal = ""
             lines.append(self._value(name) + goal)
         reason = "its goals hold one another" if len(self.goals) > 1 else "the optimum is inside"
         lines += self.binding or (f"no bound and no limit binds: {reason}",)
@@ -136,7 +140,11 @@ class Front(Plotted, Paged):
             low = self[name].min()
             high = self[name].max()
             ranges.append(f"{name} from {low:.6g} to {high:.6g} {self.units[name]}".rstrip())
-        return one_line("Front", f"{len(self.designs)} designs", *ranges)
+        return one_line(
+            "Front",
+            f"{len(self.designs)} designs",
+            *ranges,
+        )
 
     def __len__(self) -> int:
         return len(self.designs)
@@ -170,7 +178,13 @@ class Front(Plotted, Paged):
         first = self.designs[0]
         about = {"goals": dict(self.goals), "choices": first.task.about}
         rows = [[*one.parameters.values(), *one.values.values()] for one in self.designs]
-        write(file, "front", about, (*first.parameters, *first.values), rows)
+        write(
+            file,
+            "front",
+            about,
+            (*first.parameters, *first.values),
+            rows,
+        )
 
     def save(self, folder: str | os.PathLike) -> None:
         """Write front.json, which `load` reads, front.csv, front.png, robots/*.json and a page.
@@ -236,7 +250,12 @@ def _design(known, task):
     if not named <= parts["values"].keys() <= parts["units"].keys():
         raise ValueError("its goals, values and units are not of the same figures")
     binding = tuple(strings(known["binding"], "binding"))
-    return Design(robot=robot_of_plain(known["robot"]), binding=binding, task=task, **parts)
+    return Design(
+        robot=robot_of_plain(known["robot"]),
+        binding=binding,
+        task=task,
+        **parts,
+    )
 
 
 def plain_parameters(robot: FiveBar | Biglide) -> dict:

@@ -148,7 +148,8 @@ def compute_chunk(
 
 
 def _in_memory(computed):
-    parts, numbers = {}, 0
+    parts = {}
+    numbers = 0
     for number, part in computed:
         parts[number] = part
         numbers += part.rows.size + part.values.size

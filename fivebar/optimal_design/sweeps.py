@@ -105,7 +105,8 @@ class Sweep(Plotted):
     @cached_property
     def errors(self) -> tuple[tuple[int, str], ...]:
         """(design's number, message) of all that went wrong."""
-        errors, start = [], 0
+        errors = []
+        start = 0
         for part in self.chunks():
             errors += [(start + k, text) for k, text in part.errors]
             start += len(part.rows)
@@ -154,7 +155,10 @@ class Sweep(Plotted):
         count = whole(1, 10**7)(count, "count")
         if sense is None:
             sense = SENSE[FIGURES[figure].better] if figure in FIGURES else "max"
-        sign = 1.0 if one_of("min", "max")(sense, "sense") == "min" else -1.0
+        if one_of("min", "max")(sense, "sense") == "min":
+            sign = 1.0
+        else:
+            sign = -1.0
         column = self.figures.index(figure)
         start = 0
         kept = np.empty(0)
@@ -173,7 +177,13 @@ class Sweep(Plotted):
         """Write a row per design, floats with all their digits."""
         tables = (np.hstack([chunk.rows, chunk.values]).tolist() for chunk in self.chunks())
         rows = (row for table in tables for row in table)
-        write(file, "sweep", self.manifest, (*self.names, *self.figures), rows)
+        write(
+            file,
+            "sweep",
+            self.manifest,
+            (*self.names, *self.figures),
+            rows,
+        )
 
     def save(self, folder: str | os.PathLike) -> None:
         """Put the sweep into a new folder, which `load` reads."""

@@ -110,7 +110,10 @@ class Task:
         m, n = self.poses
         if self.table:
             x0, x1, y0, y1 = self.table
-            grid = np.meshgrid(np.linspace(x0, x1, m), np.linspace(y0, y1, n))
+            grid = np.meshgrid(
+                np.linspace(x0, x1, m),
+                np.linspace(y0, y1, n),
+            )
             weights = np.outer(_trapezium(n), _trapezium(m)).ravel()
             return np.stack(grid, axis=-1).reshape(-1, 2), weights, np.full(m * n, np.nan)
         cx, cy, radius = self.disc
@@ -120,7 +123,10 @@ class Task:
         y = cy + np.outer(np.sin(phi), rho)
         polar = np.outer(np.full(n, 1 / n), _trapezium(m))
         area = polar * rho
-        points = np.stack([x, y], axis=-1).reshape(-1, 2)
+        points = np.stack([x, y], axis=-1).reshape(
+            -1,
+            2,
+        )
         return points, (area / area.sum()).ravel(), polar.ravel()
 
     @property
@@ -149,7 +155,9 @@ def _short(value):
         return f"({', '.join(f'{name} {_short(part)}' for name, part in value.items())})"
     if isinstance(value, list):
         return f"({', '.join(map(_short, value))})"
-    return f"{value:.6g}" if isinstance(value, float) else shown(value)
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return shown(value)
 
 
 def _trapezium(count):
@@ -176,7 +184,10 @@ def task_of(choices: Mapping[str, object]) -> Task:
 
 def _items(value, name, counts):
     """Return the items of a sequence, which must be so many."""
-    items = list(value) if hasattr(value, "__len__") and np.ndim(value) else []
+    if hasattr(value, "__len__") and np.ndim(value):
+        items = list(value)
+    else:
+        items = []
     if len(items) not in counts:
         known = " or ".join(map(str, counts))
         raise ValueError(f"{name} must be {known} numbers, not {shown(value)}")
@@ -199,7 +210,10 @@ def _disc(value, name):
 
 
 def _poses(value, name):
-    pair = (value, value) if is_number(value) else _items(value, name, (2,))
+    if is_number(value):
+        pair = (value, value)
+    else:
+        pair = _items(value, name, (2,))
     return tuple(whole(2, 10**4)(count, name) for count in pair)
 
 
@@ -212,7 +226,10 @@ def _motor(value, name):
             )
         return MOTORS[value]
     torque, speed = two_numbers(value[:2] if isinstance(value, Motor) else value, name)
-    return Motor(positive(torque, f"{name}'s torque"), positive(speed, f"{name}'s speed"))
+    return Motor(
+        positive(torque, f"{name}'s torque"),
+        positive(speed, f"{name}'s speed"),
+    )
 
 
 def _motion(value, name):

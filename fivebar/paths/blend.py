@@ -52,7 +52,9 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     reach = reach[reach > 0]
     cut[1, corner - 1] = cut[0, corner] = reach
     coefficients, own = _blends(path, corner, lengths, reach)
-    rows, dwells, s = [], {}, 0.0
+    rows = []
+    dwells = {}
+    s = 0.0
     blends = dict(zip(corner.tolist(), range(len(corner))))
     asked = {int(np.abs(path.knots - s).argmin()): seconds for s, seconds in path.dwells.items()}
 
@@ -77,7 +79,10 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
         first = cut[0, k]
         last = lengths[k] - cut[1, k]
         if last - first > 1e-9 * lengths[k]:
-            rest = piece if last - first == lengths[k] else piece.part(first, last)
+            if last - first == lengths[k]:
+                rest = piece
+            else:
+                rest = piece.part(first, last)
             rows.append((rest, path.pen[k], path.feed[k], path.lines[k]))
             s += rest.length
     if len(path.pieces) in asked:
@@ -96,7 +101,10 @@ def _corners(path, curvature):
     n = len(path.pieces)
     before = np.arange(n - 1)
     after = np.arange(1, n)
-    _, d0, c0, _ = path.on(before, [piece.length for piece in path.pieces[:-1]])
+    _, d0, c0, _ = path.on(
+        before,
+        [piece.length for piece in path.pieces[:-1]],
+    )
     _, d1, c1, _ = path.on(after, 0.0)
     jumps = np.linalg.norm(d1 - d0, axis=-1) > SMOOTH
     cosine = (d0 * d1).sum(axis=-1) / (np.linalg.norm(d0, axis=-1) * np.linalg.norm(d1, axis=-1))
@@ -105,12 +113,21 @@ def _corners(path, curvature):
         jumps |= bent > SMOOTH * (
             np.linalg.norm(c0, axis=-1) + np.linalg.norm(c1, axis=-1) + 1 / path.length
         )
-    dwelt = np.isin(path.knots[1:-1], list(path.dwells))
+    dwelt = np.isin(
+        path.knots[1:-1],
+        list(path.dwells),
+    )
     free = jumps & (np.diff(path.pen) == 0) & ~dwelt
     return after[free & (cosine > BACK)], int((free & (cosine <= BACK)).sum())
 
 
-def _reaches(path, corner, lengths, most, deviation):
+def _reaches(
+    path,
+    corner,
+    lengths,
+    most,
+    deviation,
+):
     """How far from each corner, m, its blend begins: the farthest, to `most`, that keeps within the
     deviation.
     """

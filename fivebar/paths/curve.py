@@ -184,7 +184,11 @@ class Path(Plotted):
             else:
                 u = s[at] / lengths[own[k[at]]]
                 powers = u[:, None] ** np.arange(tables.shape[2])
-                found[:, at] = np.einsum("nj,nojc->onc", powers, tables[own[k[at]]])
+                found[:, at] = np.einsum(
+                    "nj,nojc->onc",
+                    powers,
+                    tables[own[k[at]]],
+                )
         return tuple(found.reshape(ORDERS, *shape, 2))
 
     def moved(self, by: complex, turned: complex) -> Path:

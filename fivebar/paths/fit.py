@@ -126,7 +126,14 @@ def _quintics(curve, rows, start, end):
     return quintic(ends, length).T, length
 
 
-def _off(curve, rows, start, end, coefficients, length):
+def _off(
+    curve,
+    rows,
+    start,
+    end,
+    coefficients,
+    length,
+):
     """How far the quintics are from their curves at most; inf where they are not steady."""
     powers = SEEN[:, None] ** np.arange(6)
     p = coefficients @ powers.T
@@ -201,7 +208,9 @@ class _Beziers(_Curves):
 
     def parts(self):
         """Cut at cusps, where the derivative is 0: it turns back there."""
-        rows, start, end = [], [], []
+        rows = []
+        start = []
+        end = []
         for row, (_, b, c, d) in enumerate(self.powers.T):
             # Where |xi'|^2 is least.
             square = np.polynomial.polynomial.polyfromroots([])

@@ -40,7 +40,11 @@ class Line:
         positive(self.length, "Line: its length, m,")
 
     def __repr__(self) -> str:
-        return one_line("Line", vector("from", self.start, "m"), vector("to", self.end, "m"))
+        return one_line(
+            "Line",
+            vector("from", self.start, "m"),
+            vector("to", self.end, "m"),
+        )
 
     @cached_property
     def length(self) -> float:
@@ -53,7 +57,8 @@ class Line:
 
     def __call__(self, s: ArrayLike) -> tuple[np.ndarray, ...]:
         return _values(
-            derivatives(self.coefficients, self.length), np.asarray(s, float) / self.length
+            derivatives(self.coefficients, self.length),
+            np.asarray(s, float) / self.length,
         )
 
     def part(self, first: float, last: float) -> Line:
@@ -168,7 +173,11 @@ class Polynomial(Ends):
 
     def __repr__(self) -> str:
         ends = vector("from", tuple(self.start), "m"), vector("to", tuple(self.end), "m")
-        return one_line("Polynomial", f"degree {len(self.coefficients) - 1}", *ends)
+        return one_line(
+            "Polynomial",
+            f"degree {len(self.coefficients) - 1}",
+            *ends,
+        )
 
     @classmethod
     def from_bernstein(cls, control: ArrayLike, length: float) -> Polynomial:
@@ -228,7 +237,10 @@ def on_arcs(arcs: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, ...]:
     """
     x, y, radius, angle, side = np.moveaxis(arcs, -1, 0)
     angle = angle + side * s / radius
-    u = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    u = np.stack(
+        [np.cos(angle), np.sin(angle)],
+        axis=-1,
+    )
     v = (
         np.stack(
             [-u[..., 1], u[..., 0]],

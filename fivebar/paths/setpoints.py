@@ -97,7 +97,10 @@ def setpoints(
         q, q_dot = reference.joints(times)
     else:
         xi, xi_dot, _ = reference(times)
-        rates = ikm(igm(robot, xi, working or modes_own or (-1, -1)), xi_dot)
+        rates = ikm(
+            igm(robot, xi, working or modes_own or (-1, -1)),
+            xi_dot,
+        )
         q = rates.pose.q
         q_dot = rates.q_dot
     pen = pen_down(reference, times) if hasattr(reference, "path") else None

@@ -73,14 +73,19 @@ class Scheme:
         """Times of all points, by the times of the knots."""
         own = self.c[:-1] if self.shared else self.c
         times = (knots[:-1, None] + np.diff(knots)[:, None] * own).ravel()
-        return np.append(times, knots[-1]) if self.shared else times
+        if self.shared:
+            return np.append(times, knots[-1])
+        return times
 
 
 def scheme(method: str, degree: int) -> Scheme:
     """Hermite-Simpson, or Legendre-Gauss with `degree` points in an interval."""
     if method == "hermite-simpson":
         return Scheme((0.0, 0.5, 1.0), True)
-    return Scheme((np.polynomial.legendre.leggauss(degree)[0] + 1) / 2, False)
+    return Scheme(
+        (np.polynomial.legendre.leggauss(degree)[0] + 1) / 2,
+        False,
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,8 +46,16 @@ class TaskCoordinates:
 
     def accelerations(self, robot: Robot, motion: np.ndarray) -> Accelerations:
         """Return the Accelerations of a motion (..., 6 or more); nan out of reach."""
-        pose = igm(robot, motion[..., :2], self.working, unreachable="nan")
-        return ikm2(ikm(pose, motion[..., 2:4]), motion[..., 4:6])
+        pose = igm(
+            robot,
+            motion[..., :2],
+            self.working,
+            unreachable="nan",
+        )
+        return ikm2(
+            ikm(pose, motion[..., 2:4]),
+            motion[..., 4:6],
+        )
 
     def defect(self, motion: np.ndarray, acc: Accelerations) -> np.ndarray:
         """Return |m xi'' - A^T lambda|, N, with lambda = B^-1 (tau - Z q'')."""
@@ -161,7 +169,11 @@ def _accelerations(robot, a, a_dot, a_ddot):
     across = across * a_dot[0] ** 2 + bar * a_ddot[1]
     x_ddot = tx * a_ddot[0] + along * ux - across * uy
     y_ddot = ty * a_ddot[0] + along * uy + across * ux
-    return Accelerations(rates, (a_ddot[0], a_ddot[2]), (x_ddot, y_ddot))
+    return Accelerations(
+        rates,
+        (a_ddot[0], a_ddot[2]),
+        (x_ddot, y_ddot),
+    )
 
 
 def tangent(robot, bars: np.ndarray) -> np.ndarray:

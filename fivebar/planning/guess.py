@@ -61,7 +61,11 @@ def first_guess(
             0,
             0.0,
         )
-        xi = _interpolated(blend * along[-1], along, path)
+        xi = _interpolated(
+            blend * along[-1],
+            along,
+            path,
+        )
         xi_dot = np.gradient(xi, sigma, axis=0)
         motions.append((xi, xi_dot, np.gradient(xi_dot, sigma, axis=0)))
     durations = shares / shares.sum()
@@ -73,7 +77,8 @@ def first_guess(
         free = shares[last:] / shares[last:].sum()
         factors = [_time_needed(problem, m, T) for m, T in zip(motions[last:], free)]
         durations[last:] = free * max(factors)
-    times, rows = [], []
+    times = []
+    rows = []
     for motion, duration, end in zip(motions, durations, np.cumsum(durations)):
         times.append(end + duration * (sigma - 1))
         derivatives = [value / duration**order for order, value in enumerate(motion)]
@@ -88,7 +93,10 @@ def _steps(path):
 
 
 def _interpolated(x, nodes, table):
-    return np.stack([np.interp(x, nodes, column) for column in table.T], axis=-1)
+    return np.stack(
+        [np.interp(x, nodes, column) for column in table.T],
+        axis=-1,
+    )
 
 
 def _time_needed(problem, motion, duration):
@@ -168,7 +176,11 @@ def _path(problem, a, b):
             {"reach": gap},
         )
     along = np.insert(np.cumsum(_steps(path)), 0, 0.0)
-    path = _interpolated(np.linspace(0, along[-1], 101), along, path)
+    path = _interpolated(
+        np.linspace(0, along[-1], 101),
+        along,
+        path,
+    )
     allowed = np.maximum(_blocked(problem, path), 0.0)
     for _ in range(SMOOTHINGS):
         smooth = path.copy()

@@ -53,7 +53,9 @@ if TYPE_CHECKING:
 # Limits on torques and rates that are limits of the program.
 RATES = "torque", "joint_speed", "acceleration"
 LEAST_SIN = 0.05  # that a motion in one pair of working modes keeps by default
-REFINEMENTS, MOST_INTERVALS, MOST_PARTS = 12, 600, 8
+REFINEMENTS = 12
+MOST_INTERVALS = 600
+MOST_PARTS = 8
 GUESSING = 60  # iterations of IPOPT from one of several first guesses
 LIFTS = (
     0.03,
@@ -314,7 +316,10 @@ class _Search:
         """Return (durations, guess), with gravity from motions under ever more of it."""
         for share in LIFTS if self.problem.fall else ():
             robot = self.problem.robot
-            lighter = replace(robot, gravity=tuple(share * g for g in robot.gravity))
+            lighter = replace(
+                robot,
+                gravity=tuple(share * g for g in robot.gravity),
+            )
             search = _Search(
                 replace(self.problem, robot=lighter),
                 self.collocation,
@@ -338,7 +343,10 @@ class _Search:
         """Return into how many parts to divide each interval; None where the plan is accurate."""
         excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes
         for name, value in plan._exceeded.items():
-            excess = np.fmax(excess, value.max(axis=1) / self.problem.unit(name))
+            excess = np.fmax(
+                excess,
+                value.max(axis=1) / self.problem.unit(name),
+            )
         order = len(self.problem.scheme.c)  # of the defect between nodes
         needed = np.ceil((2 * excess / self.tolerance) ** (1 / order))
         parts = np.clip(needed, 2, MOST_PARTS).astype(int)
@@ -427,7 +435,11 @@ class _Search:
         """Return a sentence if the motion crosses Type 2 and nothing bounds its torque there."""
         if self.problem.weights["effort"] or self.problem.constraints.torque is not None:
             return ""
-        t = np.linspace(plan.start, plan.start + plan.duration, LOOKED_AT)
+        t = np.linspace(
+            plan.start,
+            plan.start + plan.duration,
+            LOOKED_AT,
+        )
         with np.errstate(all="ignore"):
             det_a = self.problem.accelerations(plan.motion(t)).rates.pose.det_A
         count = np.count_nonzero(np.diff(np.sign(det_a[np.isfinite(det_a)])))
@@ -441,7 +453,8 @@ class _Search:
 
 def _refined(mesh, parts):
     """Divide each interval into so many parts."""
-    finer, k = [], 0
+    finer = []
+    k = 0
     for knots in mesh:
         own = parts[k : k + len(knots) - 1]
         k += len(own)

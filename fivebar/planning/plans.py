@@ -150,7 +150,11 @@ class Plan(Animated):
         if outside.any():
             refuse_nan(times)
             rest = self.problem.coordinates.size
-            motion[..., rest:] = np.where(outside[..., None], 0.0, motion[..., rest:])
+            motion[..., rest:] = np.where(
+                outside[..., None],
+                0.0,
+                motion[..., rest:],
+            )
         return motion
 
     def accelerations(self, t: ArrayLike) -> Accelerations:
@@ -181,7 +185,11 @@ class Plan(Animated):
     @cached_property
     def _fine(self):
         """Return the motion (n, 13, columns) within every interval, and it as Accelerations."""
-        k, sigma = np.meshgrid(np.arange(len(self.pieces.xi)), FINE, indexing="ij")
+        k, sigma = np.meshgrid(
+            np.arange(len(self.pieces.xi)),
+            FINE,
+            indexing="ij",
+        )
         motion = self.pieces.motion(k, sigma)
         return motion, self.problem.accelerations(motion, self.problem.model)
 
@@ -222,7 +230,10 @@ class Plan(Animated):
             motion[..., -2:],
             sines,
         )
-        reach = np.hypot(*loop_gap(pose)) if self.working is None else -pose.reach_margin
+        if self.working is None:
+            reach = np.hypot(*loop_gap(pose))
+        else:
+            reach = -pose.reach_margin
         return excess | {"reach": reach}
 
     @cached_property
@@ -317,7 +328,10 @@ class Plan(Animated):
                 raise ValueError(
                     f"{table.name}: the times are not those that its first line speaks of"
                 )
-        accelerations = values[:, 9:] if in_bars else values[:, 5:7]
+        if in_bars:
+            accelerations = values[:, 9:]
+        else:
+            accelerations = values[:, 5:7]
         tau = values[:, 7:9]
         start, start_rate = np.hsplit(begins, 2)
         pieces = Pieces(
@@ -353,7 +367,10 @@ def _known(about):
     meshes = tuple(Mesh(*mesh) for mesh in about["meshes"])
     must_increase(knots, "knots")
     size = 2 * problem.coordinates.size
-    begins = np.array(about["begins"], dtype=float).reshape(len(knots) - 1, size)
+    begins = np.array(about["begins"], dtype=float).reshape(
+        len(knots) - 1,
+        size,
+    )
     if not np.isfinite(begins).all():
         raise ValueError("begins must be finite")
     known = (

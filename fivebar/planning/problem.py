@@ -132,7 +132,8 @@ class Problem:
         sines: tuple | None = None,
     ) -> dict[str, np.ndarray]:
         """Return by how much quantities (..., 2) exceed their limits, <= 0 where they hold."""
-        limits, excess = self.constraints, {}
+        limits = self.constraints
+        excess = {}
         if tau is not None and limits.torque:
             excess["torque"] = (np.abs(tau) - limits.torque).max(axis=-1)
         if q_dot is not None and limits.joint_speed:
@@ -172,7 +173,10 @@ class Problem:
         for name, value in violations.items():
             if value > 1e-6 * self.unit(name):
                 limit = getattr(self.constraints, name, None)
-                bound = "" if limit is None else f" (limit {np.max(limit):.6g})"
+                if limit is None:
+                    bound = ""
+                else:
+                    bound = f" (limit {np.max(limit):.6g})"
                 quantity = own.effort if name == "torque" else name
                 words.append(f"{quantity} by {value:.4g} {units.get(name, '')}".rstrip() + bound)
         return f"; violated: {', '.join(words)}" if words else ""
@@ -235,7 +239,11 @@ def refuse_broken(plan: Plan, tolerance: float) -> Plan:
     The tolerance is a share of a bar's length, or a number of radians.
     """
     constraints = plan.problem.constraints
-    t = np.linspace(plan.start, plan.start + plan.duration, LOOKED_AT)
+    t = np.linspace(
+        plan.start,
+        plan.start + plan.duration,
+        LOOKED_AT,
+    )
     with np.errstate(all="ignore"):
         clearances = constraints.clearances(plan.problem.accelerations(plan.motion(t)).rates.pose)
     violated = {}
@@ -293,7 +301,10 @@ def checked_stops(
     stops = []
     for name, t, point in timed(start, goal, duration, via):
         if not isinstance(point, dict):
-            point = {0: point} if name.startswith("via") else {0: point, 1: (0.0, 0.0)}
+            if name.startswith("via"):
+                point = {0: point}
+            else:
+                point = {0: point, 1: (0.0, 0.0)}
         if 0 not in point or not set(point) <= {0, 1, 2}:
             raise ValueError(
                 f"plan: {name} needs a position under order 0, and no other orders than 1 and 2"

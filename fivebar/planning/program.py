@@ -92,7 +92,11 @@ def solve(
         lbg=np.concatenate(program.lower),
         ubg=np.concatenate(program.upper),
     )
-    unpack = ca.Function("unpack", [variables], [*program.variables, program.tau])
+    unpack = ca.Function(
+        "unpack",
+        [variables],
+        [*program.variables, program.tau],
+    )
     solution = [matrix.full().T for matrix in unpack(result["x"])]
     objective = float(result["f"]) * program.cost_unit
     status = stats["return_status"]
@@ -160,7 +164,11 @@ class Program:
         """
         if limit is not None and self.elastic:
             slack = self.slack[LIMITS.index(limit)]
-            self.keep(expression - slack, -np.inf, high)
+            self.keep(
+                expression - slack,
+                -np.inf,
+                high,
+            )
             self.keep(expression + slack, low, np.inf)
             return
         self.constraints.append(ca.vec(expression))
@@ -194,9 +202,19 @@ class Program:
         limits = self.problem.constraints
         rule = self.rule
         if limits.sin:
-            self.keep(self.sines[:2, :], limits.sin, np.inf, "sin")
+            self.keep(
+                self.sines[:2, :],
+                limits.sin,
+                np.inf,
+                "sin",
+            )
         if limits.det_A:
-            self.keep(self.sines[2, :], limits.det_A, np.inf, "det_A")
+            self.keep(
+                self.sines[2, :],
+                limits.det_A,
+                np.inf,
+                "det_A",
+            )
         if limits.torque is not None:
             unit = ca.diag(self.torque / ca.DM(limits.torque))
             self.keep(
@@ -207,7 +225,12 @@ class Program:
             )
         if limits.joint_speed is not None:
             unit = ca.diag(1 / (self.time * ca.DM(limits.joint_speed)))
-            self.keep(unit @ self.q_dot, -1.0, 1.0, "joint_speed")
+            self.keep(
+                unit @ self.q_dot,
+                -1.0,
+                1.0,
+                "joint_speed",
+            )
         if limits.acceleration is not None:
             unit = self.length / self.time**2 / limits.acceleration
             part = self.rows(rule.to_bezier, self.xi_ddot) * unit
@@ -254,7 +277,10 @@ class Program:
 
         def integral(factor, values, h):
             squares = ca.sum1(self.rows(factor @ self.rule.to_power, values) ** 2)
-            return ca.dot(squares, ca.reshape(ca.repmat(h, len(factor), 1), 1, -1))
+            return ca.dot(
+                squares,
+                ca.reshape(ca.repmat(h, len(factor), 1), 1, -1),
+            )
 
         terms = {
             "effort": integral(self.rule.square, self.tau, self.h),
@@ -293,7 +319,11 @@ class Program:
         )
         knots = knots_of(self.mesh, durations)
         borders = (size, 2 * size, 3 * size)
-        at_knots = np.split(guess(knots) / units, borders, axis=1)
+        at_knots = np.split(
+            guess(knots) / units,
+            borders,
+            axis=1,
+        )
         at_points = np.split(
             guess(self.rule.nodes(knots)) / units,
             borders,

@@ -208,7 +208,9 @@ def _spline(t, points, smoothing):
 def _within(t, points, deviation):
     """Return the smoothest spline within the deviation of all samples."""
     # The root-mean-square distance is at most the largest one.
-    low, high, best = 0.0, deviation, None
+    low = 0.0
+    high = deviation
+    best = None
     smoothing = deviation
     for _ in range(TRIES):
         try:
@@ -217,7 +219,8 @@ def _within(t, points, deviation):
         except ValueError:
             near = False  # SciPy finds no knots
         if near:
-            low, best = smoothing, motion
+            low = smoothing
+            best = motion
             if smoothing == deviation:
                 break
         else:
@@ -264,7 +267,10 @@ def _polyline(t, points, deviation):
             near = inner & (np.abs(w) < 1)
             w = np.where(near, w, 0.0)
             # The chord after the corner has this part already.
-            after = np.maximum(w, 0.0) if corner is k else np.zeros_like(w)
+            if corner is k:
+                after = np.maximum(w, 0.0)
+            else:
+                after = np.zeros_like(w)
             place = half[j] * (3 / 4 * (w**2 / 2 - w**4 / 12 + 2 * w / 3 + 1 / 4) - after)
             rate = 3 / 4 * (w - w**3 / 3 + 2 / 3) - (1.0 if corner is k else 0.0)
             bend = 3 / 4 * (1 - w**2) / half[j]

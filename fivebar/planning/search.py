@@ -21,13 +21,15 @@ from .coordinates import bars
 from .problem import PlanError, timed
 
 IMAGES = 30  # turns of the goal's bars that are tried, at most
-DIRECT, ROUTES = 8, 6  # straight ways, and routes, at most
+DIRECT = 8  # straight ways, at most
+ROUTES = 6  # at most
 MOST = 6  # ways between two poses
 CLOSES = 1e-9  # of the bars
 POINTS = 61  # of a way, between each two of its poses, and of all of it pulled taut
 JUMP = 0.7  # rad, between these: more is no motion
 NEWTON = 12  # steps that close the loop
-PULLS, STIFF = 25, 30.0  # steps of pulling taut, and how far each goes
+PULLS = 25  # steps of pulling taut
+STIFF = 30.0  # how far each goes
 LIGHT = 1e-2  # of the robot's inertia is added where it has none
 SAME = 0.3  # rad: ways that are nowhere farther apart are one
 
@@ -97,7 +99,8 @@ def ways_between(
     stops = timed(start, goal, duration, via)
     choices = [_poses(robot, point, name) for name, _, point in stops]
     times = [t for _, t, _ in stops]
-    result, failure = [], None
+    result = []
+    failure = None
     for poses in product(*choices):
         try:
             legs = [ways(robot, *pair) for pair in zip(poses, poses[1:])]
@@ -119,7 +122,10 @@ def _stops(paths, times):
     for path in paths[1:]:
         moved.append(path + (moved[-1][-1] - path[0]))
     for k, (path, t) in enumerate(zip(moved, times[1:]), start=1):
-        at_rest = {1: np.zeros(4)} if k == len(moved) else {}
+        if k == len(moved):
+            at_rest = {1: np.zeros(4)}
+        else:
+            at_rest = {}
         stops.append(({0: path[-1], **at_rest}, t))
     return tuple(stops), moved
 
@@ -173,7 +179,11 @@ def _at(robot, passage: Passage, aspect):
     other = 1 - passage.leg
     drive = robot.drives[other]
     bar = robot.distal[other]
-    dyad = drive.close(tuple(passage.xi.tolist()), bar, aspect.working[other])
+    dyad = drive.close(
+        tuple(passage.xi.tolist()),
+        bar,
+        aspect.working[other],
+    )
     q, (x, y) = drive.coordinate(drive.held(dyad)), drive.bar(dyad)
     phi = np.arctan2(y, x)
     pairs = [None, None]
@@ -211,7 +221,9 @@ def _path(robot, points):
     )
     if not np.isfinite(path).all() or np.abs(path[[0, -1]] - [points[0], points[-1]]).max() > 1e-6:
         return None
-    return path if np.abs(np.diff(path, axis=0)).max() < JUMP else None
+    if np.abs(np.diff(path, axis=0)).max() < JUMP:
+        return path
+    return None
 
 
 def _closed(robot, a, steps):
@@ -274,7 +286,11 @@ def _pulled(robot, paths):
     smooth = np.linalg.inv(np.eye(POINTS) + STIFF * chain)
     for _ in range(PULLS):
         points, roots = _embedded(robot, paths)
-        q1, q2, *xi = np.moveaxis(smooth @ points / roots, -1, 0)
+        q1, q2, *xi = np.moveaxis(
+            smooth @ points / roots,
+            -1,
+            0,
+        )
         pulled = []
         for q, phi, drive in zip(
             (q1, q2),
@@ -287,6 +303,10 @@ def _pulled(robot, paths):
                 _nearest(atan2(xi[1] - y, xi[0] - x), phi),
             ]
         ends = paths[:, [0, -1]]
-        paths = _closed(robot, np.stack(pulled, axis=-1), 3)
+        paths = _closed(
+            robot,
+            np.stack(pulled, axis=-1),
+            3,
+        )
         paths[:, [0, -1]] = ends
     return paths

@@ -37,7 +37,11 @@ class Trajectory:
 
     def __repr__(self) -> str:
         end = self.start + self.duration
-        first = vector("from", tuple(self(self.start)[0]), "m")
+        first = vector(
+            "from",
+            tuple(self(self.start)[0]),
+            "m",
+        )
         last = vector("to", tuple(self(end)[0]), "m")
         return one_line(
             "Trajectory",
@@ -49,7 +53,11 @@ class Trajectory:
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         times = np.asarray(t, dtype=float)
-        inside = np.clip(times, self.start, self.start + self.duration)
+        inside = np.clip(
+            times,
+            self.start,
+            self.start + self.duration,
+        )
         motion = self._motion(inside)
         if (times != inside).any():
             refuse_nan(times)
@@ -130,7 +138,8 @@ def polynomial(
     derivatives = [np.eye(degree + 1)]
     for _ in range(2):
         derivatives.append(chebyshev.chebder(derivatives[-1], axis=0))
-    rows, values = [], []
+    rows = []
+    values = []
     for t, given in conditions:
         s = (t - times[0]) / half - 1
         for order, value in sorted(given.items()):

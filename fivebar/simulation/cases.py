@@ -24,9 +24,9 @@ from .run import Run
 from .settings import Measurement
 from .simulate import simulate
 
-HOME = (0.09, 0.06796322)
-TASK_1 = (0.0, 0.1)
-TASK_2 = (0.05, 0.0)  # m: from home in 2 s and in 4 s
+HOME = (0.09, 0.06796322)  # m
+TASK_1 = (0.0, 0.1)  # from home in 2 s
+TASK_2 = (0.05, 0.0)  # from home in 4 s
 SETTLING = 0.5  # s, simulated beyond the reference's end
 ENCODER = 2 * math.pi / 4096  # rad
 

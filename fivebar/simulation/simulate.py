@@ -29,8 +29,8 @@ TOLERANCE = 1e-12  # rad, of a step where no tolerance is asked for
 COARSER = 10  # the errors of steps add up: each may be a tenth of the tolerance
 FINER = 1e5  # of the steps of the second run, against which the error of the first is seen
 FINEST = 1e-14  # rad, of a step
-MOST_ROWS = 10**7
-ROW_BYTES = 400  # of a run; memory of a row while the run is made
+MOST_ROWS = 10**7  # of a run
+ROW_BYTES = 400  # memory of a row while the run is made
 
 
 @takes(

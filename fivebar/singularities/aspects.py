@@ -61,12 +61,17 @@ class Aspect:
     @cached_property
     def _middle(self):
         found = points_of_largest_clearance(
-            self.boundary, self.punctures @ (1, 1j), self.area, samples=SAMPLES
+            self.boundary,
+            self.punctures @ (1, 1j),
+            self.area,
+            samples=SAMPLES,
         )
         exact = (
             found and inside(self.boundary, np.array([found[0][0]]))[0]
         )  # of slivers the samples may tell it wrong
-        return found[0] if exact else off_border(self.boundary, size_of(self.robot))
+        if exact:
+            return found[0]
+        return off_border(self.boundary, size_of(self.robot))
 
     @property
     def point(self) -> np.ndarray:
@@ -108,7 +113,10 @@ def _polygon(loop):
 
 def as_kind(kind: type[Aspect], aspect: Aspect, *more: object) -> Aspect:
     """The aspect as one of a class derived from it, with what that has more."""
-    return kind(*(getattr(aspect, each.name) for each in fields(Aspect)), *more)
+    return kind(
+        *(getattr(aspect, each.name) for each in fields(Aspect)),
+        *more,
+    )
 
 
 @takes(robot=instance(FiveBar, Biglide))
@@ -131,7 +139,9 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
 
     def active(working):
         everywhere = working in loci.everywhere
-        return None if everywhere else [piece for piece in loci.task if working in piece.working]
+        if everywhere:
+            return None
+        return [piece for piece in loci.task if working in piece.working]
 
     found = numbered(parts(Aspect, robot, active, loci.touches))
     areas = []
@@ -232,10 +242,20 @@ def parts(
             )
 
 
-def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
+def _in_mode(
+    robot,
+    pieces,
+    touches,
+    working,
+    det_A=0.0,
+    sin=0.0,
+):
     """The parts of one working mode: assembly mode, area, boundary, punctures."""
     size = size_of(robot)
-    edges = _edges([piece for piece in pieces if len(piece.points) > 1], touches)
+    edges = _edges(
+        [piece for piece in pieces if len(piece.points) > 1],
+        touches,
+    )
     isolated = np.unique(
         [piece.points[0] @ (1, 1j) for piece in pieces if len(piece.points) == 1]
     ).astype(complex)
@@ -246,11 +266,18 @@ def _in_mode(robot, pieces, touches, working, det_A=0.0, sin=0.0):
         yield assembly, area, boundary, isolated[crossings(boundary, isolated)]
 
 
-def _proved(robot, edges, working, det_A, sin):
+def _proved(
+    robot,
+    edges,
+    working,
+    det_A,
+    sin,
+):
     """Faces of the edges that are inside: assembly mode, area, boundary; ArithmeticError where one
     is not wholly.
     """
-    size, levels = size_of(robot), {}
+    size = size_of(robot)
+    levels = {}
     for area, boundary in faces(edges, size):
         z = beside(boundary, size)
         pose = task_pose(robot, (z.real, z.imag), working)
@@ -294,7 +321,9 @@ def _edges(pieces, touches):
     # Where a leg is in line on a Type-2 locus all along, this is one of the circles.
     pieces = [piece for piece in pieces if piece.type != Singularity.SERIAL | Singularity.PARALLEL]
     ends = {vertex for piece in pieces for vertex in piece.vertices} | set(touches)
-    circles, edges, same = [], [], {}
+    circles = []
+    edges = []
+    same = {}
     for piece in pieces:
         whole = Arc(piece, *piece.interval)
         first, last = piece.vertices or [Vertex(complex(whole.z[0]))] * 2

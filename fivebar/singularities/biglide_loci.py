@@ -85,7 +85,10 @@ class BiglideLoci:
                 complex(-self.robot.d / 2 + self.robot.l1 * u1.real),
                 1j,
             )
-            working = MODES if own == Singularity.SERIAL else modes_of(modes[:2])
+            if own == Singularity.SERIAL:
+                working = MODES
+            else:
+                working = modes_of(modes[:2])
             found.setdefault(kind, (_type(own, modes), set(), line))[1].update(working)
         lines = []
         for kind, (type_, active, line) in found.items():
@@ -117,11 +120,26 @@ class BiglideLoci:
             )
         return tuple(pieces)
 
-    def _line(self, type_, kind, working, assembly, line):
+    def _line(
+        self,
+        type_,
+        kind,
+        working,
+        assembly,
+        line,
+    ):
         parameters = np.array([-1.0, 1.0]) * sum(self.robot.distal)
         points = pairs(line(parameters)[0])
         return Locus(
-            type_, kind, working, assembly, points, parameters, False, line, unbounded=True
+            type_,
+            kind,
+            working,
+            assembly,
+            points,
+            parameters,
+            False,
+            line,
+            unbounded=True,
         )
 
     @property
@@ -157,4 +175,7 @@ def _signs(u1, u2):
 
 def _type(own, modes):
     """Type 3 where the bars are parallel and across the guides too."""
-    return type_of(modes[2:] if own == Singularity.SERIAL else modes[:2], own)
+    return type_of(
+        modes[2:] if own == Singularity.SERIAL else modes[:2],
+        own,
+    )

@@ -58,7 +58,9 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
     singular = singularity_loci(robot).everywhere
 
     def active(working):
-        return None if working in singular else [*circles.pieces, *levels.pieces(working)]
+        if working in singular:
+            return None
+        return [*circles.pieces, *levels.pieces(working)]
 
     try:
         return numbered(

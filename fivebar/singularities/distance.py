@@ -100,7 +100,10 @@ class _Segments:
             np.abs(points[row] - self.start[k]),
             np.abs(points[row] - self.end[k]),
         )
-        best = np.minimum.reduceat(near, np.searchsorted(row, np.arange(len(points))))
+        best = np.minimum.reduceat(
+            near,
+            np.searchsorted(row, np.arange(len(points))),
+        )
         keep = near - 0.51 * self.chord[k] <= best[row]
         return row[keep], k[keep]
 
@@ -177,7 +180,10 @@ def _nearest(segments, points):
     x = points[row]
     low = segments.t0[k]
     high = segments.t1[k]
-    rounding = np.full(len(x), 2 * EPS * segments.size)
+    rounding = np.full(
+        len(x),
+        2 * EPS * segments.size,
+    )
     foot = rising_zeros(
         lambda i, t: segments.slope(k[i], t, x[i])[0],
         low,

@@ -32,7 +32,9 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
     sides = [
         side for arc, *_ in edges for side in (arc, arc.reversed)
     ]  # side k starts at corners[k], its twin is k ^ 1
-    outer, holes, small = [], [], {}
+    outer = []
+    holes = []
+    small = {}
     for cycle in _cycles(sides, corners, size):
         loop = tuple(sides[k] for k in cycle)
         area = sum(side.moment for side in loop)
@@ -114,7 +116,10 @@ def _around(sides, outgoing, size):
             (k for k in outgoing if k not in curves),
             key=lambda k: sides[k].start < sides[k].end,
         )
-        between = curves if sides[ahead].locus.circle[1] > 0 else []
+        if sides[ahead].locus.circle[1] > 0:
+            between = curves
+        else:
+            between = []
         return [ahead, *between, back, *(curves if not between else [])]
     # Loci touch at vertices. On a small circle around the vertex even curves with one tangent are
     # told apart.

@@ -189,13 +189,17 @@ class FiveBarLoci:
                 )
                 for m in chain.modes
             ]
-            vertices = (
-                chain.vertices(self.touches, NEAR * self.circles.scale)
-                if chain.motion.aligned
-                else None
-            )
+            if chain.motion.aligned:
+                vertices = chain.vertices(self.touches, NEAR * self.circles.scale)
+            else:
+                vertices = None
             pieces += pieces_of(
-                chain.task, chain.edges, label, self.circles.scale, chain.corners, vertices=vertices
+                chain.task,
+                chain.edges,
+                label,
+                self.circles.scale,
+                chain.corners,
+                vertices=vertices,
             )
         return tuple(pieces)
 
@@ -208,7 +212,10 @@ class FiveBarLoci:
                 for chain in _serial_chains(self.robot, leg, side):
                     label = []
                     for m in chain.modes:
-                        working = [0, m[1]] if leg == 0 else [m[0], 0]
+                        if leg == 0:
+                            working = [0, m[1]]
+                        else:
+                            working = [m[0], 0]
                         label.append(
                             (
                                 type_of(m[2:], Singularity.SERIAL),
@@ -217,7 +224,13 @@ class FiveBarLoci:
                                 values_of(m[2]),
                             )
                         )
-                    pieces += pieces_of(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
+                    pieces += pieces_of(
+                        chain.joint,
+                        chain.edges,
+                        label,
+                        2 * np.pi,
+                        angles=True,
+                    )
         for kind, chain in self._chains:
             label = [
                 (
@@ -240,7 +253,13 @@ class FiveBarLoci:
                     angles=True,
                 )
             else:
-                pieces += pieces_of(chain.joint, chain.edges, label, 2 * np.pi, angles=True)
+                pieces += pieces_of(
+                    chain.joint,
+                    chain.edges,
+                    label,
+                    2 * np.pi,
+                    angles=True,
+                )
         return tuple(pieces)
 
     @cached_property

@@ -144,7 +144,8 @@ class FourBarMotion:
         Crank and coupler are one bar there, which closes a triangle with the base and the other
         crank. A double value may come as two.
         """
-        guesses, owners = [], []
+        guesses = []
+        owners = []
         if self.mirrored:
             ways = [(1 - crank, -complex(turn).conjugate()) for crank, turn in ways]
         for k, (crank, turn) in enumerate(ways):
@@ -162,7 +163,11 @@ class FourBarMotion:
         for _ in range(ROUNDS):
             (e1, e2, u), rates = motion(t)
             relative = u / (np.where(cranks == 0, e1, e2) * turns)
-            off = np.where(relative.real > 0, np.abs(relative.imag), np.inf)
+            off = np.where(
+                relative.real > 0,
+                np.abs(relative.imag),
+                np.inf,
+            )
             better = (
                 off < least
             )  # where two values are one the slope is 0, and Newton's steps lead away in the end
@@ -203,7 +208,10 @@ class FourBarMotion:
             return []
         cosine = (self.r1**2 - self.base**2 - abs(bar) ** 2) / (2 * self.base * abs(bar))
         cosine = min(max(cosine, -1.0), 1.0)
-        e = complex(cosine, math.sqrt((1 - cosine) * (1 + cosine)))
+        e = complex(
+            cosine,
+            math.sqrt((1 - cosine) * (1 + cosine)),
+        )
         return [
             abs(self.base + self.r2 * each * abs(bar) / bar) ** 2 for each in (e, e.conjugate())
         ]
@@ -227,7 +235,9 @@ class FourBarMotion:
 
 def _as_long(t, value):
     """A value at each of the parameters t (n,), or at one."""
-    return np.full(t.shape, value) if isinstance(t, np.ndarray) else value
+    if isinstance(t, np.ndarray):
+        return np.full(t.shape, value)
+    return value
 
 
 def four_bar_directions(
@@ -278,7 +288,11 @@ def _half(s, c, slack, sign):
 def _passed(s, slack):
     """The root of s^2 + slack, with the sign of s where there is no slack, and s over it."""
     if is_symbolic(slack):
-        x = where_zero(slack, lambda: s, sqrt(s * s + slack))
+        x = where_zero(
+            slack,
+            lambda: s,
+            sqrt(s * s + slack),
+        )
         return x, where_zero(slack, lambda: 1.0, s / x)
     if slack == 0:
         return s, 1.0
@@ -326,7 +340,9 @@ def closures(
     zero = [side <= tolerance for side in (base, r1, c, r2)]
     if sum(zero) > 1:
         together = zero == [True, False, True, False] and abs(r1 - r2) <= tolerance
-        return [Turning((1, 1, 1), (1, 1, 0))] if together else []
+        if together:
+            return [Turning((1, 1, 1), (1, 1, 0))]
+        return []
     if base <= tolerance:
         return [
             Turning((1, _unit(r1 + c * u), u), (1, 1, 1)) for u in _triangle(r1, c, r2, tolerance)
@@ -378,7 +394,14 @@ def _factor(x, limit, tolerance):
     return abs(x - limit) * (x + limit)
 
 
-def _components(base, r1, c, r2, mirrored, tolerance):
+def _components(
+    base,
+    r1,
+    c,
+    r2,
+    mirrored,
+    tolerance,
+):
     lows = (abs(base - r2), abs(r1 - c))
     highs = (base + r2, r1 + c)
     low = max(lows)

@@ -65,7 +65,10 @@ class LegCircles:
         """m; 0 where equal bars fold."""
         proximal = self.robot.drives[leg].length
         distal = self.robot.distal[leg]
-        return math.hypot(proximal + side * distal * self.cosine, distal * self.sin)
+        return math.hypot(
+            proximal + side * distal * self.cosine,
+            distal * self.sin,
+        )
 
     def circle(self, leg: int, side: int) -> Circle:
         # Its parameter counts from the direction to the other base joint.
@@ -146,7 +149,10 @@ class LegCircles:
         if (
             high - low <= tolerance
         ):  # the other leg's reach only touches it, in a point on the line of the bases
-            angle = math.pi if low > abs(d - radius) + tolerance else 0.0
+            if low > abs(d - radius) + tolerance:
+                angle = math.pi
+            else:
+                angle = 0.0
             return arc((angle, angle))
         first, last = (turn_to(r, d, radius) for r in (low, min(high, d + radius)))
         whole_in = low <= abs(d - radius) + tolerance
@@ -156,7 +162,10 @@ class LegCircles:
         if whole_in:
             return arc((-last, last), (1, 1))
         if whole_out:
-            return arc((first, 2 * np.pi - first), (-1, -1))
+            return arc(
+                (first, 2 * np.pi - first),
+                (-1, -1),
+            )
         return [
             *arc((first, last), (-1, 1)),
             *arc((-last, -first), (1, -1)),

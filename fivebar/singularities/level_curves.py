@@ -104,7 +104,12 @@ class LevelCurves:
         found.sort()
         t = np.array([each for each, _ in found])
         period = chain.motion.period
-        places = self._places(chain, t, [circle for _, circle in found], working)
+        places = self._places(
+            chain,
+            t,
+            [circle for _, circle in found],
+            working,
+        )
         groups = []
         for k in range(len(found)):
             before = groups[-1] if groups else None
@@ -128,9 +133,19 @@ class LevelCurves:
 
     def _turn(self, working, leg, side):
         """By what the distal bar of a leg is turned against the proximal one on that circle."""
-        return complex(side * self.circles.cosine, -working[leg] * self.circles.sin)
+        return complex(
+            side * self.circles.cosine,
+            -working[leg] * self.circles.sin,
+        )
 
-    def _one(self, found, places, k, m, period):
+    def _one(
+        self,
+        found,
+        places,
+        k,
+        m,
+        period,
+    ):
         """Whether two cuts are one: a circle that is touched, or the corner of two."""
         apart = (found[m][0] - found[k][0] + period / 2) % period - period / 2
         if found[k][1] == found[m][1]:
@@ -139,7 +154,13 @@ class LevelCurves:
             abs(apart) <= 1e-3 * period and abs(places[k] - places[m]) <= SAME * self.circles.scale
         )
 
-    def _places(self, chain, t, circles, working):
+    def _places(
+        self,
+        chain,
+        t,
+        circles,
+        working,
+    ):
         """The end-effector there, from the leg that is on its circle: within its reach to the last
         digits.
         """

@@ -73,7 +73,10 @@ class Locus:
     def at(self, s: ArrayLike) -> np.ndarray:
         """Exact points (*s.shape, 2) of parameters s in `interval`."""
         s = np.asarray(s)
-        points = pairs(self._curve(np.atleast_1d(s))[0]).reshape(*s.shape, 2)
+        points = pairs(self._curve(np.atleast_1d(s))[0]).reshape(
+            *s.shape,
+            2,
+        )
         if self._angles:
             near = np.stack(
                 [np.interp(s, self.parameters, q) for q in self.points.T],
@@ -84,12 +87,17 @@ class Locus:
 
     def drawn(self, low: float, high: float) -> np.ndarray:
         """Points (n, 2) to draw: all, or of an unbounded line those of two parameters."""
-        return self.at(np.array([low, high])) if self.unbounded else self.points
+        if self.unbounded:
+            return self.at(np.array([low, high]))
+        return self.points
 
     def tangent(self, s: ArrayLike) -> np.ndarray:
         """Derivative (*s.shape, 2) of the points by the parameter."""
         s = np.asarray(s)
-        return pairs(self._curve(np.atleast_1d(s))[1]).reshape(*s.shape, 2)
+        return pairs(self._curve(np.atleast_1d(s))[1]).reshape(
+            *s.shape,
+            2,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +168,10 @@ def pieces_of(
     closes = np.abs(gap - turns).max() <= 1e-12 * scale
     if closes:
         points[-1] = points[0] + turns
-    ends = zip(vertices, vertices[1:]) if vertices else [()] * len(labels)
+    if vertices:
+        ends = zip(vertices, vertices[1:])
+    else:
+        ends = [()] * len(labels)
     return [
         Locus(
             *label,

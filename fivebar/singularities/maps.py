@@ -96,7 +96,10 @@ class Map(Paged):
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the columns that `to_csv` writes; the last ones are the field in each mode."""
-        own = ("x", "y") if self.space == "task" else self.robot.words.joints
+        if self.space == "task":
+            own = ("x", "y")
+        else:
+            own = self.robot.words.joints
         for mode in self.modes:
             signs = ",".join(f"{m:+d}" for m in np.atleast_1d(mode))
             own += (f"{self.field}({signs})",)
@@ -128,7 +131,14 @@ class Map(Paged):
             ]
         )
         table = table[~np.isnan(table[:, 2:]).all(axis=1)]
-        write(path, "map", self._about(), self.columns, table.tolist(), end="\n")
+        write(
+            path,
+            "map",
+            self._about(),
+            self.columns,
+            table.tolist(),
+            end="\n",
+        )
 
     def to_npz(self, path: BinaryFile) -> None:
         """Write the whole map, compressed."""
@@ -199,7 +209,10 @@ def singularity_map(
     modes = MODES if space == "task" else (1, -1)
     nx, ny = _checked_shape(shape, len(modes))
     if window is None:
-        window = workspace_window(robot) if space == "task" else 2 * _joint_range(robot)
+        if space == "task":
+            window = workspace_window(robot)
+        else:
+            window = 2 * _joint_range(robot)
     x_min, x_max, y_min, y_max = _checked_window(window, turns=space == "joint" and robot.turns)
     x = np.linspace(x_min, x_max, nx)
     y = np.linspace(y_min, y_max, ny)

@@ -82,7 +82,10 @@ class Margins:
 
     @cached_property
     def manipulability(self) -> np.ndarray:
-        return _ratio(self._b[0] * self._b[1], np.abs(self.parallel))
+        return _ratio(
+            self._b[0] * self._b[1],
+            np.abs(self.parallel),
+        )
 
     @cached_property
     def sigma_min(self) -> Matrices:
@@ -98,13 +101,19 @@ class Margins:
         return np.abs(self.parallel) / np.sqrt(1 + np.abs(self._cosine))
 
     def _condition_a(self):
-        return _ratio(1 + np.abs(self._cosine), np.abs(self.parallel))
+        return _ratio(
+            1 + np.abs(self._cosine),
+            np.abs(self.parallel),
+        )
 
     def _sigma_min_b(self):
         return np.minimum(*self._b)
 
     def _condition_b(self):
-        return _ratio(np.maximum(*self._b), np.minimum(*self._b))
+        return _ratio(
+            np.maximum(*self._b),
+            np.minimum(*self._b),
+        )
 
     # J = A^-1 B has columns of lengths |b_i / det A|, so that with g^2 + det A^2 = 1
     # 2 (sigma_max det A)^2 = b1^2 + b2^2 + hypot(b1^2 - b2^2, 2 g b1 b2), and sigma_min sigma_max =
@@ -130,7 +139,10 @@ class Margins:
         return b1 * b2 / np.where(self._stretch == 0, 1.0, self._stretch)
 
     def _condition_j(self):
-        return _ratio(self._stretch, self._sigma_min_j() * np.abs(self.parallel))
+        return _ratio(
+            self._stretch,
+            self._sigma_min_j() * np.abs(self.parallel),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +188,9 @@ def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
     kind = serial * int(Singularity.SERIAL) + (np.abs(pose.det_A) <= tol) * int(
         Singularity.PARALLEL
     )
-    return Singularity(int(kind)) if np.ndim(kind) == 0 else kind
+    if np.ndim(kind) == 0:
+        return Singularity(int(kind))
+    return kind
 
 
 def _numeric(pose, name):

@@ -64,7 +64,10 @@ class Route:
     def __str__(self) -> str:
         words = [f"aspect {self.aspects[0]}"]
         for number, passage in zip(self.aspects[1:], self.passages):
-            how = "Type 2" if passage.leg is None else f"{('left', 'right')[passage.leg]} leg"
+            if passage.leg is None:
+                how = "Type 2"
+            else:
+                how = f"{('left', 'right')[passage.leg]} leg"
             words.append(f"{how}{' folded' * passage.fold} -> {number}")
         return ", ".join(words)
 
@@ -83,7 +86,8 @@ def passages(robot: FiveBar) -> tuple[Passage, ...]:
     What only single poses join is none: all four bars parallel (change-point robots), a leg folded
     on its base joint where the other one is in line.
     """
-    found, everything = [], known_aspects(robot)
+    found = []
+    everything = known_aspects(robot)
     for k, one in enumerate(everything):
         for other in everything[k + 1 :]:
             differ = [leg for leg in (0, 1) if one.working[leg] != other.working[leg]]
@@ -106,7 +110,8 @@ def _shared_place(robot, one, other, leg):
     leg is in line.
     """
     wanted = Singularity.PARALLEL if leg is None else Singularity.SERIAL
-    best, farthest = None, 0.0
+    best = None
+    farthest = 0.0
     for a in _arcs(one, wanted, leg):
         for b in _arcs(other, wanted, leg):
             if a.locus is not b.locus:

@@ -114,7 +114,10 @@ class Arc:
 
     def dense(self, spacing: float) -> np.ndarray:
         """Points on the arc about this far apart, its start but not its end among them."""
-        along = np.append(0.0, np.cumsum(np.abs(np.diff(self.z))))
+        along = np.append(
+            0.0,
+            np.cumsum(np.abs(np.diff(self.z))),
+        )
         even = np.linspace(
             0,
             along[-1],
@@ -129,7 +132,10 @@ class Arc:
         distance = np.abs(self.z - z)
         left = np.append(np.inf, distance[:-1])
         right = np.append(distance[1:], np.inf)
-        s, distance = self._feet(z, np.flatnonzero((distance <= left) & (distance <= right)))
+        s, distance = self._feet(
+            z,
+            np.flatnonzero((distance <= left) & (distance <= right)),
+        )
         s, first = np.unique(s, return_index=True)
         distance = distance[first]
         return s[distance <= within], distance[distance <= within]
@@ -146,7 +152,10 @@ class Arc:
         # chord.
         slack = 0.005 * np.abs(np.diff(self.z))
         rows, k = np.nonzero(distance - slack <= (distance + slack).min(axis=1)[:, None])
-        s, distance = self._feet(z[rows], k + (part[rows, k] > 0.5))
+        s, distance = self._feet(
+            z[rows],
+            k + (part[rows, k] > 0.5),
+        )
         order = np.lexsort((distance, rows))
         first = order[np.searchsorted(rows[order], np.arange(len(z)))]
         return s[first], distance[first]
@@ -329,7 +338,11 @@ def points_of_largest_clearance(
         return []
     # Any ridge names two samples and the vertices equally far from them.
     vertices = np.array(diagram.ridge_vertices)
-    points = np.repeat(diagram.ridge_points[:, :1], 2, axis=1)
+    points = np.repeat(
+        diagram.ridge_points[:, :1],
+        2,
+        axis=1,
+    )
     points = points[vertices >= 0]
     vertices = vertices[vertices >= 0]
     z = diagram.vertices @ (1, 1j)
@@ -366,7 +379,9 @@ def beside(loops: tuple, size: float) -> np.ndarray:
         z = z[within & ~near]
     else:
         z = z[inside(loops, z)]
-    return z if len(z) else np.array([off_border(loops, size)[0]])
+    if len(z):
+        return z
+    return np.array([off_border(loops, size)[0]])
 
 
 def off_border(loops: tuple, size: float) -> tuple[complex, float]:

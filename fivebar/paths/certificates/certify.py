@@ -101,7 +101,11 @@ class Certificate:
             f"{len(self.claim['pieces'])} pieces in {count} parts",
         )
         return one_line(
-            "Certificate", "proved" if self.proved else "not proved", *notes, *stretches, more
+            "Certificate",
+            "proved" if self.proved else "not proved",
+            *notes,
+            *stretches,
+            more,
         )
 
     def to_json(self, file: TextFile) -> None:
@@ -114,7 +118,10 @@ class Certificate:
                 f"certify: not proved from s = {first.start:.9g} to {first.stop:.9g} m: {first.why}"
             )
         with written(file) as out:
-            json.dump(self.claim | {"sha256": digest(self.claim)}, out)
+            json.dump(
+                self.claim | {"sha256": digest(self.claim)},
+                out,
+            )
 
 
 def certify(

@@ -93,7 +93,8 @@ def margins(reached, working, on=iv):
     """sin^2 q12, sin^2 q22 and det A, of what `legs` gives; None where a leg may be out of
     reach.
     """
-    sines, u2 = [], []
+    sines = []
+    u2 = []
     for mode, (l1, l2, rx, ry, r2, outer, inner) in zip(working, reached):
         if not (outer.value > 0 and inner.value > 0 and r2.value > 0):
             return None
@@ -109,7 +110,13 @@ def margins(reached, working, on=iv):
     return *sines, u2[0] * u2[3] - u2[1] * u2[2]
 
 
-def proved(certificate, piece, first, last, on=iv):
+def proved(
+    certificate,
+    piece,
+    first,
+    last,
+    on=iv,
+):
     """Whether the claim holds on a part of a piece."""
     whole = [on.mpf((first, last))]
     middle = [on.mpf((first + last) / 2)]
@@ -149,7 +156,8 @@ def proved(certificate, piece, first, last, on=iv):
 
 def digest(certificate):
     content = json.dumps(
-        {key: value for key, value in certificate.items() if key != "sha256"}, sort_keys=True
+        {key: value for key, value in certificate.items() if key != "sha256"},
+        sort_keys=True,
     )
     return hashlib.sha256(content.encode()).hexdigest()
 

@@ -58,7 +58,11 @@ class Clearance:
         """Points one further along the border, way = 1, or one back, way = -1."""
         neighbours = [np.roll(z, -way) for z in loops]
         for z in boundaries:
-            at = np.clip(np.arange(len(z)) + way, 0, len(z) - 1)
+            at = np.clip(
+                np.arange(len(z)) + way,
+                0,
+                len(z) - 1,
+            )
             neighbours.append(z[at])
         return np.concatenate([*neighbours, self.points])
 
@@ -101,7 +105,11 @@ class Clearance:
         )
         near = node >= 0.99 * distance
         if near.any():
-            sign[near] = np.where(self.within(z[near], exactly=False), 1.0, -1.0)
+            sign[near] = np.where(
+                self.within(z[near], exactly=False),
+                1.0,
+                -1.0,
+            )
         return sign * distance, sign * (z - on) / np.maximum(distance, 1e-300)
 
     def _cells(self, z):
@@ -169,7 +177,8 @@ class Clearance:
         # Samples of the border are nowhere farther apart than `spacing`.
         clearance = self.tree.query(np.stack([z.real, z.imag], axis=-1))[0] - 0.51 * self.spacing
         sure = np.zeros(len(s), dtype=bool)
-        best, at = most, None
+        best = most
+        at = None
         for _ in range(60):
             ask = np.flatnonzero(~sure & (clearance < best))
             if best == np.inf:

@@ -152,7 +152,10 @@ def place(
             "place: a biglide's aspects are strips without ends: place a path by hand between its"
             " loci"
         )
-    turn = None if turn is None else number(turn, "turn", -1e6, 1e6)
+    if turn is None:
+        turn = None
+    else:
+        turn = number(turn, "turn", -1e6, 1e6)
     scale = None if scale is None else number(scale, "scale", 1e-9, 1e9)
     regions = dexterous(robot, constraints.det_A, constraints.sin)
     bounds = replace(constraints, det_A=0.0, sin=0.0)  # the borders of the regions keep these
@@ -166,8 +169,14 @@ def place(
             f"place: nothing of the workspace{' in these modes' * (working is not None)} keeps the"
             " clearance"
         )
-    search = Search(cut(path) if strokes else [path], clearances, turn, margin)
-    best, largest = None, None
+    search = Search(
+        cut(path) if strokes else [path],
+        clearances,
+        turn,
+        margin,
+    )
+    best = None
+    largest = None
     if scale:
         fits = search.fits(scale, FASTEST if fastest else 1)
         if fits and fastest:
@@ -200,11 +209,9 @@ def place(
 
 
 def _hint(path, strokes):
-    return (
-        ""
-        if strokes or len(cut(path)) == 1
-        else ", in one aspect; strokes=True gives each stroke modes of its own"
-    )
+    if strokes or len(cut(path)) == 1:
+        return ""
+    return ", in one aspect; strokes=True gives each stroke modes of its own"
 
 
 def _fastest(robot, search, fits, limits):

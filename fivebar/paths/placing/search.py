@@ -15,17 +15,14 @@ from ..curve import Path
 from ..placement import Placement
 from .clearance import SAMPLES, TIGHT, Clearance
 
-SHIFTS, FEW = (
-    36,
-    24,
-)  # a side of the grid of shifts on which the search begins, and points of the paths that it tries
+SHIFTS = 36  # on a side of the grid of shifts on which the search begins
+FEW = 24  # points of the paths that it tries
 TURNS = 16  # of a full turn, where the search begins
 STARTS = 5  # placements, the best of the search, that are improved
-ROUNDS, SEEN = 60, 400  # of an improvement, at most, and points of the border that it remembers
-SMALLER, HALVINGS = (
-    0.01,
-    7,
-)  # than what is surely too large, the least scale tried; of the way to what fits
+ROUNDS = 60  # of an improvement, at most
+SEEN = 400  # points of the border that an improvement remembers
+SMALLER = 0.01  # the least scale tried, of the one that is surely too large
+HALVINGS = 7  # of the way to the scale that fits
 NEARLY = (
     1.15,
     1.0,
@@ -79,7 +76,10 @@ class Search:
         self.margin = margin
         samples = [_samples(path, max(SAMPLES // len(paths), 12)) for path in paths]
         z = np.concatenate(samples)
-        self.owner = np.repeat(np.arange(len(paths)), [len(each) for each in samples])
+        self.owner = np.repeat(
+            np.arange(len(paths)),
+            [len(each) for each in samples],
+        )
         self.middle = complex(
             (z.real.min() + z.real.max()) / 2,
             (z.imag.min() + z.imag.max()) / 2,
@@ -92,8 +92,16 @@ class Search:
         self.turns = [turn] if turn is not None else [2 * math.pi * k / TURNS for k in range(TURNS)]
         low = np.array([clearance.low for clearance in clearances])
         high = np.array([clearance.high for clearance in clearances])
-        x = np.linspace(low.real.min(), high.real.max(), SHIFTS)
-        y = np.linspace(low.imag.min(), high.imag.max(), SHIFTS)
+        x = np.linspace(
+            low.real.min(),
+            high.real.max(),
+            SHIFTS,
+        )
+        y = np.linspace(
+            low.imag.min(),
+            high.imag.max(),
+            SHIFTS,
+        )
         self.centres = (x[:, None] + 1j * y).ravel()
 
     def coarse(self, scale: float, mixed: bool = False) -> list[Found]:
@@ -175,7 +183,8 @@ class Search:
             self.rough(found.which, z)[0],
             np.searchsorted(self.owner, range(len(self.paths))),
         )
-        clearance, at = np.inf, None
+        clearance = np.inf
+        at = None
         for k in np.argsort(rough):
             own, where = self.clearances[found.which[k]].along(
                 placement(self.paths[k]),
@@ -318,7 +327,13 @@ class Search:
                 step /= 3
             if step < 1e-7 * size:
                 break
-        return Found(float(now[0].min()), which, shift, turn, scale)
+        return Found(
+            float(now[0].min()),
+            which,
+            shift,
+            turn,
+            scale,
+        )
 
     def largest(self) -> Found:
         """The placement of the largest scale found: grown from where the paths nearly fit on the

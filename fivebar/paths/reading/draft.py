@@ -100,11 +100,18 @@ class Draft:
             default=None,
         )
         if far is not None and (wide := _extent(moves[far].shape)) * EXACT > fine:
-            where = f", line {moves[far].line}" if moves[far].line else ""
+            if moves[far].line:
+                where = f", line {moves[far].line}"
+            else:
+                where = ""
             raise ValueError(
                 f"{self.name}{where}: a curve {wide:.3g} m large cannot be kept within {fine:g} m"
             )
-        parts = _parts([move.shape for move in moves], fine, set(none))
+        parts = _parts(
+            [move.shape for move in moves],
+            fine,
+            set(none),
+        )
         pieces = []
         pen = []
         feed = []
@@ -267,7 +274,8 @@ def _flat(ellipse, size):
         np.floor((high - turn) / np.pi) + 1,
     )
     t = np.unique(np.concatenate([[low], cuts, [high]]))
-    t = t if ellipse.t0 <= ellipse.t1 else t[::-1]
+    if ellipse.t0 > ellipse.t1:
+        t = t[::-1]
     z = ellipse.centre + ellipse.a * np.cos(t) + ellipse.b * np.sin(t)
     return [
         Line((p.real, p.imag), (q.real, q.imag))

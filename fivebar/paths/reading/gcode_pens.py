@@ -124,4 +124,6 @@ def _layers(states, down):
 
 
 def _rounded(z):
-    return None if z is None else round(z / SAME) * SAME
+    if z is None:
+        return None
+    return round(z / SAME) * SAME

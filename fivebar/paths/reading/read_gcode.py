@@ -26,7 +26,8 @@ ROUGH = 5e-6  # m, what files of three decimals in mm or four in inches leave
 HOME = re.compile(
     r"G\s*0*28(?:\s*[A-FH-LN-Z]\s*[-+.\d]*)*", re.IGNORECASE
 )  # also of axes without a number
-INCH, MILLIMETRE = 0.0254, 1e-3
+INCH = 0.0254
+MILLIMETRE = 1e-3
 
 
 def read_gcode(text: str, name: str, units: str | None = None) -> Draft:
@@ -63,10 +64,8 @@ class _Machine:
         self.grown = False
         self.relative_e = False
         self.fan = False
-        self.states, self.from_nowhere = (
-            [],
-            False,
-        )  # whether the first move begins nobody knows where
+        self.states = []
+        self.from_nowhere = False  # whether the first move begins nobody knows where
         self.passed = {}
         self.ended = False
         self.assumed = None  # assumed: the unit that the file has only later
@@ -176,7 +175,10 @@ class _Machine:
             if value in (0, 1, 2, 3, 4):
                 return int(value)
             if value in (20, 21):
-                self.set_unit(INCH if value == 20 else MILLIMETRE, f"G{value:g}")
+                self.set_unit(
+                    INCH if value == 20 else MILLIMETRE,
+                    f"G{value:g}",
+                )
             elif value in (90, 91):
                 self.absolute = value == 90
             elif value in (90.1, 91.1):
@@ -232,7 +234,8 @@ class _Machine:
             raise self.error(
                 f"{code}, but units are given as {'mm' if self.asked == MILLIMETRE else 'in'}"
             )
-        self.unit, self.assumed = unit, None
+        self.unit = unit
+        self.assumed = None
 
     def scale(self):
         if self.assumed:
@@ -314,7 +317,12 @@ class _Machine:
         if "R" in values:
             if {"I", "J"} & set(values):
                 raise self.error("an arc with R and with I or J")
-            centre = self.by_radius(a, b, values["R"] * self.scale(), clockwise)
+            centre = self.by_radius(
+                a,
+                b,
+                values["R"] * self.scale(),
+                clockwise,
+            )
         elif {"I", "J"} & set(values):
             offset = complex(values.get("I", 0.0), values.get("J", 0.0)) * self.scale()
             centre = offset if self.centres_absolute else a + offset
@@ -339,10 +347,24 @@ class _Machine:
         if clockwise:
             turn -= 2 * math.pi
         if whole:
-            turn = -2 * math.pi if clockwise else 2 * math.pi
-        return Arc((centre.real, centre.imag), radius, first, first + turn)
+            if clockwise:
+                turn = -2 * math.pi
+            else:
+                turn = 2 * math.pi
+        return Arc(
+            (centre.real, centre.imag),
+            radius,
+            first,
+            first + turn,
+        )
 
-    def by_radius(self, a, b, radius, clockwise):
+    def by_radius(
+        self,
+        a,
+        b,
+        radius,
+        clockwise,
+    ):
         half = abs(b - a) / 2
         if half == 0:
             raise self.error(

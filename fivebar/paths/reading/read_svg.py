@@ -21,7 +21,7 @@ from .svg_viewports import viewport
 
 DEEPEST = 200  # elements, each in another
 NAMESPACE = re.compile(r"https?://[\w./#-]{1,80}")
-MOST_NAMES = 1000  # of entities, and how often they stand
+MOST_NAMES = 1000  # of entities, and of their uses
 CLOSED = 1e-12  # m, by which rounding may leave a closed path open
 
 
@@ -44,7 +44,8 @@ def read_svg(text: str, name: str, units: str | None = None) -> Draft:
     clean(root, draft)
     refuse_endless(root, name)
     source = io.BytesIO(ElementTree.tostring(root, "utf-8"))  # names of letters beyond ASCII stay
-    unseen, filled = [], []
+    unseen = []
+    filled = []
     try:
         elements = list(svgelements.SVG.parse(source, reify=False, on_error="raise").elements())
     except (*STRANGE, SyntaxError) as error:  # the parser's errors are of syntax
@@ -98,7 +99,8 @@ def _tree(text, name):
         depth.pop()
         builder.end(named(tag))
 
-    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
     parser.CharacterDataHandler = builder.data
     parser.EntityDeclHandler = entity
     try:
@@ -113,9 +115,16 @@ def _tree(text, name):
     return root
 
 
-def _add(element, to_metres, draft, unseen, filled):
+def _add(
+    element,
+    to_metres,
+    draft,
+    unseen,
+    filled,
+):
     """The moves along a shape's outline."""
-    values, m = element.values, element.transform
+    values = element.values
+    m = element.transform
     line = int(values[LINE]) if LINE in values else None
     if (
         values.get("visibility") in ("hidden", "collapse")
@@ -178,11 +187,10 @@ def _reflected(segments):
         if kind in ("CubicBezier", "QuadraticBezier") and segment.smooth:
             same = type(before).__name__ == kind
             own = "control" if kind == "QuadraticBezier" else "control1"
-            last = (
-                getattr(before, "control" if kind == "QuadraticBezier" else "control2")
-                if same
-                else segment.start
-            )
+            if same:
+                last = getattr(before, "control" if kind == "QuadraticBezier" else "control2")
+            else:
+                last = segment.start
             setattr(segment, own, last.reflected_across(segment.start))
         before = segment
         yield segment
@@ -192,7 +200,10 @@ def _ellipse(arc, way, at, start):
     """An elliptical arc by its conjugate radii, which any transform keeps."""
     across = arc.prx - arc.center
     up = arc.pry - arc.center
-    side = math.copysign(1.0, across.x * up.y - across.y * up.x)
+    side = math.copysign(
+        1.0,
+        across.x * up.y - across.y * up.x,
+    )
     centre = at(arc.center)
     a = way(across.x, across.y)
     b = way(up.x, up.y)

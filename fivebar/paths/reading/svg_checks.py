@@ -139,7 +139,8 @@ def _arguments(text, arc):
     """How many numbers a text is, and what in it is none; an arc's flags need nothing between
     them.
     """
-    count, at = 0, 0
+    count = 0
+    at = 0
     blank = re.compile(r"[\s,]*")
     while at < len(text):
         at = blank.match(text, at).end()

@@ -34,7 +34,9 @@ def styled(root: Element, draft: Draft) -> None:
 
     ValueError for a transform in a style.
     """
-    rules, odd, hidden = [], {}, []
+    rules = []
+    odd = {}
+    hidden = []
     for sheet in [each for each in root.iter() if each.tag.removeprefix(SVG) == "style"]:
         _read(sheet, draft.name, rules, odd)
     rules.sort(key=lambda rule: rule.rank)
@@ -103,7 +105,8 @@ def _chain(selector):
     """The parts of a selector of tags, ids, classes, descendants and children, from the last up; ()
     for any other.
     """
-    found, way = [], " "
+    found = []
+    way = " "
     for word in reversed(selector.replace(">", " > ").split()):
         if word == ">":
             way = ">"
@@ -120,12 +123,18 @@ def _chain(selector):
 
 def _meets(chain, lineage):
     """Whether the first of a lineage meets a selector's first part, and those above it the rest."""
-    at = {0} if _simply(chain[0], lineage[0]) else set()
+    if _simply(chain[0], lineage[0]):
+        at = {0}
+    else:
+        at = set()
     for part in chain[1:]:
         if part[0] == ">":
             above = {k + 1 for k in at}
         else:
-            above = range(min(at, default=len(lineage)) + 1, len(lineage))
+            above = range(
+                min(at, default=len(lineage)) + 1,
+                len(lineage),
+            )
         at = {k for k in above if k < len(lineage) and _simply(part, lineage[k])}
     return bool(at)
 

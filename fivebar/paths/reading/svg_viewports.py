@@ -46,7 +46,10 @@ def viewport(root: Element, draft: Draft, units: str | None) -> tuple[float, flo
     if not stated and units is None:
         draft.notes.append("it states no size in mm: its units are read as pixels of 1/96 inch")
     flat = _Flat(root, draft)
-    own = box[2:] if box else [p and p / unit for p in pixels]
+    if box:
+        own = box[2:]
+    else:
+        own = [p and p / unit for p in pixels]
     for child in list(root):
         flat.visit(child, root, own)
     if flat.switched:
@@ -113,7 +116,10 @@ class _Flat:
         self.switched = []
         self.symbols = {}
         for each in root.iter(f"{SVG}symbol"):
-            box = _box(each, f"{self.name}, line {each.get(LINE)}: <symbol>")
+            box = _box(
+                each,
+                f"{self.name}, line {each.get(LINE)}: <symbol>",
+            )
             own = {key: each.attrib.pop(key, None) for key in ("width", "height")}
             self.symbols[each.get("id")] = box, each.attrib.pop("preserveAspectRatio", ""), own
 
@@ -124,7 +130,10 @@ class _Flat:
         for key in LENGTHS:
             value = element.get(key, "").strip()
             if value.endswith("%"):
-                element.set(key, repr(self.number(value, key, size, f"{where}: {key}")))
+                element.set(
+                    key,
+                    repr(self.number(value, key, size, f"{where}: {key}")),
+                )
             elif value == "auto":
                 del element.attrib[key]
         radii = {
@@ -147,10 +156,14 @@ class _Flat:
             hidden.append(element)
         elif tag == "use":
             href = link_of(element)
-            box, keep, own = self.symbols.get(element.get(href, "#")[1:], (None, "", {}))
+            box, keep, own = self.symbols.get(
+                element.get(href, "#")[1:],
+                (None, "", {}),
+            )
             if href and box:
                 inner = Element(
-                    element.tag, {href: element.attrib.pop(href), LINE: element.get(LINE)}
+                    element.tag,
+                    {href: element.attrib.pop(href), LINE: element.get(LINE)},
                 )
                 self.placed(element, box, keep, own, size, where)
                 element.tag = f"{SVG}g"
@@ -202,13 +215,22 @@ class _Flat:
         element.set("transform", " ".join(words).strip())
         return box[2:] if box else across
 
-    def number(self, text, key, size, where):
+    def number(
+        self,
+        text,
+        key,
+        size,
+        where,
+    ):
         """A percentage of the viewport in user units."""
         share = length(text[:-1], where)[0] / 100
         if key in ACROSS or key in UP:
             full = size[key in UP]
         else:
-            full = None if None in size else math.hypot(*size) / math.sqrt(2)
+            if None in size:
+                full = None
+            else:
+                full = math.hypot(*size) / math.sqrt(2)
         if full is None:
             raise ValueError(f"{where} is {text} of a size that the file does not say")
         return share * full

@@ -47,7 +47,11 @@ class Stretches:
         return self.last - self.first
 
     def taken(self, at: np.ndarray) -> Stretches:
-        return Stretches(self.piece[at], self.first[at], self.last[at])
+        return Stretches(
+            self.piece[at],
+            self.first[at],
+            self.last[at],
+        )
 
     def parted(self, parts: np.ndarray) -> Stretches:
         """Return each stretch in so many equal parts (n,), 1 or more."""
@@ -65,11 +69,18 @@ class Stretches:
         order = np.lexsort((places, index))
         index = index[order]
         places = places[order]
-        piece = np.insert(self.piece, index + 1, self.piece[index])
+        piece = np.insert(
+            self.piece,
+            index + 1,
+            self.piece[index],
+        )
         first = np.insert(self.first, index + 1, places)
         # The last stretch of a piece ends where it did.
         last = np.append(first[1:], np.nan)
-        ends = np.append(piece[1:] != piece[:-1], True)
+        ends = np.append(
+            piece[1:] != piece[:-1],
+            True,
+        )
         last[ends] = self.last[np.append(np.diff(self.piece), 1) != 0]
         return Stretches(piece, first, last)
 
@@ -107,8 +118,18 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
     q2, p1, p2 (first and second derivative of q); w0, w1, w2 (squares of |xi_s|, q1 and q2); g, m,
     k (|xi_s| and the parts of xi_ss along and across xi_s).
     """
-    left, q1_s = _leg(robot.drives[0], robot.distal[0], working[0], xi)
-    right, q2_s = _leg(robot.drives[1], robot.distal[1], working[1], xi)
+    left, q1_s = _leg(
+        robot.drives[0],
+        robot.distal[0],
+        working[0],
+        xi,
+    )
+    right, q2_s = _leg(
+        robot.drives[1],
+        robot.distal[1],
+        working[1],
+        xi,
+    )
     legs = left, right
     terms = len(xi[0].m) - 2
     x_s = xi[0].slope()
@@ -126,7 +147,10 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
 
     def torques(robot_, rates, accelerations):
         at = Pose(robot_, pose.point, lambda: (legs, ()))
-        return bar_force_dynamics(Accelerations(Rates(at, *rates), *accelerations), (0.0, 0.0))
+        return bar_force_dynamics(
+            Accelerations(Rates(at, *rates), *accelerations),
+            (0.0, 0.0),
+        )
 
     det_A = pose.det_A if pushes else 1.0 + zero[0]
     parts = {
@@ -134,7 +158,11 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
         "b": torques(bare, (q_s, xi_s), (q_ss, xi_ss)),
     }
     if physics.has_gravity:
-        parts["c"] = torques(_without(robot, *RUBS), (zero, zero), (zero, zero))
+        parts["c"] = torques(
+            _without(robot, *RUBS),
+            (zero, zero),
+            (zero, zero),
+        )
     if any_named(physics.viscous, physics.elbows):
         parts["v"] = _viscous(physics, Rates(pose, q_s, xi_s), zero)
     found = {"D": det_A}
@@ -191,7 +219,10 @@ def _leg(drive, bar, mode, xi):
         ux = (x - dx) / bar
         uy = (y - dy) / bar
         direction = dx / length, dy / length
-        slope = cross(direction, (direction[0].slope(), direction[1].slope()))
+        slope = cross(
+            direction,
+            (direction[0].slope(), direction[1].slope()),
+        )
         direction = direction[0].cut(terms), direction[1].cut(terms)
     distal = ux.cut(terms), uy.cut(terms)
     return DrivenLeg(drive, None, direction, lambda: distal), slope
@@ -204,7 +235,8 @@ def _without(robot, *names):
 
 def _viscous(physics, rates, zero):
     """Return (force on the end-effector, torques) of viscous friction at these rates."""
-    force, torques = list(zero), []
+    force = list(zero)
+    torques = []
     for i, (drive, bar) in enumerate(zip(rates.pose.robot.drives, rates.pose.robot.distal)):
         q_dot = rates.components[0][i]
         torque = physics.viscous[i] * q_dot

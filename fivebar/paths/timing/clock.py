@@ -148,7 +148,11 @@ class Clock:
             0,
             len(begins) - 1,
         )
-        dt = np.clip(t - begins[k], 0.0, taken[k])
+        dt = np.clip(
+            t - begins[k],
+            0.0,
+            taken[k],
+        )
         bent = self.bent[k]
         v0 = np.sqrt(self.x[k])
         u0 = self._push[k]
@@ -211,8 +215,16 @@ def _stumpff(z):
     root = np.sqrt(np.abs(z))
     small = root < 0.5
     r = np.where(small, 1.0, root)
-    bounded = np.where(z > 0, np.minimum(r, 700.0), 0.0)
-    c0 = np.where(z > 0, np.cosh(bounded), np.cos(r))
+    bounded = np.where(
+        z > 0,
+        np.minimum(r, 700.0),
+        0.0,
+    )
+    c0 = np.where(
+        z > 0,
+        np.cosh(bounded),
+        np.cos(r),
+    )
     c1 = np.where(z > 0, np.sinh(bounded), np.sin(r)) / r
     sign = np.where(z > 0, 1.0, -1.0)
     c2 = sign * (c0 - 1) / r**2

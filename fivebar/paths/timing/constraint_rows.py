@@ -97,7 +97,8 @@ def rows_of(
     end-effector, inf where it is free.
     """
     n = len(side)
-    rows, alone = [], []  # (row, whether it limits a torque)
+    rows = []
+    alone = []  # (row, whether it limits a torque)
     minus_one = [(-1.0, None)]
     for k, sign in (
         (0, 1.0),
@@ -117,7 +118,11 @@ def rows_of(
                 # Where a joint may turn round, friction helps or hinders: the worse of both counts
                 # inside, the better one outside.
                 either = (1.0 if inside else -1.0) * np.abs(share) * side
-                friction = np.where(turns[k], share * turns[k], either)
+                friction = np.where(
+                    turns[k],
+                    share * turns[k],
+                    either,
+                )
                 row["c"].append((friction, found[f"f{joint}"]))
             rows.append((row, True))
         if limits.joint_acceleration is not None:

@@ -29,7 +29,8 @@ class Series:
     __array_ufunc__ = None  # NumPy's numbers leave the operators to this class
 
     def __init__(self, m: np.ndarray, r: np.ndarray) -> None:
-        self.m, self.r = m, r
+        self.m = m
+        self.r = r
 
     def _like(self, other):
         if isinstance(other, Series):
@@ -135,7 +136,10 @@ def _one(m, r):
 def _term_by_term(given, first, inverse):
     """Return 1 / f or the root of f, coefficient by coefficient: from f g = 1 or g g = f."""
     terms = [_one(*first)]
-    scale = terms[0] if inverse else (terms[0] * 2.0).inverse()
+    if inverse:
+        scale = terms[0]
+    else:
+        scale = (terms[0] * 2.0).inverse()
     for k in range(1, len(given.m)):
         total = None
         for i in range(1, k + 1):
@@ -169,7 +173,12 @@ def place_series(
     on_arc = is_arc[piece]
     if on_arc.any():
         k = own[piece[on_arc]]
-        series = _on_arcs(arcs[k].T, middle[on_arc], radius[on_arc], terms)
+        series = _on_arcs(
+            arcs[k].T,
+            middle[on_arc],
+            radius[on_arc],
+            terms,
+        )
         m[..., on_arc], r[..., on_arc] = series
     if not on_arc.all():
         k = own[piece[~on_arc]]
@@ -201,7 +210,13 @@ def _on_arcs(arcs, middle, radius, terms):
     return m, r
 
 
-def _on_polynomials(table, length, middle, radius, terms):
+def _on_polynomials(
+    table,
+    length,
+    middle,
+    radius,
+    terms,
+):
     u = middle / length
     rho = radius / length
     n = table.shape[1]

@@ -85,9 +85,18 @@ def polygons(
     u1 = (last - first + curve) / (2 * h)
     middle = (first + last - curve) / 2
     special = np.flatnonzero(crossing[:-1] | back)
-    at = np.where(back, near[1:], near[:-1])
+    at = np.where(
+        back,
+        near[1:],
+        near[:-1],
+    )
     for i in special:
-        u0[i] = _criterion(mesh, i, bool(back[i]), at[i])
+        u0[i] = _criterion(
+            mesh,
+            i,
+            bool(back[i]),
+            at[i],
+        )
         middle[i] = first[i] + length[i] * u0[i]
         u1[i] = (last[i] - first[i]) / length[i] - u0[i]
     size = 2 * ROOM * above.size + 1e-9 * above.x.max() / length
@@ -144,13 +153,19 @@ def polygons(
     curvature = (u1 - u0) / h
     table[:, back] = table[:, back][..., [1, 0, 2]]
     curvature[back] = curvature[back][:, [1, 0, 2]]
-    scale = np.abs(table[..., :2]).sum(axis=-1, keepdims=True)
+    scale = np.abs(table[..., :2]).sum(
+        axis=-1,
+        keepdims=True,
+    )
     table = table / np.where(scale > 0, scale, 1.0)
     return Polygons(table.transpose(1, 0, 2).copy(), curvature)
 
 
 def _const(value):
-    return np.stack([0 * value, 0 * value, value], axis=-1)
+    return np.stack(
+        [0 * value, 0 * value, value],
+        axis=-1,
+    )
 
 
 def _turned(rows, back):
@@ -218,7 +233,13 @@ def _width(table, size, high):
     return table["a"] * size + table["b"] * high + table["v"] * np.sqrt(high) + table["c"]
 
 
-def _root(rows, mesh, near, off, high):
+def _root(
+    rows,
+    mesh,
+    near,
+    off,
+    high,
+):
     """Return ((2, 2, n) lines [p, q] above and below sqrt(x), low and high (n,) of x).
 
     Beside a node where friction is part of the criterion both are close, as close as the torques
@@ -246,12 +267,24 @@ def _root(rows, mesh, near, off, high):
             low,
             high,
         )
-    low = np.where(close, (1 - WIDE * off) * least, 0.0)
-    high = np.where(close, (1 + WIDE * off) * most, high)
+    low = np.where(
+        close,
+        (1 - WIDE * off) * least,
+        0.0,
+    )
+    high = np.where(
+        close,
+        (1 + WIDE * off) * most,
+        high,
+    )
     below = np.sqrt(low)
     wide = np.sqrt(high)
     chord = 1 / (below + wide)
-    touch = np.where(close, np.sqrt(below * wide), wide)
+    touch = np.where(
+        close,
+        np.sqrt(below * wide),
+        wide,
+    )
     lines = np.array(
         [
             [0.5 / touch, touch / 2],
@@ -261,7 +294,14 @@ def _root(rows, mesh, near, off, high):
     return lines, low, high
 
 
-def _add_friction(found, v, x, one, root, high):
+def _add_friction(
+    found,
+    v,
+    x,
+    one,
+    root,
+    high,
+):
     """Add an upper bound of v sqrt(x)."""
     if not v.any():
         return
@@ -276,7 +316,11 @@ def _add_friction(found, v, x, one, root, high):
     flat = np.where(mixed, 0.0, v)
     degree = len(found) - 1
     found += _product(flat * slope, x, degree) + _product(flat * offset, one, degree)
-    found[..., 2] += np.where(mixed, largest * np.sqrt(high), 0.0)
+    found[..., 2] += np.where(
+        mixed,
+        largest * np.sqrt(high),
+        0.0,
+    )
 
 
 def _criterion(mesh, i, back, near):
@@ -294,7 +338,10 @@ def _criterion(mesh, i, back, near):
     k = int(np.argmax(np.abs([at_node("a", 0), at_node("a", 1)])))
     sign = -1.0 if back else 1.0
     half = np.sqrt(near) / 2
-    v = at_node("v", k) if mesh.tied[i + back] else 0.0
+    if mesh.tied[i + back]:
+        v = at_node("v", k)
+    else:
+        v = 0.0
     by_x = at_node("b", k) + (v / (4 * half) if v else 0.0)
     constant = at_node("c", k) + v * half
     return -sign * np.array([by_x, 0.0, constant]) / at_node("a", k)
@@ -331,14 +378,27 @@ def _quotients(
             x[2] - x[0],
         ]
     )
-    result = _product(start["a"], (u[1] - u[0])[None])
+    result = _product(
+        start["a"],
+        (u[1] - u[0])[None],
+    )
     result = result + _product(quotient["a"], u)
     result = result + _product(start["b"], x_quotient)
     result += _product(quotient["b"], x) + _product(quotient["c"], one)
-    _add_friction(result, quotient["v"], x, one, root, np.array([high]))
+    _add_friction(
+        result,
+        quotient["v"],
+        x,
+        one,
+        root,
+        np.array([high]),
+    )
     if start["v"].any():
         # (sqrt(x) - sqrt(x0)) / t by its value at x0, and by how much it may differ.
-        result += _product(start["v"] / (2 * np.sqrt(near)), x_quotient)
+        result += _product(
+            start["v"] / (2 * np.sqrt(near)),
+            x_quotient,
+        )
         result[..., 2] += np.abs(start["v"]) * (2 * length * size) ** 2 / (2 * near**1.5)
     bend = _width(
         {name: some[rows.torque, i] for name, some in rows.bend.items()},
@@ -376,7 +436,8 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
     corner = _corners(p, q, r, reach, top[1:], True).tolist()
     low = [0.0] * (n + 1)
     high = top.tolist()
-    lowest, stuck = None, []
+    lowest = None
+    stuck = []
     least = 1e-12 * above.x.max() + 1e-300
     begins = np.maximum.accumulate(np.where(rest[:-1], np.arange(n), 0)).tolist()
     i = n - 1
@@ -432,7 +493,14 @@ def _forwards(
     return np.array(x), stuck
 
 
-def _corners(p, q, r, reach, top, largest):
+def _corners(
+    p,
+    q,
+    r,
+    reach,
+    top,
+    largest,
+):
     """Return for each polygon the x1 in [0, top] at which x0 is largest, or least, (n,)."""
     low = np.zeros(len(p))
     high = top.copy()
@@ -450,8 +518,16 @@ def _corners(p, q, r, reach, top, largest):
         x0 = value * reach_
         index = np.arange(len(left))
         most = np.where(p_ > TINY, x0, np.inf)
-        least = np.where(p_ < -TINY, x0, -np.inf)
-        wrong = np.where(np.abs(p_) <= TINY, value, -np.inf)
+        least = np.where(
+            p_ < -TINY,
+            x0,
+            -np.inf,
+        )
+        wrong = np.where(
+            np.abs(p_) <= TINY,
+            value,
+            -np.inf,
+        )
         i = most.argmin(axis=1)
         j = least.argmax(axis=1)
         m = wrong.argmax(axis=1)
@@ -459,8 +535,16 @@ def _corners(p, q, r, reach, top, largest):
         slope_j = q_[index, j] * reach_[index, j]
         closed = most[index, i] < least[index, j]
         outside = wrong[index, m] > 0
-        slope = np.where(closed, slope_i - slope_j, slope_i if largest else -slope_j)
-        slope = np.where(outside, -q_[index, m], slope)
+        slope = np.where(
+            closed,
+            slope_i - slope_j,
+            slope_i if largest else -slope_j,
+        )
+        slope = np.where(
+            outside,
+            -q_[index, m],
+            slope,
+        )
         good[left] = np.where(closed | outside, good[left], x1)
         low[left] = np.where(slope > 0, x1, low[left])
         high[left] = np.where(slope > 0, high[left], x1)
@@ -469,4 +553,8 @@ def _corners(p, q, r, reach, top, largest):
             left = left[(slope < 0) | closed | outside]
             if not len(left):
                 break
-    return np.where(np.isnan(good), (low + high) / 2, good)
+    return np.where(
+        np.isnan(good),
+        (low + high) / 2,
+        good,
+    )

@@ -49,7 +49,10 @@ def refuse_kinks(path) -> None:
         np.array([piece.length for piece in path.pieces]) / 2,
     )[2]
     largest = max(np.abs(each).max() for each in (*bends, inner))
-    rests = np.isin(path.knots[1:-1], [stop.s for stop in path.stops])
+    rests = np.isin(
+        path.knots[1:-1],
+        [stop.s for stop in path.stops],
+    )
     bad = (np.abs(bends[1] - bends[0]).max(axis=1) > JUMP * largest) & ~rests
     if bad.any():
         k = int(np.argmax(bad))
@@ -119,13 +122,19 @@ def _paced(motion):
     t = (edges[:-1, None] + np.diff(edges)[:, None] * inside).ravel()
     k, gone, speed, push = motion.clock.along(t)
     jerk = motion.clock.jerk(t)
-    xi, xi_s, xi_ss, xi_sss = motion.path.on(motion.piece[k], motion.first[k] + gone)
+    xi, xi_s, xi_ss, xi_sss = motion.path.on(
+        motion.piece[k],
+        motion.first[k] + gone,
+    )
     pose = igm(motion.robot, xi, motion.working)
     v = speed[:, None]
     u = push[:, None]
     j = jerk[:, None]
     rates = ikm(pose, xi_s * v)
-    acc = ikm2(rates, xi_ss * v**2 + xi_s * u)
+    acc = ikm2(
+        rates,
+        xi_ss * v**2 + xi_s * u,
+    )
     limits = motion.limits
     feed = np.array(motion.path.feed)[motion.piece[k]]
     tip = np.linalg.norm(xi_s, axis=1) * speed
@@ -140,7 +149,10 @@ def _paced(motion):
         (acc.xi_ddot, limits.acceleration),
     ):
         if limit:
-            size = np.abs(value) if value is acc.q_ddot else np.linalg.norm(value, axis=1)
+            if value is acc.q_ddot:
+                size = np.abs(value)
+            else:
+                size = np.linalg.norm(value, axis=1)
             shares.append(np.sqrt(np.max(size / limit)))
     third = xi_sss * v**3 + 3 * xi_ss * v * u + xi_s * j
     shares.append(np.cbrt(np.linalg.norm(third, axis=1).max() / limits.jerk))

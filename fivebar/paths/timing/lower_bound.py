@@ -61,7 +61,14 @@ def caps(rows: Rows, alone: Rows) -> np.ndarray:
                 up = a[k]
                 down = -a
 
-                def without_u(f, df, up=up, down=down, k=k, da=da):
+                def without_u(
+                    f,
+                    df,
+                    up=up,
+                    down=down,
+                    k=k,
+                    da=da,
+                ):
                     least = up * (f - df) + down * (f[k] - df[k])
                     return least - da[k] * np.abs(f) - da * np.abs(f[k])
 
@@ -72,7 +79,11 @@ def caps(rows: Rows, alone: Rows) -> np.ndarray:
                 root = (-V + np.sqrt(np.maximum(discriminant, 0.0))) / (2 * P)
                 none = (P > 0) & (Q < 0) & ((V >= 0) | (discriminant < 0))
                 none |= (P == 0) & (V >= 0) & (Q < 0)
-                bound = np.where(P > 0, root * root, np.inf)
+                bound = np.where(
+                    P > 0,
+                    root * root,
+                    np.inf,
+                )
                 bound = np.where(none, -1.0, bound)
                 opposed = (up > 0) & (down > 0)
                 best = np.minimum(best, np.where(opposed, bound, np.inf).min(axis=0))
@@ -105,12 +116,26 @@ def ceiling(
         ahead[i] = _above(x[i], forward[i], h[i])
         x[i + 1] = min(x[i + 1], ahead[i][2])
         if x[i + 1] < 0:
-            return Ceiling(np.array(x), np.zeros(n), np.zeros(n), i)
+            return Ceiling(
+                np.array(x),
+                np.zeros(n),
+                np.zeros(n),
+                i,
+            )
     for i in range(n - 1, -1, -1):
-        behind[i] = _above(x[i + 1], backward[i], h[i])
+        behind[i] = _above(
+            x[i + 1],
+            backward[i],
+            h[i],
+        )
         x[i] = min(x[i], behind[i][2])
         if x[i] < 0:
-            return Ceiling(np.array(x), np.zeros(n), np.zeros(n), i)
+            return Ceiling(
+                np.array(x),
+                np.zeros(n),
+                np.zeros(n),
+                i,
+            )
     time = np.zeros(n)
     size = np.zeros(n)
     for i in range(n):
@@ -151,7 +176,8 @@ def _lists(rows, way):
 
 def _above(x0, rows, h):
     """Return (u0, u1, x1), a parabola from x0 that the motion cannot pass, by the closest row."""
-    best, guess = None, math.inf
+    best = None
+    guess = math.inf
     if x0 == math.inf:
         return math.inf, math.inf, math.inf
     root0 = math.sqrt(x0)
@@ -229,7 +255,10 @@ def _above(x0, rows, h):
         fits = fits and low <= min(x0, end, y) and max(x0, end, y) <= high
         if fits or end < 0:
             return u0, u1, end
-        guess = math.copysign(max(abs(guess), abs(u0), abs(u1)), guess)
+        guess = math.copysign(
+            max(abs(guess), abs(u0), abs(u1)),
+            guess,
+        )
         loose = loose * 2
         x1 = end
     return math.inf, math.inf, math.inf
@@ -257,7 +286,13 @@ def duration(
     return 2 * plain * math.atan(root) / root
 
 
-def _least_time(x0, ahead, x1, behind, h):
+def _least_time(
+    x0,
+    ahead,
+    x1,
+    behind,
+    h,
+):
     """Return the least time below both curves, from x0 on and back from x1."""
     curves = []
     for start, (u0, u1, end) in ((x0, ahead), (x1, behind)):

@@ -207,10 +207,20 @@ def _first(path):
     ends = np.repeat(np.array([p.length for p in path.pieces]), count + 1) * share
     last = np.cumsum(count + 1) - 1
     starts = np.delete(np.arange(len(ends)), last)
-    return Stretches(piece, ends[starts], ends[starts + 1])
+    return Stretches(
+        piece,
+        ends[starts],
+        ends[starts + 1],
+    )
 
 
-def _enclosed(robot, path, working, stretches, known):
+def _enclosed(
+    robot,
+    path,
+    working,
+    stretches,
+    known,
+):
     """The Mesh on these stretches, those split further on which something is not decided; known:
     one to take from.
     """
@@ -249,14 +259,23 @@ def _enclosed(robot, path, working, stretches, known):
         stretches = cut_where_missed(robot, path, stretches, working)
 
 
-def _found(robot, path, working, stretches, known):
+def _found(
+    robot,
+    path,
+    working,
+    stretches,
+    known,
+):
     """Return `enclosed`, taken over for stretches that are known."""
     if known is None:
         return enclosed(robot, path, stretches, working)
     places = {key: k for k, key in enumerate(_keys(known.stretches))}
     source = np.array([places.get(key, -1) for key in _keys(stretches)])
     new = source < 0
-    fresh = enclosed(robot, path, stretches.taken(new), working) if new.any() else known.found
+    if new.any():
+        fresh = enclosed(robot, path, stretches.taken(new), working)
+    else:
+        fresh = known.found
     found = {}
     for name, value in fresh.items():
         parts = []

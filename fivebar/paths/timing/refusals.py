@@ -44,7 +44,10 @@ def refuse_unreachable(
     k = int(np.argmax(bad))
     piece = stretches.piece[k // (SAMPLES + 1)]
     last = s.ravel()[k]
-    first = s.ravel()[k - 1] if k % (SAMPLES + 1) else last
+    if k % (SAMPLES + 1):
+        first = s.ravel()[k - 1]
+    else:
+        first = last
     for _ in range(60):  # from where it is reached to where it is not
         middle = (first + last) / 2
         open_ = np.isnan(
@@ -103,7 +106,11 @@ def refuse_touching(mesh: Mesh) -> None:
         )
     graze = np.flatnonzero(mesh.crossing[1:-1] & (side[1:] == side[:-1]))
     if len(graze):
-        refuse_undecided(mesh, int(graze[0]) + 1, False)
+        refuse_undecided(
+            mesh,
+            int(graze[0]) + 1,
+            False,
+        )
     for k in np.flatnonzero(mesh.crossing):
         a, *others = (mesh.share(name, k) for name in "abvc")
         if a <= VOID < max(others):

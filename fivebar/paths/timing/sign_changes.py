@@ -30,8 +30,16 @@ def cut_at_signs(
     share = np.linspace(0, 1, SAMPLES + 1)
     s = stretches.first[:, None] + stretches.length[:, None] * share
     piece = np.broadcast_to(stretches.piece[:, None], s.shape)
-    sampled = _values(robot, path, working, piece.ravel(), s.ravel(), names)
-    index, places = [], []
+    sampled = _values(
+        robot,
+        path,
+        working,
+        piece.ravel(),
+        s.ravel(),
+        names,
+    )
+    index = []
+    places = []
     for name in names:
         value = sampled[name][0].reshape(s.shape)
         row, column = np.nonzero(value[:, :-1] * value[:, 1:] < 0)
@@ -85,7 +93,14 @@ def cut_where_missed(
     )
 
 
-def _values(robot, path, working, piece, s, names):
+def _values(
+    robot,
+    path,
+    working,
+    piece,
+    s,
+    names,
+):
     """{name: (values, derivatives)} at single places."""
     xi = place_series(path, piece, s, s, TERMS - 1)
     found = asked(robot, xi, working)

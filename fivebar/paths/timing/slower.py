@@ -35,7 +35,9 @@ def slowed(
     where both pass Type 2, so does it.
     """
     mesh, fast = refined(mesh, limits, gap, until)
-    low, high, slow = 0.0, 1.0, None
+    low = 0.0
+    high = 1.0
+    slow = None
     guess = (fast.time.sum() / wanted) ** 2
     for _ in progress(
         range(STEPS),
@@ -44,13 +46,18 @@ def slowed(
         delay=2,
         leave=False,
     ):
-        share = guess if low == 0 else math.sqrt(low * high)
+        if low == 0:
+            share = guess
+        else:
+            share = math.sqrt(low * high)
         found = _solved(mesh, limits.times(share))
         if found is not None and found.time.sum() <= wanted:
-            high, fast = share, found
+            high = share
+            fast = found
             guess = share * (found.time.sum() / wanted) ** 2 * (1 - CLOSE)
         else:
-            low, slow = share, found
+            low = share
+            slow = found
             if high / low < 1 + CLOSE:
                 break
             continue
@@ -95,7 +102,8 @@ def _slower(mesh, fast, wanted):
 
 def _mixture(length, fast, slow, wanted):
     """x, bent and the times of the mixture of two motions that takes so long."""
-    low, high = 0.0, 1.0
+    low = 0.0
+    high = 1.0
     for _ in range(60):
         w = (low + high) / 2
         x = (1 - w) * fast.x + w * slow.x

@@ -20,15 +20,11 @@ if TYPE_CHECKING:
     from .mesh import Mesh
 
 MOST = 20000  # stretches
-LOOKS, FAILURES = (
-    1_000_000,
-    100,
-)  # at stretches, on all meshes: about 30 s; meshes without a motion
+LOOKS = 1_000_000  # at stretches, on all meshes: about 30 s
+FAILURES = 100  # meshes without a motion
 BESIDE = 3  # stretches on either side of Type 2
-LONG, SHORT = (
-    1e-5,
-    1e-10,
-)  # of the path: how short these become at least, and at most
+LONG = 1e-5  # of the path: stretches become at least as short as this
+SHORT = 1e-10  # of the path: and not shorter
 LAYER = 0.1  # of what `Mesh.layer` tells
 CLEAR = 1e-8  # of det A on a stretch that may be cut beside Type 2
 STEEP = 0.1  # at most of x_ss h^2 / x, that is taken to grow with x
@@ -55,7 +51,8 @@ class TimingError(RuntimeError):
         proved: bool,
     ) -> None:
         super().__init__(message)
-        self.s, self.proved = s, proved
+        self.s = s
+        self.proved = proved
 
 
 class Solved(NamedTuple):
@@ -200,8 +197,17 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     )
     if not np.isfinite(above.size).all():
         return best._replace(stuck=(int(np.argmax(~np.isfinite(above.size))),))
-    narrow = limits.times(1 - MARGIN).times(1 - MARGIN, speeds=True)
-    rows, alone = rows_of(mesh.factors, narrow, *about, speed * (1 - MARGIN), True)
+    narrow = limits.times(1 - MARGIN).times(
+        1 - MARGIN,
+        speeds=True,
+    )
+    rows, alone = rows_of(
+        mesh.factors,
+        narrow,
+        *about,
+        speed * (1 - MARGIN),
+        True,
+    )
     lean = _lean(mesh, rows, above)
     part = np.cumsum(rest[:-1]) - 1  # from rest to rest
     tied = mesh.tied.any()
@@ -209,7 +215,10 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     def tried(share, bent, mean=None):
         # Slower motions need less room: where none is found on a coarse mesh, one below a share of
         # the ceiling is.
-        below = above._replace(x=above.x * np.append(share, 0.0), size=above.size * share)
+        below = above._replace(
+            x=above.x * np.append(share, 0.0),
+            size=above.size * share,
+        )
         form = (bent, none)
         near = below.x
         if mean is not None:
@@ -252,7 +261,11 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         return found._replace(stuck=(*closed, *(i for i in stuck if left[i])))
 
     if hints is not None:
-        best = _faster(best, tried(none + 1, hints[1]), part)
+        best = _faster(
+            best,
+            tried(none + 1, hints[1]),
+            part,
+        )
         if mesh.crossing.any():
             # Either form may keep to a slow motion.
             best = _faster(
@@ -274,7 +287,11 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
             stuck += tuple(i for i in found.stuck if left[i])
         if not left.any():
             mean = (best.x[1:] + best.x[:-1]) / 2
-            best = _faster(best, tried(share, _bent(best.x, length), mean), part)
+            best = _faster(
+                best,
+                tried(share, _bent(best.x, length), mean),
+                part,
+            )
             break
     return best._replace(stuck=stuck)
 
@@ -282,7 +299,11 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
 def _faster(one, other, part):
     """Return the faster of two motions, for each part (n,) from rest to rest."""
     better = (np.bincount(part, other.time) < np.bincount(part, one.time))[part]
-    x = np.where(np.append(better, False), other.x, one.x)
+    x = np.where(
+        np.append(better, False),
+        other.x,
+        one.x,
+    )
     bent = np.where(better, other.bent, one.bent)
     time = np.where(better, other.time, one.time)
     return one._replace(
@@ -339,8 +360,16 @@ def _bent(x, length):
     slope = 2 * np.diff(np.diff(x) / (2 * length)) / (length[1:] + length[:-1])
     before = np.append(slope[0], slope)
     after = np.append(slope, slope[-1])
-    smaller = np.where(np.abs(before) < np.abs(after), before, after)
-    return np.where(before * after > 0, smaller, 0.0)
+    smaller = np.where(
+        np.abs(before) < np.abs(after),
+        before,
+        after,
+    )
+    return np.where(
+        before * after > 0,
+        smaller,
+        0.0,
+    )
 
 
 def _directions(n, along):
@@ -357,7 +386,10 @@ def _along(mesh, found):
     u = np.diff(found.x) / (2 * mesh.stretches.length)
     x = (found.x[1:] + found.x[:-1]) / 2
     g, m, k = (mesh.found[name].middle for name in "gmk")
-    return np.arctan2(k * x, g * u + m * x)
+    return np.arctan2(
+        k * x,
+        g * u + m * x,
+    )
 
 
 def _refuse(mesh, limits, node, proved):

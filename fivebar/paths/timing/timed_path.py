@@ -109,11 +109,17 @@ class TimedPath(Plotted):
     @cached_property
     def s(self) -> np.ndarray:
         """Of the nodes (n + 1,), m."""
-        return np.append(self.path.knots[self.piece] + self.first, self.path.length)
+        return np.append(
+            self.path.knots[self.piece] + self.first,
+            self.path.length,
+        )
 
     @cached_property
     def _lengths(self):
-        ends = np.append(self.first[1:], self.path.pieces[-1].length)
+        ends = np.append(
+            self.first[1:],
+            self.path.pieces[-1].length,
+        )
         whole = np.array([piece.length for piece in self.path.pieces])
         continues = np.append(np.diff(self.piece), 1) == 0
         return np.where(continues, ends, whole[self.piece]) - self.first
@@ -150,8 +156,17 @@ class TimedPath(Plotted):
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return self._motion(*self.along(t))
 
-    def _motion(self, k, gone, speed, push):
-        xi, xi_s, xi_ss, _ = self.path.on(self.piece[k], self.first[k] + gone)
+    def _motion(
+        self,
+        k,
+        gone,
+        speed,
+        push,
+    ):
+        xi, xi_s, xi_ss, _ = self.path.on(
+            self.piece[k],
+            self.first[k] + gone,
+        )
         speed = speed[..., None]
         push = push[..., None]
         return xi, xi_s * speed, xi_ss * speed * speed + xi_s * push
@@ -217,7 +232,10 @@ class TimedPath(Plotted):
             8 * len(COLUMNS),
         )
         t = np.arange(steps + 1) / rate
-        t = np.append(t[t < self.duration * (1 - 1e-12)], self.duration)
+        t = np.append(
+            t[t < self.duration * (1 - 1e-12)],
+            self.duration,
+        )
         (q, q_dot), k, gone = self.joints(t), *self.along(t)[:2]
         s = self.path.knots[self.piece[k]] + self.first[k] + gone
         table = np.column_stack(
