@@ -1,6 +1,7 @@
 """What several test files draw from: the source's reference numbers, robots and poses."""
 
 import json
+from collections import Counter
 
 import hypothesis
 import numpy as np
@@ -54,6 +55,18 @@ def isolate(request):
     if request.param == "bwrap":
         need("bubblewrap")
     return request.param
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Of a test that is marked every(n), each nth case runs by default; the others are deep."""
+    counts = Counter()
+    for item in items:
+        every = item.get_closest_marker("every")
+        if every:
+            if counts[item.function] % every.args[0]:
+                item.add_marker("deep")
+            counts[item.function] += 1
 
 
 def pytest_terminal_summary(terminalreporter):

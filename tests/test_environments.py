@@ -92,6 +92,7 @@ assert locale.setlocale(locale.LC_ALL, "de_DE.UTF-8") and locale.localeconv()["d
 assert numbers() == before"""
 
 
+@pytest.mark.deep
 def test_a_program_that_sets_such_a_locale(commas, tmp_path):
     """As Qt does."""
     with python(["-c", COMMAS], tmp_path / "plan.csv", cwd=ROOT, env=os.environ | commas) as run:

@@ -14,7 +14,7 @@ from .tables import is_part
 try:
     import fcntl
 except ImportError:  # Windows has no locks of this kind
-    fcntl = None
+    fcntl = None  # type: ignore[assignment]
 
 
 class FolderError(ValueError, UsageError):
@@ -61,7 +61,7 @@ def locked_folder(folder: Path, what: str, parts: tuple[str, ...] = ()) -> Itera
                     path.unlink()
         yield
     finally:
-        if fcntl:
+        if handle is not None:
             os.close(handle)
 
 

@@ -68,7 +68,7 @@ def must_increase(t: np.ndarray, whose: str) -> None:
         )
 
 
-def file_or_path(file: TextFile | BinaryFile, does: str) -> TextFile | BinaryFile:
+def file_or_path(file: TextFile | BinaryFile, does: str) -> Any:
     """Return a path, or an open file that can `does` ("read" or "write"); else raise TypeError.
 
     `open` would take integers, and so False and True, for the caller's own streams, and close them.
@@ -103,13 +103,14 @@ def whole_text(file: TextFile, what: str, most: int | None = None) -> tuple[str,
     ValueError
         The file is no text, or too large.
     """
-    if not isinstance(file_or_path(file, "read"), (str, os.PathLike)):
-        text = file.read()
+    source = file_or_path(file, "read")
+    if not isinstance(source, (str, os.PathLike)):
+        text = source.read()
         if not isinstance(text, str):
             raise TypeError(f"{what} is read from a text file, but {file!r} is open for bytes")
         return text.removeprefix("\ufeff"), str(getattr(file, "name", "the open file"))
-    name = os.fspath(file)
-    with open(file, "rb") as opened:
+    name = os.fspath(source)
+    with open(source, "rb") as opened:
         raw = opened.read(-1 if most is None else most + 1)
     if most is not None and len(raw) > most:
         raise ValueError(f"{name}: more than {most / 1e6:g} MB: not {what}")
@@ -152,11 +153,13 @@ def arrays_in(file: FilePath) -> dict[str, np.ndarray]:
 def saved(figure: Figure, file: BinaryFile | None, **options: Any) -> Figure:
     """Write a figure to a file, if one is given, and return it; PNG without an ending."""
     if file is not None:
-        kind = {}
-        if not hasattr(file_or_path(file, "write"), "write"):
-            root, end = os.path.splitext(os.fspath(file))
-            file, kind = (file, {"format": end[1:]}) if end else (f"{root}.png", {"format": "png"})
-        with written(file, binary=True) as out:
+        kind: dict[str, str] = {}
+        place = file_or_path(file, "write")
+        if not hasattr(place, "write"):
+            root, end = os.path.splitext(os.fspath(place))
+            place = f"{root}{end or '.png'}"
+            kind = {"format": end[1:] or "png"}
+        with written(place, binary=True) as out:
             figure.savefig(out, **({"dpi": DPI} | kind | options))
     return figure
 
@@ -167,11 +170,12 @@ def written(file: TextFile | BinaryFile, binary: bool = False) -> Iterator[IO]:
 
     Until then, and on failure, the file that had the name stays.
     """
-    if hasattr(file_or_path(file, "write"), "write"):
-        yield file
+    place = file_or_path(file, "write")
+    if hasattr(place, "write"):
+        yield place
         return
     with (
-        replaced(file) as part,
+        replaced(place) as part,
         open(part, "wb") if binary else open(part, "w", newline="", encoding="utf-8") as out,
     ):
         yield out
@@ -235,9 +239,10 @@ def write(
 @contextmanager
 def opened(file: TextFile) -> Iterator[Table]:
     """Open the Table in a text file; ValueError for what is no text."""
-    if isinstance(file_or_path(file, "read"), (str, os.PathLike)):
+    source = file_or_path(file, "read")
+    if isinstance(source, (str, os.PathLike)):
         with (
-            open(file, newline="", encoding="utf-8") as text,
+            open(source, newline="", encoding="utf-8") as text,
             opened(text) as table,
         ):
             yield table
@@ -246,7 +251,7 @@ def opened(file: TextFile) -> Iterator[Table]:
         raise TypeError(f"a table is read from a text file, but {file!r} is open for bytes")
     name = getattr(file, "name", "the open file")
     try:
-        yield Table(file, name)
+        yield Table(source, name)
     except (UnicodeDecodeError, csv.Error) as error:
         binary = ", but a binary one" if b"\0" in getattr(error, "object", b"") else ""
         raise ValueError(f"{name}: not a CSV text file in UTF-8{binary} ({error})") from None
@@ -324,10 +329,10 @@ class Table:
 
         With `finite`, inf and nan are refused; else only among the times.
         """
-        wanted, table = (
-            [(k, name, finite or name == names[0]) for k, name in zip(self.places(names), names)],
-            [],
-        )
+        wanted = [
+            (k, name, finite or name == names[0]) for k, name in zip(self.places(names), names)
+        ]
+        table: list[list[float]] = []
         for cells in self.rows():
             row = [self._number(cells, *each) for each in wanted]
             if row[0] < 0:

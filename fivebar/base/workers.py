@@ -93,7 +93,7 @@ def check_executor(executor: object) -> None:
 def worker_count(executor: Executor) -> int:
     """Return how many chunks a pool or a cluster computes at a time, 1 where it is not known."""
     client = getattr(executor, "_client", None)
-    if hasattr(client, "nthreads"):
+    if client is not None and hasattr(client, "nthreads"):
         return max(1, sum(client.nthreads().values()))
     return getattr(executor, "_max_workers", 1)
 
@@ -169,7 +169,8 @@ def end_with_parent(folder: str | None = None, pipe: connection.Connection | Non
     folder: removed then; pipe: its closed other end takes the place of the parent's end.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    ends = pipe or multiprocessing.parent_process().sentinel
+    parent = multiprocessing.parent_process()
+    ends = pipe or (parent.sentinel if parent else 0)
 
     def end():
         connection.wait([ends])

@@ -13,7 +13,7 @@ from textwrap import fill
 
 from ..base.errors import UsageError
 
-_FILES = set()  # of users, by the names of the modules that they are
+_FILES: set = set()  # of users, by the names of the modules that they are
 OPTIONS = {"table": "--table (or --disc)", "tolerances": "--tolerance"}  # of what a figure needs
 
 
@@ -120,7 +120,7 @@ def pair(text: str, option: str) -> tuple[str, float]:
     return name, number(value, option)
 
 
-def span(text: str, option: str, counts: tuple[int, int]) -> tuple[str, list[float | None]]:
+def span(text: str, option: str, counts: tuple[int, int]) -> tuple[str, list]:
     """Return ("l1", [0.05, 0.2]) of l1=0.05:0.2; None for an empty place."""
     name, sign, values = text.partition("=")
     numbers = [number(value, option) if value else None for value in values.split(":")]
@@ -135,7 +135,9 @@ def interval(text: str, option: str) -> tuple[str, float | tuple[float, float]]:
     name, values = span(text, option, (1, 2))
     if None in values:
         raise UsageError(f"{option}: a number is missing in {text!r}")
-    return name, values[0] if len(values) == 1 else tuple(values)
+    if len(values) == 1:
+        return name, values[0]
+    return name, (values[0], values[1])
 
 
 def figure_of(text: str) -> object:
@@ -149,7 +151,7 @@ def figure_of(text: str) -> object:
             f"{text!r}: {path.stem} is the name of a module that is in use: give the file another"
         )
     spec = spec_from_file_location(path.stem, path)
-    if not path.is_file() or spec is None or not name:
+    if not path.is_file() or spec is None or spec.loader is None or not name:
         raise UsageError(
             f"{text!r}: a figure of your own is FILE.py:FUNCTION, and there is no such file"
         )

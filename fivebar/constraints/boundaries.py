@@ -163,7 +163,7 @@ def _of_bars(robot, working, constraints) -> list[Locus]:
             return clearances(z)[name]
 
         for line in lines:
-            z = line @ (1, 1j)
+            z = np.asarray(line) @ (1, 1j)
             points, sound = _put(clearance, z, 1j * np.gradient(z))
             # At the limit of reach a contour ends somewhere in its cell.
             for part in np.split(np.arange(len(z)), np.flatnonzero(~sound)):

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -90,8 +91,9 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
     refuse_others(constraints, "largest_disc", (*ON_POSES, "clearance"))
     margin = constraints.clearance if constraints else 0.0
     aspect = bounded_by(aspect, constraints)
-    bounded = isinstance(aspect, BoundedAspect)
-    limits = {"walls": aspect.walls, "allowed": aspect.allowed} if bounded else {}
+    limits: dict[str, Any] = {}
+    if isinstance(aspect, BoundedAspect):
+        limits = {"walls": aspect.walls, "allowed": aspect.allowed}
     candidates = points_of_largest_clearance(
         aspect.boundary,
         punctures(aspect),
@@ -99,7 +101,7 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
         CANDIDATES,
         **limits,
     )
-    best = None
+    best = 0j
     clearance = 0.0
     for z, coarse in candidates:
         if coarse <= clearance:
@@ -109,7 +111,7 @@ def largest_disc(aspect: Aspect, constraints: Constraints | None = None) -> Disc
         if exact > clearance:
             best = polished
             clearance = exact
-    if clearance and bounded and constraints.collisions:
+    if clearance and constraints and constraints.collisions:
         clearance = _largest_kept_radius(aspect, best, clearance)
     if clearance <= margin:
         raise ValueError(too_narrow(aspect, "disc", margin, clearance))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
 from ..base.backend import finite_numbers
 from ..base.checks import instance, not_negative, shown
-from ..models.geometry import Pose
 from ..models.robots import FiveBar
 
 BARS = ("11", "12", "21", "22")
@@ -55,7 +55,7 @@ class LinkCollisions:
     widths: float | tuple[float, float, float, float] = 0.0
     layers: tuple[int, int, int, int] = (1, 1, 1, 1)
     posts: float = 0.0
-    post_layers: int | tuple[int, ...] = (1,)
+    post_layers: Any = (1,)  # int or sequence of int, a tuple once checked
 
     def __post_init__(self) -> None:
         widths = finite_numbers(self.widths, "LinkCollisions: widths")
@@ -81,7 +81,7 @@ class LinkCollisions:
             _whole_numbers(self.post_layers, "post_layers"),
         )
 
-    def clearances(self, pose: Pose) -> dict[str, np.ndarray]:
+    def clearances(self, pose: Any) -> dict[str, np.ndarray]:
         """Return the distances, m, between links that must not meet.
 
         Parameters
@@ -135,7 +135,7 @@ class LinkCollisions:
                     result.append((k, bar))
         return result
 
-    def smooth(self, pose: Pose) -> list:
+    def smooth(self, pose: Any) -> list:
         """Return the clearances of CasADi symbols, m.
 
         They are differentiable, except where another end becomes the nearest.

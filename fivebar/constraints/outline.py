@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from ..base.backend import EPS
-from ..singularities.aspects import Aspect
 from ..singularities.locus import divided, pairs
 from ..singularities.regions import Arc, inside
 from ..singularities.roots import rising_zeros
@@ -32,7 +32,7 @@ CORNERS = np.array([(0, 2), (0, 3), (1, 2), (1, 3)])
 class Outline:
     """The obstacles of a rectangle: points, and arcs along which x and y rise or fall."""
 
-    aspect: Aspect
+    aspect: Any  # Aspect, or BoundedAspect
     margin: float
 
     @property
@@ -64,12 +64,10 @@ class Outline:
         """
         pieces = []
         for arc in self.arcs:
-            turns = [*_turns(arc, np.real), *_turns(arc, np.imag)]
-            cuts = [
-                arc.start,
-                *sorted(turns, key=lambda s, arc=arc: abs(s - arc.start)),
-                arc.end,
-            ]
+            turns = sorted([*_turns(arc, np.real), *_turns(arc, np.imag)])
+            if arc.end < arc.start:
+                turns.reverse()
+            cuts = [arc.start, *turns, arc.end]
             for start, end in zip(cuts, cuts[1:]):
                 if start != end:
                     piece = Arc(arc.locus, start, end)

@@ -152,10 +152,12 @@ def check_path(
     working = check_modes(working, "working")
     if working.shape != (2,):
         raise ValueError(f"working must have shape (2,), not {working.shape}")
-    modes = tuple(int(m) for m in working)
+    modes = int(working[0]), int(working[1])
 
     reaches = []
-    for drive, bar in zip(robot.drives, robot.distal):
+    for leg in (0, 1):
+        drive = robot.drives[leg]
+        bar = robot.distal[leg]
         reaches += [_reach(path, drive, bar, *limit) for limit in drive.limits(bar)]
     t = np.linspace(start, stop, SAMPLES)
     zeros = [list(_zeros(reach, t, TOUCH_REACH, limit=True)) for reach in reaches]

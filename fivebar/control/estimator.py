@@ -53,6 +53,7 @@ class Estimator:
         self.noise = noise
         self.scale = scale
         self.first = assembly
+        self.margins = [0.0] * 3
         self.filter = Buffered(compiled(_filter(robot, period, noise), jit))
         self.reset()
 
@@ -60,7 +61,8 @@ class Estimator:
         """Forget the motion and the disturbance."""
         self.assembly = self.first
         self.disturbance = np.zeros(2)
-        self.covariance = None
+        self.covariance = np.zeros((SIZE + 2, SIZE + 2))
+        self.state = np.zeros(SIZE)
 
     def follow(
         self,

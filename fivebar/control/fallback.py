@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ..models.robots import Robot
-    from .laws import Reference
 
 FALLBACK_GAINS = 100.0, 20.0  # of computed torque, 1/s^2 and 1/s
 NEAR_PARALLEL = 0.2  # |det A| below which the fallback is PD: computed torque divides by it
@@ -26,7 +25,7 @@ def _working(margins):
     return tuple(-1 if sine > 0 else 1 for sine in margins[:2])
 
 
-def free_of_modes(reference: Reference) -> bool:
+def free_of_modes(reference: Any) -> bool:
     """Return whether a plan's legs may change their working modes on the way."""
     return getattr(reference, "working", ()) is None
 
@@ -34,7 +33,7 @@ def free_of_modes(reference: Reference) -> bool:
 def reference_torques(
     robot: Robot,
     margins: Sequence[float],
-    reference: Reference,
+    reference: Any,
     times: np.ndarray,
 ) -> np.ndarray:
     """Return the torques (n, 2), N m, of the reference at n times; 0 where it has none."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,11 +19,9 @@ from ..models.loads import dry_friction
 from ..models.physics import loads_of
 
 if TYPE_CHECKING:
-    import casadi
-
     from ..models.robots import Robot
 
-    Vector = np.ndarray | casadi.SX
+Vector = Any  # (2,) numbers or CasADi symbols
 
 
 # Checks of what controllers have besides their gains.
@@ -45,9 +44,10 @@ class _JointController:
     """Gains and working modes of a controller on the active joints."""
 
     robot: Robot
-    kp: ArrayLike
-    kd: ArrayLike
+    kp: Vector
+    kd: Vector
     working: tuple[int, int] = (-1, -1)
+    law: ClassVar[Callable[..., Vector]]
 
     def __post_init__(self) -> None:
         must_be_robot(self.robot, "robot")
@@ -227,7 +227,7 @@ class FeedForward(_JointController):
         t: float,
         q: np.ndarray,
         q_dot: np.ndarray,
-        reference: Reference | None,
+        reference: Any,
     ) -> np.ndarray:
         if reference is None or not hasattr(reference, "tau"):
             raise ValueError(

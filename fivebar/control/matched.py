@@ -16,7 +16,7 @@ strong the robot is.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -80,7 +80,7 @@ def _smaller(robot):
 
 def asks_for_it(
     robot: Robot,
-    motion: Reference,
+    motion: Any,
     period: float,
     torque_limit: float | None,
     working: tuple[int, int],

@@ -170,9 +170,12 @@ class Tracker:
         self.speed_limit = _same(constraints.joint_speed, "joint_speed")
         self.inertia = moved(robot)
         self.scale = ARM * self.inertia  # of the torques among the QP's unknowns
-        rounded = encoder_resolution is not None
-        measured = (encoder_resolution / math.sqrt(12), 1e3) if rounded else EXACT
-        walk = WALK_ROUNDED if rounded else WALK
+        if encoder_resolution is None:
+            measured = EXACT
+            walk = WALK
+        else:
+            measured = encoder_resolution / math.sqrt(12), 1e3
+            walk = WALK_ROUNDED
         noise = *measured, TORQUE_NOISE * self.scale, walk * self.scale
         self.lengths = stage_lengths(horizon, period, seconds)
         edges = np.concatenate([[0.0], np.cumsum(self.lengths)])
@@ -224,23 +227,18 @@ class Tracker:
 
     def reset(self) -> None:
         """Forget the motion, the disturbance and the log."""
-        self.last = None
+        self.last: float | None = None
         self.estimator.reset()
         self.sent = [np.zeros(2)] * self.delay
         self.tau = np.zeros(2)
         self.guess = None
-        self._steps = []
+        self._steps: list[tuple] = []
 
     @property
     def log(self) -> Log:
-        columns = list(zip(*self._steps)) or [
-            (),
-            (),
-            (),
-            (),
-            np.zeros((0, 2)),
-        ]
-        return Log(*(np.array(column) for column in columns))
+        if not self._steps:
+            return Log._make([np.zeros(0)] * 4 + [np.zeros((0, 2))])
+        return Log._make(np.array(column) for column in zip(*self._steps))
 
     def __call__(
         self,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -40,7 +41,7 @@ def one_branch(linkage: Linkage, branch: int | ArrayLike | None) -> int | tuple[
     return branch
 
 
-def numbers(x: ArrayLike, name: str) -> Number:
+def numbers(x: Any, name: str) -> Number:
     """Return a float, an array of finite floats, or a CasADi symbol as it is."""
     if is_symbolic(x):
         return x
@@ -59,7 +60,7 @@ def check_lengths(owner: object, *names: str) -> None:
     not_too_different({name: getattr(owner, name) for name in names})
 
 
-def check(owner: object, rule: object, *names: str) -> None:
+def check(owner: object, rule: Callable, *names: str) -> None:
     """Set parameters of a frozen dataclass to what a rule makes of them."""
     for name in names:
         object.__setattr__(owner, name, rule(getattr(owner, name), name))
@@ -91,7 +92,7 @@ def _force(force, name):
     return [numbers(component, name) for component in force]
 
 
-def linkage(value: object, name: str) -> Linkage:
+def linkage(value: Any, name: str) -> Linkage:
     """Rule: a linkage; TypeError for anything else."""
     needed = ("title", "usual_branch", "start")
     if isinstance(value, type) or not all(hasattr(type(value), part) for part in needed):

@@ -5,7 +5,7 @@ together.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from .five_bar import FiveBarLinkage
     from .limits import CrankRange
-    from .motion import Linkage
+    from .motion import CrankLinkage
 
 DRIVES = ("turn", "until-lock", "swing")
 MARGIN = 0.02  # of the range that a swing keeps from a lock, where rates have no limit
@@ -38,12 +38,12 @@ class Law(NamedTuple):
 
 
 def law(
-    linkage: Linkage,
+    linkage: Any,
     drive: str,
     speed: float,
     turns: float,
     samples: int,
-    branch: int | tuple[int, int],
+    branch: Any,
     start: float | None,
     between: tuple[float, float] | None,
 ) -> Law:
@@ -95,7 +95,7 @@ def law(
     )
 
 
-def usual_start(linkage: Linkage, allowed: CrankRange) -> float:
+def usual_start(linkage: CrankLinkage, allowed: CrankRange) -> float:
     """Where a crank starts that was not told: as the linkage says, else at 0 or in the middle of
     its last range.
 
@@ -109,7 +109,7 @@ def usual_start(linkage: Linkage, allowed: CrankRange) -> float:
     return math.radians(0.5) if linkage.flats else 0.0
 
 
-def smooth_branch(linkage: Linkage, q: np.ndarray, branch: int) -> np.ndarray:
+def smooth_branch(linkage: Any, q: np.ndarray, branch: Any) -> np.ndarray:
     """The branch at each of the angles q as the linkage moves through its flat poses: there it
     passes to the other one.
 
@@ -164,7 +164,7 @@ def two_motors(
     speed: ArrayLike,
     turns: float,
     samples: int,
-    branch: int,
+    branch: Any,
     start: ArrayLike | None,
 ) -> Law:
     """The motion of a five-bar's two motors: Law; `speed` a number for both or a pair.
@@ -193,11 +193,12 @@ def two_motors(
         amplitude = AMPLITUDE
         while amplitude > AMPLITUDE / 16 and not closes(start + amplitude * np.sin(phase)).all():
             amplitude /= 2
-        parts = [
-            f(phase) * amplitude * fastest**k
-            for k, f in enumerate((np.sin, np.cos, lambda x: -np.sin(x)))
-        ]
-        return Law(t, start + parts[0], *parts[1:])
+        return Law(
+            t,
+            start + np.sin(phase) * amplitude,
+            np.cos(phase) * amplitude * fastest,
+            -np.sin(phase) * amplitude * fastest**2,
+        )
 
     open_at = np.flatnonzero(~closes(start + np.outer(t, speed)))
     lock = None

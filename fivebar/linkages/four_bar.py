@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..base.backend import EPS, is_symbolic
 from ..base.checks import instance, modes, one_of, takes
@@ -99,7 +99,7 @@ class FourBar:
             bars += [("B", "M"), ("C", "M")]
         elif self.point and not 0 <= self.point[0] <= self.coupler:
             bars += [("B", "M")]
-        points = {"A": a, "B": b, "C": c, "D": d, "M": m}
+        points: dict[str, Any] = {"A": a, "B": b, "C": c, "D": d, "M": m}
         return Chain(
             points,
             links,
@@ -183,7 +183,8 @@ class FourBar:
         The next link is driven.
         """
         k = SIDES.index(one_of(*SIDES)(held, "held"))
-        return FourBar(*self.sides[k:], *self.sides[:k])
+        first, second, third, fourth = (*self.sides[k:], *self.sides[:k])
+        return FourBar(first, second, third, fourth)
 
 
 class DeadCentre(NamedTuple):

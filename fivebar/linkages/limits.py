@@ -13,7 +13,7 @@ from ..base.checks import takes
 from .checks import linkage, one_branch
 
 if TYPE_CHECKING:
-    from .motion import Linkage
+    from .motion import CrankLinkage
 
 TURN = 2 * math.pi
 
@@ -62,7 +62,7 @@ class CrankRange:
 
 
 @takes(linkage=linkage)
-def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> CrankRange:
+def crank_range(linkage: CrankLinkage, branch: int | tuple[int, int] | None = None) -> CrankRange:
     """Return the crank angles at which a linkage closes on a branch.
 
     Their ends come from the linkage in closed form; which intervals between them close is tried
@@ -77,8 +77,8 @@ def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -
     branch = one_branch(linkage, branch)
     ends = sorted({math.remainder(end, TURN) for end in linkage.crank_limits(branch)})
     if not ends:
-        closes = math.isfinite(linkage.chain(0.3, branch).found)
-        return CrankRange(((-math.pi, math.pi),) if closes else (), closes)
+        turns = math.isfinite(linkage.chain(0.3, branch).found)
+        return CrankRange(((-math.pi, math.pi),) if turns else (), turns)
     pieces = list(zip(ends, [*ends[1:], ends[0] + TURN]))
     low, high = np.array(pieces).T
     # Two places in each: in the middle of a change point's piece both ends of the dyad may meet.
@@ -86,9 +86,9 @@ def crank_range(linkage: Linkage, branch: int | tuple[int, int] | None = None) -
         [low + share * (high - low) for share in (0.5, 0.38)],
         axis=1,
     )
-    closes = np.isfinite(linkage.chain(places, branch).found).any(axis=1)
-    kept = []
-    for piece, good in zip(pieces, closes):
+    closes = np.isfinite(np.asarray(linkage.chain(places, branch).found)).any(axis=1)
+    kept: list[tuple[float, float]] = []
+    for piece, good in zip(pieces, closes.tolist()):
         if good and kept and kept[-1][1] == piece[0]:
             kept[-1] = (kept[-1][0], piece[1])
         elif good:

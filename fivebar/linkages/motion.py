@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -17,12 +17,9 @@ from .chain import Reach, Slot, angle
 from .checks import check, pair
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from .chain import Heading, Number, Point
-    from .four_bar import FourBar
-    from .six_bar_press import SixBarPress
-    from .slider_crank import SliderCrank
 
 STRETCH = 8192  # poses that fit into the processor's cache
 RAIL = ("G", "H")  # names of the ends of a guide
@@ -90,21 +87,24 @@ class Chain(NamedTuple):
 
 
 class Linkage(Protocol):
-    """What `move` and `study` ask of a linkage; of one with one drive also chain, driven, flats and
-    crank_limits.
-    """
+    """What `move` and `study` ask of a linkage."""
 
     @property
     def title(self) -> str: ...
     @property
     def usual_branch(self) -> int | tuple[int, int]: ...
-    def start(
-        self,
-        q: Number,
-        q_dot: Number,
-        q_ddot: Number,
-        branch: int | tuple[int, int],
-    ) -> Motion: ...
+    def start(self, q: Any, q_dot: Any, q_ddot: Any, branch: Any) -> Motion: ...
+
+
+class CrankLinkage(Linkage, Protocol):
+    """What is asked of a linkage with one drive besides."""
+
+    @property
+    def driven(self) -> str: ...
+    @property
+    def flats(self) -> Sequence[float]: ...
+    def chain(self, q: Any, branch: Any) -> Chain: ...
+    def crank_limits(self, branch: Any) -> list[float]: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,9 +118,9 @@ class Motion:
     """
 
     linkage: Linkage
-    q: Number
-    q_dot: Number
-    q_ddot: Number
+    q: Any
+    q_dot: Any
+    q_ddot: Any
     branch: int | tuple[int, int] | np.ndarray
     _build: Callable[
         [], Chain
@@ -262,7 +262,7 @@ class Motion:
 
 
 def one_drive(
-    linkage: FourBar | SliderCrank | SixBarPress,
+    linkage: CrankLinkage,
     q: Number,
     q_dot: Number,
     q_ddot: Number,
@@ -280,7 +280,7 @@ def one_drive(
     )
 
 
-def stretch(x: Number, shape: tuple[int, ...], part: slice) -> Number:
+def stretch(x: Any, shape: tuple[int, ...], part: slice) -> Any:
     """The part of what is given for a flat batch; a number, or a pair of branches, is that of every
     part.
     """

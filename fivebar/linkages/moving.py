@@ -61,9 +61,11 @@ def move(
     """
     raise_or_nan(unreachable)
     branch = check_branch(linkage, branch)
-    given = [numbers(x, name) for x, name in ((q, "q"), (q_dot, "q_dot"), (q_ddot, "q_ddot"))]
-    _refuse_shapes(linkage, given, branch)
-    motion = linkage.start(*given, branch)
+    q = numbers(q, "q")
+    q_dot = numbers(q_dot, "q_dot")
+    q_ddot = numbers(q_ddot, "q_ddot")
+    _refuse_shapes(linkage, [q, q_dot, q_ddot], branch)
+    motion = linkage.start(q, q_dot, q_ddot, branch)
     if unreachable == "raise":
         _refuse_open(motion)
     return motion

@@ -51,7 +51,8 @@ class Straightness(NamedTuple):
 @takes(mechanism=instance(StraightLine), samples=whole(2, 10**6))
 def straightness(mechanism: StraightLine, samples: int = 4001) -> Straightness:
     """Return how straight the coupler point goes over its usual stroke."""
-    q = np.linspace(*mechanism.stroke, samples)
+    first, last = mechanism.stroke
+    q = np.linspace(first, last, samples)
     point = move(mechanism.linkage, q, branch=mechanism.branch).position("M") - mechanism.through
     x, y = mechanism.direction
     along = point @ (x, y)

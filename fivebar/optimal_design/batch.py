@@ -90,10 +90,8 @@ def robot_of_design(
         np.asarray(row, dtype=float)[None],
         robot,
     )
-    return replace(
-        robot,
-        **{name: float(column[0]) for name, column in columns.items()},
-    )
+    changes: dict[str, Any] = {name: float(column[0]) for name, column in columns.items()}
+    return replace(robot, **changes)
 
 
 def place_of_design(names: tuple[str, ...], rows: np.ndarray) -> np.ndarray:
@@ -105,7 +103,7 @@ def place_of_design(names: tuple[str, ...], rows: np.ndarray) -> np.ndarray:
     )
 
 
-def robots_of_designs(names: tuple[str, ...], rows: np.ndarray, robot: FiveBar) -> Robots:
+def robots_of_designs(names: tuple[str, ...], rows: np.ndarray, robot: Any) -> Robots:
     """Return the robots of designs (n, len(names)) as one whose parameters are columns (n, 1)."""
     values = {field.name: getattr(robot, field.name) for field in fields(robot)}
     for name, column in parameters(names, rows, robot).items():

@@ -14,6 +14,7 @@ of two infeasible ones that of the smaller violation.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -93,7 +94,7 @@ def dominates(
 def best(f: np.ndarray, violation: np.ndarray, count: int) -> np.ndarray:
     """Return indices of the best: the first non-dominated fronts; of the last the least crowded."""
     left = np.arange(len(f))
-    kept = []
+    kept: list[int] = []
     while len(left):
         g = f[left]
         v = violation[left]
@@ -123,7 +124,7 @@ def thinned(f: np.ndarray, front: np.ndarray, count: int) -> list[int]:
     two_goals = g.shape[1] <= 2
     ends = g.argmin(axis=0)
     if two_goals:
-        distance = None
+        distance: Any = None
     else:
         distance = np.linalg.norm(
             g[:, None] - g[None],

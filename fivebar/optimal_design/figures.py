@@ -154,7 +154,7 @@ def evaluate(
     valid, errors = valid_rows(names, rows, robot)
     chosen = np.flatnonzero(valid)
     place = place_of_design(names, rows)
-    columns = {kind: [] for kind in ("closed", "poses", "single", "own")}
+    columns: dict[str, list[int]] = {kind: [] for kind in ("closed", "poses", "single", "own")}
     for k, figure in enumerate(figures):
         columns[figure.kind].append(k)
     if columns["closed"]:

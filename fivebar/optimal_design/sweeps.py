@@ -207,7 +207,7 @@ class Sweep(Plotted):
 def in_folder(folder: Path) -> Sweep:
     """Return the Sweep in a folder."""
     manifest = read_manifest(folder)
-    paths = []
+    paths: list[Path] = []
     while (path := shard(folder, len(paths))).exists():
         paths.append(path)
     if "done" in manifest and len(paths) < manifest["done"]["chunks"]:

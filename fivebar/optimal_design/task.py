@@ -116,6 +116,7 @@ class Task:
             )
             weights = np.outer(_trapezium(n), _trapezium(m)).ravel()
             return np.stack(grid, axis=-1).reshape(-1, 2), weights, np.full(m * n, np.nan)
+        assert self.disc is not None
         cx, cy, radius = self.disc
         rho = radius * np.linspace(0, 1, m)
         phi = 2 * np.pi * np.arange(n) / n

@@ -82,10 +82,8 @@ def scheme(method: str, degree: int) -> Scheme:
     """Hermite-Simpson, or Legendre-Gauss with `degree` points in an interval."""
     if method == "hermite-simpson":
         return Scheme((0.0, 0.5, 1.0), True)
-    return Scheme(
-        (np.polynomial.legendre.leggauss(degree)[0] + 1) / 2,
-        False,
-    )
+    nodes = (np.polynomial.legendre.leggauss(degree)[0] + 1) / 2
+    return Scheme(nodes.tolist(), False)
 
 
 @dataclass(frozen=True, eq=False)

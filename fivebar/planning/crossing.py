@@ -46,7 +46,7 @@ def crossing_polynomial(
     crossing: ArrayLike,
     velocity: ArrayLike,
     times: Sequence[float],
-    acceleration: ArrayLike = (0.0, 0.0),
+    acceleration: Sequence[float] = (0.0, 0.0),
     working: tuple[int, int] = (-1, -1),
 ) -> Trajectory:
     """The degree-8 polynomial through a Type-2 singularity that keeps the criterion t_s . (m xi'')

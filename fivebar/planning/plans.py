@@ -115,7 +115,7 @@ class Plan(Animated):
         return self.problem.robot
 
     @property
-    def working(self) -> tuple[int, int]:
+    def working(self) -> tuple[int, int] | None:
         return self.problem.working
 
     @property

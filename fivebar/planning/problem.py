@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -73,8 +73,8 @@ class Problem:
 
     robot: Robot
     stops: tuple
-    working: tuple[int, int] | None  # None: free, and the four bars are planned
-    weights: dict[str, float]
+    working: Any  # (2,), None: free, and the four bars are planned
+    weights: dict[str, Any]
     constraints: Constraints
     scheme: Scheme
 
@@ -194,7 +194,11 @@ def refuse_massless(problem: Problem) -> None:
 
 def working_modes(start: object, goal: object) -> tuple[int, int]:
     """Return the working modes of the Poses among start and goal; ValueError if they differ."""
-    modes = [tuple(map(int, point.working)) for point in (start, goal) if isinstance(point, Pose)]
+    modes = [
+        (int(point.working[0]), int(point.working[1]))
+        for point in (start, goal)
+        if isinstance(point, Pose)
+    ]
     if modes[0] != modes[-1]:
         raise ValueError(
             f"plan: start is a Pose in working modes {modes[0]}, goal in {modes[-1]}: a motion that"
@@ -220,7 +224,7 @@ def refuse_stops(problem: Problem) -> None:
             if clearance < -1e-12:
                 raise PlanError(
                     f"plan: infeasible: {name} itself does not keep {what}: by {-clearance:.3g}",
-                    {what: -clearance},
+                    {what: float(-clearance)},
                 )
         q_dot = ikm(pose, conditions.get(1, (0.0, 0.0))).q_dot
         xi_ddot = np.array(conditions.get(2, (0.0, 0.0)))
@@ -281,7 +285,7 @@ def timed(
         raise ValueError(
             f"plan: via must be [(time or None, point), ...], not {shown(via)}"
         ) from None
-    found = [("start", 0.0, start)]
+    found: list[tuple] = [("start", 0.0, start)]
     last = 0.0
     for name, (t, point) in zip(stop_names(len(via) + 2)[1:], [*via, (duration, goal)]):
         if t is not None:

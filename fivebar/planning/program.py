@@ -101,7 +101,8 @@ def solve(
     objective = float(result["f"]) * program.cost_unit
     status = stats["return_status"]
     iterations = int(stats["iter_count"])
-    return Solution(*program.in_si(solution), objective, status, iterations)
+    pieces, durations, controls, slack = program.in_si(solution)
+    return Solution(pieces, durations, controls, slack, objective, status, iterations)
 
 
 class Program:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import islice, product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -186,7 +186,7 @@ def _at(robot, passage: Passage, aspect):
     )
     q, (x, y) = drive.coordinate(drive.held(dyad)), drive.bar(dyad)
     phi = np.arctan2(y, x)
-    pairs = [None, None]
+    pairs: list[Any] = [None, None]
     pairs[other] = q, phi
     if passage.fold:
         # Across the other distal bar, on the side that keeps the assembly mode; the proximal bar

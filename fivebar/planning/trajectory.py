@@ -135,7 +135,7 @@ def polynomial(
             two_numbers(value, f"polynomial: order {order} at t = {t:g} s")
     half = (times[-1] - times[0]) / 2
     degree = sum(len(given) for _, given in conditions) - 1
-    derivatives = [np.eye(degree + 1)]
+    derivatives: list[np.ndarray] = [np.eye(degree + 1)]
     for _ in range(2):
         derivatives.append(chebyshev.chebder(derivatives[-1], axis=0))
     rows = []
@@ -197,7 +197,7 @@ def line(a: ArrayLike, b: ArrayLike, duration: float) -> Trajectory:
     [0.07, 0.079]
     """
     duration = seconds(duration, "line: duration")
-    rest = {1: (0.0, 0.0), 2: (0.0, 0.0)}
+    rest: dict[int, ArrayLike] = {1: (0.0, 0.0), 2: (0.0, 0.0)}
     first = {0: two_numbers(a, "line: a"), **rest}
     last = {0: two_numbers(b, "line: b"), **rest}
     return polynomial([(0.0, first), (duration, last)])

@@ -130,7 +130,9 @@ def zero(cubic: Cubic, look: Callable | None, low: float = 0.0, high: float = 1.
     But for rounding, the cubic has opposite signs at low and high.
     """
     place = _bracketed(cubic, low, high)
-    for _ in range(MOST_NEWTON if look else 0):
+    if look is None:
+        return place
+    for _ in range(MOST_NEWTON):
         value, slope = look(place)
         if not slope:
             break

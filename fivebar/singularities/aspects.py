@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +18,7 @@ from ..base.checks import instance, shown, takes
 from ..models.dyads import SINGULAR
 from ..models.geometry import task_pose
 from ..models.robots import Biglide, FiveBar
+from .biglide_loci import BiglideLoci
 from .faces import SLIVER, faces
 from .leg_circles import size_of
 from .loci import singularity_loci
@@ -111,7 +113,7 @@ def _polygon(loop):
     return pairs(np.concatenate([arc.z[:-1] for arc in loop]))
 
 
-def as_kind(kind: type[Aspect], aspect: Aspect, *more: object) -> Aspect:
+def as_kind(kind: type[Any], aspect: Aspect, *more: object) -> Any:
     """The aspect as one of a class derived from it, with what that has more."""
     return kind(
         *(getattr(aspect, each.name) for each in fields(Aspect)),
@@ -130,7 +132,7 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
         aspects have no ends.
     """
     loci = singularity_loci(robot)
-    if not robot.turns:
+    if isinstance(loci, BiglideLoci):
         raise ValueError(
             "aspects: the guides of a biglide have no ends, so its aspects are strips without ends"
             " and have no area, between the lines of singularity_loci(robot).task; areas need"
@@ -178,7 +180,7 @@ def aspect(robot: FiveBar, number: int) -> Aspect:
     return found[number - 1]
 
 
-def numbered(found: Iterable[Aspect]) -> tuple[Aspect, ...]:
+def numbered(found: Iterable[Any]) -> tuple[Any, ...]:
     """Sorted by working mode, then by falling area, and numbered so."""
     found = list(found)
     if not found:
@@ -209,8 +211,8 @@ def numbered(found: Iterable[Aspect]) -> tuple[Aspect, ...]:
 
 
 def parts(
-    kind: type[Aspect], robot: FiveBar, active: Callable, touches: tuple, **levels: float
-) -> Iterator[Aspect]:
+    kind: type[Any], robot: FiveBar, active: Callable, touches: tuple, **levels: float
+) -> Iterator[Any]:
     """The parts of all working modes in which |det A| >= det_A and |sin q_i2| >= sin, as `kind`,
     without numbers.
 

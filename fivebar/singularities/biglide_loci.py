@@ -78,7 +78,7 @@ class BiglideLoci:
 
     @cached_property
     def task(self) -> tuple[Locus, ...]:
-        found = {}  # those of a kind are on one line
+        found: dict[str, tuple] = {}  # those of a kind are on one line
         for kind, own, u1, u2 in self._families:
             modes = _signs(u1, u2)
             line = Line(

@@ -4,7 +4,7 @@ t_s.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -39,7 +39,7 @@ def force_at(pose: Pose, xi_dot: np.ndarray, xi_ddot: np.ndarray) -> tuple:
 
 def largest_force(
     robot: Robot,
-    path: Callable,
+    path: Any,
     working: tuple[int, int],
     acceleration: float,
 ) -> float:
@@ -51,7 +51,7 @@ def largest_force(
     with np.errstate(invalid="ignore"):
         regular = np.isfinite(pose.q).all(axis=-1) & (np.min(np.abs(pose.sines), axis=0) > FAR)
     if not regular.any():
-        return abs(robot.m) * (acceleration + float(np.hypot(*robot.physics.gravity)))
+        return abs(robot.m) * (acceleration + float(np.hypot(*loads_of(robot).gravity)))
     xi, xi_dot, xi_ddot = (each[regular] for each in motion)
     return float(np.hypot(*force_at(igm(robot, xi, working), xi_dot, xi_ddot)).max())
 

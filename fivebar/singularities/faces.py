@@ -34,7 +34,7 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
     ]  # side k starts at corners[k], its twin is k ^ 1
     outer = []
     holes = []
-    small = {}
+    small: dict[int, list] = {}
     for cycle in _cycles(sides, corners, size):
         loop = tuple(sides[k] for k in cycle)
         area = sum(side.moment for side in loop)

@@ -73,7 +73,7 @@ class CouplerCurve:
     def edges(self) -> np.ndarray:
         """Values of t between which the modes do not change; first and last are the same pose."""
         period = self.motion.period
-        cuts = []
+        cuts: list[float] = []
         for t in sorted(self.motion.aligned):
             if not cuts or t - cuts[-1] > SHORTEST * period:
                 cuts.append(t)

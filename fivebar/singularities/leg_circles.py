@@ -81,7 +81,7 @@ class LegCircles:
     def touches(self) -> tuple[Vertex, ...]:
         """Where circles of both legs touch, on the line of the bases, and those of no radius."""
         tolerance = TOUCH * self.scale
-        found = {}
+        found: dict[tuple, float] = {}
         left = [(side, self.circle(0, side)) for side in (1, -1)]
         right = [(side, self.circle(1, side)) for side in (1, -1)]
         for leg, circles in enumerate((left, right)):

@@ -19,4 +19,4 @@ def singularity_loci(robot: FiveBar | Biglide) -> FiveBarLoci | BiglideLoci:
             f"singularity_loci needs a FiveBar or a Biglide, not {type(robot).__name__}, as its"
             " robot"
         )
-    return FiveBarLoci(robot) if robot.turns else BiglideLoci(robot)
+    return FiveBarLoci(robot) if isinstance(robot, FiveBar) else BiglideLoci(robot)

@@ -7,7 +7,7 @@ Points are complex numbers inside.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -116,12 +116,12 @@ def values_of(mode: int) -> tuple[int, ...]:
     return (int(mode),) if mode else (1, -1)
 
 
-def modes_of(signs: ArrayLike) -> tuple:
+def modes_of(signs: Sequence[int]) -> tuple:
     """The working modes that two signs stand for."""
     return tuple(product(*map(values_of, signs)))
 
 
-def type_of(signs: ArrayLike, own: Singularity) -> Singularity:
+def type_of(signs: Sequence[int], own: Singularity) -> Singularity:
     """The type of a piece: Type 3 where another pair of bars is in line all along."""
     return own if all(signs) else Singularity.SERIAL | Singularity.PARALLEL
 
@@ -155,7 +155,8 @@ def pieces_of(
     """
     t, z = trace(curve, edges, scale, angles, period)
     if len(t) == 1:
-        return [Locus(*labels[0], pairs(z), t, False, curve, circle=circle)]
+        type_, kind, working, assembly = labels[0]
+        return [Locus(type_, kind, working, assembly, pairs(z), t, False, curve, circle=circle)]
     where = np.searchsorted(t, edges)
     if corners is not None:
         z[where] = corners
@@ -169,22 +170,27 @@ def pieces_of(
     if closes:
         points[-1] = points[0] + turns
     if vertices:
-        ends = zip(vertices, vertices[1:])
+        ends = list(zip(vertices, vertices[1:]))
     else:
         ends = [()] * len(labels)
-    return [
-        Locus(
-            *label,
-            points[i : j + 1],
-            t[i : j + 1],
-            bool(closes and len(labels) == 1),
-            curve,
-            angles,
-            vertices=own,
-            circle=circle,
+    loci = []
+    for (type_, kind, working, assembly), i, j, own in zip(labels, where, where[1:], ends):
+        loci.append(
+            Locus(
+                type_,
+                kind,
+                working,
+                assembly,
+                points[i : j + 1],
+                t[i : j + 1],
+                bool(closes and len(labels) == 1),
+                curve,
+                angles,
+                vertices=own,
+                circle=circle,
+            )
         )
-        for label, i, j, own in zip(labels, where, where[1:], ends)
-    ]
+    return loci
 
 
 def trace(

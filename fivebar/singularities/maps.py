@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -206,7 +207,7 @@ def singularity_map(
         raise ValueError(f"field: no margin {shown(field)}: the known ones are {', '.join(FIELDS)}")
     if not isinstance(space, str) or space not in ("task", "joint"):
         raise ValueError(f'space must be "task" or "joint", not {space!r}')
-    modes = MODES if space == "task" else (1, -1)
+    modes: Any = MODES if space == "task" else (1, -1)
     nx, ny = _checked_shape(shape, len(modes))
     if window is None:
         if space == "task":
@@ -216,7 +217,7 @@ def singularity_map(
     x_min, x_max, y_min, y_max = _checked_window(window, turns=space == "joint" and robot.turns)
     x = np.linspace(x_min, x_max, nx)
     y = np.linspace(y_min, y_max, ny)
-    close = task_pose if space == "task" else joint_pose
+    close: Callable = task_pose if space == "task" else joint_pose
     pick = FIELDS[field][1]
     values = np.empty((len(modes), ny, nx))
     rows = max(1, BLOCK // nx)
@@ -249,7 +250,7 @@ def _joint_range(robot):
     return -end, end
 
 
-def workspace_window(robot: Robot, border: float = 0.04) -> tuple[float, float, float, float]:
+def workspace_window(robot: Any, border: float = 0.04) -> tuple[float, float, float, float]:
     """(x_min, x_max, y_min, y_max), m, of all that the end-effector reaches, with a border of that
     share around it.
 

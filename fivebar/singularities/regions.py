@@ -144,7 +144,8 @@ class Arc:
         """Parameters (n,) and distances (n,) of the points of the arc that are nearest to points z
         (n,).
         """
-        return tuple(map(np.concatenate, zip(*map(self._nearest, _batches(z)))))
+        s, distance = zip(*map(self._nearest, _batches(z)))
+        return np.concatenate(s), np.concatenate(distance)
 
     def _nearest(self, z):
         part, distance = self._on_chords(z)
@@ -236,7 +237,7 @@ class Arc:
         return complex(self.at(high))
 
 
-def crossings(loops: tuple, z: np.ndarray) -> np.ndarray:
+def crossings(loops: Sequence, z: np.ndarray) -> np.ndarray:
     """Whether points z (n,) are inside the loops' polylines: whether a ray from them crosses an odd
     number of times.
     """
@@ -270,7 +271,7 @@ def _batches(z, most=1024):
     return np.array_split(z, len(z) // most + 1)
 
 
-def inside(loops: tuple, z: np.ndarray) -> np.ndarray:
+def inside(loops: Sequence, z: np.ndarray) -> np.ndarray:
     """Whether points z (n,) are inside the loops, exactly."""
     found, near = roughly_inside(loops, z)
     if near.any():
@@ -278,7 +279,7 @@ def inside(loops: tuple, z: np.ndarray) -> np.ndarray:
     return found
 
 
-def roughly_inside(loops: tuple, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def roughly_inside(loops: Sequence, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Whether points z (n,) are inside the loops' polylines, and whether they are so near that the
     arcs may differ.
     """
@@ -349,7 +350,7 @@ def points_of_largest_clearance(
     distance = np.zeros(len(z))
     distance[vertices] = np.abs(z[vertices] - border[points])
     order = np.argsort(-distance)
-    found = []
+    found: list = []
     for chunk in _batches(order, 256):  # mostly the first one has them all
         chunk = chunk[crossings(loops, z[chunk])]
         for k in chunk if allowed is None else chunk[allowed(z[chunk])]:

@@ -66,6 +66,7 @@ def test_an_error_that_has_no_text_is_left_alone(tmp_path):
     assert "Mute: <exception str() failed>" in done.stderr and "made no Robot" in done.stderr
 
 
+@pytest.mark.deep
 def test_a_line_of_the_students_models(tmp_path):
     """The explanation names the student's file, not the script that calls it."""
     (tmp_path / "five_bar_models.py").write_text(

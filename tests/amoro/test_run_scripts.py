@@ -10,6 +10,7 @@ import pytest
 from .test_run import START, run
 
 
+@pytest.mark.deep
 def test_windows_and_scopes_are_files(tmp_path):
     """A loop that draws, shows at the end, and closes; nothing is drawn that nobody sees."""
     script = """import matplotlib

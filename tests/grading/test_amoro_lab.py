@@ -27,6 +27,7 @@ def test_both_inertias_of_the_labs_papers_are_right(tmp_path, inertia):
     assert report(tmp_path, HELPERS.replace("1.0 * 0.045 * 0.045", inertia)).points == 20
 
 
+@pytest.mark.deep
 def test_another_robots_length_is_said(tmp_path):
     found = report(tmp_path, HELPERS.replace("d = 0.118", "d = 0.18"))
     assert found.points < 20 and "d = 0.18, the lab's robot 0.118: graded for that" in " ".join(
@@ -61,6 +62,7 @@ def test_what_follows_rightly_from_a_wrong_dgm_keeps_its_points(tmp_path):
     assert all(notes in c.remarks for c in passive)
 
 
+@pytest.mark.deep
 def test_a_wrong_helper_that_is_no_task_loses_the_points_of_those_that_call_it(tmp_path):
     """Nothing else is asked about compute_A_B: what is consistent with it has lost its points once only."""
     wrong = HELPERS.replace("A = np.array([u12, u22])", "A = np.array([u12, 0.7*u22 + 0.1])")
@@ -99,6 +101,7 @@ def tracked(folder, task, gains, *arguments, code=0):
     return run(folder, script, "--mark", task, "--json", *arguments, code=code)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "gains, task, low, high", [("100.0, 20.0", "1", 20, 20), ("100.0, 20.0", "2", 0, 0)]
 )

@@ -96,6 +96,7 @@ def numbers(value):
     return [value] if isinstance(value, int | float | complex) else []
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("name", ATTACKS)
 def test_an_attack_earns_nothing_and_breaks_nothing(name, isolate, scene, monkeypatch):
     code, kinds, limit = ATTACKS[name]
@@ -205,6 +206,7 @@ FORGED = [
 ]
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("where", ["import", "call"])
 def test_forged_messages_are_only_claims(where):
     """Each in the place of the worker's own, with the right nonce, at import or in a call."""

@@ -257,6 +257,7 @@ def test_an_enormous_file_is_refused_without_reading_it(tmp_path):
     assert graded.file_hash(tmp_path / "a.py") == ""
 
 
+@pytest.mark.deep
 def test_a_graders_process_that_dies_costs_one_student(labs, folder, tmp_path, capsys):
     """The lab itself kills the process that grades: only for one student, who has no points, not 0."""
     tests = labs / "elbow" / "test_lab.py"

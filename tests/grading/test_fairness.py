@@ -90,6 +90,7 @@ def test_a_notebook_computes_what_its_functions_read_and_no_more():
         assert np.allclose(program.ask("f", [(1.0,)], {"l": 0.2})[0].value, [0.2, 0.4])
 
 
+@pytest.mark.deep
 def test_a_file_without_the_labs_names_is_told_why_it_loses(tmp_path):
     source = re.sub(r"\bl[12]{2}\b", "l", LAB1)
     report = points("lab1", tmp_path, source)
@@ -101,6 +102,7 @@ def test_a_file_without_the_labs_names_is_told_why_it_loses(tmp_path):
     ]
 
 
+@pytest.mark.deep
 def test_nothing_follows_from_what_is_no_model(tmp_path):
     source = (
         "dynamic_model = lambda *q: ([[q[0], 0], [0, q[0]]], [0, 0])\n"
@@ -185,6 +187,7 @@ def test_a_crossing_on_a_sample_time_is_one_crossing():
         assert not any("exactly once" in text for text in lost), (seed, lost)
 
 
+@pytest.mark.deep
 def test_an_answer_by_the_number_of_the_call_earns_nothing(tmp_path):
     """The types come in a fixed order from the lab, but not to the program."""
     counter = (

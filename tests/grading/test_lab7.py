@@ -138,6 +138,7 @@ def test_samples_are_what_they_say(seed):
         poses(fb.Biglide(l1=0.201, l2=0.201), draw, 16, margin=0.9)
 
 
+@pytest.mark.deep
 def test_graded_for_a_students_own_robot_by_every_door(tmp_path, capsys):
     secret, ids, folder = tmp_path / "secret", tmp_path / "ids.txt", tmp_path / "handed in"
     secret.write_text("a secret")
@@ -161,6 +162,7 @@ def test_graded_for_a_students_own_robot_by_every_door(tmp_path, capsys):
     assert "24 of 24" in subprocess.run(command, capture_output=True, text=True, timeout=120).stdout
 
 
+@pytest.mark.deep
 def test_a_report_shows_the_bars_and_speaks_of_the_files_numbers(tmp_path):
     file = tmp_path / "student.py"
     file.write_text(RIGHT.replace("h = sqrt(", "h = -sqrt("))

@@ -210,6 +210,7 @@ def test_a_notebook_gives_its_definitions_only():
         assert worker.trouble is None
 
 
+@pytest.mark.deep
 def test_a_hang_costs_its_own_row_and_three_the_rest():
     source = (
         "import time\nn = 0\ndef f(x):\n    while x < 0: time.sleep(9)\n    return x\n"
@@ -238,6 +239,7 @@ def test_a_hang_costs_its_own_row_and_three_the_rest():
         )
 
 
+@pytest.mark.deep
 def test_a_whole_submission_has_a_limit_of_time_too(monkeypatch):
     """Calls just within their own limit, in many asks, hold a grader no longer than that."""
     monkeypatch.setattr("fivebar.grading.worker.student.LOAD_LIMIT", 1.0)
@@ -257,6 +259,7 @@ def test_time_on_the_processor_is_limited_too(isolate):
     assert (reply.kind, reply.text) == ("timeout", "its time on the processor is used up")
 
 
+@pytest.mark.deep
 def test_a_file_that_cannot_be_loaded_is_tried_three_times_only(monkeypatch):
     monkeypatch.setattr("fivebar.grading.worker.student.LOAD_LIMIT", 1.0)
     source = "__import__('time').sleep(99)\n" * 4 + "def f(): return 1\n"

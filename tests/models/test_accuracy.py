@@ -151,11 +151,13 @@ def check(name, ratio, bound=BOUND, chosen=slice(None)):
     )
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("key", oracle.keys("q") + oracle.keys("xi"), ids=label)
 def test_error(key):
     check(label(key), ratios(key, batches(key[1])[0][key]))
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("measure, bound", [(closure, CLOSURE_BOUND), (round_trip, BOUND)])
 def test_loop(measure, bound, start):

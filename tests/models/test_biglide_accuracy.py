@@ -70,6 +70,7 @@ def check(name, ratio, bound=BOUND, chosen=slice(None)):
     assert ratio[worst] <= bound, f"{text}; worst: {pose}"
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("key", keys("q") + keys("xi"), ids=label)
 def test_error(key):
     check(label(key), ratios(key, batches(key[1])[0][key]))

@@ -61,6 +61,7 @@ OUTPUTS = [
 ]
 
 
+@pytest.mark.deep
 def test_compiled_models_equal_numpy(compiler):
     """24 000 poses of 8 robots, a third close to a singularity: within 16 eps kappa |f|, kappa from the oracle."""
     count = 3000
@@ -327,6 +328,7 @@ def test_forced_motion_of_the_reference(five_bar_numbers, name, method, order, c
     )  # order 8 ends in rounding too soon
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("chart", ["auto", "joint", "task"])
 @pytest.mark.parametrize(
     "method, options",

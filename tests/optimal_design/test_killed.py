@@ -120,6 +120,7 @@ def test_a_killed_driver(kill, program, whole, tmp_path):
     assert bytes_of(out) == whole
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("kill", KILLS)
 def test_a_killed_worker(kill, program, whole, tmp_path):
     out, log = tmp_path / "out", tmp_path / "log"

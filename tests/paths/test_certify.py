@@ -178,6 +178,7 @@ def graze(count, rng):
     return proved
 
 
+@pytest.mark.deep
 def test_no_arc_that_grazes_a_locus_is_proved_free_falsely():
     count = 33_000 if NIGHTLY else 40
     proved = graze(count, np.random.default_rng(7))

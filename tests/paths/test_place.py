@@ -35,6 +35,7 @@ def test_a_point_like_path_lies_where_the_largest_disc_does():
     )
 
 
+@pytest.mark.deep
 def test_what_is_kept_and_what_does_not_fit():
     constraints = fb.Constraints(
         half_planes=[(0, 1, 0.01)],
@@ -100,6 +101,7 @@ def test_strokes_with_modes_of_their_own_as_few_as_need_be():
     assert len({part for _, part in together.strokes}) == 1
 
 
+@pytest.mark.deep
 def test_the_fastest_of_the_roomiest():
     path = fb.path([(0, 0), (0.04, 0), (0.04, 0.02)], deviation=1e-3)
     limits = fb.Constraints(torque=0.05, joint_speed=6.0)

@@ -87,6 +87,7 @@ def timed_at_random(robot, torque, centre, width, seeds):
     return found
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_random_paths_keep_their_limits_between_nodes_and_are_timed_to_a_thousandth(name):
     seeds = range(100 if NIGHTLY else 3)

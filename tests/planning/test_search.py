@@ -19,6 +19,7 @@ def inside(number):
 
 
 # By Type 2; by both legs' Type 1 and Type 2; into the smallest aspect; through leg's folds or Type 2.
+@pytest.mark.every(4)
 @pytest.mark.parametrize("one, other", [(1, 2), (1, 10), (1, 5), (4, 7)])
 def test_from_anywhere_to_anywhere(one, other):
     goal = inside(other)
@@ -47,6 +48,7 @@ def test_feed_forward_ends_with_the_plan():
     assert run.xi[-1] == pytest.approx(inside(2).xi, abs=1e-6)
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("method", ["legendre-gauss", "hermite-simpson"])
 @pytest.mark.parametrize("free", [True, False])
 def test_a_plan_is_its_own_derivative(method, free):

@@ -119,6 +119,7 @@ def test_times_of_crossings(free_start, options, bound):
     assert [event.t for event in run.events] == pytest.approx(times, abs=bound)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("chart, name", [("joint", "det A"), ("task", "sin q22")])
 def test_a_chart_held_fast_refuses_to_jump(free_start, chart, name):
     for step in np.linspace(4e-4, 4e-3, 25):

@@ -139,6 +139,7 @@ def cuts(found, base):
     return own[np.diff(own, prepend=-1) > 1e-9]
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "name, k, s, working",
     [("amoro", 0.3, 0.2, (1, -1)), ("unequal", 0.5, 0.15, (1, 1)), ("grashof", 0.9, 0.4, (1, -1))],

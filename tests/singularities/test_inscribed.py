@@ -138,6 +138,7 @@ def test_rectangles_in_which_more_is_kept(found):
         largest_rectangle(part, constraints=fb.Constraints(half_planes=[(0, 1, 1.0)]))
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "name, count, margin", [("amoro", 5, 0.0), ("unequal", 5, 0.0), ("hoang", 1, 0.01)]
 )

@@ -206,6 +206,7 @@ KEEPS = {
 }
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", KEEPS)
 def test_discs_keep_it_and_no_point_has_more_room(name):
     constraints, rng = KEEPS[name], np.random.default_rng(3)

@@ -126,6 +126,7 @@ def test_sextic(robot):
         )
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
 @pytest.mark.parametrize("mode", MODES, ids=str)
 def test_det_a_changes_sign_on_the_loci_only(robot, mode):
@@ -222,6 +223,7 @@ def reachable(robot, xi):
     return np.isfinite(det_a(robot, xi, (1, 1)))
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
 def test_the_workspace_ends_on_type_1_only(robot):
     points = sign_changes(lambda x: np.where(reachable(robot, x), 1, -1), *segments(robot, 300, 2))
@@ -323,6 +325,7 @@ def test_type_3_points(robot):
 lengths = st.floats(0.05, 1)
 
 
+@pytest.mark.deep
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(lengths, lengths, lengths, lengths, st.just(0.0) | st.floats(1e-12, 1))
 @example(0.90625, 0.21875, 0.140625, 1.0, 0.28125)  # almost a cusp: chords of 1e-7 there

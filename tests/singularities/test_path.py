@@ -175,6 +175,7 @@ def test_the_free_direction_is_the_kernel_of_a():
     assert check.criterion == pytest.approx(0.5 * np.dot(direction, acceleration), rel=1e-10)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "start, goal, duration, options",
     [

@@ -28,6 +28,7 @@ def random_robots(count):
         count -= 1
 
 
+@pytest.mark.deep
 def test_the_models_accept_every_point_of_the_loci():
     """A limit of reach is reached to the rounding of its coordinates, and the bars keep their lengths there."""
     for robot in random_robots(200):

@@ -334,6 +334,7 @@ def test_csv_and_png_from_the_page(opened, tmp_path, run):  # noqa: F811
     assert blue[0].sum() > 2000 and (blue[1].sum(axis=1) > 5).sum() > 100
 
 
+@pytest.mark.deep
 def test_contrast(opened, tmp_path, run):  # noqa: F811
     page = opened(written({"a": run, "b": run}, tmp_path))
 

@@ -295,6 +295,7 @@ def test_what_it_gives_away(page, tmp_path):
     assert name.endswith(".png") and png[:8] == b"\x89PNG\r\n\x1a\n" and len(png) > 10_000
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_serious_is_found_by_axe(opened, path, scheme):  # noqa: F811
     page = opened(

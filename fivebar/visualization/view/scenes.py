@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.tables import replaced, saved
+from ...base.tables import FilePath, replaced, saved
 from ..document import WebPage, frame_html
 from .machine import Machine
 from .page import page
@@ -86,7 +86,7 @@ class Scene(WebPage):
             )
         )
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: FilePath) -> None:
         """Write a page (.html), an animation (.gif, .mp4, .webm) or a strip of six poses (.png).
 
         Raises ValueError for another suffix, OSError where the file cannot be written, or a film
@@ -106,7 +106,7 @@ class Scene(WebPage):
         with replaced(path, path.suffix) as part:
             (save_strip if kind == ".png" else film)(self, part)
 
-    def saved(self, path: str | Path | None) -> Scene:
+    def saved(self, path: FilePath | None) -> Scene:
         """Return itself, saved if a path is given."""
         if path is not None:
             self.save(path)
