@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
@@ -158,7 +158,7 @@ def controller(robot: FiveBar | Biglide) -> ca.Function:
     q, q_dot, *others = [ca.SX.sym(name, 2) for name in names]
     assembly = ca.SX.sym("assembly")
     rates = dkm(joint_pose(robot, (q[0], q[1]), assembly), q_dot)
-    tau = ca.cse([computed_torque(rates, *others)])
+    tau: Any = ca.cse([computed_torque(rates, *others)])
     return ca.Function(
         CONTROLLER, [q, q_dot, *others, assembly], tau, [*names, "assembly"], ["tau"]
     )

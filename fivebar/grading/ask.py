@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,14 +42,15 @@ class Ask(Questions):
     `ask.verdict` records.
     """
 
-    def __init__(self, *questions: object):
+    def __init__(self, *questions: Any):
         super().__init__(*questions)
-        self.record, self.asked = [], set()
+        self.record: list = []
+        self.asked: set = set()
 
     def __call__(
         self,
         name: str,
-        *columns: ArrayLike,
+        *columns: Any,
         robot: Robot | None = None,
         constants: dict | None = None,
         tolerance: ArrayLike = TOLERANCE,
@@ -74,7 +76,7 @@ class Ask(Questions):
                 f" {', '.join(self._exercises) or 'none'}"
             )
         self.asked.add(name)
-        columns = [np.asarray(column) for column in columns]
+        columns = tuple(np.asarray(column) for column in columns)
         exercise, own = self._exercises[name], robot is None
         robot = robot or self._robot
         wanted = self._set_for(robot)
@@ -86,7 +88,7 @@ class Ask(Questions):
                 exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._standard))
             )
         own_answers = self._own(exercise, robot, columns, tolerance)
-        best = None
+        best: Any = None
         for also in (robot, *self._also) if own else (robot,):
             verdict = judge(
                 exercise,
@@ -220,7 +222,7 @@ class Ask(Questions):
                 )
         return verdict
 
-    def call(self, name: str, *row: float, limit: float | None = None) -> object:
+    def call(self, name: str, *row: float, limit: float | None = None) -> Any:
         """The value that one call gives, arrays and floats as they came; Wrong where it gives
         none.
         """

@@ -76,11 +76,8 @@ class Answers:
         known, nothing = np.all(np.isfinite(self.came), axis=1), np.isnan(outcome[:, 0])
         same = np.all(alike, axis=1)
         fits = same | (~known & nothing) | self.refused
-        return (
-            np.all(fits)
-            and np.any(same)
-            and bool(np.any(fits & ~self.good & ~(nothing & self.none)))
-        )
+        wrong = fits & ~self.good & ~(nothing & self.none)
+        return bool(fits.all() and same.any() and wrong.any())
 
 
 def difference(

@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ class Misconception:
 
     name: str
     hint: str
-    model: Callable = field(repr=False)
+    model: Any = field(repr=False)  # None where no model is meant
     turn: float = 2 * np.pi
     idle: bool = False
 
@@ -89,12 +90,12 @@ class Exercise:
     """
 
     signature: str
-    answer: Callable | None = field(repr=False)
+    answer: Any = field(repr=False)
     wrong: tuple[Misconception, ...] = ()
     angles: tuple[str, ...] = ()
     shapes: dict[str, tuple[int, ...]] = field(default_factory=dict)
     guessable: bool = False
-    derivation: Callable | None = field(default=None, repr=False)
+    derivation: Any = field(default=None, repr=False)
     slips: tuple[Slip, ...] = field(default=(), repr=False)
     follows: tuple[Follow, ...] = ()
 

@@ -5,9 +5,10 @@ one in its place.
 from __future__ import annotations
 
 import ast
-from collections.abc import Container, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -48,7 +49,7 @@ class Helped:
     rows: what the program asked of each, and for which robot.
     """
 
-    student: object
+    student: Any
     exercises: dict[str, Exercise]
     robot: Robot
     rows: dict[str, tuple[Robot, list]] = field(default_factory=dict)
@@ -112,7 +113,7 @@ def helped(program: Program, exercises: dict[str, Exercise], robot: Robot) -> It
         yield replace(program, student=Helped(student, exercises, robot), again=None)
 
 
-def may_call(source: str, function: str, names: Container[str]) -> set[str]:
+def may_call(source: str, function: str, names: Iterable[str]) -> set[str]:
     """Those of the names that the function mentions, or what it calls in the file; all where that
     cannot be seen.
     """
@@ -120,7 +121,7 @@ def may_call(source: str, function: str, names: Container[str]) -> set[str]:
         tree = ast.parse(source)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return set(names)
-    defined = {}
+    defined: dict = {}
     for node in tree.body:
         for name in (
             (node.name,)

@@ -21,7 +21,8 @@ def robot_of_file(
 
     names: the file's name for a number -> the robot's for it; constants: what the file gives them.
     """
-    given, notes = {}, []
+    given: dict = {}
+    notes: list = []
     for name, own in names.items():
         right, value = getattr(standard, own[0]), constants.get(name)
         if value is None or value == right:

@@ -98,7 +98,7 @@ class Lab:
         return digest.hexdigest()
 
 
-_LOADED = {}
+_LOADED: dict = {}
 
 
 def known_labs(folder: str | Path | None = None) -> list[Lab]:

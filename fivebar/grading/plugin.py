@@ -9,11 +9,12 @@ is the lab's fault, not the student's.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import replace
 from functools import partial
 from inspect import signature
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ from .results import checked
 from .variants import PUBLIC_SEED, robot_for
 from .worker.sandbox import IsolationError, KilledError
 
-_ASK = pytest.StashKey()
+_ASK = pytest.StashKey[Ask]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -76,11 +77,17 @@ class Checks:
     own faults.
     """
 
+    program: Any  # Program, None where a lab is only listed
+
     def __init__(self, program: Program | None, seed: str):
         self.program, self.seed = program, seed
-        self.found, self.trouble, self.interrupted, self.killed = [], [], False, None
+        self.found: list = []
+        self.trouble: list = []
+        self.interrupted = False
+        self.killed: Any = None
         self.bar = None  # of who watches
-        self._hopeless, self._known = {}, {}  # of all checks; the latter: diagnoses by function
+        self._hopeless: dict = {}
+        self._known: dict = {}  # of all checks; the latter: diagnoses by function
 
     def pytest_configure(self, config: pytest.Config) -> None:
         config.addinivalue_line("markers", "points(n): what a check is worth")
@@ -107,7 +114,7 @@ class Checks:
         return ask
 
     @pytest.hookimpl(wrapper=True)
-    def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> Iterator:
+    def pytest_pyfunc_call(self, pyfuncitem: pytest.Function) -> Generator[None, Any, Any]:
         try:
             return (yield)
         except AssertionError as error:
@@ -168,7 +175,9 @@ class Checks:
         return np.random.default_rng(int.from_bytes(hashlib.sha256(text.encode()).digest()))
 
     @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo) -> Iterator:
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo
+    ) -> Generator[None, Any, Any]:
         report = yield
         error = call.excinfo.value if call.excinfo else None
         if isinstance(error, KilledError):

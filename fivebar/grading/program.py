@@ -7,13 +7,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from ..models.robots import Robot
 from .intake.hand_in import ProgramFile, imported
 from .lab_constants import robot_of_file
 from .labs import Lab
 from .variants import PUBLIC_SEED, robot_from
-from .worker.live import Live
 from .worker.replies import Reply
 from .worker.student import Student
 from .worker.submission import SubmissionError, read_submission
@@ -22,7 +22,10 @@ from .worker.submission import SubmissionError, read_submission
 class NoProgram:
     """Stands for a submission that cannot be read: whatever is asked, that is the answer."""
 
-    output, notes, names, constants = "", (), (), {}
+    output = ""
+    notes = ()
+    names = ()
+    constants: dict = {}
 
     def __init__(self, text: str):
         self.trouble = Reply("import", text=text)
@@ -47,13 +50,13 @@ class Program:
     a sentence; again: opens a changed source in a process likewise.
     """
 
-    student: Student | Live | NoProgram
-    robot: Robot | None = None
+    student: Any  # Student, Live, NoProgram or Helped
+    robot: Any = None  # Robot
     where: Callable[[int], str] = "line {}".format
     remark: str = ""
     robot_from_standard: Callable[[Robot], Robot] | None = None
     source: str = field(default="", repr=False)
-    again: Callable[[str], Student] | None = field(default=None, repr=False)
+    again: Any = None  # source -> a context with a Student
 
     def robot_in(self, lab: Lab) -> Robot:
         if lab.constants():
@@ -81,7 +84,7 @@ class Job:
     path: Path
     student: str = ""
     seed: str = PUBLIC_SEED
-    robot: Robot | None = None
+    robot: Any = None  # Robot
     isolate: str = "process"
     limit: float | None = None
     trouble: str = ""
@@ -103,7 +106,7 @@ class Job:
             submission = read_submission(self.path, self.member)
         except SubmissionError as error:
             return Program(NoProgram(str(error)), self.robot)
-        limits = {}
+        limits: dict[str, Any] = {}
         if self.limit is not None:
             limits = {"limit": self.limit, "total": max(10.0, 5 * self.limit)}
         modules = imported(submission.source, self.siblings)

@@ -4,6 +4,7 @@ and is it so?
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -81,7 +82,7 @@ class Questions:
             self._hopeless[name] = Reply(last.kind, text=text, line=last.line, source=last.source)
         return replies
 
-    def judged(self, name: str, robot: Robot, columns: list, tolerance: ArrayLike) -> Verdict:
+    def judged(self, name: str, robot: Robot, columns: Sequence, tolerance: ArrayLike) -> Verdict:
         """The verdict on a function for itself, in those rows to which there is an answer; nothing
         is recorded.
         """

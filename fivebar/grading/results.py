@@ -72,7 +72,9 @@ def checked(
     v, asked = error.verdict, record[-1]
     earned = min(round(points * v.share, 2), points)
     named = (v.diagnosis.name, v.diagnosis.hint) if v.diagnosis else ("", "")
-    figure = pose_figure(asked.robot, asked.exercise, v.sample) if v.sample else ""
+    figure = ""
+    if v.sample and asked.robot and asked.exercise:
+        figure = pose_figure(asked.robot, asked.exercise, v.sample)
     return Check(
         name,
         title,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -118,6 +118,8 @@ class Robot(Protocol):
     """What every function here asks of a robot: two drives, and two distal bars that meet in the
     end-effector.
     """
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
 
     @property
     def m(self) -> float: ...  # grouped mass of the end-effector, kg

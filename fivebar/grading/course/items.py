@@ -65,7 +65,7 @@ def _points_without(report, name):
 
 def misconceptions(reports: list[Report]) -> list[tuple[tuple[str, str], int]]:
     """((function, misconception), number of students), the most frequent first."""
-    met = Counter()
+    met: Counter = Counter()
     for report in reports:
         met.update(
             {

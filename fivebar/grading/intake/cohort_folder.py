@@ -53,7 +53,8 @@ def find_submissions(
     Raises UsageError where two entries have the same id and must_be_told_apart: each id stands for
     a robot of its own.
     """
-    groups, left = {}, []
+    groups: dict = {}
+    left: list = []
     for name in sorted(os.listdir(folder)):
         path = folder / name
         if is_hidden(name):

@@ -55,7 +55,8 @@ def look_into(path: Path) -> tuple[list[ProgramFile], list[Left]]:
     """The programs in a file, folder or zip, and all that is none. Never raises for what it
     finds.
     """
-    programs, left = [], []
+    programs: list = []
+    left: list = []
     _look(path, path.name, 0, programs, left)
     return programs, left
 
@@ -200,7 +201,8 @@ def imported(source: str, siblings: Iterable[ProgramFile]) -> dict[str, str]:
     """Module's name -> source of those of the program's siblings that it imports, or one of those
     does.
     """
-    found, waiting = {}, [source]
+    found: dict = {}
+    waiting = [source]
     known = {PurePosixPath(file.name).stem: file for file in siblings}
     while waiting and len(found) < MOST_READ:
         words = set(re.findall(r"\w+", " ".join(_IMPORT.findall(waiting.pop()))))

@@ -9,11 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...models.robots import Robot
+from ...models.robots import Biglide, FiveBar, Robot
 from ..columns import Array
 from ..exercise import Misconception
 
-Kind = type[Robot]
+Kind = type[FiveBar] | type[Biglide]
 
 
 def words_for(kind: Kind) -> Callable[[str, str], str]:

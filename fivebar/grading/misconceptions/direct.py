@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +32,7 @@ def xy(point: Array) -> Columns:
     return point.real, point.imag
 
 
-def dgm(robot: Robot, q11: Array, q21: Array, assembly_mode: Array, apart: float = 0.0) -> Columns:
+def dgm(robot: Any, q11: Array, q21: Array, assembly_mode: Any, apart: float = 0.0) -> Columns:
     """apart: by how much each pivot is off, outwards, in distances d of the bases."""
     left, right = pivots(robot, q11, q21)
     return xy(meet(robot, left - apart * robot.d, right + apart * robot.d, assembly_mode))
@@ -141,7 +142,7 @@ def bars(robot: Robot, q11: Array, q21: Array, assembly_mode: Array) -> Columns:
 
 
 def dgm_passive(
-    robot: Robot, *row: Array, read: Callable = np.angle, off: Callable | None = None
+    robot: Robot, *row: Any, read: Callable = np.angle, off: Callable | None = None
 ) -> Columns:
     """read: the angle of a bar; off(robot, *row): by how much both pivots are off."""
     found = bars(robot, *row)

@@ -35,7 +35,7 @@ def right(thing: object, *_: object) -> object:
     return thing
 
 
-def base_x(robot: Robot, leg: int) -> Array:
+def base_x(robot: Robot, leg: int) -> float:
     return robot.drives[leg].x
 
 
@@ -55,7 +55,11 @@ _foot = foot
 
 # What is made of a wrong distance a from a pivot to the height's foot: AMORO's h/a times the right
 # vector; h times the right direction; or another foot, too.
-AHEAD = {}, {"ahead": lambda half, a, e: (half, e)}, {"ahead": lambda half, a, e: (a * e, e)}
+AHEAD: tuple[dict, ...] = (
+    {},
+    {"ahead": lambda half, a, e: (half, e)},
+    {"ahead": lambda half, a, e: (a * e, e)},
+)
 
 
 def height(bar: float, along: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ..exercise import Misconception
 from .common import Kind, legs_exchanged, root_of_absolute, root_or_0, words_for
 
 
-def igm(robot: Robot, x: Array, y: Array, gamma1: Array, gamma2: Array) -> Columns:
+def igm(robot: Robot, x: Array, y: Array, gamma1: Any, gamma2: Any) -> Columns:
     legs = zip(robot.drives, robot.distal, (gamma1, gamma2))
     return tuple(reach(drive, (x, y), bar, gamma).q for drive, bar, gamma in legs)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -60,9 +61,9 @@ def parts_of(
     B: Callable = lambda b, j: diagonal(b),
     b: Callable = lambda j: j.proximal * dot(j.u2, j.v1),
     of_A: Callable = same,
-    AB: Columns = (None, None),
-    own_A: Columns = (None,),
-    own_B: Columns = (None,),
+    AB: tuple = (None, None),
+    own_A: tuple = (None,),
+    own_B: tuple = (None,),
 ) -> tuple[Array, Array, Joints]:
     """A, B and the Joints. AB, own_A, own_B: the student's own, where there are any."""
     joints = Joints(robot, *angles(q))
@@ -95,27 +96,27 @@ def bias(
     return of_d(near(j, own), far(j, turning(own, passive, j.turns)))
 
 
-def A_steps(robot: Robot, *q: Array, **steps: Callable) -> Array:
+def A_steps(robot: Robot, *q: Array, **steps: Any) -> Array:
     return parts_of(robot, *q, **steps)[0]
 
 
-def B_steps(robot: Robot, *q: Array, **steps: Callable) -> Array:
+def B_steps(robot: Robot, *q: Array, **steps: Any) -> Array:
     return parts_of(robot, *q, **steps)[1]
 
 
-def first_order(robot: Robot, *row: Array, solve: Callable, **steps: Callable) -> Columns:
+def first_order(robot: Robot, *row: Array, solve: Callable, **steps: Any) -> Columns:
     A, B, _ = parts_of(robot, *row[:4], **steps)
     return times(solve(A, B), *row[4:])
 
 
 def dkm_steps(
-    robot: Robot, *row: Array, solve: Callable = lambda A, B: inverse(A) @ B, **steps: Callable
+    robot: Robot, *row: Array, solve: Callable = lambda A, B: inverse(A) @ B, **steps: Any
 ) -> Columns:
     return first_order(robot, *row, solve=solve, **steps)
 
 
 def ikm_steps(
-    robot: Robot, *row: Array, solve: Callable = lambda A, B: inverse(B) @ A, **steps: Callable
+    robot: Robot, *row: Array, solve: Callable = lambda A, B: inverse(B) @ A, **steps: Any
 ) -> Columns:
     return first_order(robot, *row, solve=solve, **steps)
 
@@ -125,7 +126,7 @@ def second_order(
     *row: Array,
     finish: Callable,
     given: Callable = lambda row: row[8:],
-    **steps: Callable,
+    **steps: Any,
 ) -> Columns:
     mine, others = rest_of(steps)
     A, B, j = parts_of(robot, *row[:4], **mine)
@@ -137,7 +138,7 @@ def dkm2_steps(
     robot: Robot,
     *row: Array,
     finish: Callable = lambda A, B, d, q: inverse(A) @ (B @ q + d),
-    **steps: Callable,
+    **steps: Any,
 ) -> Columns:
     return second_order(robot, *row, finish=finish, **steps)
 
@@ -146,7 +147,7 @@ def ikm2_steps(
     robot: Robot,
     *row: Array,
     finish: Callable = lambda A, B, d, x: inverse(B) @ (A @ x - d),
-    **steps: Callable,
+    **steps: Any,
 ) -> Columns:
     return second_order(robot, *row, finish=finish, **steps)
 
@@ -162,7 +163,7 @@ def dynamic_steps(
     M: Callable = lambda Z, m, J: Z + m * turned(J) @ J,
     c: Callable = lambda m, J, A, B, d, M: m * turned(J) @ inverse(A) @ d,
     Z: Callable = lambda robot: np.diag(robot.inertias),
-    **steps: Callable,
+    **steps: Any,
 ) -> Columns:
     mine, others = rest_of(steps)
     A, B, j = parts_of(robot, *row[:4], **mine)

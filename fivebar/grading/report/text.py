@@ -179,7 +179,7 @@ def report_text(report: Report, width: int | None = None, colour: bool = False) 
     lines = [*textwrap.wrap(f"{report.lab}: {printable(report.submission)}: {total}", width), ""]
     for text in headlines(report):
         lines += [*textwrap.wrap(printable(text), width), ""]
-    known = {}
+    known: dict = {}
     for check in report.checks:
         first, *rest = check_lines(check, width, known)
         lines += [_coloured(first, check) if colour else first, *rest]
@@ -214,7 +214,7 @@ def headlines(report: Report) -> Iterator[str]:
 
 
 def closing(report: Report) -> Iterator[str]:
-    remarks = {}
+    remarks: dict = {}
     for check in report.checks:
         for remark in check.remarks:
             remarks.setdefault(remark, []).append(check.function or check.title)

@@ -25,7 +25,7 @@ CELL = Path(__file__).parent / "cell"
 @cache
 def interpreter() -> Path:
     """The base interpreter, of which a virtual environment is only a view."""
-    return Path(sys._base_executable or sys.executable).resolve()
+    return Path(getattr(sys, "_base_executable", "") or sys.executable).resolve()
 
 
 @cache
@@ -120,7 +120,7 @@ def bwrap_command(packages: tuple[str, ...]) -> list[str]:
     else.
     """
     system = system_folders()
-    binds = [("--ro-bind", str(place), str(place)) for place in system]
+    binds: list[tuple[str, ...]] = [("--ro-bind", str(place), str(place)) for place in system]
     binds += [("--tmpfs", str(place)) for place in _hidden()]
     shown = [*_parts(packages), interpreter(), *(Path(p) for p in _SETTINGS if os.path.exists(p))]
     binds += [("--ro-bind", str(place), str(place)) for place in shown]

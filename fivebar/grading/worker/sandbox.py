@@ -68,7 +68,10 @@ class Worker:
             time.monotonic(),
         )
         self._selector = selectors.DefaultSelector()
-        self._text = self._process.stdout.fileno()
+        output = self._process.stdout
+        assert output is not None  # launch makes a pipe of it
+        self._output = output
+        self._text = output.fileno()
         for descriptor in (self._in, self._text):
             os.set_blocking(descriptor, False)
             self._selector.register(descriptor, selectors.EVENT_READ)
@@ -211,7 +214,7 @@ class Worker:
             pass
         self._selector.close()
         os.close(self._in)
-        self._process.stdout.close()
+        self._output.close()
         self._open = False
 
     def _kill_orphan(self):

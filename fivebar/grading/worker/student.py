@@ -68,11 +68,17 @@ class Student:
         self._limit, self._total, self._memory, self._cpu = limit, total, memory, cpu
         self._lines = submission.source.split("\n")
         self._modules = modules or {}
-        self._skip, self._losses, self._killed = [], {}, 0
+        self._skip: list = []
+        self._losses: dict = {}
+        self._killed = 0
         self._budget = MOST_LOSSES * LOAD_LIMIT + MOST_CALLS * limit
-        self._worker, self._hopeless = None, False
+        self._worker = None
+        self._hopeless = False
         self._output = ""
-        self.names, self.constants, self.trouble, self.notes = (), {}, None, ()
+        self.names = ()
+        self.constants: dict = {}
+        self.trouble = None
+        self.notes = ()
         self.mended: list[Reply] = []
         self._load()
         if self.trouble is not None and old_numpy.refused(self.trouble.text):

@@ -91,7 +91,7 @@ def call(function: Callable, row: list, file: str) -> dict:
     try:
         value = function(*row)
         try:
-            answer = {"k": "value", "v": plain(value)}
+            answer: dict = {"k": "value", "v": plain(value)}
         except OverflowError:
             answer = {
                 "k": "flood",

@@ -61,11 +61,17 @@ class Siblings:
     def __init__(
         self, sources: dict[str, str], rewrite: Callable[[ast.AST], ast.AST] = lambda tree: tree
     ):
-        self.sources, self.constants, self.trouble, self.numbers = sources, {}, None, {}
+        self.sources = sources
+        self.constants: dict = {}
+        self.trouble: dict | None = None
+        self.numbers: dict = {}
         self.rewrite = rewrite
 
     def find_spec(self, name: str, path: object = None, target: object = None) -> object:
-        return importlib.machinery.ModuleSpec(name, self) if name in self.sources else None
+        if name not in self.sources:
+            return None
+        # importlib asks a loader for no more than the methods below.
+        return importlib.machinery.ModuleSpec(name, self)  # type: ignore[arg-type]
 
     def create_module(self, spec: object) -> None:
         return None

@@ -42,7 +42,7 @@ class StandIn:
             return None
 
 
-def _numbers(value: object) -> Iterator[object]:
+def _numbers(value) -> Iterator:
     """The numbers of a value, in order. Raises TypeError where it holds something else."""
     if isinstance(value, tuple | list):
         for part in value:
