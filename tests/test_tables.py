@@ -16,7 +16,7 @@ import fivebar as fb
 from fivebar.base import tables
 from fivebar.linkages import PRESSES, FiveBarLinkage, FourBar, SliderCrank, Study, study
 from fivebar.planning.collocation import Pieces, scheme
-from fivebar.planning.plans import Mesh
+from fivebar.planning.plans import PlanMesh
 from fivebar.simulation.run import Control, Event
 from fivebar.singularities.maps import FIELDS, Map, singularity_map
 
@@ -157,7 +157,7 @@ def test_any_plan_comes_back(plan, data, degree, widths):
         index
     ]
     pieces = Pieces(rule, np.cumsum([0.0, *widths]), xi, xi_dot, values[..., :2], values[..., 2:])
-    mesh = Mesh(n, 3, data.draw(ANY), data.draw(ANY), data.draw(ANY))
+    mesh = PlanMesh(n, 3, data.draw(ANY), data.draw(ANY), data.draw(ANY))
     given = replace(
         plan,
         problem=replace(plan.problem, scheme=rule),

@@ -47,7 +47,7 @@ TORQUE_RATE, FORCE_RATE = (
 )  # 1/(N m), 1/N: RATE over that scale, of the lab's robots
 
 
-class Log(NamedTuple):
+class TrackerLog(NamedTuple):
     """A tracker's k steps since its reset.
 
     t (k,) s; solve_time (k,) s, of the whole step; iterations (k,) of the QP; status (k,), of
@@ -235,10 +235,10 @@ class Tracker:
         self._steps: list[tuple] = []
 
     @property
-    def log(self) -> Log:
+    def log(self) -> TrackerLog:
         if not self._steps:
-            return Log._make([np.zeros(0)] * 4 + [np.zeros((0, 2))])
-        return Log._make(np.array(column) for column in zip(*self._steps))
+            return TrackerLog._make([np.zeros(0)] * 4 + [np.zeros((0, 2))])
+        return TrackerLog._make(np.array(column) for column in zip(*self._steps))
 
     def __call__(
         self,

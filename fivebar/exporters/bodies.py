@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SIDES = 36  # of the grid on which a pose that closes is looked for
 
 
-class Body(NamedTuple):
+class RigidBody(NamedTuple):
     """A rigid body: kg, its centre of mass along and across the bar from its first joint, m,
     inertia about it, kg m^2.
 
@@ -47,8 +47,8 @@ class Leg:
     base: float
     proximal: float | None
     distal: float
-    drive: Body
-    bar: Body
+    drive: RigidBody
+    bar: RigidBody
     viscous: tuple[float, float]
     coulomb: float
     names: tuple[str, str, str, str]  # drive's body, bar's body, drive's joint, passive joint
@@ -130,7 +130,7 @@ def _leg(robot, k, share, own):
     along, turning, carried = share * bar, own.zz + share * bar**2, z / drive.length**2
     lightest, heaviest = (along**2 + own.across**2) / turning, share + carried
     mass = (lightest + heaviest) / 2
-    second = Body(
+    second = RigidBody(
         mass, along / mass, own.across / mass, turning - (along**2 + own.across**2) / mass
     )
     left = carried - (mass - share)
@@ -138,9 +138,9 @@ def _leg(robot, k, share, own):
         l1 = drive.length
         x, y, inertia = own.mx - (mass - share) * l1, own.my, left * l1**2
         weight = left + 2 * (x * x + y * y) / inertia
-        first = Body(weight, x / weight, y / weight, inertia - (x * x + y * y) / weight)
+        first = RigidBody(weight, x / weight, y / weight, inertia - (x * x + y * y) / weight)
     else:
-        first = Body(left, 0.0, 0.0, left * (bar / 10) ** 2)  # it does not turn
+        first = RigidBody(left, 0.0, 0.0, left * (bar / 10) ** 2)  # it does not turn
     words = robot.words
     parts = ("proximal", "distal") if robot.turns else ("foot", "bar")
     names = *(f"{part}{k + 1}" for part in parts), words.joints[k], words.passive[k]

@@ -34,7 +34,7 @@ LOST = (
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class AskedRows:
     """Rows of questions: columns, tolerance and refuse (n,), and the constants set in the file."""
 
     exercise: Exercise
@@ -191,7 +191,7 @@ def rows_of(exercise, robot, columns, tolerance, refuse, constants):
     """What was asked, with a tolerance and a refuse for each row."""
     n = len(columns[0])
     refuse = np.zeros(n, bool) if refuse is None else np.asarray(refuse)
-    return Rows(exercise, robot, columns, np.broadcast_to(tolerance, n), refuse, constants)
+    return AskedRows(exercise, robot, columns, np.broadcast_to(tolerance, n), refuse, constants)
 
 
 def with_answers(exercise, robot, columns):

@@ -20,7 +20,7 @@ from ..models.dyads import RRR, cross, dot
 from ..models.geometry import dgm
 from ..models.robots import FiveBar
 from .chain import Closure, Fixed, Reach, Still, Turned, minus
-from .motion import Chain, Link, Motion
+from .motion import Chain, Motion, MovingLink
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -151,7 +151,8 @@ class FiveBarLinkage:
         names = {k: f"joint {k}" for k in range(1, 6)}
         starts = {1: 1, 2: 2, 3: 4, 4: 5}
         links = {
-            f"link {k}": Link(points[starts[k]], headings[k], self.lengths[k]) for k in range(1, 5)
+            f"link {k}": MovingLink(points[starts[k]], headings[k], self.lengths[k])
+            for k in range(1, 5)
         }
         bars = tuple((names[a], names[b]) for a, b in ((1, 2), (2, 3), (5, 4), (4, 3)))
         points = {names[k]: points[k] for k in range(1, 6)}

@@ -12,7 +12,7 @@ from ..models.robots import must_close
 from .chain import Fixed, Reach, Still, Turned, meet
 from .checks import check, check_lengths, coordinate, pair
 from .limits import TURN, four_bar_limits
-from .motion import Body, Chain, Link, one_drive
+from .motion import Body, Chain, MovingLink, one_drive
 
 if TYPE_CHECKING:
     from .chain import Number
@@ -90,9 +90,9 @@ class FourBar:
             *(self.point or (self.coupler / 2, 0.0)),
         )
         links = {
-            "crank": Link(a, heading, self.crank, self.crank_body),
-            "coupler": Link(b, bc, self.coupler, self.coupler_body),
-            "rocker": Link(d, dc, self.rocker, self.rocker_body),
+            "crank": MovingLink(a, heading, self.crank, self.crank_body),
+            "coupler": MovingLink(b, bc, self.coupler, self.coupler_body),
+            "rocker": MovingLink(d, dc, self.rocker, self.rocker_body),
         }
         bars = [("A", "B"), ("B", "C"), ("D", "C")]
         if self.point and (is_symbolic(self.point[1]) or self.point[1]):

@@ -43,7 +43,7 @@ class Body:
 
 
 @dataclass(frozen=True, eq=False)
-class Link:
+class MovingLink:
     """A moving link: where it begins, its heading, its length (0: a block) and its body."""
 
     origin: Point
@@ -64,7 +64,7 @@ class Chain(NamedTuple):
     """
 
     points: dict[str, Point]
-    links: dict[str, Link]
+    links: dict[str, MovingLink]
     coordinates: dict
     dyads: tuple
     bars: tuple  # pairs of point names, for pictures

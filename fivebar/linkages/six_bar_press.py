@@ -18,7 +18,7 @@ from ..models.robots import must_close
 from .chain import Along, Fixed, Reach, Still, Turned, meet, slide
 from .checks import check, check_lengths, coordinate
 from .limits import four_bar_limits
-from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
+from .motion import BLOCK, RAIL, Body, Chain, MovingLink, one_drive
 
 if TYPE_CHECKING:
     from .chain import Number
@@ -83,11 +83,11 @@ class SixBarPress:
             c, d.p, (0.0, 1.0), self.l5, branch[1], "bar 5 is perpendicular to the slider's guide"
         )
         links = {
-            "crank": Link(a, crank, self.l2, Body(self.m2, self.j2)),
-            "coupler": Link(b, coupler, self.l3, Body(self.m3, self.j3)),
-            "rocker": Link(d, rocker, self.l4, Body(self.m4, self.j4)),
-            "bar": Link(c, bar, self.l5, Body(self.m5, self.j5)),
-            "slider": Link(e, Still((0.0, 1.0)), 0.0, Body(self.m6)),
+            "crank": MovingLink(a, crank, self.l2, Body(self.m2, self.j2)),
+            "coupler": MovingLink(b, coupler, self.l3, Body(self.m3, self.j3)),
+            "rocker": MovingLink(d, rocker, self.l4, Body(self.m4, self.j4)),
+            "bar": MovingLink(c, bar, self.l5, Body(self.m5, self.j5)),
+            "slider": MovingLink(e, Still((0.0, 1.0)), 0.0, Body(self.m6)),
         }
         along = Still((0.0, 1.0))
         share = branch[1] * (self.l4 + self.l5)

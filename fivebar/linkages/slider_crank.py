@@ -11,7 +11,7 @@ from ..base.checks import instance, one_of
 from .chain import Along, Fixed, Reach, Slot, Still, Turned, slide
 from .checks import check, check_lengths, coordinate
 from .limits import ends_of, guide_limits
-from .motion import BLOCK, RAIL, Body, Chain, Link, one_drive
+from .motion import BLOCK, RAIL, Body, Chain, MovingLink, one_drive
 
 if TYPE_CHECKING:
     from .chain import Number
@@ -105,9 +105,9 @@ class SliderCrank:
         singular = "the rod is perpendicular to the guide"
         b, rod = slide(a, (0.0, y), (1.0, 0.0), self.rod, branch, singular)
         links = {
-            "crank": Link(o, heading, self.crank, self.crank_body),
-            "rod": Link(a, rod, self.rod, self.rod_body),
-            "slider": Link(b, Still(), 0.0, self.slider_body),
+            "crank": MovingLink(o, heading, self.crank, self.crank_body),
+            "rod": MovingLink(a, rod, self.rod, self.rod_body),
+            "slider": MovingLink(b, Still(), 0.0, self.slider_body),
         }
         rail = {
             RAIL[0]: Fixed((-0.3 * length, y)),
@@ -135,9 +135,9 @@ class SliderCrank:
         singular = "the crank is perpendicular to the guide"
         o, crank = slide(a, line, (1.0, 0.0), self.crank, branch, singular)
         links = {
-            "rod": Link(b, heading, self.rod, self.rod_body),
-            "crank": Link(a, crank, self.crank, self.crank_body),
-            "guide": Link(o, Still(), 0.0, self.guide_body),
+            "rod": MovingLink(b, heading, self.rod, self.rod_body),
+            "crank": MovingLink(a, crank, self.crank, self.crank_body),
+            "guide": MovingLink(o, Still(), 0.0, self.guide_body),
         }
         return Chain(
             points={"B": b, "A": a, "O": o, **self._rail(o, Still())},
@@ -159,7 +159,7 @@ class SliderCrank:
             o = origin
             a = Fixed((self.crank, 0.0))
             b = Reach(a, heading, self.rod)
-            links = {"rod": Link(a, heading, self.rod, self.rod_body)}
+            links = {"rod": MovingLink(a, heading, self.rod, self.rod_body)}
             grounded = ("A", "O")
             traced = "B"
             bar = ("A", "B")
@@ -167,14 +167,14 @@ class SliderCrank:
             a = origin
             b = Fixed((self.rod, 0.0))
             o = Reach(a, heading, self.crank)
-            links = {"crank": Link(a, heading, self.crank, self.crank_body)}
+            links = {"crank": MovingLink(a, heading, self.crank, self.crank_body)}
             grounded = ("A", "B")
             traced = RAIL[1]
             bar = ("A", "O")
         guide = Slot(o, b, self.offset, branch)
         # Block and guide turn as one; the block's own centre is its pin.
-        links["guide"] = Link(o, guide, 0.0, self.guide_body)
-        links["slider"] = Link(b, guide, 0.0, self.slider_body)
+        links["guide"] = MovingLink(o, guide, 0.0, self.guide_body)
+        links["slider"] = MovingLink(b, guide, 0.0, self.slider_body)
         block = _block(b, guide, self._length)
         return Chain(
             points={"O": o, "A": a, "B": b, **self._rail(o, guide), **block},

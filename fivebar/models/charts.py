@@ -77,7 +77,7 @@ class Minimal:
 
 
 @dataclass(frozen=True)
-class Joint(Minimal):
+class JointChart(Minimal):
     """Active joint coordinates (q1, q2), mode: assembly. Regular away from Type 2."""
 
     name = "joint"
@@ -97,7 +97,7 @@ class Joint(Minimal):
 
 
 @dataclass(frozen=True)
-class Task(Minimal):
+class TaskChart(Minimal):
     """Task coordinates (x, y), modes: both working modes. Regular away from Type 1 of either leg;
     no sine in it.
     """
@@ -125,7 +125,7 @@ class Task(Minimal):
         )
 
 
-Chart = BarAngles | Task | Joint
+Chart = BarAngles | TaskChart | JointChart
 
 
 def halves(state: Any, chart: Chart) -> tuple[tuple, tuple]:
@@ -134,4 +134,4 @@ def halves(state: Any, chart: Chart) -> tuple[tuple, tuple]:
     return parts[: chart.size], parts[chart.size :]
 
 
-CHARTS: dict[str, Chart] = {"auto": BarAngles(), "task": Task(), "joint": Joint()}
+CHARTS: dict[str, Chart] = {"auto": BarAngles(), "task": TaskChart(), "joint": JointChart()}

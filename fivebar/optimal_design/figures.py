@@ -15,7 +15,7 @@ from ..models.robots import Biglide, FiveBar
 from .batch import place_of_design, robot_of_design, robots_of_designs, valid_rows
 from .closed_forms import CLOSED
 from .one_by_one import ONE_BY_ONE
-from .over_poses import BLOCK, OVER_POSES, Poses
+from .over_poses import BLOCK, OVER_POSES, TaskPoses
 from .task import Task
 
 
@@ -30,8 +30,8 @@ class Figure:
     words : str
         What it is.
     kind : {"closed", "poses", "own", "single"}
-        What `of` takes and gives: "closed" (robots in columns (n, 1)) -> (n,), "poses" (Poses) ->
-        (n,), "own" (robot) -> float, "single" (robot, Task, place) -> float.
+        What `of` takes and gives: "closed" (robots in columns (n, 1)) -> (n,), "poses"
+        (TaskPoses) -> (n,), "own" (robot) -> float, "single" (robot, Task, place) -> float.
     of : callable
     needs : tuple of str
         What the task must name.
@@ -167,7 +167,7 @@ def evaluate(
         step = max(1, BLOCK // len(task.nodes[0]))
         for start in range(0, len(chosen), step):
             part = chosen[start : start + step]
-            poses = Poses(
+            poses = TaskPoses(
                 robots_of_designs(names, rows[part], robot),
                 task,
                 place[part],

@@ -109,7 +109,7 @@ def design(
     robot = FiveBar() if robot is None else robot
     check_executor(executor)
     limits = {} if limits is None else limits
-    problem = Problem(goals, bounds, limits, robot, step, task_of(choices), executor)
+    problem = DesignProblem(goals, bounds, limits, robot, step, task_of(choices), executor)
     rng = np.random.default_rng(seed)
     with progress(unit=" generations") as bar:
         if len(problem.goals) == 1:
@@ -119,7 +119,7 @@ def design(
     return Front(tuple(sorted(designs, key=lambda one: one.values[problem.goals[0].name])))
 
 
-class Problem:
+class DesignProblem:
     """The search as numbers: parameters in; goals to be small and the violation of limits out."""
 
     def __init__(

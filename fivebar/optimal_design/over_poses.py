@@ -21,7 +21,7 @@ from .task import Task
 BLOCK = 16384  # poses at once: what they take stays in the processor's cache
 
 
-class Poses:
+class TaskPoses:
     """Robots in columns (n, 1) at the nodes of a task, (n, p) poses; place: (n, 2) m, the origin of
     each one's task.
     """

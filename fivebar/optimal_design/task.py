@@ -38,7 +38,7 @@ class Motor(NamedTuple):
     source: str = ""
 
 
-class Motion(NamedTuple):
+class TaskMotion(NamedTuple):
     """Samples of a trajectory, which can be sent to other processes: xi, xi', xi'' (SAMPLES, 2)."""
 
     duration: float  # s
@@ -89,7 +89,7 @@ class Task:
     poses: tuple[int, int] = (31, 31)
     working: tuple[int, int] = (1, -1)
     motor: Motor | None = None
-    motion: Motion | None = None
+    motion: TaskMotion | None = None
     path: Path | None = None
     tolerances: Mapping[str, float] | None = None
     stiffness: float | None = None
@@ -234,7 +234,7 @@ def _motor(value, name):
 
 
 def _motion(value, name):
-    if isinstance(value, Motion):
+    if isinstance(value, TaskMotion):
         return value
     a_callable(value, name)
     if not (hasattr(value, "start") and hasattr(value, "duration")):
@@ -251,7 +251,7 @@ def _motion(value, name):
     shapes = [part.shape for part in parts]
     if shapes != [(SAMPLES, 2)] * 3 or not np.isfinite(parts).all():
         raise ValueError(f"{name}(t) must give xi, xi', xi'', finite and (n, 2), not {shapes}")
-    return Motion(duration, *parts)
+    return TaskMotion(duration, *parts)
 
 
 def _path(value, name):

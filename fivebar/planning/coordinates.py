@@ -31,7 +31,7 @@ from ..models.physics import physics_of
 if TYPE_CHECKING:
     from ..models.robots import Robot
     from .problem import Problem
-    from .program import Program
+    from .program import NonlinearProgram
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class TaskCoordinates:
 
     def point(
         self,
-        program: Program,
+        program: NonlinearProgram,
         c: list,
         control: ca.SX,
     ) -> tuple:
@@ -80,7 +80,7 @@ class TaskCoordinates:
         push, tau = bar_force_dynamics(acc, forces)
         return ca.vertcat(*push) / program.force, ca.vertcat(*tau), acc
 
-    def control(self, program: Program) -> float:
+    def control(self, program: NonlinearProgram) -> float:
         """Return the unit of the controls."""
         return program.force
 
@@ -129,7 +129,7 @@ class BarCoordinates:
 
     def point(
         self,
-        program: Program,
+        program: NonlinearProgram,
         c: list,
         control: ca.SX,
     ) -> tuple:
@@ -140,7 +140,7 @@ class BarCoordinates:
         unit = program.time**2 / ca.DM(self.units(program.problem))
         return (c[2] - right) * unit, tau, acc
 
-    def control(self, program: Program) -> float:
+    def control(self, program: NonlinearProgram) -> float:
         return program.torque
 
     def at(self, problem: Problem, conditions: dict) -> list:

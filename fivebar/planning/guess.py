@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from .plans import Plan
-    from .program import Solution
+    from .program import PlanSolution
 
     Guess = Callable[[np.ndarray], np.ndarray]  # times (n,) s -> (n, 8): motion, bar forces
 
@@ -25,7 +25,7 @@ GRID = 121  # nodes per side of the grid on which a first path is searched
 SMOOTHINGS = 100  # passes over that path
 
 
-def guess_again(plan: Plan, found: Solution) -> Guess:
+def guess_again(plan: Plan, found: PlanSolution) -> Guess:
     """Return a solution as the guess of the next.
 
     Forces are interpolated between nodes, as computed ones might be huge there.

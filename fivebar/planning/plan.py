@@ -29,7 +29,7 @@ from ..constraints.constraints import (
 from ..models.geometry import Pose, igm
 from .collocation import LIMITS, METHODS, scheme
 from .guess import first_guess, guess_again
-from .plans import Mesh, Plan
+from .plans import Plan, PlanMesh
 from .problem import (
     LOOKED_AT,
     PlanError,
@@ -42,7 +42,7 @@ from .problem import (
     refuse_stops,
     working_modes,
 )
-from .program import Solution, solve
+from .program import PlanSolution, solve
 from .search import ways_between
 
 if TYPE_CHECKING:
@@ -223,7 +223,7 @@ def plan(
             ' constraints or a weight on "effort" the torque has no bound'
         )
     guess, durations = first_guess(problem)
-    search = _Search(problem, collocation, began)
+    search = _PlanSearch(problem, collocation, began)
     found = search.run(_mesh(collocation.intervals, durations), durations, guess)
     return refuse_broken(found, collocation.tolerance)
 
@@ -248,7 +248,7 @@ def _best(problems, collocation, began):
         if too_long or (candidates and work > WORK * collocation.max_time / 3):
             break
         guess, durations = first_guess(problem, paths)
-        search = _Search(problem, collocation, began)
+        search = _PlanSearch(problem, collocation, began)
         mesh = _mesh(collocation.intervals, durations)
         tried += 1
         try:
@@ -294,13 +294,13 @@ class _Candidate:
 
     number: int
     length: float
-    search: _Search
+    search: _PlanSearch
     mesh: list
-    solution: Solution
+    solution: PlanSolution
     plan: Plan
 
 
-class _Search:
+class _PlanSearch:
     """Solve, refine the mesh where the plan is inaccurate, solve again; or name what is wrong."""
 
     def __init__(self, problem, collocation, began):
@@ -320,7 +320,7 @@ class _Search:
                 robot,
                 gravity=tuple(share * g for g in robot.gravity),
             )
-            search = _Search(
+            search = _PlanSearch(
                 replace(self.problem, robot=lighter),
                 self.collocation,
                 self.began,
@@ -354,7 +354,7 @@ class _Search:
         return parts if parts.max() > 1 else None
 
     def refine(self, mesh, found, plan, parts):
-        """(mesh, Solution, Plan) on the divided mesh."""
+        """(mesh, PlanSolution, Plan) on the divided mesh."""
         self.refinements += 1
         if parts.sum() > MOST_INTERVALS or self.refinements == REFINEMENTS:
             reason = (
@@ -382,7 +382,7 @@ class _Search:
         )
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         intervals = len(plan.pieces.xi)
-        done = Mesh(
+        done = PlanMesh(
             intervals,
             found.iterations,
             found.objective,

@@ -50,7 +50,7 @@ BARS = (
 )  # of a plan in the four bars
 
 
-class Mesh(NamedTuple):
+class PlanMesh(NamedTuple):
     """One solution: intervals, IPOPT's iterations, objective, `Plan.error`, s since the call."""
 
     intervals: int
@@ -77,7 +77,7 @@ class Plan(Animated):
         Its value, SI.
     status : str
         IPOPT's return status.
-    meshes : tuple of Mesh
+    meshes : tuple of PlanMesh
         The solutions on the way, mesh by mesh.
     solve_time : float
         Time, s, of the whole call.
@@ -89,7 +89,7 @@ class Plan(Animated):
     pieces: Pieces
     objective: float
     status: str
-    meshes: tuple[Mesh, ...] = ()
+    meshes: tuple[PlanMesh, ...] = ()
     solve_time: float = math.nan
     tried: int = 1
     start = 0.0
@@ -364,7 +364,7 @@ def _known(about):
         scheme(about["method"], about["degree"]),
     )
     knots = np.array(about["knots"], dtype=float)
-    meshes = tuple(Mesh(*mesh) for mesh in about["meshes"])
+    meshes = tuple(PlanMesh(*mesh) for mesh in about["meshes"])
     must_increase(knots, "knots")
     size = 2 * problem.coordinates.size
     begins = np.array(about["begins"], dtype=float).reshape(

@@ -23,7 +23,7 @@ REGULARIZING = 1e-6  # weight of the objective where the violation of limits is 
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class PlanSolution:
     """A result of IPOPT, solved or not.
 
     durations: s, of each phase (p,). controls: at all points (n, 2). slack: by what part of its
@@ -51,7 +51,7 @@ def solve(
     max_time: float,
     elastic: bool = False,
     iterations: int | None = None,
-) -> Solution:
+) -> PlanSolution:
     """Solve a problem on one mesh.
 
     mesh: per phase the knots from 0 to 1.
@@ -61,7 +61,7 @@ def solve(
     elastic: instead of the objective, minimize by what parts the limits are exceeded.
     iterations: of IPOPT at most, if not MOST_ITERATIONS.
     """
-    program = Program(problem, mesh, durations, elastic)
+    program = NonlinearProgram(problem, mesh, durations, elastic)
     program.keep_motion()
     program.keep_limits()
     program.keep_stops()
@@ -102,10 +102,10 @@ def solve(
     status = stats["return_status"]
     iterations = int(stats["iter_count"])
     pieces, durations, controls, slack = program.in_si(solution)
-    return Solution(pieces, durations, controls, slack, objective, status, iterations)
+    return PlanSolution(pieces, durations, controls, slack, objective, status, iterations)
 
 
-class Program:
+class NonlinearProgram:
     """Variables and constraints on one mesh, scaled to be near 1; vectors of points are columns."""
 
     def __init__(self, problem, mesh, durations, elastic):

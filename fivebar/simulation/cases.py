@@ -32,7 +32,7 @@ ENCODER = 2 * math.pi / 4096  # rad
 
 
 @dataclass(frozen=True)
-class Case:
+class ControlCase:
     """A motion to be tracked.
 
     plant: the robot that moves; model: the one that its controller knows.
@@ -61,7 +61,7 @@ class Case:
 
 
 def _task_1(title="task 1", **more):
-    return Case(title, line(HOME, TASK_1, 2.0), **more)
+    return ControlCase(title, line(HOME, TASK_1, 2.0), **more)
 
 
 def _torque_limit():
@@ -75,7 +75,7 @@ def _torque_limit():
 def _crossing():
     """Task 2, planned with least effort; it passes the Type-2 singularity at t = 3 s."""
     reference = plan(FiveBar(), HOME, TASK_2, 4.0)
-    return Case("task 2, planned across Type 2", reference, torque_limit=0.05)
+    return ControlCase("task 2, planned across Type 2", reference, torque_limit=0.05)
 
 
 CASES = {
@@ -107,8 +107,8 @@ CONTROLLERS = {
 }
 
 
-def case(name: str) -> Case:
-    """One of CASES by its name: Case."""
+def case(name: str) -> ControlCase:
+    """One of CASES by its name: ControlCase."""
     return CASES[_known(name, CASES, "case")]()
 
 

@@ -18,7 +18,7 @@ from ..base.checks import a_callable, bounded, instance, optional, positive, sho
 from ..base.checks import robot as must_be_robot
 from ..base.progress import progress
 from ..control.laws import PD, ComputedTorque
-from ..models.charts import CHARTS, Chart, Task, halves
+from ..models.charts import CHARTS, Chart, TaskChart, halves
 from ..models.compiled import Buffered, compiled
 from ..models.kinematics import Rates, some_rates
 from ..models.parameters import count_of, names_of, parameters_of, with_parameters
@@ -262,7 +262,7 @@ def _at_reference(loop, parameters, reference):
     at = casadi.SX.sym("at", 4)
     p = casadi.SX.sym("parameters", parameters.shape[1])
     robot = with_parameters(loop.kind, p, loop.names)
-    rates = Task().rates(
+    rates = TaskChart().rates(
         robot,
         (at[0], at[1]),
         (at[2], at[3]),

@@ -23,7 +23,7 @@ FLAT = 8 * EPS  # a squared sine up to this is 0
 
 
 @dataclass(frozen=True)
-class Line:
+class LocusLine:
     """Points start + t direction, and their derivative: what `Locus` follows."""
 
     start: complex
@@ -81,7 +81,7 @@ class BiglideLoci:
         found: dict[str, tuple] = {}  # those of a kind are on one line
         for kind, own, u1, u2 in self._families:
             modes = _signs(u1, u2)
-            line = Line(
+            line = LocusLine(
                 complex(-self.robot.d / 2 + self.robot.l1 * u1.real),
                 1j,
             )
@@ -103,7 +103,7 @@ class BiglideLoci:
             s1, s2, s = modes = _signs(u1, u2)
             along = own == Singularity.PARALLEL
             assembly = (1, -1) if along else values_of(s)
-            line = Line(
+            line = LocusLine(
                 1j * (self.robot.l1 * u1.imag - self.robot.l2 * u2.imag),
                 1 + 1j,
             )
@@ -115,7 +115,7 @@ class BiglideLoci:
                     "self-motion",
                     self.everywhere,
                     (1, -1),
-                    Line(0j, 1 + 1j),
+                    LocusLine(0j, 1 + 1j),
                 )
             )
         return tuple(pieces)

@@ -27,6 +27,7 @@ from tests.helpers.oracle import (
     norm,
 )
 
+pytestmark = pytest.mark.deep  # two minutes of 50 digits
 ROBOTS, POSES, SEED, BOUND, CLOSURE_BOUND = 50, 200, 20, 16, 4
 STARTS = ("q", "xi")
 NEAR = np.tile(np.arange(POSES) >= POSES - POSES // 3, ROBOTS)
@@ -151,13 +152,11 @@ def check(name, ratio, bound=BOUND, chosen=slice(None)):
     )
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("key", oracle.keys("q") + oracle.keys("xi"), ids=label)
 def test_error(key):
     check(label(key), ratios(key, batches(key[1])[0][key]))
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("measure, bound", [(closure, CLOSURE_BOUND), (round_trip, BOUND)])
 def test_loop(measure, bound, start):

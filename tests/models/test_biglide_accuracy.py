@@ -15,6 +15,7 @@ from tests.helpers.biglide_oracle import LENGTHS, MODES, models
 from tests.helpers.oracle import EPS, GIVEN, OTHER, circle, cross, dot, exact, keys, norm
 from tests.models.test_accuracy import label, package
 
+pytestmark = pytest.mark.deep  # two minutes of 50 digits
 ROBOTS, POSES, SEED, BOUND = 20, 200, 5, 16
 STARTS = ("q", "xi")
 
@@ -70,7 +71,6 @@ def check(name, ratio, bound=BOUND, chosen=slice(None)):
     assert ratio[worst] <= bound, f"{text}; worst: {pose}"
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("key", keys("q") + keys("xi"), ids=label)
 def test_error(key):
     check(label(key), ratios(key, batches(key[1])[0][key]))

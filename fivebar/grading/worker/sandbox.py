@@ -41,7 +41,7 @@ class Lost(Exception):
     outside: bool = False
 
 
-class Worker:
+class SandboxWorker:
     """One worker process; ended by `close`, with all that it started."""
 
     def __init__(self, isolate: str, memory: int, cpu: int):

@@ -19,7 +19,7 @@ import numpy as np
 from ...base import old_numpy
 from .places import bwrap_trouble
 from .replies import KINDS, Reply
-from .sandbox import MOST_OUTPUT, IsolationError, KilledError, Lost, Worker
+from .sandbox import MOST_OUTPUT, IsolationError, KilledError, Lost, SandboxWorker
 from .submission import Submission
 from .wire import Garbled, clean, place, reply, value
 
@@ -237,7 +237,7 @@ class Student:
         losses = 0
         while losses < MOST_LOSSES:
             self._used, at = False, None
-            self._worker = Worker(self._isolate, self._memory, self._cpu)
+            self._worker = SandboxWorker(self._isolate, self._memory, self._cpu)
             start = time.monotonic()
             try:
                 self._note(self._worker.confined())

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from fivebar.base.backend import wrap
-from fivebar.models.charts import BarAngles, Joint
+from fivebar.models.charts import BarAngles, JointChart
 from fivebar.models.compiled import Buffered, compiled
 from fivebar.models.geometry import dgm
 from fivebar.simulation.simulate import simulate
@@ -77,7 +77,7 @@ def ours(jit: bool) -> Callable[..., Attempt]:
 def in_joints(problem: str, count: int) -> Attempt:
     """The same in the joint chart, which has half as many coordinates, and an end at Type 2."""
     judge = judged(problem)
-    call, modes = fixed_steps(DRIVEN[problem], Joint(), "dop8", count, True)
+    call, modes = fixed_steps(DRIVEN[problem], JointChart(), "dop8", count, True)
 
     def judge_end(end):
         return judge(
@@ -131,8 +131,8 @@ def redundant_compiled(jit: bool) -> Callable[..., Attempt]:
 def lsoda(problem: str, rtol: float) -> Attempt:
     """SciPy's LSODA, called with our closed form, which is compiled: what SciPy itself costs."""
     motion, judge = DRIVEN[problem], judged(problem)
-    c, c_dot, modes = Joint().coordinates(motion.begin())
-    model = Buffered(model_functions(ROBOT, Joint())[0])
+    c, c_dot, modes = JointChart().coordinates(motion.begin())
+    model = Buffered(model_functions(ROBOT, JointChart())[0])
     modes, times = np.array(modes, dtype=float), np.array([0.0, DURATION])
 
     def slope(t, state):

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ....models.charts import CHARTS, BarAngles, Joint, Task
+from ....models.charts import CHARTS, Chart, JointChart
 from ....models.compiled import Buffered, compiled
 from ....models.dynamics import energy
 from ....simulation.settings import Integrator
@@ -97,9 +97,11 @@ def by_casadi(plugin: str, options: Callable[[float], dict]) -> Callable[..., At
     def prepare(problem, knob):
         start = MOTIONS[problem].begin()
         judge = judged(problem)
-        c, c_dot, modes = Joint().coordinates(start)
+        c, c_dot, modes = JointChart().coordinates(start)
         x = ca.SX.sym("x", 4)
-        slope = model_functions(ROBOT, Joint())[0](x, ca.DM.zeros(2), [int(mode) for mode in modes])
+        slope = model_functions(ROBOT, JointChart())[0](
+            x, ca.DM.zeros(2), [int(mode) for mode in modes]
+        )
         dae = {"x": x, "ode": slope}
         integrator = ca.integrator(
             "integrator",
@@ -112,7 +114,7 @@ def by_casadi(plugin: str, options: Callable[[float], dict]) -> Callable[..., At
         begin = np.array([*c, *c_dot])
 
         def judge_end(result):
-            return judge(seen(Joint(), result["xf"].full().ravel(), modes))
+            return judge(seen(JointChart(), result["xf"].full().ravel(), modes))
 
         return Attempt(lambda: integrator(x0=begin), judge_end)
 
@@ -139,7 +141,7 @@ def collocation_options(elements: float) -> dict:
     }
 
 
-def seen(chart: BarAngles | Joint | Task, state: np.ndarray, modes: tuple) -> tuple:
+def seen(chart: Chart, state: np.ndarray, modes: tuple) -> tuple:
     """Return xi, q and energy of a state in a chart."""
     c, c_dot = (tuple(part.tolist()) for part in np.split(state, 2))
     rates = chart.rates(ROBOT, c, c_dot, tuple(int(mode) for mode in modes))
@@ -147,7 +149,11 @@ def seen(chart: BarAngles | Joint | Task, state: np.ndarray, modes: tuple) -> tu
 
 
 def fixed_steps(
-    motion: FreeMotion, chart: BarAngles | Joint | Task, method: str, count: int, jit: bool
+    motion: FreeMotion,
+    chart: Chart,
+    method: str,
+    count: int,
+    jit: bool,
 ) -> tuple[Callable, list[int]]:
     """Return call () -> final state of our fixed steps in a chart, and the modes.
 

@@ -12,7 +12,7 @@ from ....constraints.constraints import Constraints
 from ....control.laws import PD, ComputedTorque
 from ....control.qp import QP
 from ....control.tracker import Tracker
-from ....simulation.cases import Case, case
+from ....simulation.cases import ControlCase, case
 from ....simulation.comparison import compare
 from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 
@@ -43,7 +43,7 @@ PROBLEMS = {
 }
 
 
-def tracked(make: Callable[[Case, float], Callable]) -> Callable[..., Attempt]:
+def tracked(make: Callable[[ControlCase, float], Callable]) -> Callable[..., Attempt]:
     """Return prepare of a controller make(case, knob): one run, every control step timed."""
 
     def prepare(problem, knob):
@@ -72,19 +72,19 @@ def tracked(make: Callable[[Case, float], Callable]) -> Callable[..., Attempt]:
     return prepare
 
 
-def computed_torque(chosen: Case, bandwidth: float) -> ComputedTorque:
+def computed_torque(chosen: ControlCase, bandwidth: float) -> ComputedTorque:
     """Return critically damped computed torque."""
     return ComputedTorque(chosen.model, bandwidth**2, 2 * bandwidth)
 
 
-def pd(chosen: Case, bandwidth: float) -> PD:
+def pd(chosen: ControlCase, bandwidth: float) -> PD:
     """Return PD of about the same bandwidth, by the inertia that a joint moves."""
     robot = chosen.model
     inertia = robot.zz1 + robot.m * robot.l11**2
     return PD(robot, inertia * bandwidth**2, 2 * inertia * bandwidth)
 
 
-def predictive(solver: str) -> Callable[[Case, float], Tracker]:
+def predictive(solver: str) -> Callable[[ControlCase, float], Tracker]:
     """Return a maker of the tracker with this QP solver; its knob is the horizon."""
 
     def make(chosen, horizon):
