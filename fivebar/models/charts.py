@@ -125,13 +125,13 @@ class TaskChart(Minimal):
         )
 
 
-Chart = BarAngles | TaskChart | JointChart
+StateChart = BarAngles | TaskChart | JointChart
 
 
-def halves(state: Any, chart: Chart) -> tuple[tuple, tuple]:
+def halves(state: Any, chart: StateChart) -> tuple[tuple, tuple]:
     """(c, c') of a state of the chart, symbols, on components."""
     parts = tuple(state[k] for k in range(2 * chart.size))
     return parts[: chart.size], parts[chart.size :]
 
 
-CHARTS: dict[str, Chart] = {"auto": BarAngles(), "task": TaskChart(), "joint": JointChart()}
+CHARTS: dict[str, StateChart] = {"auto": BarAngles(), "task": TaskChart(), "joint": JointChart()}

@@ -18,7 +18,7 @@ from ..base.checks import a_callable, bounded, instance, optional, positive, sho
 from ..base.checks import robot as must_be_robot
 from ..base.progress import progress
 from ..control.laws import PD, ComputedTorque
-from ..models.charts import CHARTS, Chart, TaskChart, halves
+from ..models.charts import CHARTS, StateChart, TaskChart, halves
 from ..models.compiled import Buffered, compiled
 from ..models.kinematics import Rates, some_rates
 from ..models.parameters import count_of, names_of, parameters_of, with_parameters
@@ -45,7 +45,7 @@ class _Law(NamedTuple):
     kind: type  # of the robots
     names: tuple[str, ...]  # of their parameters
     law: PD | ComputedTorque
-    chart: Chart
+    chart: StateChart
     method: str
     grid: Grid
     periods: int

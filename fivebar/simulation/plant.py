@@ -13,7 +13,7 @@ from operator import itemgetter
 import numpy as np
 
 from ..base.errors import SingularityError
-from ..models.charts import BarAngles, Chart
+from ..models.charts import BarAngles, StateChart
 from ..models.compiled import Buffered, compiled
 from ..models.four_joints import FourJointRates, bars_rates, closed
 from ..models.kinematics import Rates
@@ -257,7 +257,7 @@ class FixedPlant:
         self,
         robot: Robot,
         start: Rates,
-        chart: Chart,
+        chart: StateChart,
         method: str,
         step: float,
         jit: bool | str = False,
@@ -335,7 +335,7 @@ def refuse_losses(
     robot: Robot,
     rows: np.ndarray,
     tau: np.ndarray,
-    chart: Chart,
+    chart: StateChart,
     step: float,
 ) -> None:
     """Raise at the first fixed step that jumped.

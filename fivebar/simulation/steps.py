@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from ..base.backend import pack
-from ..models.charts import BarAngles, Chart, halves
+from ..models.charts import BarAngles, StateChart, halves
 from ..models.dynamics import energy, forward_dynamics, held_by, slipping_dynamics
 from ..models.four_joints import bars_rates, closed, rates_from_joint_state
 from ..models.kinematics import Rates
@@ -34,7 +34,7 @@ METHODS = ("rk4", "dop8")
 
 
 @lru_cache(maxsize=64)
-def model_functions(robot: Robot, chart: Chart) -> tuple[casadi.Function, casadi.Function]:
+def model_functions(robot: Robot, chart: StateChart) -> tuple[casadi.Function, casadi.Function]:
     """Return (state, tau, modes) -> slope, and (state, modes) -> observation."""
     state, tau, modes = _symbols(chart)
     c, c_dot = halves(state, chart)
@@ -49,7 +49,7 @@ def model_functions(robot: Robot, chart: Chart) -> tuple[casadi.Function, casadi
 @lru_cache(maxsize=64)
 def block_function(
     robot: Robot,
-    chart: Chart,
+    chart: StateChart,
     method: str,
     step: float,
     count: int,
@@ -71,7 +71,7 @@ def block_function(
 
 def runge_kutta_step(
     robot: Robot,
-    chart: Chart,
+    chart: StateChart,
     method: str,
     step: Any,
     state: Any,
@@ -91,7 +91,7 @@ def runge_kutta_step(
 
 def propagate(
     robot: Robot,
-    chart: Chart,
+    chart: StateChart,
     modes: Sequence,
     method: str,
     step: float,

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ....models.charts import CHARTS, Chart, JointChart
+from ....models.charts import CHARTS, JointChart, StateChart
 from ....models.compiled import Buffered, compiled
 from ....models.dynamics import energy
 from ....simulation.settings import Integrator
@@ -141,7 +141,7 @@ def collocation_options(elements: float) -> dict:
     }
 
 
-def seen(chart: Chart, state: np.ndarray, modes: tuple) -> tuple:
+def seen(chart: StateChart, state: np.ndarray, modes: tuple) -> tuple:
     """Return xi, q and energy of a state in a chart."""
     c, c_dot = (tuple(part.tolist()) for part in np.split(state, 2))
     rates = chart.rates(ROBOT, c, c_dot, tuple(int(mode) for mode in modes))
