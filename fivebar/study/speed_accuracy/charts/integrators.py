@@ -150,7 +150,7 @@ def seen(chart: StateChart, state: np.ndarray, modes: tuple) -> tuple:
 
 def fixed_steps(
     motion: FreeMotion,
-    chart: Chart,
+    chart: StateChart,
     method: str,
     count: int,
     jit: bool,
