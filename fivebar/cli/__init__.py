@@ -11,8 +11,6 @@ import re
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from decimal import Decimal
-from difflib import get_close_matches
 from importlib import import_module
 from importlib.metadata import version
 
@@ -49,25 +47,20 @@ COMMANDS = {
     "check": ("grade", "check your own solution of a lab, with hints"),
     "grade": ("grade", "grade a submission, or a folder of them, on hidden inputs"),
 }
-OF_A_FILE = re.compile(r"\[Errno -?\d+\] ([^:]+): (['\"])(.*?)\2")  # as Python words an OSError
-STREAMS = {"stdin": "r", "stdout": "w", "stderr": "w"}
-SMALL = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][+-]?\d+")  # which argparse takes for an option
+ERRNO = re.compile(r"\[Errno -?\d+\] ([^:]+): (['\"])(.*?)\2")  # as Python words an OSError
+NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; gives its exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
-    for name, mode in STREAMS.items():
-        if (
-            getattr(sys, name) is None
-        ):  # it was closed, and the next file that is opened would get its number
+    for name, mode in {"stdin": "r", "stdout": "w", "stderr": "w"}.items():
+        # A closed stream would give its number to the next file that is opened.
+        if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode))
-    if isinstance(
-        sys.stdout, io.TextIOWrapper
-    ):  # where a locale has no ² or µ, they are no reason to fail
+    # A locale without ² or µ is no reason to fail.
+    if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
-    if words and words[0] != "run":  # whose arguments are the script's
-        words = [format(Decimal(word), "f") if SMALL.fullmatch(word) else word for word in words]
     try:
         try:
             return _run(words)
@@ -109,7 +102,7 @@ def _flush():
 
 
 def _complain(error, code):
-    text = OF_A_FILE.sub(r"\3: \1", " ".join(str(error).split()))
+    text = ERRNO.sub(r"\3: \1", " ".join(str(error).split()))
     with suppress(OSError):  # nobody hears it
         try:  # the error may quote a file's hostile name
             print("fivebar: " + printable(text), file=sys.stderr)
@@ -119,21 +112,15 @@ def _complain(error, code):
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says what was perhaps meant."""
+    """Knows -1e-3 as a number, and shows the usage of the command whose option is unknown."""
 
-    def error(self, message):
-        wrong = re.search(
-            r"invalid choice: '(.*?)' \(choose from (.*)\)|unrecognized arguments: (--\S+)", message
-        )
-        if wrong:
-            known = re.findall(r"[\w.-]+", wrong[2]) if wrong[2] else self._option_string_actions
-            near = get_close_matches(wrong[1] or wrong[3].split("=")[0], known, 1)
-            message += f"; did you mean {near[0]}?" if near else ""
-        super().error(message)
+    def __init__(self, *arguments, **settings):
+        super().__init__(*arguments, **settings)
+        self._negative_number_matcher = NEGATIVE
 
     def parse_args(self, args=None, namespace=None):
         arguments, unknown = self.parse_known_args(args, namespace)
-        if unknown:  # the command knows its own options
+        if unknown:
             getattr(arguments, "parser", self).error(f"unrecognized arguments: {' '.join(unknown)}")
         return arguments
 
@@ -146,11 +133,10 @@ def _parser(asked):
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     if asked in COMMANDS:
         import_module(f".{COMMANDS[asked][0]}", __package__).add_parsers(commands)
-        for name, own in commands.choices.items():
-            own.description = (
-                own.description or f"{COMMANDS[name][1][0].upper()}{COMMANDS[name][1][1:]}."
-            )
-            own.set_defaults(parser=own)
+        for name, parser_of in commands.choices.items():
+            words = COMMANDS[name][1]
+            parser_of.description = parser_of.description or f"{words[0].upper()}{words[1:]}."
+            parser_of.set_defaults(parser=parser_of)
     else:
         for name, (_, words) in COMMANDS.items():
             commands.add_parser(name, help=words)

@@ -2,76 +2,43 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from argparse import _SubParsersAction
 from pathlib import Path
 
 from ..base.errors import UsageError
 from ..base.tables import written
+from .options import JSON, add_options, named, print_json, usage_errors
 from .robot_options import add_robot_options, chosen_robot
+
+
+OPTIONS = JSON | {
+    "--unknown NAME ...": (
+        "of l11 l12 l21 l22 d offset1 offset2 ratio1 ratio2 x0 y0 turn scale (default: lengths and"
+        " offsets)"
+    ),
+    "--start NAME=VALUE ...": "known, or to begin with; SI units",
+    "--sigma M": "standard deviation of a measured number, m",
+    "--bounds NAME=LOW:HIGH ...": "of unknowns, SI units",
+    "--loss NAME": ("linear", "linear, soft_l1, huber, cauchy, arctan"),
+    "--units UNIT ...": "without one in the heading: deg, x=mm",
+    "--mend": "put right the mistakes found in the data, and say so",
+    "--keep": "look for no mistakes in the data",
+    "--profile": "95 %% intervals by profile likelihood, too",
+    "--out FOLDER": "calibration.png, .json, .txt, and robot.toml go there",
+}
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `calibrate` to the program's commands."""
-    parser = commands.add_parser(
-        "calibrate",
-        description=(
-            "The file has columns q1, q2 and x, y (m, rad, or a unit in the heading: x (mm),"
-            " q1_deg); or distance and to, the number of the row it leads to; perhaps working1,"
-            " working2, assembly, sigma."
-        ),
+    words = (
+        "The file has columns q1, q2 and x, y (m, rad, or a unit in the heading: x (mm), q1_deg);"
+        " or distance and to, the number of the row it leads to; perhaps working1, working2,"
+        " assembly, sigma."
     )
+    parser = commands.add_parser("calibrate", description=words)
     parser.add_argument("data", metavar="DATA.csv")
-    parser.add_argument(
-        "--unknown",
-        nargs="+",
-        metavar="NAME",
-        default=None,
-        help=(
-            "of l11 l12 l21 l22 d offset1 offset2 ratio1 ratio2 x0 y0 turn scale (default: lengths"
-            " and offsets)"
-        ),
-    )
-    parser.add_argument(
-        "--start",
-        nargs="+",
-        metavar="NAME=VALUE",
-        default=[],
-        help="known, or to begin with; SI units",
-    )
-    parser.add_argument(
-        "--sigma", type=float, metavar="M", help="standard deviation of a measured number, m"
-    )
-    parser.add_argument(
-        "--bounds", nargs="+", metavar="NAME=LOW:HIGH", default=[], help="of unknowns, SI units"
-    )
-    parser.add_argument(
-        "--loss",
-        default="linear",
-        help="linear, soft_l1, huber, cauchy, arctan (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--units",
-        nargs="+",
-        metavar="UNIT",
-        default=[],
-        help="without one in the heading: deg, x=mm",
-    )
-    parser.add_argument(
-        "--mend", action="store_true", help="put right the mistakes found in the data, and say so"
-    )
-    parser.add_argument("--keep", action="store_true", help="look for no mistakes in the data")
-    parser.add_argument(
-        "--profile", action="store_true", help="95 %% intervals by profile likelihood, too"
-    )
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="FOLDER",
-        help="calibration.png, .json, .txt, and robot.toml go there",
-    )
-    parser.add_argument("--json", action="store_true", help="the result as JSON on stdout")
+    add_options(parser, OPTIONS)
     add_robot_options(parser)
     parser.set_defaults(run=_calibrate)
 
@@ -88,21 +55,18 @@ def _calibrate(arguments):
         raise UsageError("--mend and --keep: give one")
     if arguments.loss not in LOSSES:
         raise UsageError(f"--loss must be one of {', '.join(LOSSES)}, not {arguments.loss!r}")
-    words = " ".join(arguments.unknown or DEFAULT).replace(",", " ")
-    unknown = tuple(words.split())
-    start, bounds = {}, {}
-    for word in arguments.start:
-        name, value = _split(word, "=", "--start")
-        start[name] = _number(value, f"--start {name}")
-    for word in arguments.bounds:
-        name, limits = _split(word, "=", "--bounds")
-        ends = _split(limits, ":", f"--bounds {name}")
-        bounds[name] = tuple(_number(end, f"--bounds {name}") for end in ends)
-    try:
+    unknown = tuple(" ".join(arguments.unknown or DEFAULT).replace(",", " ").split())
+    start = {}
+    for text in arguments.start:
+        name, values = named(text, "--start")
+        start[name] = values[0]
+    bounds = {}
+    for text in arguments.bounds:
+        name, values = named(text, "--bounds", "LOW:HIGH")
+        bounds[name] = tuple(values)
+    with usage_errors(ValueError):
         known_names(unknown, "--unknown")
         known_names(tuple(start) or DEFAULT, "--start")
-    except ValueError as error:
-        raise UsageError(error) from None
     found = calibrate(
         robot,
         arguments.data,
@@ -119,7 +83,10 @@ def _calibrate(arguments):
     if profiles:
         lines = [f"{name}: {low:.9g} to {high:.9g}" for name, (low, high) in profiles.items()]
         text += "\n\n95 % intervals by profile likelihood, SI units:\n" + "\n".join(lines)
-    print(json.dumps(_as_json(found, profiles), indent=2) if arguments.json else text)
+    if arguments.json:
+        print_json(_as_json(found, profiles))
+    else:
+        print(text)
     if folder := arguments.out:
         folder.mkdir(parents=True, exist_ok=True)
         names = "calibration.png", "calibration.json", "calibration.txt", "robot.toml"
@@ -151,18 +118,3 @@ def _as_json(found, profiles):
         "residuals_m": found.residuals,
     }
     return encode(table)
-
-
-def _split(word, mark, option):
-    name, there, value = word.partition(mark)
-    if not there:
-        form = "NAME=VALUE" if mark == "=" else "LOW:HIGH"
-        raise UsageError(f"{option}: {word!r} should be {form}")
-    return name, value
-
-
-def _number(text, what):
-    try:
-        return float(text)
-    except ValueError:
-        raise UsageError(f"{what}: {text!r} is no number") from None

@@ -6,67 +6,41 @@ from __future__ import annotations
 
 import json
 import math
-import sys
-from argparse import ArgumentParser, _SubParsersAction
-from pathlib import Path
+from argparse import _SubParsersAction
 
 from ..base.errors import UsageError
+from .options import (
+    JSON,
+    WORKING,
+    add_options,
+    number,
+    print_json,
+    print_notes,
+    usage_errors,
+)
 from .robot_options import add_robot_options, chosen_robot
+
+
+OPTIONS = JSON | {
+    "--check PROOF.json": "check a proof instead, with mpmath alone",
+    "--units UNIT": "of a file that does not name them: mm, in, px, m",
+    "--deviation M": (0.0, "within which corners are rounded"),
+    "--shift X Y": ((0.0, 0.0), "of the path, m"),
+    "--turn-deg DEG": (0.0, "about its origin, to the left"),
+    "--scale K": (1.0, "of the path"),
+    WORKING: ((-1, -1), "working modes"),
+    "--tolerance M|NAME=M ...": "of every length, or of one (l11=1e-4), m",
+    "--margin SINE": (0.0, "least |sin q12|, |sin q22|, |det A|"),
+    "--out PROOF.json": "where to write the proof",
+}
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `certify` to the program's commands."""
-    parser: ArgumentParser = commands.add_parser("certify")
-    parser.add_argument(
-        "path", nargs="?", metavar="FILE", help="a CSV of x, y, an SVG or G-code, as for draw"
-    )
-    parser.add_argument(
-        "--check", type=Path, metavar="PROOF.json", help="check a proof instead, with mpmath alone"
-    )
-    parser.add_argument(
-        "--units", metavar="UNIT", help="of a file that does not name them: mm, in, px, m"
-    )
-    parser.add_argument(
-        "--deviation", type=float, default=0.0, metavar="M", help="within which corners are rounded"
-    )
-    parser.add_argument(
-        "--shift",
-        nargs=2,
-        type=float,
-        default=(0.0, 0.0),
-        metavar=("X", "Y"),
-        help="of the path, m",
-    )
-    parser.add_argument(
-        "--turn-deg", type=float, default=0.0, metavar="DEG", help="about its origin, to the left"
-    )
-    parser.add_argument(
-        "--scale", type=float, default=1.0, metavar="K", help="of the path (default: 1)"
-    )
-    parser.add_argument(
-        "--working",
-        nargs=2,
-        type=int,
-        default=(-1, -1),
-        metavar=("W1", "W2"),
-        help="(default: -1 -1)",
-    )
-    parser.add_argument(
-        "--tolerance",
-        action="append",
-        default=[],
-        metavar="M|NAME=M",
-        help="of every length, or of one (l11=1e-4), m; may be given again",
-    )
-    parser.add_argument(
-        "--margin",
-        type=float,
-        default=0.0,
-        metavar="SINE",
-        help="least |sin q12|, |sin q22|, |det A|",
-    )
-    parser.add_argument("--out", type=Path, metavar="PROOF.json", help="where to write the proof")
-    parser.add_argument("--json", action="store_true", help="what was found, as JSON")
+    parser = commands.add_parser("certify")
+    words = "a CSV of x, y, an SVG or G-code, as for draw"
+    parser.add_argument("path", nargs="?", metavar="FILE", help=words)
+    add_options(parser, OPTIONS)
     add_robot_options(parser)
     parser.set_defaults(run=_certify)
 
@@ -83,7 +57,8 @@ def _certify(arguments):
     from ..paths.reading.read import path as read
 
     robot = chosen_robot(arguments)
-    try:
+    tolerances = _tolerances(arguments.tolerance)
+    with usage_errors(TypeError, ValueError, OSError):
         placement = Placement(
             tuple(arguments.shift), math.radians(arguments.turn_deg), arguments.scale
         )
@@ -94,44 +69,37 @@ def _certify(arguments):
             placement=placement,
         )
         constraints = Constraints(det_A=arguments.margin, sin=arguments.margin)
-        tolerances = _tolerances(arguments.tolerance)
-        found = certify(robot, path, tolerances, constraints, arguments.working)
-    except (TypeError, ValueError, OSError) as error:
-        raise UsageError(error) from None
-    for sentence in path.notes:
-        print(f"{arguments.path}: {sentence}", file=sys.stderr)
+        proof = certify(robot, path, tolerances, constraints, arguments.working)
+    print_notes(arguments.path, path.notes)
     if arguments.json:
-        stretches = [stretch._asdict() for stretch in found.unproved]
-        print(
-            json.dumps(
-                {"proved": found.proved, "assembly": found.assembly, "unproved": stretches},
-                indent=2,
-            )
-        )
-    elif found.proved:
-        print(f"proved on {len(path.pieces)} pieces, {path.length:.6g} m: {_claim(found.claim)}")
-    for stretch in () if arguments.json else found.unproved:
-        lengths = ", ".join(f"{name} = {value:.9g}" for name, value in stretch.lengths.items())
-        verdict = (
-            f"false at s = {stretch.at:.9g} m for {lengths}" if stretch.false else "not proved"
-        )
-        print(f"from s = {stretch.start:.9g} to {stretch.stop:.9g} m: {verdict}: {stretch.why}")
-    if not found.proved:
-        raise ValueError(f"not proved: {_claim(found.claim)}")
+        stretches = [stretch._asdict() for stretch in proof.unproved]
+        print_json({"proved": proof.proved, "assembly": proof.assembly, "unproved": stretches})
+    else:
+        _print(proof)
+    if not proof.proved:
+        raise ValueError(f"not proved: {_claim(proof.claim)}")
     if arguments.out:
-        found.to_json(arguments.out)
+        proof.to_json(arguments.out)
         print(arguments.out)
 
 
+def _print(proof):
+    if proof.proved:
+        print(f"proved on {len(proof.claim['pieces'])} pieces: {_claim(proof.claim)}")
+    for stretch in proof.unproved:
+        verdict = "not proved"
+        if stretch.false:
+            lengths = ", ".join(f"{name} = {value:.9g}" for name, value in stretch.lengths.items())
+            verdict = f"false at s = {stretch.at:.9g} m for {lengths}"
+        print(f"from s = {stretch.start:.9g} to {stretch.stop:.9g} m: {verdict}: {stretch.why}")
+
+
 def _claim(claim):
-    robot, tolerances = claim["robot"], claim["tolerances"]
-    lengths = ", ".join(
-        f"{n} = {v:g}{f' +- {tolerances[n]:g}' if n in tolerances else ''}"
-        for n, v in robot.items()
-    )
+    tolerances = claim["tolerances"]
+    lengths = [f"{n} = {v:g} +- {tolerances.get(n, 0.0):g}" for n, v in claim["robot"].items()]
     return (
-        f"{lengths} m, working {claim['working']}, assembly {claim['assembly']:+d}, margin"
-        f" {claim['margin']:g}"
+        f"{', '.join(lengths)} m, working {claim['working']}, assembly {claim['assembly']:+d},"
+        f" margin {claim['margin']:g}"
     )
 
 
@@ -148,15 +116,10 @@ def _check(file):
 
 
 def _tolerances(words):
-    """One number for all lengths, and numbers for lengths by name."""
-    found: dict[str, float] = {}
+    """Return tolerances by length: of one number for all lengths, of NAME=M for one."""
+    tolerances = {}
     for word in words:
         name, _, value = word.rpartition("=")
-        try:
-            amount = float(value)
-        except ValueError:
-            raise UsageError(f"--tolerance takes a number of m, or NAME=M, not {word!r}") from None
-        found |= (
-            {name: amount} if name else dict.fromkeys(("l11", "l12", "l21", "l22", "d"), amount)
-        )
-    return found
+        names = [name] if name else ("l11", "l12", "l21", "l22", "d")
+        tolerances |= dict.fromkeys(names, number(value, "--tolerance"))
+    return tolerances

@@ -6,6 +6,7 @@ from argparse import RawDescriptionHelpFormatter, _SubParsersAction
 from pathlib import Path
 
 from ..study.speed_accuracy.catalogue import CHARTS
+from .options import add_options
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
@@ -15,12 +16,11 @@ def add_parsers(commands: _SubParsersAction) -> None:
         "chart", formatter_class=RawDescriptionHelpFormatter, epilog="\n".join(["charts:", *lines])
     )
     parser.add_argument("name", metavar="NAME", help="a chart of those below, or all")
-    parser.add_argument(
-        "--out", type=Path, default=Path("charts"), metavar="DIR", help="(default: %(default)s)"
-    )
-    parser.add_argument(
-        "--quick", action="store_true", help="every other point, and less time for each"
-    )
+    options = {
+        "--out DIR": (Path("charts"), "folder of the charts"),
+        "--quick": "every other point, and less time for each",
+    }
+    add_options(parser, options)
     parser.set_defaults(run=_chart)
 
 
@@ -28,12 +28,7 @@ def _chart(arguments):
     from ..study.speed_accuracy.making import make
 
     out, name = arguments.out, arguments.name
-    try:
-        results = make(list(CHARTS) if name == "all" else [name], out, arguments.quick)
-    except KeyboardInterrupt:
-        raise RuntimeError(
-            f"interrupted: what was measured is kept in {out}; the same command goes on there"
-        ) from None
+    results = make(list(CHARTS) if name == "all" else [name], out, arguments.quick)
     for chart in results:
         print(*(out / f"{chart}{suffix}" for suffix in (".csv", ".png", ".svg")), sep="\n")
     print(out / "index.html")

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from argparse import _SubParsersAction
 from contextlib import nullcontext
-from pathlib import Path
 
 from ..base.errors import UsageError
-from .endings import check_ending
+from .options import JSON, add_options, check_ending, named, print_json
 from .robot_options import add_robot_options, chosen_robot
 from .task_options import (
     add_task_options,
@@ -18,54 +16,29 @@ from .task_options import (
     figure_list,
     figure_of,
     interval,
-    span,
 )
+
+
+OPTIONS = JSON | {
+    "--list": "list the figures and their units",
+    "--bound NAME=LOW:HIGH ...": "or NAME=VALUE, fixed",
+    "--limit FIGURE=LOW:HIGH ...": "or VALUE, LOW:, :HIGH",
+    "--step-mm MM": "lengths are whole multiples of this step",
+    "--points N": (20, "points on a front"),
+    "--seed N": (0, "seed of the search"),
+    "--effort NUMBER": (1.0, "2: twice as long a search"),
+    "--dask ADDRESS": "a Dask scheduler, for figures that are not in closed form",
+    "--out DIR": "a folder for the table, the picture and the robots",
+    "--plot FILE": ".png, .svg or .pdf",
+}
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `design` to the program's commands."""
-    parser = commands.add_parser("design", help="the best robot for a task")
-    parser.add_argument(
-        "goals",
-        nargs="*",
-        metavar="GOAL",
-        help="up to three figures: a name or FILE.py:FUNCTION, with =min or =max",
-    )
-    parser.add_argument("--list", action="store_true", help="list the figures and their units")
-    parser.add_argument(
-        "--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="or NAME=VALUE, fixed"
-    )
-    parser.add_argument(
-        "--limit",
-        action="append",
-        default=[],
-        metavar="FIGURE=LOW:HIGH",
-        help="or VALUE, LOW:, :HIGH",
-    )
-    parser.add_argument(
-        "--step-mm", type=float, metavar="MM", help="lengths are whole multiples of this step"
-    )
-    parser.add_argument(
-        "--points",
-        type=int,
-        default=20,
-        metavar="N",
-        help="points on a front (default: %(default)s)",
-    )
-    parser.add_argument("--seed", type=int, default=0, help="seed of the search (default: 0)")
-    parser.add_argument(
-        "--effort", type=float, default=1.0, metavar="E", help="2: twice as long a search"
-    )
-    parser.add_argument(
-        "--dask",
-        metavar="ADDRESS",
-        help="a Dask scheduler, for figures that are not in closed form",
-    )
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="a folder for the table, the picture and the robots"
-    )
-    parser.add_argument("--plot", type=Path, metavar="FILE", help=".png, .svg or .pdf")
-    parser.add_argument("--json", action="store_true", help="print the designs as JSON")
+    parser = commands.add_parser("design")
+    words = "up to three figures: a name or FILE.py:FUNCTION, with =min or =max"
+    parser.add_argument("goals", nargs="*", metavar="GOAL", help=words)
+    add_options(parser, OPTIONS)
     add_task_options(parser)
     add_robot_options(parser)
     parser.set_defaults(run=_design)
@@ -91,7 +64,7 @@ def _design(arguments):
     bounds = dict(interval(text, "--bound") for text in arguments.bound)
     limits = {}
     for text in arguments.limit:
-        name, values = span(text, "--limit", (1, 2))
+        name, values = named(text, "--limit", "LOW:HIGH")
         limits[figure_of(name)] = values[0] if len(values) == 1 else tuple(values)
     step = None if arguments.step_mm is None else arguments.step_mm / 1000
     try:
@@ -130,7 +103,7 @@ def _show(arguments, result):
     for path in filter(None, (arguments.out, arguments.plot)):
         print(path, file=sys.stderr)
     if arguments.json:
-        print(json.dumps([design.as_json() for design in designs], indent=1))
+        print_json([design.as_json() for design in designs])
     elif is_front:
         _print_front(designs)
     else:

@@ -7,95 +7,59 @@ from pathlib import Path
 
 from ..base.errors import UsageError
 from .grade_folder import grade_folder, hand_out, isolation
+from .options import add_options
 
 SECRET = "FIVEBAR_SECRET"
+
+
+COMMON = {
+    "--labs DIR": "a folder with labs of your own",
+    "--hints-from DATE": "until this day reports show points and no explanations",
+    "--time-limit S": "of one call (default: 2)",
+    "--html FILE": "write the report as a page, with figures",
+    "--json": "the result as JSON on stdout",
+}
+GRADE = {
+    "--seed SEED": "of the hidden inputs (default: from the secret, else random; in the result)",
+    "--secret-file FILE": f"the course's secret (or in ${SECRET})",
+    "--student ID": "whose robot it is (default: by the file's name)",
+    "--isolate process|bwrap": "(default: a folder bwrap, if it works here)",
+    "--fail-under PERCENT": "exit 1 if a score is below",
+    "--gradescope FILE": "write Gradescope's results.json",
+    "--csv FILE": "write a row per check",
+}
+FOLDER = {
+    "--gradebook FILE": "Moodle's or Canvas' sheet, to be filled",
+    "--column TITLE": "of the marks in that sheet (default: the one that fits)",
+    "--jobs N": (1, "graded at a time"),
+    "--dask ADDRESS": "grade on a Dask cluster that sees the same files",
+    "--out DIR": "results, each as it comes; a second run goes on there",
+    "--hand-out IDS.txt": "write each student's own student.py to --out",
+}
 
 
 def add_parsers(commands):
     """Add `check` and `grade` to the program's commands."""
     check = commands.add_parser("check")
     _common(check, "?")
-    what = (
-        "your .py file or notebook, or a folder or zip with it; without it you are told which one"
-        " to fill in"
-    )
-    check.add_argument("file", type=Path, nargs="?", metavar="FILE", help=what)
+    words = "your .py file or notebook, or a folder or zip with it; without it you are told which"
+    check.add_argument("file", type=Path, nargs="?", metavar="FILE", help=words)
     check.set_defaults(run=_check)
 
     grade = commands.add_parser("grade")
     _common(grade)
-    grade.add_argument(
-        "file",
-        type=Path,
-        nargs="?",
-        metavar="FILE|FOLDER",
-        help="a .py file, notebook or zip; a folder of them",
-    )
-    grade.add_argument(
-        "--seed", help="of the hidden inputs (default: from the secret, else random; in the result)"
-    )
-    grade.add_argument(
-        "--secret-file", type=Path, metavar="FILE", help=f"the course's secret (or in ${SECRET})"
-    )
-    grade.add_argument(
-        "--student", metavar="ID", help="whose robot it is (default: by the file's name)"
-    )
-    grade.add_argument(
-        "--isolate",
-        choices=("process", "bwrap"),
-        help="(default: a folder bwrap, if it works here)",
-    )
-    grade.add_argument(
-        "--fail-under", type=float, metavar="P", help="exit 1 if a score is below P per cent"
-    )
-    grade.add_argument(
-        "--gradescope", type=Path, metavar="FILE", help="write Gradescope's results.json"
-    )
-    grade.add_argument("--csv", type=Path, metavar="FILE", help="write a row per check")
-    folder = grade.add_argument_group("a folder of submissions")
-    folder.add_argument(
-        "--gradebook", type=Path, metavar="CSV", help="Moodle's or Canvas' sheet, to be filled"
-    )
-    folder.add_argument(
-        "--column", metavar="TITLE", help="of the marks in that sheet (default: the one that fits)"
-    )
-    folder.add_argument(
-        "--jobs", type=int, default=1, metavar="N", help="graded at a time (default: %(default)s)"
-    )
-    folder.add_argument(
-        "--dask", metavar="ADDRESS", help="grade on a Dask cluster that sees the same files"
-    )
-    folder.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="results, each as it comes; a second run goes on there",
-    )
-    folder.add_argument(
-        "--hand-out",
-        type=Path,
-        metavar="IDS.txt",
-        help="write each student's own student.py to --out",
-    )
+    words = "a .py file, notebook or zip; a folder of them"
+    grade.add_argument("file", type=Path, nargs="?", metavar="FILE|FOLDER", help=words)
+    add_options(grade, GRADE)
+    add_options(grade, FOLDER, "a folder of submissions")
     grade.set_defaults(run=_grade)
 
 
 def _common(parser, lab=None):
     parser.add_argument("lab", metavar="LAB", nargs=lab, help="lab1 ... or its full name")
-    parser.add_argument("--labs", type=Path, metavar="DIR", help="a folder with labs of your own")
-    parser.add_argument(
-        "--file", dest="program", metavar="NAME", help="which of several files is meant (a pattern)"
-    )
-    parser.add_argument(
-        "--hints-from",
-        metavar="DATE",
-        help="until this day reports show points and no explanations",
-    )
-    parser.add_argument("--time-limit", type=float, metavar="S", help="of one call (default: 2)")
-    parser.add_argument(
-        "--html", type=Path, metavar="FILE", help="write the report as a page, with figures"
-    )
-    parser.add_argument("--json", action="store_true", help="the result as JSON on stdout")
+    words = "which of several files is meant (a pattern)"
+    parser.add_argument("--file", dest="program", metavar="NAME", help=words)
+    add_options(parser, COMMON)
 
 
 def _check(arguments):
@@ -108,15 +72,18 @@ def _check(arguments):
     if arguments.lab is None:
         names = ", ".join(lab.name for lab in known_labs(arguments.labs))
         raise UsageError(f"which lab, and which file of yours? The known ones are: {names}")
-    lab, limit = find_lab(arguments.lab, arguments.labs), _limit(arguments)
+    lab = find_lab(arguments.lab, arguments.labs)
+    limit = _limit(arguments)
     program, siblings = _program(arguments, lab)
     if arguments.file == program.path:  # one's own folder
-        siblings = [
-            ProgramFile(path, "", path.name) for path in sorted(arguments.file.parent.glob("*.py"))
-        ]
-    hints = hints_from(arguments, lab)
+        files = sorted(arguments.file.parent.glob("*.py"))
+        siblings = [ProgramFile(path, "", path.name) for path in files]
     job = Job(
-        program.path, limit=limit, member=program.member, siblings=tuple(siblings), hints_from=hints
+        program.path,
+        limit=limit,
+        member=program.member,
+        siblings=tuple(siblings),
+        hints_from=hints_from(arguments, lab),
     )
     _show(arguments, withheld(grade(lab, job, home=True, watched=True)))
 
@@ -127,11 +94,9 @@ def _grade(arguments):
     from ..grading.program import Job
     from ..grading.variants import hidden_seed, robot_for
 
-    lab, secret, limit = (
-        find_lab(arguments.lab, arguments.labs),
-        _secret(arguments.secret_file),
-        _limit(arguments),
-    )
+    lab = find_lab(arguments.lab, arguments.labs)
+    secret = _secret(arguments.secret_file)
+    limit = _limit(arguments)
     if arguments.hand_out:
         return hand_out(arguments, lab, secret)
     if arguments.file is None:
@@ -141,23 +106,19 @@ def _grade(arguments):
         reports = grade_folder(arguments, lab, secret, seed, limit, hints_from(arguments, lab))
         return _must_reach(arguments, reports)
     program, siblings = _program(arguments, lab)
-    if arguments.dask:
-        raise UsageError("--dask is for a folder of submissions: one is graded here")
-    if arguments.out:
+    if arguments.dask or arguments.out:
         raise UsageError(
-            "--out is for a folder of submissions; for one there are --html, --csv, --json,"
-            " --gradescope"
+            "--dask and --out are for a folder of submissions; for one there are --html, --csv,"
+            " --json, --gradescope"
         )
-    student = (
-        arguments.student or (program.path if arguments.file.is_dir() else arguments.file).stem
-    )
-    robot, isolate = robot_for(student, secret, lab.robot()), arguments.isolate or "process"
-    seed = seed or os.urandom(8).hex()
+    source = program.path if arguments.file.is_dir() else arguments.file
+    student = arguments.student or source.stem
+    isolate = arguments.isolate or "process"
     job = Job(
         program.path,
         student,
-        seed,
-        robot,
+        seed or os.urandom(8).hex(),
+        robot_for(student, secret, lab.robot()),
         isolate,
         limit,
         "",
@@ -188,29 +149,22 @@ def _program(arguments, lab):
     from ..grading.intake.hand_in import beside, choose, look_into
     from ..grading.worker.submission import SubmissionError
 
-    if arguments.file is None or not arguments.file.exists():
-        to_fill_in, statement = lab.folder / "student.py", lab.folder / "README.md"
-        hint = (
-            f"; the lab's file to copy and fill in is {to_fill_in}" if to_fill_in.exists() else ""
-        )
-        hint += f", what is asked says {statement}" if hint and statement.exists() else ""
-        missing = (
-            "FILE is missing" if arguments.file is None else f"no file {str(arguments.file)!r}"
-        )
-        raise UsageError(f"{missing}{hint}")
+    if arguments.file is None:
+        raise UsageError(f"FILE is missing; the lab's file to fill in is {lab.folder}/student.py")
+    if not arguments.file.exists():
+        raise UsageError(f"no file {str(arguments.file)!r}; to fill in: {lab.folder}/student.py")
     programs, left = look_into(arguments.file)
     try:
         program = choose(lab, programs, arguments.program)
     except SubmissionError as error:
-        words = "; ".join(f"{item.name}: {item.word}" for item in left[:5])
-        raise UsageError(f"{arguments.file}: {error}{f' ({words})' if words else ''}") from None
+        reasons = [f" ({item.name}: {item.word})" for item in left[:1]]
+        raise UsageError(f"{arguments.file}: {error}{''.join(reasons)}") from None
     if program.path != arguments.file:
         print(f"graded: {printable(str(program))}", file=sys.stderr)
-    for item in left:
-        print(f"not graded: {printable(item.name)}: {printable(item.word)}", file=sys.stderr)
-    for other in programs:
-        if other != program:
-            print(f"not graded: {printable(str(other))}", file=sys.stderr)
+    ignored = [f"{item.name}: {item.word}" for item in left]
+    ignored += [str(other) for other in programs if other != program]
+    for words in ignored:
+        print(f"not graded: {printable(words)}", file=sys.stderr)
     return program, beside(program, programs)
 
 
@@ -241,10 +195,8 @@ def _secret(path):
     except OSError as error:
         raise UsageError(f"--secret-file: {error}") from None
     if (path or given) and len(secret) < 8:
-        raise UsageError(
-            f"{f'--secret-file: {path}' if path else SECRET} holds fewer than 8 bytes: too easy to"
-            " guess"
-        )
+        source = f"--secret-file: {path}" if path else SECRET
+        raise UsageError(f"{source} holds fewer than 8 bytes: too easy to guess")
     return secret or None
 
 
@@ -280,11 +232,9 @@ def _write(path, text):
 
 
 def _must_reach(arguments, reports):
-    low = [
-        report
-        for report in reports
-        if arguments.fail_under is not None and report.percent < arguments.fail_under
-    ]
+    if arguments.fail_under is None:
+        return
+    low = [report for report in reports if report.percent < arguments.fail_under]
     if low:
         names = ", ".join(report.student or report.submission for report in low[:5])
         raise RuntimeError(

@@ -15,17 +15,15 @@ def isolation(isolate):
     if isolate == "bwrap":
         return "isolation: bwrap (a disk, processes and network of its own)"
     trouble = " ".join(bwrap_trouble().split())[:200]
-    why = (
-        f"bubblewrap does not work here: {trouble}"
-        if trouble
-        else "bubblewrap works here and hides more: --isolate"
-    )
-    return f"isolation: process ({why})"
+    if trouble:
+        return f"isolation: process (bubblewrap does not work here: {trouble})"
+    return "isolation: process (bubblewrap works here and hides more: --isolate)"
 
 
 def grade_folder(arguments, lab, secret, seed, limit, hints_from):
     """Grade a folder of submissions into --out; the Reports of all that could be graded."""
     from ..base.folders import locked_folder
+    from ..base.workers import dask_executor, worker_count
     from ..grading.course.cohort import begin, run_cohort
     from ..grading.course.cohort_page import write_summary
     from ..grading.course.gradebook import fill_gradebook
@@ -48,20 +46,21 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
             f" student's: give a folder beside {folder}"
         )
     if arguments.gradebook:
-        fill_gradebook(
-            arguments.gradebook, lab, [], [], arguments.column
-        )  # what is wrong with it is better known now
+        # What is wrong with it is better known now.
+        fill_gradebook(arguments.gradebook, lab, [], [], arguments.column)
     entries, left = find_submissions(folder, lab, arguments.program, secret is not None)
-    _say_what_is_left(entries, left)
+    _print_ignored(entries, left)
     if not entries:
         raise UsageError(
             f"{folder} holds no submissions: a .py file, notebook or zip, or a folder, per student"
         )
     isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
     print(isolation(isolate), file=sys.stderr)
-    with locked_folder(out, "grading", ("students",)), _cluster(arguments.dask) as executor:
+    cluster = dask_executor(arguments.dask) if arguments.dask else nullcontext()
+    with locked_folder(out, "grading", ("students",)), cluster as executor:
         cohort = begin(lab, out, seed, secret, isolate, limit, hints_from)
-        reports = run_cohort(cohort, entries, max(arguments.jobs, _processors(executor)), executor)
+        jobs = max(arguments.jobs, 1 if executor is None else worker_count(executor))
+        reports = run_cohort(cohort, entries, jobs, executor)
         write_summary(out, lab.name, entries, reports, left)
         if arguments.gradebook:
             _fill(arguments, lab, entries, reports)
@@ -83,22 +82,6 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
     return graded
 
 
-def _cluster(address):
-    if address is None:
-        return nullcontext()
-    from ..base.workers import dask_executor
-
-    return dask_executor(address)
-
-
-def _processors(executor):
-    if executor is None:
-        return 1
-    from ..base.workers import worker_count
-
-    return worker_count(executor)
-
-
 def _fill(arguments, lab, entries, reports):
     from ..base.representation import printable
     from ..grading.course.gradebook import fill_gradebook
@@ -110,27 +93,24 @@ def _fill(arguments, lab, entries, reports):
         f"gradebook.csv: {filled.count} marks; {filled.no_hand_in} rows without a hand-in",
         file=sys.stderr,
     )
-    for words, students in (
-        ("no row, or several, for", filled.no_row),
-        ("no mark, as no program could be graded, for", filled.no_program),
-    ):
-        if students:
-            print(f"gradebook.csv: {words} {printable(', '.join(students))}", file=sys.stderr)
+    if filled.no_row:
+        names = printable(", ".join(filled.no_row))
+        print(f"gradebook.csv: no row, or several, for {names}", file=sys.stderr)
+    if filled.no_program:
+        names = printable(", ".join(filled.no_program))
+        print(f"gradebook.csv: no mark, as no program could be graded, for {names}", file=sys.stderr)
 
 
-def _say_what_is_left(entries, left):
+def _print_ignored(entries, left):
     from ..base.representation import printable
 
     for item in left:
         print(f"not graded: {printable(item.name)}: {printable(item.word)}", file=sys.stderr)
     for entry in entries:
         if entry.left:
-            words = "; ".join(f"{item.name} ({item.word})" for item in entry.left[:6])
-            more = f" and {len(entry.left) - 6} more" if len(entry.left) > 6 else ""
-            print(
-                f"{printable(entry.student)}: also there, not graded: {printable(words)}{more}",
-                file=sys.stderr,
-            )
+            files = printable(", ".join(f"{item.name} ({item.word})" for item in entry.left[:6]))
+            student = printable(entry.student)
+            print(f"{student}: also there, not graded: {files}", file=sys.stderr)
 
 
 def hand_out(arguments, lab, secret):
@@ -155,11 +135,10 @@ def hand_out(arguments, lab, secret):
         files = lab.files_for(robot, draw_for(secret, student, lab.name))
         folder = arguments.out / file_name(student)
         folder.mkdir(parents=True, exist_ok=True)
-        files = (
-            {"student.py": with_constants(source, robot)}
-            if files is None
-            else {"student.py": source, **files}
-        )
+        if files is None:
+            files = {"student.py": with_constants(source, robot)}
+        else:
+            files = {"student.py": source, **files}
         for name, text in files.items():
             write_whole(folder / name, text)
             print(folder / name)

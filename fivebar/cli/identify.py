@@ -2,64 +2,38 @@
 
 from __future__ import annotations
 
-import json
 from argparse import _SubParsersAction
 from pathlib import Path
 
 from ..base.errors import UsageError
+from .options import JSON, add_options, given, print_json
 from .robot_options import add_robot_options, chosen_robot
 
 GAUGES = {
-    "counts-per-turn": ("N", "of an encoder, where q is in counts"),
-    "gear-ratio": ("R", "turns of the motor for one of the joint"),
-    "offset": ("RAD", "of the joint beyond the encoder's zero"),
-    "torque-constant": ("NM", "of the motor for a unit of tau"),
+    "counts_per_turn": "of an encoder, where q is in counts",
+    "gear_ratio": "turns of the motor for one of the joint",
+    "offset": "of the joint beyond the encoder's zero, rad",
+    "torque_constant": "of the motor for a unit of tau, N m",
+}
+OPTIONS = JSON | {
+    "--validate LOG.csv": "a second run, whose torques are only predicted",
+    "--out DIR": "write robot.toml, identification.json and torques.png there",
+    "--unknown NAME ...": "identify only these (default: all)",
+    "--assembly -1|1": (-1, "of the logs, throughout"),
+    "--cutoff HZ": "of the filters (default: where the motion ends in noise)",
+    "--consistent": "only what bodies can have",
+    "--units NAME=UNIT ...": "of columns without one, as q1=deg",
 }
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `identify` to the program's commands."""
     parser = commands.add_parser("identify")
-    add = parser.add_argument
-    add(
-        "logs",
-        nargs="+",
-        metavar="LOG.csv",
-        help="columns t, q1, q2, tau1, tau2, perhaps q1_dot, ...",
-    )
-    add("--validate", metavar="LOG.csv", help="a second run, whose torques are only predicted")
-    add(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="write robot.toml, identification.json and torques.png there",
-    )
-    add("--json", action="store_true", help="values, deviations and sentences as JSON on stdout")
-    add("--unknown", nargs="+", metavar="NAME", help="identify only these (default: all)")
-    add(
-        "--assembly",
-        type=int,
-        choices=(-1, 1),
-        default=-1,
-        help="of the logs, throughout (default: %(default)s)",
-    )
-    add(
-        "--cutoff",
-        type=float,
-        metavar="HZ",
-        help="of the filters (default: where the motion ends in noise)",
-    )
-    add("--consistent", action="store_true", help="only what bodies can have")
-    group = parser.add_argument_group("what was logged", "one number for both motors, or two")
-    group.add_argument(
-        "--units",
-        nargs="+",
-        default=[],
-        metavar="NAME=UNIT",
-        help="of columns without one, as q1=deg",
-    )
-    for name, (metavar, text) in GAUGES.items():
-        group.add_argument(f"--{name}", nargs="+", type=float, metavar=metavar, help=text)
+    words = "columns t, q1, q2, tau1, tau2, perhaps q1_dot, ..."
+    parser.add_argument("logs", nargs="+", metavar="LOG.csv", help=words)
+    add_options(parser, OPTIONS)
+    gauges = {f"--{n.replace('_', '-')} NUMBER ...": words for n, words in GAUGES.items()}
+    add_options(parser, gauges, "what was logged", "one number for both motors, or two")
     add_robot_options(parser)
     parser.set_defaults(run=_identify)
 
@@ -75,7 +49,7 @@ def _identify(arguments):
         robot,
         arguments.logs,
         validate=arguments.validate,
-        unknown=arguments.unknown,
+        unknown=arguments.unknown or None,
         assembly=arguments.assembly,
         cutoff=arguments.cutoff,
         consistent=arguments.consistent,
@@ -90,19 +64,16 @@ def _identify(arguments):
         for write, file in zip((found.to_toml, found.to_json, found.plot), files):
             write(file)
     if arguments.json:
-        print(json.dumps({**found.table, "files": [str(file) for file in files]}, indent=2))
+        print_json({**found.table, "files": files})
     else:
         print(found, *files, sep="\n")
 
 
 def _gauges(arguments):
     options = {}
-    for option in GAUGES:
-        name = option.replace("-", "_")
-        numbers = getattr(arguments, name)
-        if numbers is None:
-            continue
+    for name, numbers in given(arguments, *GAUGES).items():
         if len(numbers) > 2:
+            option = name.replace("_", "-")
             raise UsageError(f"--{option} takes one number or two, not {len(numbers)}")
         options[name] = numbers[0] if len(numbers) == 1 else tuple(numbers)
     return options
@@ -110,6 +81,6 @@ def _gauges(arguments):
 
 def _units(words):
     for word in words:
-        if not word.partition("=")[2]:
+        if "=" not in word:
             raise UsageError(f"--units: {word!r} must be NAME=UNIT, as q1=deg")
     return dict(word.split("=", 1) for word in words)

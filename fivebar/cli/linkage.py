@@ -4,11 +4,9 @@ animation.
 
 from __future__ import annotations
 
-import json
 import math
 from argparse import _SubParsersAction
-from dataclasses import fields, replace
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 
@@ -30,10 +28,42 @@ from ..linkages.drives import DRIVES
 from ..linkages.quantities import unit
 from ..linkages.six_bar_press import SPEED
 from ..models.robots import FiveBar
-from .endings import check_ending
-from .robot_options import ask_for_mm
+from .options import (
+    JSON,
+    add_options,
+    check_ending,
+    check_positive,
+    given,
+    print_files,
+    print_json,
+    usage_errors,
+)
 
-SIX_BAR_LENGTHS = ("l2", "l3", "l4", "l5", "l11", "l12")
+LENGTHS = ("l11", "l12", "l21", "l22", "d")
+PRESS_LENGTHS = ("l2", "l3", "l4", "l5", "l11", "l12")
+
+STUDY = {
+    "--speed RAD/S": "default: one turn a second; the press: 120 deg/s",
+    "--turns NUMBER": "default: 1; the press: 3",
+    "--drive HOW": "turn, until-lock or swing (to and fro)",
+    "--plot OUT.png": "draw it",
+    "--csv OUT.csv": "write its table",
+    "--html OUT.html": "animation; or .gif, .mp4, .webm, .png",
+    "--live OUT.html": "a page on which it is dragged and its bars slide",
+    "--page OUT.html": "linkage and plots, linked by the crank angle",
+}
+FOUR_BAR = {
+    "--point X Y": "coupler point from B along BC, to its left, m",
+    "--held LINK": ("ground", "ground, crank, coupler or rocker"),
+}
+SLIDER_CRANK = {
+    "--offset M": (0.0, "of the guide from the crank's pivot"),
+    "--held LINK": ("guide", "guide, crank, rod or slider"),
+}
+PRESS = {
+    "--load NUMBER": (0.0, "on the slider, along +y, N"),
+    "--no-gravity": "leave out the weights (along +x in the paper)",
+}
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
@@ -44,147 +74,74 @@ def add_parsers(commands: _SubParsersAction) -> None:
     four_bar = _kind(kinds, "four-bar", "four-bar A B C D: lengths in m", _four_bar)
     for name in ("ground", "crank", "coupler", "rocker"):
         four_bar.add_argument(name, type=float, metavar=name.upper(), help="m")
-    four_bar.add_argument(
-        "--point",
-        nargs=2,
-        type=float,
-        metavar=("ALONG", "ACROSS"),
-        help="coupler point from B along BC, to its left, m",
-    )
-    four_bar.add_argument(
-        "--held", metavar="LINK", default="ground", help="ground, crank, coupler or rocker"
-    )
+    add_options(four_bar, FOUR_BAR)
 
     slider = _kind(kinds, "slider-crank", "slider-crank: lengths in m", _slider_crank)
     for name in ("crank", "rod"):
         slider.add_argument(name, type=float, metavar=name.upper(), help="m")
-    slider.add_argument(
-        "--offset",
-        type=float,
-        default=0.0,
-        metavar="M",
-        help="of the guide from the crank's pivot, m",
-    )
-    slider.add_argument(
-        "--held", metavar="LINK", default="guide", help="guide, crank, rod or slider"
-    )
+    add_options(slider, SLIDER_CRANK)
 
-    press = _kind(
-        kinds, "six-bar-press", "six-bar press of Wang, Chen and Deng 2019", _press, branches=2
-    )
-    press.add_argument(
-        "set", nargs="?", metavar="NAME", default="repaired", help="repaired (default) or printed"
-    )
-    for name in SIX_BAR_LENGTHS:
-        press.add_argument(f"--{name}", type=float, metavar="M")
-    press.add_argument(
-        "--load", type=float, default=0.0, metavar="N", help="on the slider, along +y"
-    )
-    press.add_argument(
-        "--no-gravity", action="store_true", help="leave out the weights (along +x in the paper)"
-    )
+    words = "six-bar press of Wang, Chen and Deng 2019"
+    press = _kind(kinds, "six-bar-press", words, _press, branches=2)
+    words = "repaired (default) or printed"
+    press.add_argument("set", nargs="?", metavar="NAME", default="repaired", help=words)
+    for name in PRESS_LENGTHS:
+        add_options(press, {f"--{name} M": "in place of the set's"})
+    add_options(press, PRESS)
 
     five = _kind(kinds, "five-bar", "five-bar with its motors at any two joints", _five_bar)
-    for name in ("l11", "l12", "l21", "l22", "d"):
-        five.add_argument(
-            f"--{name}", type=float, metavar="M", help="m (default: the AMORO robot's)"
-        )
-    five.add_argument(
-        "--motors",
-        nargs=2,
-        type=int,
-        default=(1, 5),
-        metavar=("I", "J"),
-        help="joints 1 to 5 from base to base",
-    )
+    for name in LENGTHS:
+        add_options(five, {f"--{name} M": "default: the AMORO robot's"})
+    words = "joints 1 to 5 from base to base"
+    five.add_argument("--motors", nargs=2, type=int, default=(1, 5), metavar="JOINT", help=words)
 
-    straight = _kind(
-        kinds, "straight-line", "evans, chebyshev, watt, hoeken or roberts", _straight_line
-    )
+    words = "evans, chebyshev, watt, hoeken or roberts"
+    straight = _kind(kinds, "straight-line", words, _straight_line)
     straight.add_argument("name", metavar="NAME")
 
 
-def _kind(kinds, name, words, build, branches=1):
+def _kind(kinds, name, words, build, branches=None):
     parser = kinds.add_parser(name, help=words, description=words)
-    study = parser.add_argument_group(
-        "study", "written files ask for one; without them the verdict is all"
-    )
-    study.add_argument(
-        "--speed",
-        type=float,
-        metavar="RAD/S",
-        help="default: one turn a second; the press: 120 deg/s",
-    )
-    study.add_argument("--turns", type=float, metavar="N", help="default: 1; the press: 3")
-    study.add_argument(
-        "--branch",
-        type=int,
-        nargs=branches if branches > 1 else None,
-        metavar="+-1",
-        help="default: the usual one",
-    )
-    study.add_argument("--drive", metavar="HOW", help="turn, until-lock or swing (to and fro)")
-    study.add_argument("--plot", type=Path, metavar="OUT.png")
-    study.add_argument("--csv", type=Path, metavar="OUT.csv")
-    study.add_argument(
-        "--html", type=Path, metavar="OUT.html", help="animation; or .gif, .mp4, .webm, .png"
-    )
-    study.add_argument(
-        "--live",
-        type=Path,
-        metavar="OUT.html",
-        help="a page on which it is dragged and its bars slide",
-    )
-    study.add_argument(
-        "--page", type=Path, metavar="OUT.html", help="linkage and plots, linked by the crank angle"
-    )
-    parser.add_argument(
-        "--json", action="store_true", help="the verdict and the least and largest values as JSON"
-    )
+    add_options(parser, STUDY, "study", "written files ask for one; else the verdict is all")
+    parser.add_argument("--branch", type=int, nargs=branches, metavar="+-1")
+    add_options(parser, JSON)
     parser.set_defaults(run=lambda arguments: _run(arguments, build))
     return parser
 
 
 def _run(arguments, build):
-    try:
+    with usage_errors(ValueError):
         linkage, options, extra = build(arguments)
-        given = arguments.branch if arguments.branch is not None else options.pop("branch", None)
-        branch = check_branch(linkage, given)
+        usual = options.pop("branch", None)
+        branch = check_branch(linkage, usual if arguments.branch is None else arguments.branch)
+        check_positive(arguments, "turns")
         if arguments.speed is not None and not 0 < abs(arguments.speed) < math.inf:
-            raise ValueError(f"--speed must be finite and not 0, not {arguments.speed:g}")
-        if arguments.turns is not None and not 0 < arguments.turns < math.inf:
-            raise ValueError(f"--turns must be finite and > 0, not {arguments.turns:g}")
-        for name in ("speed", "turns", "drive"):
-            if getattr(arguments, name) is not None:
-                options[name] = getattr(arguments, name)
+            raise UsageError(f"--speed must be finite and not 0, not {arguments.speed:g}")
+        options |= given(arguments, "speed", "turns", "drive")
         if options.get("drive", "turn") not in DRIVES:
-            raise ValueError(
-                f"no drive {options['drive']!r}; the known ones are {', '.join(DRIVES)}"
-            )
+            known = ", ".join(DRIVES)
+            raise UsageError(f"no drive {options['drive']!r}; the known ones are {known}")
         check_ending("--plot", arguments.plot)
-    except ValueError as error:
-        raise UsageError(error) from None
-    longest = max((v for v in vars(linkage).values() if isinstance(v, float)), default=0.0)
-    ask_for_mm(longest)
-    options.pop("branch", None)
     if options.get("drive") != "swing":
         options.pop("between", None)
-    lines, ranges, files = verdict(linkage, branch) + extra, {}, []
+    lines = verdict(linkage, branch) + extra
+    ranges = {}
+    files = []
     if not arguments.json:
         print(*lines, sep="\n", flush=True)
-    if any((arguments.plot, arguments.csv, arguments.html, arguments.page)):
+    if given(arguments, "plot", "csv", "html", "page"):
         result = study(linkage, branch=branch, **options)
-        ranges, files = _ranges(result), _write(result, arguments)
+        ranges = _ranges(result)
+        files = _write(result, arguments)
         if not arguments.json:
             _print_ranges(result, ranges)
-            print(*files, sep="\n")
     if arguments.live:
         _live(linkage, branch, arguments.live)
-        files.append(str(arguments.live))
-        if not arguments.json:
-            print(arguments.live)
+        files.append(arguments.live)
     if arguments.json:
-        print(json.dumps({"verdict": lines, "ranges": ranges, "files": files}, indent=2))
+        print_json({"verdict": lines, "ranges": ranges, "files": files})
+    else:
+        print_files(files)
 
 
 def _live(linkage, branch, path):
@@ -212,11 +169,8 @@ def _slider_crank(arguments):
 
 def _press(arguments):
     if arguments.set not in PRESSES:
-        raise ValueError(f"no press {arguments.set!r}; the known ones are {', '.join(PRESSES)}")
+        raise UsageError(f"no press {arguments.set!r}; the known ones are {', '.join(PRESSES)}")
     linkage, source = PRESSES[arguments.set]
-    own = {
-        name: value for name in SIX_BAR_LENGTHS if (value := getattr(arguments, name)) is not None
-    }
     options = {
         "speed": SPEED,
         "turns": 3.0,
@@ -224,17 +178,13 @@ def _press(arguments):
     }
     if arguments.load:
         options["load"] = {"E": (0.0, arguments.load)}
-    changed = f", with {', '.join(f'{k} = {v:g} m' for k, v in own.items())}" if own else ""
-    return replace(linkage, **own), options, [f"source: {source}{changed}"]
+    linkage = replace(linkage, **given(arguments, *PRESS_LENGTHS))
+    return linkage, options, [f"source of the set: {source}"]
 
 
 def _five_bar(arguments):
-    own = {
-        f.name: value
-        for f in fields(FiveBar)
-        if (value := getattr(arguments, f.name, None)) is not None
-    }
-    return FiveBarLinkage(FiveBar(**own), tuple(arguments.motors)), {"drive": "swing"}, []
+    robot = FiveBar(**given(arguments, *LENGTHS))
+    return FiveBarLinkage(robot, tuple(arguments.motors)), {"drive": "swing"}, []
 
 
 def _straight_line(arguments):
@@ -242,33 +192,27 @@ def _straight_line(arguments):
     ends, how = sorted(mechanism.stroke), straightness(mechanism)
     first, last = (f"{math.degrees(end):.6f}" for end in ends)
     extra = [
-        (
-            f"straight stroke {how.stroke:.6g} m with the crank from {first} to {last} deg: off the"
-            f" line by at most {how.deviation:.6g} m, band {how.band:.6g} m, {100 * how.ratio:.4g}"
-            " % of the stroke"
-        ),
+        f"straight stroke {how.stroke:.6g} m with the crank from {first} to {last} deg: off the"
+        f" line by at most {how.deviation:.6g} m, band {how.band:.6g} m, {100 * how.ratio:.4g} % of"
+        " the stroke",
         f"source: {mechanism.source}",
     ]
     drive = "turn" if crank_range(mechanism.linkage).full else "swing"
-    return (
-        mechanism.linkage,
-        {"drive": drive, "between": tuple(ends), "branch": mechanism.branch},
-        extra,
-    )
+    options = {"drive": drive, "between": tuple(ends), "branch": mechanism.branch}
+    return mechanism.linkage, options, extra
 
 
 def _write(result, arguments):
-    files = []
-    for path, write in (
-        (arguments.plot, result.plot),
-        (arguments.csv, result.to_csv),
-        (arguments.html, result.animate),
-        (arguments.page, result.page),
-    ):
-        if path:
-            write(path)
-            files.append(str(path))
-    return files
+    writers = {
+        arguments.plot: result.plot,
+        arguments.csv: result.to_csv,
+        arguments.html: result.animate,
+        arguments.page: result.page,
+    }
+    writers.pop(None, None)
+    for path, write in writers.items():
+        write(path)
+    return list(writers)
 
 
 def _ranges(result):
@@ -285,12 +229,8 @@ def _print_ranges(result, ranges):
 
     print(f"{len(result.t)} samples over {result.t[-1]:.6g} s, least and largest:")
     if result.lock:
-        at = ", ".join(f"{math.degrees(angle):.6f}" for angle in _several(result.lock[0]))
-        print(f"the run ends before the lock at {at} deg, {result.lock[1]:.6f} s")
+        angles = ", ".join(f"{angle:.6f}" for angle in np.degrees(np.atleast_1d(result.lock[0])))
+        print(f"the run ends before the lock at {angles} deg, {result.lock[1]:.6f} s")
     for name, (least, largest) in ranges.items():
         if least is not None:
             print(f"  {name:<24} {least + 0.0:>14.6g} {largest + 0.0:>14.6g} {of_unit(unit(name))}")
-
-
-def _several(x):
-    return x if isinstance(x, tuple) else (x,)

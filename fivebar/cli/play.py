@@ -6,30 +6,23 @@ import sys
 from argparse import _SubParsersAction
 from pathlib import Path
 
-from ..base.errors import SingularityError, UnreachableError, UsageError
+from ..base.errors import SingularityError, UsageError
+from .options import WORKING, add_options, check_ending, usage_errors
 from .robot_options import add_robot_options, chosen_robot
+
+
+OPTIONS = {
+    "--out FILE": (Path("play.html"), "the page"),
+    "--xi X Y": "where the end-effector begins, m",
+    WORKING: ((-1, -1), "modes there"),
+    "--link": 'print what follows the address, "#...", on stdout',
+}
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `play` to the program's commands."""
     parser = commands.add_parser("play")
-    parser.add_argument(
-        "--out", type=Path, default=Path("play.html"), metavar="FILE", help="(default: %(default)s)"
-    )
-    parser.add_argument(
-        "--xi", nargs=2, type=float, metavar=("X", "Y"), help="where the end-effector begins, m"
-    )
-    parser.add_argument(
-        "--working",
-        nargs=2,
-        type=int,
-        choices=(-1, 1),
-        default=(-1, -1),
-        help="modes there (default: -1 -1)",
-    )
-    parser.add_argument(
-        "--link", action="store_true", help='print what follows the address, "#...", on stdout'
-    )
+    add_options(parser, OPTIONS)
     add_robot_options(parser)
     parser.set_defaults(run=_play)
 
@@ -43,13 +36,10 @@ def _play(arguments):
         raise UsageError(
             "play shows five-bars; of a biglide: fivebar map --robot biglide --page map.html"
         )
-    if arguments.out.suffix.lower() not in (".html", ".htm"):
-        raise UsageError(f"--out must end in .html, not {arguments.out.name!r}")
-    try:
+    check_ending("--out", arguments.out, (".html", ".htm"))
+    with usage_errors(ValueError, SingularityError):
         pose = igm(robot, arguments.xi, tuple(arguments.working)) if arguments.xi else None
         live = play(robot, pose)
-    except (ValueError, UnreachableError, SingularityError) as error:
-        raise UsageError(f"--xi: {error}") from None
     live.save(arguments.out)
     if robot.fs1 or robot.fs2:
         print("fivebar: dry friction (fs1, fs2) is left out on the page", file=sys.stderr)

@@ -5,9 +5,11 @@ import json
 import os
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from ..base.errors import UsageError
+from .options import add_options, check_ending, check_positive, given
 
 # The package's own folder may not be on the child's path; it is put last, where it shadows nothing.
 CHILD = "import sys; sys.path.append({!r}); from fivebar.amoro.ros_free.child import main; main()"
@@ -35,64 +37,28 @@ def add_parsers(commands):
     run.set_defaults(run=lambda arguments: _run(arguments, options))
 
 
+OPTIONS = {
+    "--until S": (5.0, "simulated time at which the script gets its KeyboardInterrupt"),
+    "--record NAME": "write the motion to a CSV file, a row each millisecond",
+    "--plot NAME": "draw the motion",
+    "--animate NAME": "write the motion as a 3-D page (.html), or .gif, .mp4, .webm",
+    "--plots NAME": (".", "folder for the script's own windows and scopes"),
+    "--show": "open windows in place of writing them to files",
+    "--real-time": "not faster than real time; the script's clock is the computer's",
+    "--seed N": (0, "of random and numpy.random"),
+    "--exact-acceleration": (
+        "joint accelerations of the dynamics, not velocity differences over 10 ms as in the lab"
+    ),
+    "--mark 1|2": "the tracking error in the lab's control task of this number, as points",
+    "--lenient": "let arrays of one element pass for numbers, as older NumPy did",
+    "--timeout S": (60.0, "wall time that the script may take without a step"),
+    "--json": "the figures as JSON on stdout; what the script prints goes to stderr",
+}
+
+
 def _options():
     options = argparse.ArgumentParser(prog="fivebar run", add_help=False, allow_abbrev=False)
-    add = options.add_argument
-    add(
-        "--until",
-        type=float,
-        default=5.0,
-        metavar="S",
-        help="simulated time at which the script gets its KeyboardInterrupt (default: %(default)g)",
-    )
-    add("--record", metavar="RUN.csv", help="write the motion, a row each millisecond")
-    add("--plot", metavar="OUT.png", help="draw the motion")
-    add(
-        "--animate", metavar="OUT.html", help="write the motion as a 3-D page, or .gif, .mp4, .webm"
-    )
-    add(
-        "--plots",
-        default=".",
-        metavar="DIR",
-        help="folder for the script's own windows and scopes (default: here)",
-    )
-    add("--show", action="store_true", help="open windows in place of writing them to files")
-    add(
-        "--real-time",
-        action="store_true",
-        help="not faster than real time; the script's clock is the computer's",
-    )
-    add("--seed", type=int, default=0, help="of random and numpy.random (default: %(default)s)")
-    add(
-        "--exact-acceleration",
-        dest="exact",
-        action="store_true",
-        help=(
-            "joint accelerations of the dynamics, not velocity differences over 10 ms as in the lab"
-        ),
-    )
-    add(
-        "--mark",
-        choices=("1", "2"),
-        help="the tracking error in the lab's control task of this number, as points",
-    )
-    add(
-        "--lenient",
-        action="store_true",
-        help="let arrays of one element pass for numbers, as older NumPy did",
-    )
-    add(
-        "--timeout",
-        type=float,
-        default=60.0,
-        metavar="S",
-        help="wall time that the script may take without a step (default: %(default)g)",
-    )
-    add(
-        "--json",
-        action="store_true",
-        help="the figures as JSON on stdout; what the script prints goes to stderr",
-    )
+    add_options(options, OPTIONS)
     return options
 
 
@@ -100,20 +66,19 @@ def _run(arguments, options):
     own, rest = _split(arguments.rest)
     arguments, unknown = options.parse_known_args(own, namespace=arguments)
     _check(arguments)
-    names = [action.dest for action in options._actions]
-    settings = json.dumps({name: getattr(arguments, name) for name in names})
+    names = [usage.split()[0].strip("-").replace("-", "_") for usage in OPTIONS]
+    values = {name: getattr(arguments, name) for name in names}
+    settings = json.dumps(values | {"exact": arguments.exact_acceleration})
     environment = {**os.environ, "PYTHONHASHSEED": str(arguments.seed)}
     if not arguments.show:
         environment["MPLBACKEND"] = BACKEND
     start = CHILD.format(str(Path(__file__).parents[2]))
     command = [sys.executable, "-P", "-c", start, settings, arguments.script, *unknown, *rest]
     child = subprocess.Popen(command, env=environment)
-    while True:
-        try:
+    code = None
+    while code is None:
+        with suppress(KeyboardInterrupt):  # the child got it too, and it is the script's
             code = child.wait()
-            break
-        except KeyboardInterrupt:  # the child got it too, and it is the script's
-            continue
     if code < 0:
         raise RuntimeError(f"{arguments.script} was ended by signal {-code}")
     sys.exit(code)
@@ -130,9 +95,7 @@ def _split(rest):
 def _check(arguments):
     if not Path(arguments.script).is_file():
         raise UsageError(f"no script {arguments.script!r}")
-    for name in ("until", "timeout"):
-        if not 0 < getattr(arguments, name) < float("inf"):
-            raise UsageError(f"--{name} must be finite and > 0, not {getattr(arguments, name):g}")
+    check_positive(arguments, "until", "timeout")
     if arguments.until > MOST_TIME:
         raise UsageError(
             f"--until {arguments.until:g} is more rows, one each millisecond, than memory holds: at"
@@ -140,15 +103,13 @@ def _check(arguments):
         )
     if not 0 <= arguments.seed <= MOST_SEED:
         raise UsageError(f"--seed must be from 0 to {MOST_SEED}, not {arguments.seed}")
-    for name in ("record", "plot", "animate"):
-        path = getattr(arguments, name)
-        if path is not None and not Path(path).parent.is_dir():
+    for name, value in given(arguments, "record", "plot", "animate").items():
+        path = Path(value)
+        if not path.parent.is_dir():
             raise UsageError(f"--{name} {path}: no such folder")
-        if path is not None and Path(path).is_dir():
+        if path.is_dir():
             raise UsageError(f"--{name} {path} is a folder, not a file")
-        if path is not None and name in ENDINGS and Path(path).suffix.lower() not in ENDINGS[name]:
-            raise UsageError(
-                f"--{name} must end in one of {', '.join(ENDINGS[name])}, not {path!r}"
-            )
+        if name in ENDINGS:
+            check_ending(f"--{name}", path, ENDINGS[name])
     if not Path(arguments.plots).is_dir():
         raise UsageError(f"--plots {arguments.plots}: no such folder")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import csv
-import json
 import sys
 from argparse import _SubParsersAction
-from pathlib import Path
+
+from .options import JSON, add_options, print_json
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
@@ -16,11 +16,11 @@ def add_parsers(commands: _SubParsersAction) -> None:
     ladder = studies.add_parser(
         "ladder", help="tracking error and time of a step, with each rung of physics added"
     )
-    ladder.add_argument(
-        "--robots", nargs="+", metavar="NAME", help="of lab, vertical, haptic (default: all)"
-    )
-    ladder.add_argument("--out", type=Path, metavar="DIR", help="also ladder.csv and ladder.png")
-    ladder.add_argument("--json", action="store_true")
+    options = JSON | {
+        "--robots NAME ...": "of lab, vertical, haptic (default: all)",
+        "--out DIR": "also ladder.csv and ladder.png",
+    }
+    add_options(ladder, options)
     ladder.set_defaults(run=_ladder)
 
 
@@ -45,7 +45,7 @@ def _ladder(arguments):
         saved(figure(rungs), paths[1], dpi=150, bbox_inches="tight")
         print(*paths, sep="\n", file=sys.stderr)
     if arguments.json:
-        print(json.dumps([dict(zip(header, row)) for row in rows]))
+        print_json([dict(zip(header, row)) for row in rows])
         return
     heading = "robot", "rung", "instructions", "step µs", "missed N m", "rms µm", "largest µm"
     print("{:10}{:20}{:>13}{:>9}{:>12}{:>10}{:>12}".format(*heading))

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from argparse import _SubParsersAction
 from contextlib import nullcontext
-from pathlib import Path
+
+import numpy as np
 
 from ..base.errors import UsageError
-from .endings import check_ending
+from .options import JSON, add_options, check_ending, given, named, print_json
 from .robot_options import add_robot_options, chosen_robot
 from .task_options import (
     add_task_options,
@@ -19,59 +19,37 @@ from .task_options import (
     figure_list,
     figure_of,
     interval,
-    span,
 )
+
+
+DESIGNS = {
+    "--grid NAME=LOW:HIGH:COUNT ...": "all combinations",
+    "--bound NAME=LOW:HIGH ...": "bounds of --sample",
+    "--sample N": "designs spread evenly between the bounds",
+    "--seed N": (0, "seed of --sample"),
+    "--triangle N": "Liu's r1 + r2 + r3 = 3, N parts a side",
+    "--designs FILE": "a .csv or .npz file of columns by name",
+}
+OPTIONS = JSON | {
+    "--list": "list the figures and their units",
+    "--out DIR": "a folder of results; a second run goes on there",
+    "--workers N": "processes (default: one per processor)",
+    "--dask ADDRESS": "a Dask scheduler, tcp://host:8786, or its .json file",
+    "--chunk N": "designs computed at a time",
+    "--best N": (10, "designs to list"),
+    "--csv FILE": "write a row per design",
+    "--plot FILE": "draw the first figure: .png, .svg or .pdf",
+}
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `sweep` to the program's commands."""
-    parser = commands.add_parser("sweep", help="figures of merit of many designs")
-    parser.add_argument(
-        "figures",
-        nargs="*",
-        metavar="FIGURE",
-        help="a name, or FILE.py:FUNCTION; =min or =max: the best designs are those",
-    )
-    parser.add_argument("--list", action="store_true", help="list the figures and their units")
-    group = parser.add_argument_group(
-        "designs", "by the robot's parameters, l1, l2, r1, r2, r3, task_x, task_y; m"
-    )
-    group.add_argument(
-        "--grid",
-        action="append",
-        default=[],
-        metavar="NAME=LOW:HIGH:COUNT",
-        help="all combinations",
-    )
-    group.add_argument(
-        "--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="bounds of --sample"
-    )
-    group.add_argument(
-        "--sample", type=int, metavar="N", help="designs spread evenly between the bounds"
-    )
-    group.add_argument("--seed", type=int, default=0, help="seed of --sample (default: 0)")
-    group.add_argument(
-        "--triangle", type=int, metavar="N", help="Liu's r1 + r2 + r3 = 3, N parts a side"
-    )
-    group.add_argument("--designs", metavar="FILE", help="a .csv or .npz file of columns by name")
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="a folder of results; a second run goes on there"
-    )
-    parser.add_argument(
-        "--workers", type=int, metavar="N", help="processes (default: one per processor)"
-    )
-    parser.add_argument(
-        "--dask", metavar="ADDRESS", help="a Dask scheduler, tcp://host:8786, or its .json file"
-    )
-    parser.add_argument("--chunk", type=int, metavar="N", help="designs computed at a time")
-    parser.add_argument(
-        "--best", type=int, default=10, metavar="N", help="designs to list (default: %(default)s)"
-    )
-    parser.add_argument("--csv", type=Path, metavar="FILE", help="write a row per design")
-    parser.add_argument(
-        "--plot", type=Path, metavar="FILE", help="draw the first figure: .png, .svg or .pdf"
-    )
-    parser.add_argument("--json", action="store_true", help="print the best designs as JSON")
+    parser = commands.add_parser("sweep")
+    words = "a name, or FILE.py:FUNCTION; =min or =max: the best designs are those"
+    parser.add_argument("figures", nargs="*", metavar="FIGURE", help=words)
+    words = "by the robot's parameters, l1, l2, r1, r2, r3, task_x, task_y; m"
+    add_options(parser, DESIGNS, "designs", words)
+    add_options(parser, OPTIONS)
     add_task_options(parser)
     add_robot_options(parser)
     parser.set_defaults(run=_sweep)
@@ -108,27 +86,22 @@ def _sweep(arguments):
         best = swept.best(count=arguments.best, sense=sense or None)
     except (ValueError, TypeError) as error:
         raise by_option(error) from None
-    except KeyboardInterrupt:
-        if arguments.out is None:
-            raise
-        raise RuntimeError(
-            f"interrupted: what was done is in {arguments.out}; the same command goes on there"
-        ) from None
     _show(arguments, swept, best)
 
 
 def _designs(arguments):
     from ..optimal_design.designs import grid, sample, triangle
 
-    sources = ("grid", "sample", "triangle", "designs")
-    chosen = [f"--{name}" for name in sources if getattr(arguments, name)]
-    if len(chosen) != 1:
-        wrong = f", not {' and '.join(chosen)}" if chosen else ""
-        raise UsageError(f"designs come from one of --grid, --sample, --triangle, --designs{wrong}")
+    sources = given(arguments, "grid", "sample", "triangle", "designs")
+    if len(sources) != 1:
+        wrong = " and ".join(f"--{name}" for name in sources) or "none"
+        raise UsageError(
+            f"designs come from one of --grid, --sample, --triangle, --designs, not {wrong}"
+        )
     if arguments.bound and not arguments.sample:
         raise UsageError("--bound is of --sample N")
     if arguments.designs:
-        return arguments.designs
+        return str(arguments.designs)
     if arguments.triangle:
         return triangle(arguments.triangle)
     if arguments.sample:
@@ -138,9 +111,7 @@ def _designs(arguments):
 
 
 def _axis(text):
-    import numpy as np
-
-    name, values = span(text, "--grid", (1, 3))
+    name, values = named(text, "--grid", "LOW:HIGH:COUNT")
     if None in values:
         raise UsageError(f"--grid: a number is missing in {text!r}")
     if len(values) == 1:
@@ -163,9 +134,11 @@ def _show(arguments, swept, best):
     rows = zip(best.tolist(), *table.values())
     if arguments.json:
         names = ("design", *columns)
-        designs = [dict(zip(names, map(_finite_or_none, row))) for row in rows]
-        about = {"designs": swept.count, "errors": len(swept.errors)}
-        print(json.dumps(about | {"best": designs}, indent=1))
+        designs = []
+        for row in rows:
+            finite = [value if math.isfinite(value) else None for value in row]
+            designs.append(dict(zip(names, finite)))
+        print_json({"designs": swept.count, "errors": len(swept.errors), "best": designs})
         return
     widths = [max(12, len(name) + 2) for name in columns]
     print(f"{'design':>8}" + "".join(f"{name:>{w}}" for name, w in zip(columns, widths)))
@@ -178,7 +151,3 @@ def _show(arguments, swept, best):
         print(f"design {k}: {text}", file=sys.stderr)
     if len(swept.errors) > 3:
         print(f"... {len(swept.errors)} errors in {swept.count} designs", file=sys.stderr)
-
-
-def _finite_or_none(value):
-    return value if math.isfinite(value) else None

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 import textwrap
 import time
 from argparse import _SubParsersAction
@@ -16,27 +14,49 @@ from ..control.laws import PD, ComputedTorque
 from ..models.robots import FiveBar
 from ..planning.samples import from_csv
 from ..planning.trajectory import line
+from .options import (
+    JSON,
+    WORKING,
+    add_options,
+    check_positive,
+    given,
+    print_files,
+    print_json,
+    print_notes,
+    print_table,
+    usage_errors,
+)
 from .robot_options import add_robot_options, chosen_robot, robot_is_chosen
 
 TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
 KP, KD = 100.0, 20.0
 GAINS = {"ctc": (KP, KD), "pd": (0.4, 0.08), "mpc": None}
-BIGLIDE_PD = (
-    250.0,
-    50.0,
-)  # N/m, N s/m: about those of ctc, for the 2.5 kg that a foot moves at the lab's home
+# N/m, N s/m: about those of ctc, for the 2.5 kg that a foot moves at the lab's home.
+BIGLIDE_PD = (250.0, 50.0)
+PATH = {
+    "--duration S": "of the line",
+    "--case NAME": (
+        "compare computed torque and MPC on task-1, torque-limit, mass, delay, encoder, crossing"
+    ),
+    "--units UNIT ...": "of the CSV's columns, as mm or t=ms x=mm",
+    "--polyline M": "straight between the CSV's rows, its corners cut by at most so much",
+}
+OPTIONS = JSON | {
+    "--controller ctc|pd|mpc": ("ctc", "computed torque, PD, or model-predictive"),
+    "--kp NUMBER": "of ctc in 1/s² (default: 100), of pd in N m/rad (0.4; biglide: 250 N/m)",
+    "--kd NUMBER": "of ctc in 1/s (default: 20), of pd in N m s/rad (0.08; biglide: 50 N s/m)",
+    "--period S": (0.01, "of the controller"),
+    "--torque-limit NM": "of either motor, N m (biglide: N)",
+    "--out DIR": "write run.csv, tracking.png and animation.html there",
+    "--page OUT.html": "robot and plots on one page, linked by the time",
+    WORKING: "working modes, as 1 -1 (default: -1 -1)",
+}
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `demo` and `track` to the program's commands."""
     demo = commands.add_parser("demo")
-    demo.add_argument(
-        "--out",
-        type=Path,
-        default=Path("fivebar-demo"),
-        metavar="DIR",
-        help="folder for the files (default: %(default)s)",
-    )
+    add_options(demo, {"--out DIR": (Path("fivebar-demo"), "folder for the files")})
     demo.set_defaults(run=_demo)
 
     track = commands.add_parser("track")
@@ -46,74 +66,8 @@ def add_parsers(commands: _SubParsersAction) -> None:
     path.add_argument("csv", nargs="?", metavar="PATH.csv")
     path.add_argument("--from", dest="start", nargs=2, type=float, metavar=("X", "Y"))
     path.add_argument("--to", dest="goal", nargs=2, type=float, metavar=("X", "Y"))
-    path.add_argument("--duration", type=float, metavar="S")
-    path.add_argument(
-        "--case",
-        help=(
-            "compare computed torque and MPC on task-1, torque-limit, mass, delay, encoder,"
-            " crossing"
-        ),
-    )
-    track.add_argument(
-        "--controller",
-        choices=GAINS,
-        default="ctc",
-        help="computed torque, PD, or model-predictive (default: %(default)s)",
-    )
-    track.add_argument(
-        "--kp",
-        type=float,
-        help="of ctc in 1/s² (default: 100), of pd in N m/rad (0.4), of a biglide's in N/m (250)",
-    )
-    track.add_argument(
-        "--kd",
-        type=float,
-        help="of ctc in 1/s (default: 20), of pd in N m s/rad (0.08), of a biglide's in N s/m (50)",
-    )
-    track.add_argument(
-        "--period",
-        type=float,
-        default=0.01,
-        metavar="S",
-        help="of the controller (default: %(default)g)",
-    )
-    track.add_argument(
-        "--torque-limit", type=float, metavar="NM", help="of either motor, N m (biglide: N)"
-    )
-    track.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="write run.csv, tracking.png and animation.html there",
-    )
-    track.add_argument(
-        "--page",
-        type=Path,
-        metavar="OUT.html",
-        help="robot and plots on one page, linked by the time",
-    )
-    track.add_argument("--json", action="store_true", help="the figures as JSON on stdout")
-    track.add_argument(
-        "--working",
-        nargs=2,
-        type=int,
-        choices=(-1, 1),
-        metavar="W",
-        help="working modes, as 1 -1 (default: -1 -1)",
-    )
-    track.add_argument(
-        "--units",
-        nargs="+",
-        default=(),
-        metavar="UNIT",
-        help="of the CSV's columns, as mm or t=ms x=mm",
-    )
-    track.add_argument(
-        "--polyline",
-        type=float,
-        metavar="M",
-        help="straight between the CSV's rows, its corners cut by at most so much",
-    )
+    add_options(path, PATH)
+    add_options(track, OPTIONS)
     add_robot_options(track)
     track.set_defaults(run=_track)
 
@@ -137,7 +91,7 @@ def _demo(arguments):
     title = f"AMORO lab: task 1 within {error:.0f} µm, and task 2 through a singularity"
     story(runs, page, ("error", "tau", "margins"), title, ["Point at any curve.", sentence])
     print(f"{page}  (open it in a browser, and point at any curve)")
-    print(*files, sep="\n")
+    print_files(files)
 
 
 def _task_2(robot):
@@ -159,115 +113,104 @@ def _task_2(robot):
 def _track(arguments):
     if arguments.case is not None:
         return _compare(arguments)
-    robot, reference = chosen_robot(arguments), _reference(arguments)
-    for name in ("period", "torque_limit"):
-        value = getattr(arguments, name)
-        if value is not None and not 0 < value < float("inf"):
-            raise UsageError(f"--{name.replace('_', '-')} must be finite and > 0, not {value:g}")
-    for sentence in reference.notes:
-        print(f"{arguments.csv}: {sentence}", file=sys.stderr)
+    robot = chosen_robot(arguments)
+    with usage_errors():
+        reference = _reference(arguments)
+    check_positive(arguments, "period", "torque_limit")
+    print_notes(arguments.csv, reference.notes)
     working = tuple(arguments.working or (-1, -1))
-    try:
+    with usage_errors(ValueError):
         controller = _controller(arguments, robot, reference, working)
-    except ValueError as error:
-        raise UsageError(error) from None
     figures, run = _tracked(
         robot, reference, controller, arguments.period, arguments.torque_limit, working
     )
-    files = [str(path) for path in _write(run, arguments.out)] if arguments.out else []
+    files = [*_write(run, arguments.out)] if arguments.out else []
     if arguments.page:
-        files.append(str(_write_page(run, arguments.page)))
+        run.page(arguments.page)
+        files.append(arguments.page)
     if arguments.json:
-        print(json.dumps({**figures, "files": files}, indent=2))
-    else:
-        _print_table(robot, figures)
-        print(*files, sep="\n", end="\n" if files else "")
-
-
-def _assembly(robot, reference, working):
-    """The assembly mode in which a motion begins, in these working modes."""
-    if working is None:
-        return -1
-    from ..models.geometry import igm
-
-    return int(igm(robot, reference(reference.start)[0], tuple(working)).assembly)
+        print_json({**figures, "files": files})
+        return
+    _print_table(robot, figures)
+    print_files(files)
 
 
 def _controller(arguments, robot, reference, working):
-    given, assembly = (arguments.kp, arguments.kd), _assembly(robot, reference, arguments.working)
-    if arguments.controller == "mpc":
-        if given != (None, None):
-            raise UsageError("--kp and --kd are gains of ctc and pd: mpc has none")
-        from ..constraints.constraints import Constraints
-        from ..control.matched import asks_for_it, matched
-        from ..control.tracker import Tracker
+    from ..models.geometry import igm
 
-        if peak := asks_for_it(robot, reference, arguments.period, arguments.torque_limit, working):
-            return matched(robot, peak, arguments.period, arguments.torque_limit, assembly)
-        constraints = Constraints(torque=arguments.torque_limit)
-        return Tracker(robot, period=arguments.period, constraints=constraints, assembly=assembly)
+    assembly = -1
+    if arguments.working:
+        assembly = int(igm(robot, reference(reference.start)[0], working).assembly)
+    if arguments.controller == "mpc":
+        return _mpc(arguments, robot, reference, working, assembly)
     kind = {"ctc": ComputedTorque, "pd": PD}[arguments.controller]
-    default = BIGLIDE_PD if kind is PD and not robot.turns else GAINS[arguments.controller]
-    gains = (usual if gain is None else gain for gain, usual in zip(given, default))
-    return kind(robot, *gains, working=working, assembly=assembly)
+    kp, kd = BIGLIDE_PD if kind is PD and not robot.turns else GAINS[arguments.controller]
+    gains = {"kp": kp, "kd": kd} | given(arguments, "kp", "kd")
+    return kind(robot, **gains, working=working, assembly=assembly)
+
+
+def _mpc(arguments, robot, reference, working, assembly):
+    from ..constraints.constraints import Constraints
+    from ..control.matched import asks_for_it, matched
+    from ..control.tracker import Tracker
+
+    if given(arguments, "kp", "kd"):
+        raise UsageError("--kp and --kd are gains of ctc and pd: mpc has none")
+    period = arguments.period
+    limit = arguments.torque_limit
+    if peak := asks_for_it(robot, reference, period, limit, working):
+        return matched(robot, peak, period, limit, assembly)
+    constraints = Constraints(torque=limit)
+    return Tracker(robot, period=period, constraints=constraints, assembly=assembly)
 
 
 def _compare(arguments):
-    """Computed torque at two gains and the tracker on one case: table, picture, and the runs."""
+    """Compare computed torque at two gains and the tracker on one case."""
     from ..simulation.cases import CASES, case, run_case
     from ..simulation.comparison import compare
+    from ..visualization.pages import page
 
     if arguments.case not in CASES:
         raise UsageError(f"no case {arguments.case!r}; the known ones are {', '.join(CASES)}")
-    if arguments.csv or arguments.start or arguments.goal or arguments.duration:
+    if given(arguments, "csv", "start", "goal", "duration"):
         raise UsageError("--case brings its own path")
     if robot_is_chosen(arguments):
         raise UsageError("--case brings its own robot")
     runs = run_case(arguments.case)
-    comparison, files = compare(runs), []
+    comparison = compare(runs)
+    files = []
     if arguments.out:
         arguments.out.mkdir(parents=True, exist_ok=True)
-        files = [
-            arguments.out / "comparison.png",
-            *(arguments.out / f"{name}.csv" for name in runs),
-        ]
+        files.append(arguments.out / "comparison.png")
         comparison.plot(files[0])
-        for file, run in zip(files[1:], runs.values()):
-            run.to_csv(file)
+        for name, run in runs.items():
+            files.append(arguments.out / f"{name}.csv")
+            run.to_csv(files[-1])
     if arguments.page:
-        files.append(_write_page(runs, arguments.page))
+        page(runs, arguments.page)
+        files.append(arguments.page)
     if arguments.json:
         figures = {}
         for name, row in comparison.figures.items():
             # JSON has no nan.
             figures[name] = {key: None if value != value else value for key, value in row.items()}
-        print(
-            json.dumps(
-                {"case": arguments.case, "controllers": figures, "files": list(map(str, files))},
-                indent=2,
-            )
-        )
+        print_json({"case": arguments.case, "controllers": figures, "files": files})
         return
     print(case(arguments.case).title)
     print(comparison)
-    print(*files, sep="\n", end="\n" if files else "")
+    print_files(files)
 
 
 def _reference(arguments):
-    ends = {"--from": arguments.start, "--to": arguments.goal, "--duration": arguments.duration}
-    given = [name for name, value in ends.items() if value is not None]
-    if (arguments.csv is None) != (len(given) == 3) or (arguments.csv and given):
+    ends = given(arguments, "start", "goal", "duration")
+    if len(ends) not in (0, 3) or (arguments.csv is None) == (not ends):
         raise UsageError("track needs a CSV file, or all of --from X Y, --to X Y and --duration S")
-    try:
-        if arguments.csv is None:
-            return line(arguments.start, arguments.goal, arguments.duration)
-        if arguments.polyline is None:
-            return from_csv(arguments.csv, units=arguments.units)
-        return from_csv(
-            arguments.csv, kind="polyline", deviation=arguments.polyline, units=arguments.units
-        )
-    except (ValueError, OSError) as error:
-        raise UsageError(error) from None
+    if ends:
+        return line(*ends.values())
+    units = arguments.units
+    if arguments.polyline is None:
+        return from_csv(arguments.csv, units=units)
+    return from_csv(arguments.csv, kind="polyline", deviation=arguments.polyline, units=units)
 
 
 def _tracked(robot, reference, controller, period, torque_limit, working=(-1, -1)):
@@ -321,12 +264,10 @@ def _print_table(robot, figures):
         ("real-time factor", f"{figures['real_time_factor']:.0f} ×"),
     ]
     if "saturated_fraction" in figures:
-        rows.insert(5, ("saturated", f"{100 * figures['saturated_fraction']:.0f} % of the time"))
-    rows += [
-        ("crossing", f"Type {kind} at {t:.6f} s") for t, kind in figures["singularity_crossings"]
-    ]
-    for name, value in rows:
-        print(f"  {name:<20} {value}")
+        rows.append(("saturated", f"{100 * figures['saturated_fraction']:.0f} % of the time"))
+    for t, kind in figures["singularity_crossings"]:
+        rows.append(("crossing", f"Type {kind} at {t:.6f} s"))
+    print_table(rows)
 
 
 def _write(run, folder):
@@ -336,10 +277,3 @@ def _write(run, folder):
     run.plot(paths[1])
     run.animate(paths[2])
     return paths
-
-
-def _write_page(subject, path, title=None):
-    from ..visualization.pages import page
-
-    page(subject, path, title=title)
-    return path

@@ -1,0 +1,140 @@
+"""Options as lines of usage, and what all commands do with their arguments and results."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import Namespace
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ..base.errors import UsageError
+
+FILES = {"DIR", "FILE", "FOLDER"}
+NUMBERS = set("M S X Y X0 X1 Y0 Y1 Q1 Q2 N_M NM HZ DEG RAD MM K SINE SHARE NUMBER".split())
+NUMBERS |= {"M/S", "M/S2", "RAD/S", "NM/RAD", "PERCENT"}
+PICTURES = (".png", ".svg", ".pdf")
+JSON = {"--json": "the result as JSON on stdout"}
+WORKING = "--working -1|1 -1|1"
+
+
+def add_options(
+    parser: Any,
+    options: dict[str, str | tuple],
+    title: str | None = None,
+    words: str | None = None,
+) -> None:
+    """Add options {usage: help, or (default, help)}; with a title as a group of their own.
+
+    A usage is written as in the help: "--fit" is a flag, "--at X Y" takes two numbers,
+    "--space task|joint" one of two words and "--units UNIT ..." any number of values, also
+    when the option is repeated. The name of a value tells its type.
+    """
+    target = parser if title is None else parser.add_argument_group(title, words)
+    for usage, text in options.items():
+        name, *values = usage.split()
+        if not values:
+            target.add_argument(name, action="store_true", help=text)
+            continue
+        default: Any = None
+        if isinstance(text, tuple):
+            default, text = text
+            shown = " ".join(map(str, default)) if isinstance(default, tuple) else default
+            text += f" (default: {shown})"
+        settings: dict[str, Any] = {"type": _type_of(values[0])}
+        if values[-1] == "...":
+            settings |= {"nargs": "+", "action": "extend", "metavar": values[0]}
+            default = []
+        elif "|" in values[0]:
+            kind = settings["type"]
+            settings["choices"] = [kind(choice) for choice in values[0].split("|")]
+        else:
+            settings["metavar"] = tuple(values) if len(values) > 1 else values[0]
+        if len(values) > 1 and values[-1] != "...":
+            settings["nargs"] = len(values)
+        target.add_argument(name, default=default, help=text.strip(), **settings)
+
+
+def _type_of(value):
+    if value == "N" or value == "-1|1":
+        return int
+    if value in NUMBERS:
+        return float
+    is_file = value in FILES or value.endswith((".csv", ".html", ".png", ".json", ".txt"))
+    return Path if is_file else str
+
+
+def given(arguments: Namespace, *names: str) -> dict[str, Any]:
+    """Return those options that were used, by name."""
+    values = {name: getattr(arguments, name) for name in names}
+    return {name: value for name, value in values.items() if value is not None and value != []}
+
+
+@contextmanager
+def usage_errors(*kinds: type[Exception]) -> Iterator[None]:
+    """Turn errors of these kinds into a UsageError; of values and files by default."""
+    try:
+        yield
+    except kinds or (ValueError, OSError) as error:
+        raise UsageError(error) from None
+
+
+def check_positive(arguments: Namespace, *names: str) -> None:
+    """Raise UsageError for an option that is used and not finite and > 0."""
+    for name, value in given(arguments, *names).items():
+        if not 0 < value < float("inf"):
+            option = name.replace("_", "-")
+            raise UsageError(f"--{option} must be finite and > 0, not {value:g}")
+
+
+def check_ending(option: str, path: Path | None, endings: tuple[str, ...] = PICTURES) -> None:
+    """Raise UsageError unless a file's name has one of these endings."""
+    if path is not None and path.suffix not in endings:
+        known = " or ".join([", ".join(endings[:-1]), endings[-1]])
+        raise UsageError(f"{option} must end in {known}, not {path.name!r}")
+
+
+def number(text: str, option: str) -> float:
+    """Return a number; UsageError names the option."""
+    try:
+        return float(text)
+    except ValueError:
+        raise UsageError(f"{option}: {text!r} is no number") from None
+
+
+def named(text: str, option: str, form: str = "VALUE") -> tuple[str, list[float | None]]:
+    """Return ("l1", [0.05, 0.2]) of l1=0.05:0.2; None for an empty place.
+
+    form: what stands after NAME= ; it has as many parts as its colons allow, or one.
+    """
+    name, sign, values = text.partition("=")
+    numbers = [number(value, option) if value else None for value in values.split(":")]
+    if not sign or len(numbers) not in (1, form.count(":") + 1):
+        shape = form if form == "VALUE" else f"VALUE or {form}"
+        raise UsageError(f"{option} must be NAME={shape}, not {text!r}")
+    return name, numbers
+
+
+def print_notes(file: object, notes: Iterable[str]) -> None:
+    """Write to stderr what is to be said of a file."""
+    for note in notes:
+        print(f"{file}: {note}", file=sys.stderr)
+
+
+def print_table(rows: Iterable[tuple[str, str]]) -> None:
+    """Print names and values in two columns."""
+    for name, value in rows:
+        print(f"  {name:<20} {value}")
+
+
+def print_files(files: Iterable[object]) -> None:
+    """Print the names of written files, one a line."""
+    for file in files:
+        print(file)
+
+
+def print_json(content: object) -> None:
+    """Print an object as JSON."""
+    print(json.dumps(content, indent=2, default=str))
