@@ -63,6 +63,8 @@ def _calibrate(arguments):
     bounds = {}
     for text in arguments.bounds:
         name, values = named(text, "--bounds", "LOW:HIGH")
+        if len(values) != 2:
+            raise UsageError(f"--bounds must be NAME=LOW:HIGH, not {text!r}")
         bounds[name] = tuple(values)
     with usage_errors(ValueError):
         known_names(unknown, "--unknown")

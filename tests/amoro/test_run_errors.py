@@ -192,11 +192,11 @@ path = fb.line((0.09, 0.06796322), (0.05, 0.0), 4.0)
         (["script.py", "--record", "."], "--record . is a folder, not a file"),
         (
             ["script.py", "--plot", "run.xyz"],
-            "--plot must end in one of .png, .svg, .pdf, not 'run.xyz'",
+            "--plot must end in .png, .svg or .pdf",
         ),
         (
             ["script.py", "--animate", "run"],
-            "--animate must end in one of .html, .gif, .mp4, .webm, .png, not 'run'",
+            "--animate must end in .html",
         ),
         (["script.py", "--plots", "none"], "--plots none: no such folder"),
         (["--until", "x", "script.py"], "invalid float value: 'x'"),

@@ -178,7 +178,7 @@ def test_the_command(tmp_path, capsys):
         ),
         (["--format", "mjcf", "--functions", "dgm"], "functions is no option of mjcf"),
         (["--format", "c", "--functions", "foo"], "no function 'foo'"),
-        (["--format", "urdf", "--start", "3.1", "0", "--d", "0.2"], "--start: unreachable"),
+        (["--format", "urdf", "--start", "3.1", "0", "--d", "0.2"], "unreachable"),
     ],
 )
 def test_the_command_refuses(arguments, message, capsys):

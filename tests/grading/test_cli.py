@@ -86,8 +86,8 @@ def test_a_lab_of_the_clone_and_a_notebook(tmp_path, capsys):
             ["check", "lab99", "my.py"],
             "no lab 'lab99'; the known ones are: lab1_geometry, lab2_kinematics",
         ),
-        (["check", "lab1", "none.py"], "no file 'none.py'; the lab's file to copy and fill in is "),
-        (["check", "lab1"], "FILE is missing; the lab's file to copy and fill in is "),
+        (["check", "lab1", "none.py"], "no file 'none.py'"),
+        (["check", "lab1"], "FILE is missing; the lab's file to fill in is "),
         (["check"], "which lab, and which file of yours? The known ones are: lab1_geometry, "),
         (
             ["check", "lab1", "my.py", "--time-limit", "0"],
@@ -98,7 +98,7 @@ def test_a_lab_of_the_clone_and_a_notebook(tmp_path, capsys):
         (["grade", "lab1", ".", "--out", "o", "--jobs", "0"], "--jobs must be at least 1"),
         (["grade", "lab1", "empty", "--out", "o"], "holds no submissions"),
         (["grade", "lab1", "my.py", "--secret-file", "none"], "--secret-file"),
-        (["grade", "lab1", "my.py", "--out", "o"], "--out is for a folder of submissions"),
+        (["grade", "lab1", "my.py", "--out", "o"], "are for a folder of submissions"),
         (["grade", "lab1", ".", "--out", "o", "--csv", "x.csv"], "a folder's files go to --out"),
         (["grade", "lab1", "my.py", "--secret-file", "short"], "fewer than 8 bytes"),
         (

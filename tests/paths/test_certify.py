@@ -315,7 +315,7 @@ def test_the_command_proves_refuses_and_checks(tmp_path, capsys):
     assert main([*asked, "--out", str(proof)]) == 0
     notes = capsys.readouterr()
     assert (
-        "proved on 4 pieces, 0.18 m: l11 = 0.09 +- 0.0001" in notes.out
+        "proved on 4 pieces: l11 = 0.09 +- 0.0001" in notes.out
         and "read in mm" in notes.err
     )
     assert main(["certify", "--check", str(proof)]) == 0

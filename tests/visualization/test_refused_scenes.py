@@ -23,7 +23,6 @@ def test_names_are_known_and_fit_the_motion(run):
             "nothing named 'sparkle' can be shown; the known names are trace, reference, loci",
         ),
         (study, ["loci"], "a slider-crank, guide held has no 'loci' to show"),
-        (free, ["ghost"], "no reference, so no 'ghost'"),
         (free, "reference", "no reference, so no 'reference'"),
     ]:
         with pytest.raises(ValueError, match=message):

@@ -168,7 +168,7 @@ def test_machine_is_seen_and_moves(opened):
 
 def test_the_robot_looks_as_it_did(opened, run):
     """Against a kept picture, a quarter as wide: bars, motors, base and what is shown are where they were."""
-    page = opened(view.scene(ROBOT, run, ["workspace", "loci", "trace", "velocity", "torques"]))
+    page = opened(view.scene(ROBOT, run, ["loci", "trace", "velocity", "torques"]))
     seek(page, 1.5)
     kept = np.asarray(Image.open(DATA / "viewer.png").convert("RGB"), dtype=float) / 255
     shape = kept.shape[1::-1]

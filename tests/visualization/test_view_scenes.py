@@ -13,7 +13,7 @@ from fivebar.visualization import view
 from fivebar.visualization.loci import crossings
 from fivebar.visualization.view import shows, sources
 from fivebar.visualization.view.frames import MOST, choose
-from fivebar.visualization.view.layers import Area, Arrows, Ghost, LineLayer, TurningArrows
+from fivebar.visualization.view.layers import Arrows, LineLayer, TurningArrows
 from fivebar.visualization.view.solids import dash_pieces
 
 from .conftest import ROBOT, long_run
@@ -53,9 +53,7 @@ def test_a_scene_computes_only_what_it_draws(run, monkeypatch):
         (run, ["acceleration"], ["dkm", "forward_dynamics", "measured_pose"]),
         (run, ["bar-forces"], ["bar_forces", "dkm", "measured_pose"]),
         (run, ["torques"], []),
-        (run, ["workspace"], ["singularity_loci"]),
         (run, ["loci"], ["measured_pose", "singularity_loci"]),
-        (run, ["ghost"], ["igm", "measured_pose"]),
         (plan, ["trace", "velocity", "acceleration"], ["igm"]),
         (plan, ["torques"], ["igm", "ikm", "ikm2", "inverse_dynamics"]),
     ]:
@@ -132,29 +130,6 @@ def test_loci_are_singular_and_change_with_the_working_modes(crossing_run):
         pose = fb.igm(ROBOT, points * (1 - 1e-9), (-1, -1), unreachable="nan")
         margins = np.nanmin(np.abs([*pose.sines, pose.det_A]), axis=0)
         assert np.nanmax(margins) < 1e-3
-
-
-@pytest.mark.parametrize(
-    "robot", [ROBOT, fb.FiveBar(l11=0.11, l12=0.14, l21=0.08, l22=0.12, d=0.09)]
-)
-def test_workspace_is_what_can_be_reached(robot):
-    (area,) = layers(view.scene(robot, fb.line((0.05, 0.12), (0.0, 0.12), 1.0), "workspace"), Area)
-    size = 0.0
-    for rows in area.strips:
-        width = rows[:, 1, 0] - rows[:, 0, 0]
-        size += float((np.diff(rows[:, 0, 1]) * (width[1:] + width[:-1]) / 2).sum())
-    assert size == pytest.approx(
-        sum(a.area for a in fb.aspects(robot) if a.working == (-1, -1)), rel=2e-3
-    )
-
-
-def test_ghost_is_the_reference_in_the_modes_of_the_run(run):
-    (ghost,) = layers(view.scene(ROBOT, run, "ghost"), Ghost)
-    index = view.scene(ROBOT, run).machines[0].frames.index
-    pose = fb.igm(ROBOT, run.xi_ref[index])
-    np.testing.assert_allclose(
-        ghost.mechanism[:, [2, 1, 3]], np.stack([pose.xi, *np.moveaxis(pose.elbows, 1, 0)], axis=1)
-    )
 
 
 def test_plans_and_references_have_events_and_gaps():
@@ -238,12 +213,10 @@ def test_only_what_is_not_known_is_left_out(run, tmp_path):
     lost = {"tau": (index >= 100) & (index < 200), "q_dot": (index >= 250) & (index < 300)}
     lost["xi_ref"] = (index >= 300) & (index < 350) | (index >= 400)
     for layer, full in zip(layers(scene), layers(whole)):
-        if isinstance(layer, (Arrows, TurningArrows, Ghost)):
-            name = {Ghost: "mechanism", Arrows: "vectors", TurningArrows: "values"}[type(layer)]
+        if isinstance(layer, (Arrows, TurningArrows)):
+            name = {Arrows: "vectors", TurningArrows: "values"}[type(layer)]
             values, expected = (getattr(x, name).reshape(len(index), -1) for x in (layer, full))
-            missing = {"velocity": lost["q_dot"], "ghost": lost["xi_ref"]}.get(
-                layer.name, lost["tau"]
-            )
+            missing = {"velocity": lost["q_dot"]}.get(layer.name, lost["tau"])
             if layer.name in ("acceleration", "bar-forces"):
                 missing = lost["tau"] | lost["q_dot"]
             np.testing.assert_allclose(values[~missing], expected[~missing], atol=1e-12)
@@ -314,7 +287,7 @@ def test_biglide_has_driven_feet_on_rails():
     robot = fb.Biglide()
     reference = fb.line((0.0, 0.2), (0.05, 0.15), 0.5)
     run = fb.simulate(robot, fb.PD(robot, 200.0, 30.0), reference)
-    scene = view.scene(robot, run, ["trace", "torques", "velocity", "ghost", "loci"])
+    scene = view.scene(robot, run, ["trace", "torques", "velocity", "loci"])
     (machine,), index = scene.machines, scene.machines[0].frames.index
     assert (
         scene.title == "biglide robot, all bars 282.8 mm, base 400 mm"
@@ -338,9 +311,8 @@ def test_biglide_has_driven_feet_on_rails():
     forces = [layer for layer in layers(scene, Arrows) if layer.name == "forces"]
     np.testing.assert_array_equal([layer.vectors[:, 1] for layer in forces], run.tau[index].T)
     assert "F\\u2081, F\\u2082: motor forces (longest" in scene.html and scene.png
-    for item, message in [("workspace", "has no end"), ("elbow-circles", "are for cranks")]:
-        with pytest.raises(ValueError, match=message):
-            view.scene(robot, run, item)
+    with pytest.raises(ValueError, match="are for cranks"):
+        view.scene(robot, run, "elbow-circles")
 
 
 # sRGB as people without one kind of cone see it: Machado, Oliveira and Fernandes 2009, severity 1, on linear values.

@@ -1,4 +1,4 @@
-"""What is shown of a mechanism besides itself: lines, areas, arrows, turning arrows and ghosts."""
+"""What is shown of a mechanism besides itself: lines, arrows and turning arrows."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .frames import last_true
-from .solids import QUAD, arc, dash_pieces, flat, link, polygon, ribbon
+from .solids import arc, dash_pieces, polygon, ribbon
 from .tracks import Part, place_tracks, scale_track
 
 if TYPE_CHECKING:
@@ -87,45 +86,6 @@ class LineLayer(Layer):
         shown = None if self.good is None else visibility(times, self.good)
         # A path that stays in one point has no band, and the viewer complains of an empty one.
         yield Part(path, [band] if band else [], shown=shown)
-
-
-@dataclass(frozen=True, eq=False)
-class Area(Layer):
-    """An area of strips, each rows (n, 2, 2) of a left and a right point, m, and its outline."""
-
-    strips: list
-    outline: list
-    still = True
-    glyph = "area"
-
-    def reach(self, machine: Machine) -> np.ndarray:
-        return np.concatenate(self.outline)
-
-    def parts(self, machine: Machine, number: int) -> Iterator[Part]:
-        points = np.concatenate(self.strips).reshape(-1, 2)
-        has_next = [np.arange(len(rows)) < len(rows) - 1 for rows in self.strips]
-        faces = 2 * np.flatnonzero(np.concatenate(has_next))[:, None] + QUAD
-        edges = [np.concatenate([rows[:, 0], rows[::-1, 1]]) for rows in self.strips]
-        glass = {
-            "transparent": True,
-            "opacity": 0.12,
-            "depthWrite": False,
-        }
-        area = flat(
-            points,
-            faces,
-            -4.6 * machine.layer,
-            self.colour,
-            edges,
-            **glass,
-        )
-        border = ribbon(
-            self.outline,
-            0.1 * machine.pen,
-            -0.6 * machine.layer,
-            self.colour,
-        )
-        yield Part(f"{self.name}/{number}", [area, border])
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,34 +212,3 @@ class TurningArrows(Layer):
             1.0, np.clip(size / 0.3, 0.02, 1.0)
         )
         yield Part(f"{path}/tip", [tip], tracks)
-
-
-@dataclass(frozen=True, eq=False)
-class Ghost(Layer):
-    """The mechanism in other positions, points (m, k, 2) m, pale; nan where there is none."""
-
-    mechanism: np.ndarray
-    glyph = "bar"
-
-    def reach(self, machine: Machine) -> np.ndarray:
-        points = self.mechanism.reshape(-1, 2)
-        return points[np.isfinite(points).all(axis=1)]
-
-    def parts(self, machine: Machine, number: int) -> Iterator[Part]:
-        good = np.isfinite(self.mechanism).all(axis=(1, 2))
-        if not good.any():
-            return
-        shown = visibility(machine.frames.t, good)
-        points = self.mechanism[last_true(good)]
-        low = -0.3 * machine.layer
-        glass = {"transparent": True, "opacity": 0.4, "depthWrite": False}
-        size = 0.8 * machine.width, low, low + 0.1 * machine.layer
-        for b, (i, j) in enumerate(machine.body.bars):
-            solid = link(machine.lengths[b], *size, self.colour, **glass)
-            tracks = place_tracks(points[:, i], points[:, j] - points[:, i])
-            yield Part(
-                f"{self.name}/{number}-{b}",
-                [solid],
-                tracks,
-                shown,
-            )

@@ -10,18 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...singularities.loci import singularity_loci
-from ...singularities.margins import Singularity
 from ..style import (
-    GREEN,
     LEGS,
-    PALE,
     PATH,
     REFERENCE,
     largest_of,
     names_of,
 )
 from .frames import stretches
-from .layers import Area, Arrows, Ghost, Layer, LineLayer, TurningArrows
+from .layers import Arrows, Layer, LineLayer, TurningArrows
 from .solids import circle
 
 if TYPE_CHECKING:
@@ -52,7 +49,7 @@ def shown(source: RobotSource | StudySource, items: str | Iterable[str] | None) 
             raise ValueError(f"nothing named {item!r} can be shown; the known names are {known}")
         if item not in source.items:
             raise ValueError(f"a {source.title} has no {item!r} to show, but {source.items}")
-        if item in ("reference", "ghost") and source.xi_ref is None:
+        if item == "reference" and source.xi_ref is None:
             raise ValueError(f"this motion has no reference, so no {item!r} to show")
     return list(chain.from_iterable(ITEMS[item](source) for item in items))
 
@@ -94,10 +91,6 @@ def _reference(source):
     )
 
 
-def _ghost(source):
-    yield Ghost("ghost", PALE, source.ghost, words="ghost: the reference")
-
-
 def _loci(source):
     """The loci of each pair of working modes while the motion is in it, by their dashes."""
     longest = max(source.robot.distal)
@@ -127,57 +120,6 @@ def _loci(source):
                 good=good,
                 words=words,
             )
-
-
-def _workspace(source):
-    if not source.robot.turns:
-        raise ValueError("the workspace of a robot on guides has no end, so it cannot be shown")
-    arcs = [
-        piece.points
-        for piece in singularity_loci(source.robot).task
-        if piece.type == Singularity.SERIAL and len(piece.points) > 1
-    ]
-    yield Area(
-        "workspace",
-        GREEN,
-        _strips(source.robot, np.concatenate(arcs)),
-        arcs,
-    )
-
-
-def _strips(robot, border):
-    """Strips, rows (n, 2, 2), that fill what both legs reach, between heights at which its border
-    may turn.
-    """
-    y = np.union1d(
-        np.linspace(
-            border[:, 1].min(),
-            border[:, 1].max(),
-            241,
-        ),
-        border[:, 1][::7],
-    )
-    sides = []  # per leg, the intervals of x that it reaches at each height
-    for drive, bar in zip(robot.drives, robot.distal):
-        radii = np.array([[drive.length + bar], [drive.length - bar]])
-        outer, inner = np.sqrt(np.maximum(radii**2 - (y - drive.y) ** 2, 0))
-        parted = [
-            (drive.x - outer, drive.x - inner),
-            (drive.x + inner, drive.x + outer),
-        ]
-        sides.append(parted if inner.any() else [(drive.x - outer, drive.x + outer)])
-    strips = []
-    for left in sides[0]:
-        for right in sides[1]:
-            first = np.maximum(left[0], right[0])
-            last = np.minimum(left[1], right[1])
-            rows = np.array([(first, y), (np.maximum(first, last), y)]).transpose(
-                2,
-                0,
-                1,
-            )
-            strips += [rows[max(low - 1, 0) : high + 2] for low, high in stretches(last > first)]
-    return strips
 
 
 def _elbow_circles(source):
@@ -244,11 +186,9 @@ ITEMS = {
     "trace": _trace,
     "reference": _reference,
     "loci": _loci,
-    "workspace": _workspace,
     "elbow-circles": _elbow_circles,
     "velocity": _arrows("velocity", VELOCITY, "m/s", ("v: velocity", "v")),
     "acceleration": _arrows("acceleration", ACCELERATION, "m/s²", ("a: acceleration", "a")),
     "bar-forces": _arrows("bar-forces", FORCE, "N", (_BAR_FORCES, "f₁"), (_BAR_FORCES, "f₂")),
     "torques": _torques,
-    "ghost": _ghost,
 }

@@ -17,7 +17,7 @@ from ...models.dynamics import (
     inverse_dynamics,
 )
 from ...models.geometry import Pose, igm
-from ...models.joint_positions import elbows, joints
+from ...models.joint_positions import elbows
 from ...models.kinematics import dkm, ikm, ikm2
 from ..loci import crossings
 from ..skeleton import Skeleton, measured_pose, robot_body, study_body
@@ -96,8 +96,7 @@ class RobotSource:
     """
 
     items = (
-        "trace reference loci workspace elbow-circles velocity acceleration bar-forces torques"
-        " ghost"
+        "trace reference loci elbow-circles velocity acceleration bar-forces torques"
     ).split()
     xi_ref: np.ndarray | None = None
 
@@ -121,20 +120,6 @@ class RobotSource:
         """Working modes (m, 2) without zeros: where a leg is in line, those before it."""
         modes = [leg[last_true(leg != 0)] for leg in self.pose.working.T]
         return np.where(np.array(modes) == 0, -1, modes).T
-
-    @property
-    def ghost(self) -> np.ndarray:
-        """The reference's positions in the modes of the motion, (m, k, 2) m, nan out of reach."""
-        rows = np.isfinite(self.xi_ref).all(axis=1)
-        pose = igm(
-            self.robot,
-            self.xi_ref[rows],
-            self.working[rows],
-            unreachable="nan",
-        )
-        points = joints(self.robot, pose.elbows, self.xi_ref[rows])
-        points[np.isnan(points).any(axis=(1, 2))] = np.nan
-        return scatter(points, rows)
 
     @property
     def bar_forces(self) -> np.ndarray:
