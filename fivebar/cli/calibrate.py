@@ -11,7 +11,6 @@ from ..base.tables import written
 from .options import JSON, add_options, named, print_json, usage_errors
 from .robot_options import add_robot_options, chosen_robot
 
-
 OPTIONS = JSON | {
     "--unknown NAME ...": (
         "of l11 l12 l21 l22 d offset1 offset2 ratio1 ratio2 x0 y0 turn scale (default: lengths and"

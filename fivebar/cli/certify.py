@@ -20,7 +20,6 @@ from .options import (
 )
 from .robot_options import add_robot_options, chosen_robot
 
-
 OPTIONS = JSON | {
     "--check PROOF.json": "check a proof instead, with mpmath alone",
     "--units UNIT": "of a file that does not name them: mm, in, px, m",

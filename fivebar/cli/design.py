@@ -18,7 +18,6 @@ from .task_options import (
     interval,
 )
 
-
 OPTIONS = JSON | {
     "--list": "list the figures and their units",
     "--bound NAME=LOW:HIGH ...": "or NAME=VALUE, fixed",

@@ -98,7 +98,7 @@ def _fill(arguments, lab, entries, reports):
         print(f"gradebook.csv: no row, or several, for {names}", file=sys.stderr)
     if filled.no_program:
         names = printable(", ".join(filled.no_program))
-        print(f"gradebook.csv: no mark, as no program could be graded, for {names}", file=sys.stderr)
+        print(f"gradebook.csv: no program that could be graded for {names}", file=sys.stderr)
 
 
 def _print_ignored(entries, left):

@@ -22,7 +22,6 @@ from .options import (
 )
 from .robot_options import add_robot_options, chosen_robot
 
-
 OPTIONS = JSON | {
     "--space task|joint": ("task", "what the map is over"),
     "--field MARGIN": ("parallel", f"one of {', '.join(FIELDS)}"),

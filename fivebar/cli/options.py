@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from argparse import Namespace
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -16,13 +16,13 @@ FILES = {"DIR", "FILE", "FOLDER"}
 NUMBERS = set("M S X Y X0 X1 Y0 Y1 Q1 Q2 N_M NM HZ DEG RAD MM K SINE SHARE NUMBER".split())
 NUMBERS |= {"M/S", "M/S2", "RAD/S", "NM/RAD", "PERCENT"}
 PICTURES = (".png", ".svg", ".pdf")
-JSON = {"--json": "the result as JSON on stdout"}
+JSON: dict[str, Any] = {"--json": "the result as JSON on stdout"}
 WORKING = "--working -1|1 -1|1"
 
 
 def add_options(
     parser: Any,
-    options: dict[str, str | tuple],
+    options: Mapping[str, Any],
     title: str | None = None,
     words: str | None = None,
 ) -> None:
@@ -75,9 +75,10 @@ def given(arguments: Namespace, *names: str) -> dict[str, Any]:
 @contextmanager
 def usage_errors(*kinds: type[Exception]) -> Iterator[None]:
     """Turn errors of these kinds into a UsageError; of values and files by default."""
+    expected = kinds or (ValueError, OSError)
     try:
         yield
-    except kinds or (ValueError, OSError) as error:
+    except expected as error:
         raise UsageError(error) from None
 
 
@@ -104,13 +105,14 @@ def number(text: str, option: str) -> float:
         raise UsageError(f"{option}: {text!r} is no number") from None
 
 
-def named(text: str, option: str, form: str = "VALUE") -> tuple[str, list[float | None]]:
+def named(text: str, option: str, form: str = "VALUE") -> tuple[str, list]:
     """Return ("l1", [0.05, 0.2]) of l1=0.05:0.2; None for an empty place.
 
     form: what stands after NAME= ; it has as many parts as its colons allow, or one.
     """
     name, sign, values = text.partition("=")
-    numbers = [number(value, option) if value else None for value in values.split(":")]
+    parts = values.split(":")
+    numbers = [number(part, option) if part or len(parts) == 1 else None for part in parts]
     if not sign or len(numbers) not in (1, form.count(":") + 1):
         shape = form if form == "VALUE" else f"VALUE or {form}"
         raise UsageError(f"{option} must be NAME={shape}, not {text!r}")

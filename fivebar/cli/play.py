@@ -10,7 +10,6 @@ from ..base.errors import SingularityError, UsageError
 from .options import WORKING, add_options, check_ending, usage_errors
 from .robot_options import add_robot_options, chosen_robot
 
-
 OPTIONS = {
     "--out FILE": (Path("play.html"), "the page"),
     "--xi X Y": "where the end-effector begins, m",

@@ -21,7 +21,6 @@ from .task_options import (
     interval,
 )
 
-
 DESIGNS = {
     "--grid NAME=LOW:HIGH:COUNT ...": "all combinations",
     "--bound NAME=LOW:HIGH ...": "bounds of --sample",
