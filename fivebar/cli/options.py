@@ -112,10 +112,10 @@ def named(text: str, option: str, form: str = "VALUE") -> tuple[str, list]:
     """
     name, sign, values = text.partition("=")
     parts = values.split(":")
-    numbers = [number(part, option) if part or len(parts) == 1 else None for part in parts]
-    if not sign or len(numbers) not in (1, form.count(":") + 1):
+    if not sign or len(parts) not in (1, form.count(":") + 1):
         shape = form if form == "VALUE" else f"VALUE or {form}"
         raise UsageError(f"{option} must be NAME={shape}, not {text!r}")
+    numbers = [number(part, option) if part or len(parts) == 1 else None for part in parts]
     return name, numbers
 
 

@@ -127,7 +127,7 @@ def test_marks_in_moodles_own_sheet(cohort, tmp_path, capsys):
         and "3 marks; 1 rows without a hand-in" in err
         and "no row, or several, for eve" in err
     )
-    assert "no mark, as no program could be graded, for Two" in err
+    assert "no program that could be graded for Two" in err
     before, after = (
         list(csv.reader(io.StringIO(t))) for t in (MOODLE[1:], (out / "gradebook.csv").read_text())
     )
