@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from argparse import Namespace
 from collections.abc import Iterable, Iterator, Mapping
@@ -139,4 +140,4 @@ def print_files(files: Iterable[object]) -> None:
 
 def print_json(content: object) -> None:
     """Print an object as JSON."""
-    print(json.dumps(content, indent=2, default=str))
+    print(json.dumps(content, indent=2, default=os.fspath))
