@@ -30,12 +30,36 @@ some_accelerations = instance(
 
 
 def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
-    """M (*batch, 2, 2) in kg m^2 and c (*batch, 2) in N m of tau = M q'' + c, in kg and N for
-    sliders (AMORO eq. 26).
+    """Return M and c of the dynamic model tau = M q'' + c.
 
-    M = Z + m J^T J, c = m J^T A^-1 d with J = A^-1 B. Of a robot with more than these, c has its
-    gravity and friction too (`gravity_torques`, `friction_torques`). SingularityError where A is
-    singular (Type 2).
+    M = Z + m J^T J and c = m J^T A^-1 d, with J = A^-1 B. c has the robot's gravity and friction
+    too.
+
+    Parameters
+    ----------
+    rates : Rates
+
+    Returns
+    -------
+    M : (*batch, 2, 2), kg m^2 (biglide: kg)
+    c : (*batch, 2), N m (biglide: N)
+
+    Raises
+    ------
+    SingularityError
+        A is singular (Type 2).
+
+    References
+    ----------
+    AMORO lab handout, eq. 26.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> rates = fb.dkm(fb.dgm(fb.FiveBar(), (0.0, 0.0)), (1.0, -1.0))
+    >>> M, c = fb.dynamic_model(rates)
+    >>> M.shape, c.shape
+    ((2, 2), (2,))
     """
     if not isinstance(rates, Rates):
         some_rates(rates, "rates")
@@ -91,11 +115,28 @@ def _loaded_model(rates):
 
 
 def gravity_torques(pose: Pose) -> np.ndarray:
-    """Torques (*batch, 2) N m (forces in N for sliders) that hold the robot at rest against
-    gravity.
+    """Return the torques that hold the robot at rest against gravity.
 
-    SingularityError at Type 2, where no torque holds the end-effector. ValueError where gravity
-    pulls at nothing.
+    Parameters
+    ----------
+    pose : Pose
+
+    Returns
+    -------
+    (*batch, 2), N m (biglide: N)
+
+    Raises
+    ------
+    SingularityError
+        At Type 2, where no torque holds the end-effector.
+    ValueError
+        The robot has gravity, and nothing that it pulls at.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.gravity_torques(fb.igm(fb.FiveBar(), (0.05, 0.09))).tolist()
+    [0.0, 0.0]
     """
     a_pose(pose, "pose")
     zero = 0.0 * pose.point[0]
@@ -103,12 +144,36 @@ def gravity_torques(pose: Pose) -> np.ndarray:
 
 
 def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
-    """Torques (*batch, 2) in N m (forces in N for sliders) for a motion: tau = Z q'' + J^T m xi''
-    (AMORO eq. 25).
+    """Return the torques of a motion: the inverse dynamic model, tau = Z q'' + J^T m xi''.
 
-    With gravity, heavy bars and friction where the robot names them (`loads`); Coulomb friction of
-    a drive that stands is 0. SingularityError where A is singular (Type 2). ValueError where
-    gravity pulls at nothing.
+    With gravity, heavy bars and friction where the robot has them. The Coulomb friction of a drive
+    that stands is 0.
+
+    Parameters
+    ----------
+    accelerations : Accelerations
+
+    Returns
+    -------
+    (*batch, 2), N m (biglide: N)
+
+    Raises
+    ------
+    SingularityError
+        A is singular (Type 2).
+    ValueError
+        The robot has gravity, and nothing that it pulls at.
+
+    References
+    ----------
+    AMORO lab handout, eq. 25.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> rates = fb.ikm(fb.igm(fb.FiveBar(), (0.05, 0.09)), (0.0, 0.0))
+    >>> fb.inverse_dynamics(fb.ikm2(rates, (0.0, 1.0))).shape
+    (2,)
     """
     if not isinstance(accelerations, Accelerations):
         some_accelerations(accelerations, "accelerations")
@@ -128,15 +193,35 @@ def inverse_dynamics(accelerations: Accelerations) -> np.ndarray:
 
 
 def forward_dynamics(rates: Rates, tau: ArrayLike) -> Accelerations:
-    """Accelerations under torques tau, (*batch, 2) N m (forces in N for sliders); regular at Type 1
-    and at Type 2.
+    """Return the accelerations under torques: the direct dynamic model, regular at singularities.
 
-    By the two bar forces; with mu these over m: (A A^T + m B Z^-1 B^T) mu = d + B Z^-1 tau, xi'' =
-    A^T mu, q'' = Z^-1 (tau - m B^T mu).
-    Needs both drives' inertias > 0 (ValueError). SingularityError only where that 2 x 2 system is
-    singular: A, and B of both legs (with m = 0: A alone). Of a robot with heavy bars by
-    `heavy_bars`, as regular. A drive with Coulomb friction that stands is held by it where that is
-    enough; CasADi symbols know no such drive.
+    It is solved by the two bar forces. With mu these over m, (A A^T + m B Z^-1 B^T) mu = d + B Z^-1
+    tau, xi'' = A^T mu and q'' = Z^-1 (tau - m B^T mu). A drive with Coulomb friction that stands is
+    held where its friction is enough; CasADi symbols know no such drive.
+
+    Parameters
+    ----------
+    rates : Rates
+    tau : (*batch, 2), N m (biglide: N)
+
+    Returns
+    -------
+    Accelerations
+
+    Raises
+    ------
+    SingularityError
+        Only where that 2 x 2 system is singular: A, and B of both legs.
+    ValueError
+        A drive has no inertia.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> rates = fb.dkm(fb.dgm(fb.FiveBar(), (0.0, 0.0)), (0.0, 0.0))
+    >>> accelerations = fb.forward_dynamics(rates, (0.01, -0.01))
+    >>> fb.inverse_dynamics(accelerations).round(12).tolist()
+    [0.01, -0.01]
     """
     if not isinstance(rates, Rates):
         some_rates(rates, "rates")
@@ -254,7 +339,27 @@ def _refuse_corner(model, pose, determinant):
 
 
 def energy(rates: Rates) -> np.ndarray:
-    """Kinetic energy (*batch,) in J (AMORO eq. 21, 23)."""
+    """Return the kinetic energy.
+
+    Parameters
+    ----------
+    rates : Rates
+
+    Returns
+    -------
+    (*batch,), J
+
+    References
+    ----------
+    AMORO lab handout, eq. 21 and 23.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> rates = fb.dkm(fb.dgm(fb.FiveBar(m=0.0), (0.0, 0.0)), (1.0, 0.0))
+    >>> float(fb.energy(rates))  # zz1 q1'^2 / 2
+    0.001
+    """
     if not isinstance(rates, Rates):
         some_rates(rates, "rates")
     robot, (q1, q2), (x, y) = rates.pose.robot, rates._q_dot, rates._xi_dot

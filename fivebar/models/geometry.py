@@ -27,14 +27,40 @@ def dgm(
     assembly: ArrayLike = -1,
     unreachable: str = "raise",
 ) -> Pose:
-    """Direct geometric model: the pose in which the active joints are at q (AMORO eq. 1-3, general
-    lengths).
+    """Return the pose in which the active joints are at q: the direct geometric model.
 
-    q: (*batch, 2) rad (m for sliders), or a CasADi 2 x 1 vector. assembly: +1 or -1, an int or an
-    array of the batch's shape.
-    unreachable: "raise" an UnreachableError, or give "nan" there. Coincident elbows (feet) of equal
-        distal bars leave
-    these free to turn: SingularityError, or nan.
+    AMORO eq. 1-3, for any lengths.
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    q : (*batch, 2), or a CasADi 2 x 1 vector
+        Active joint coordinates, rad (biglide: m).
+    assembly : int or (*batch,)
+        Assembly mode, +1 or -1: which of the two points at the right distances is meant.
+    unreachable : "raise" or "nan"
+        What is done where the distal bars do not meet.
+
+    Returns
+    -------
+    Pose
+
+    Raises
+    ------
+    UnreachableError
+        The distal bars do not meet; its `gap` says by how many metres.
+    SingularityError
+        Both elbows (feet) are in one point, and equal distal bars are free to turn about it.
+
+    References
+    ----------
+    AMORO lab handout, Ecole Centrale de Nantes, 2021, eq. 1-3.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.dgm(fb.FiveBar(), (0.0, 0.0)).xi.round(6).tolist()
+    [0.09, 0.067963]
     """
     if type(robot) not in KINDS:
         must_be_robot(robot, "robot")
@@ -113,14 +139,40 @@ def igm(
     working: ArrayLike = (-1, -1),
     unreachable: str = "raise",
 ) -> Pose:
-    """Inverse geometric model: the pose in which the end-effector is at xi (AMORO eq. 7-9, general
-    lengths).
+    """Return the pose in which the end-effector is at xi: the inverse geometric model.
 
-    xi: (*batch, 2) m, or a CasADi 2 x 1 vector. working: (2,) or (*batch, 2), +1 or -1 for the left
-        and right leg.
-    unreachable: "raise" an UnreachableError, or give "nan" there. A leg of equal bars folded on its
-        base joint is free
-    to turn: SingularityError, or nan. Active angles lie in (-pi, pi].
+    AMORO eq. 7-9, for any lengths. Active angles lie in (-pi, pi].
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    xi : (*batch, 2), or a CasADi 2 x 1 vector
+        Position of the end-effector, m.
+    working : (2,) or (*batch, 2)
+        Working modes of the left and the right leg, +1 or -1.
+    unreachable : "raise" or "nan"
+        What is done where a leg does not reach xi.
+
+    Returns
+    -------
+    Pose
+
+    Raises
+    ------
+    UnreachableError
+        A leg does not reach xi; its `gap` says by how many metres.
+    SingularityError
+        A leg of equal bars is folded on its base joint, and free to turn about it.
+
+    References
+    ----------
+    AMORO lab handout, eq. 7-9.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.igm(fb.FiveBar(), (0.05, 0.09), working=(-1, -1)).q.round(6).tolist()
+    [0.022595, 0.626149]
     """
     if type(robot) not in KINDS:
         must_be_robot(robot, "robot")

@@ -23,11 +23,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Rates:
-    """Velocities at a pose, from `dkm` or `ikm`; what follows from them is computed when first
-    read.
+    """Velocities at a pose, from `dkm` or `ikm`. What is derived is computed when first read.
 
-    pose; q_dot (*batch, 2) rad/s (m/s for sliders); xi_dot (*batch, 2) m/s; q_passive_dot (*batch,
-    2) rad/s; d (*batch, 2) m/s^2: the bias of the second-order model (AMORO eq. 18).
+    Attributes
+    ----------
+    pose : Pose
+    q_dot : (*batch, 2)
+        rad/s (biglide: m/s).
+    xi_dot : (*batch, 2)
+        m/s.
+    q_passive_dot : (*batch, 2)
+        rad/s.
+    d : (*batch, 2)
+        Bias of the second-order model A xi'' = B q'' + d (AMORO eq. 18), m/s^2.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> rates = fb.dkm(fb.dgm(fb.FiveBar(), (0.0, 0.0)), (0.0, 0.0))
+    >>> rates.d.tolist() == [0.0, 0.0]
+    True
     """
 
     pose: Pose
@@ -147,8 +162,22 @@ class Rates:
 class Accelerations:
     """Accelerations at given velocities, from `dkm2`, `ikm2` or `forward_dynamics`.
 
-    rates; q_ddot (*batch, 2) rad/s^2 (m/s^2 for sliders); xi_ddot (*batch, 2) m/s^2; q_passive_ddot
-    (*batch, 2) rad/s^2.
+    Attributes
+    ----------
+    rates : Rates
+    q_ddot : (*batch, 2)
+        rad/s^2 (biglide: m/s^2).
+    xi_ddot : (*batch, 2)
+        m/s^2.
+    q_passive_ddot : (*batch, 2)
+        rad/s^2.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> rates = fb.dkm(fb.dgm(fb.FiveBar(), (0.0, 0.0)), (0.0, 0.0))
+    >>> fb.dkm2(rates, (0.0, 0.0)).xi_ddot.tolist()
+    [0.0, 0.0]
     """
 
     rates: Rates
@@ -218,10 +247,33 @@ some_rates = instance(Rates, what="Rates, as dkm and ikm give")
 
 
 def dkm(pose: Pose, q_dot: ArrayLike) -> Rates:
-    """Direct first-order model: xi' = A^-1 B q' (AMORO eq. 13).
+    """Return the velocities for joint rates: the direct first-order model, xi' = A^-1 B q'.
 
-    q_dot: (*batch, 2) rad/s (m/s for sliders). Gives Rates. SingularityError where A is singular
-        (Type 2).
+    Parameters
+    ----------
+    pose : Pose
+    q_dot : (*batch, 2)
+        Rates of the active joints, rad/s (biglide: m/s).
+
+    Returns
+    -------
+    Rates
+
+    Raises
+    ------
+    SingularityError
+        A is singular (Type 2).
+
+    References
+    ----------
+    AMORO lab handout, eq. 13.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> pose = fb.dgm(fb.FiveBar(), (0.0, 0.0))
+    >>> fb.dkm(pose, (1.0, 0.0)).xi_dot.round(6).tolist()
+    [0.051836, 0.045]
     """
     if not isinstance(pose, Pose):
         a_pose(pose, "pose")
@@ -238,9 +290,33 @@ def dkm(pose: Pose, q_dot: ArrayLike) -> Rates:
 
 
 def ikm(pose: Pose, xi_dot: ArrayLike) -> Rates:
-    """Inverse first-order model: q' = B^-1 A xi' (AMORO eq. 13).
+    """Return the joint rates for a velocity: the inverse first-order model, q' = B^-1 A xi'.
 
-    xi_dot: (*batch, 2) m/s. Gives Rates. SingularityError where B is singular (Type 1).
+    Parameters
+    ----------
+    pose : Pose
+    xi_dot : (*batch, 2)
+        Velocity of the end-effector, m/s.
+
+    Returns
+    -------
+    Rates
+
+    Raises
+    ------
+    SingularityError
+        B is singular (Type 1).
+
+    References
+    ----------
+    AMORO lab handout, eq. 13.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> pose = fb.igm(fb.FiveBar(), (0.05, 0.09))
+    >>> fb.ikm(pose, (0.1, 0.0)).q_dot.round(4).tolist()
+    [0.2415, -1.164]
     """
     if not isinstance(pose, Pose):
         a_pose(pose, "pose")
@@ -254,10 +330,35 @@ def ikm(pose: Pose, xi_dot: ArrayLike) -> Rates:
 
 
 def dkm2(rates: Rates, q_ddot: ArrayLike) -> Accelerations:
-    """Direct second-order model: xi'' = A^-1 (B q'' + d) (AMORO eq. 18).
+    """Return the accelerations for joint accelerations: xi'' = A^-1 (B q'' + d).
 
-    q_ddot: (*batch, 2) rad/s^2 (m/s^2 for sliders). Gives Accelerations. SingularityError where A
-        is singular (Type 2).
+    The direct second-order model.
+
+    Parameters
+    ----------
+    rates : Rates
+    q_ddot : (*batch, 2)
+        Accelerations of the active joints, rad/s^2 (biglide: m/s^2).
+
+    Returns
+    -------
+    Accelerations
+
+    Raises
+    ------
+    SingularityError
+        A is singular (Type 2).
+
+    References
+    ----------
+    AMORO lab handout, eq. 18.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> rates = fb.dkm(fb.dgm(fb.FiveBar(), (0.0, 0.0)), (1.0, 0.0))
+    >>> fb.dkm2(rates, (0.0, 0.0)).xi_ddot.shape
+    (2,)
     """
     if not isinstance(rates, Rates):
         some_rates(rates, "rates")
@@ -267,9 +368,35 @@ def dkm2(rates: Rates, q_ddot: ArrayLike) -> Accelerations:
 
 
 def ikm2(rates: Rates, xi_ddot: ArrayLike) -> Accelerations:
-    """Inverse second-order model: q'' = B^-1 (A xi'' - d) (AMORO eq. 18).
+    """Return the joint accelerations for an acceleration: q'' = B^-1 (A xi'' - d).
 
-    xi_ddot: (*batch, 2) m/s^2. Gives Accelerations. SingularityError where B is singular (Type 1).
+    The inverse second-order model.
+
+    Parameters
+    ----------
+    rates : Rates
+    xi_ddot : (*batch, 2)
+        Acceleration of the end-effector, m/s^2.
+
+    Returns
+    -------
+    Accelerations
+
+    Raises
+    ------
+    SingularityError
+        B is singular (Type 1).
+
+    References
+    ----------
+    AMORO lab handout, eq. 18.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> rates = fb.ikm(fb.igm(fb.FiveBar(), (0.05, 0.09)), (0.0, 0.0))
+    >>> fb.ikm2(rates, (0.1, 0.0)).q_ddot.round(4).tolist()
+    [0.2415, -1.164]
     """
     if not isinstance(rates, Rates):
         some_rates(rates, "rates")

@@ -24,14 +24,31 @@ ROUNDING = 1e-12  # of an inertia, by which a point mass may be less than itself
 
 @dataclass(frozen=True)
 class Link:
-    """A bar: mass in kg, centre of mass x along and y across it, m, and inertia, kg m^2, all from
-    its first joint.
+    """A bar as it is built, of `FiveBar.from_links`.
 
-    The first joint is the motor of a proximal bar, the elbow of a distal one. x None: a uniform
-    bar, its middle;
-    inertia None: of a uniform bar, m l^2 / 3 (with x given: m l^2 / 12 about the centre of mass).
-        ValueError for what
-    no body can have: an inertia below m (x^2 + y^2).
+    Its first joint is the motor of a proximal bar, the elbow of a distal one.
+
+    Parameters
+    ----------
+    mass : float
+        kg.
+    x, y : float
+        Centre of mass along and across the bar from its first joint, m. x None: the middle of a
+        uniform bar.
+    inertia : float, optional
+        About the first joint, kg m^2. None: of a uniform bar, m l^2 / 3; with x given, m l^2 / 12
+        about the centre of mass.
+
+    Raises
+    ------
+    ValueError
+        A value that no body can have, as an inertia below m (x^2 + y^2).
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.Link(0.3, x=0.04, inertia=0.001).mass
+    0.3
     """
 
     mass: float

@@ -128,10 +128,25 @@ def _friction(physics, i, q_dot, slip):
 
 
 def potential(pose: Pose) -> np.ndarray:
-    """Potential energy (*batch,) in J of a robot with gravity, 0 for one without.
+    """Return the potential energy, 0 without gravity.
 
     V = -m g . xi - sum_i (mx_i1 u_i1 + my_i1 v_i1 + my_i2 v_i2) . g; of a biglide's foot -mf_i g_y
     q_i.
+
+    Parameters
+    ----------
+    pose : Pose
+
+    Returns
+    -------
+    (*batch,), J
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> robot = fb.FiveBar(gravity=(0.0, -9.81))
+    >>> round(float(fb.potential(fb.igm(robot, (0.05, 0.1)))), 4)  # m g y
+    0.4905
     """
     a_pose(pose, "pose")
     robot, physics = pose.robot, loads_of(pose.robot)
@@ -151,8 +166,24 @@ def potential(pose: Pose) -> np.ndarray:
 
 
 def friction_torques(rates: Rates) -> np.ndarray:
-    """What friction of the motors asks them for, (*batch, 2) N m: fv q' + fs sign(q'), 0 where a
-    motor stands.
+    """Return the torques that the motors need against their friction: fv q' + fs sign(q').
+
+    Parameters
+    ----------
+    rates : Rates
+
+    Returns
+    -------
+    (*batch, 2), N m (biglide: N)
+        0 where a motor stands.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> robot = fb.FiveBar(fv1=0.1, fs2=0.5)
+    >>> rates = fb.dkm(fb.dgm(robot, (0.0, 0.0)), (2.0, -1.0))
+    >>> fb.friction_torques(rates).tolist()
+    [0.2, -0.5]
     """
     some_rates(rates, "rates")
     physics = loads_of(rates.pose.robot)

@@ -73,14 +73,33 @@ class ReachedLeg:
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A complete pose of a robot, from `dgm` or `igm`; everything derived is computed when first
-    read.
+    """A complete pose of a robot, from `dgm` or `igm`. What is derived is computed when first read.
 
-    robot; q (*batch, 2) rad (m for sliders); xi (*batch, 2) m; elbows (*batch, 2 legs, 2) m, of a
-    biglide its feet; q_passive (*batch, 2) rad in (-pi, pi], of a biglide the bars' absolute
-    angles; assembly (*batch,) and working (*batch, 2), int8, 0 where singular or unreachable; A, B,
-    J = A^-1 B (*batch, 2, 2); reach_margin (*batch,) m: how far the span of the bars is inside its
-    limits, negative outside.
+    Attributes
+    ----------
+    robot : FiveBar or Biglide
+    q : (*batch, 2)
+        Active joint coordinates, rad (biglide: m).
+    xi : (*batch, 2)
+        Position of the end-effector, m.
+    elbows : (*batch, 2 legs, 2)
+        m, of a biglide its feet.
+    q_passive : (*batch, 2)
+        Passive joint angles, rad in (-pi, pi]; of a biglide the bars' absolute angles.
+    assembly : (*batch,)
+    working : (*batch, 2)
+        Modes, int8; 0 where singular or unreachable.
+    A, B, J : (*batch, 2, 2)
+        A xi' = B q', J = A^-1 B.
+    reach_margin : (*batch,)
+        How far the span of the bars is inside its limits, m; negative outside.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> pose = fb.dgm(fb.FiveBar(), (0.0, 0.0))
+    >>> pose.working.tolist(), int(pose.assembly)
+    ([-1, -1], -1)
     """
 
     robot: Robot

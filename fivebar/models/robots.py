@@ -150,26 +150,50 @@ def nearest_equivalent_angle(robot: Robot, q, before):
 
 @dataclass(frozen=True, repr=False)
 class FiveBar(Named):
-    """Planar five-bar robot 2-RRR with motors at the base joints (-d/2, 0) and (d/2, 0).
+    """Planar five-bar robot 2-RRR, motors at (-d/2, 0) and (d/2, 0); by default the AMORO lab's.
 
-    l11, l12: proximal and distal bar of the left leg, l21, l22: of the right leg, d: distance of
-        the base joints, m;
-    zz1, zz2: grouped inertias of the proximal bars, kg m^2; m: grouped mass of the end-effector,
-    kg. The default is the AMORO lab's robot. Raises ValueError for a value that no such robot can
-    have, and for lengths outside 1e-6 to 1e6 m (d: 0, or from 1e-12), bars in a ratio above 1e6,
-    masses and inertias outside 1e-30 to 1e30 (but 0): products of others overflow, underflow or
-    lose their digits. CasADi symbols in place of numbers are taken
-    as they are: what is made of such a robot is a function of them.
+    What is 0 is not computed. CasADi symbols may stand for numbers: what is made of such a robot is
+    a function of them. `from_links` groups these parameters from bars as they are built.
 
-    More, where it is named; what is 0 is not computed. `from_links` groups them from bars as they
-    are built (Khalil and Dombre, Modeling, Identification and Control of Robots, ch. 9). mx11,
-    my11, mx21, my21: first moments of the proximal bars about their motor, along and across the
-        bar, with what the distal bars put on the elbows, kg m; zz12,
-    zz22: grouped inertias that turn with the distal bars, kg m^2, less than 0 for a uniform bar (-m
-        l^2 / 6); my12,
-    my22: first moments of the distal bars across, kg m; gravity: (x, y) m/s^2; fv1, fv2, fs1, fs2:
-    viscous (N m s/rad) and Coulomb friction (N m) of the motors; fv12, fv22: viscous friction of
-    the elbows.
+    Parameters
+    ----------
+    l11, l12, l21, l22 : float
+        Proximal and distal bar of the left and of the right leg, m.
+    d : float
+        Distance of the base joints, m.
+    zz1, zz2 : float
+        Grouped inertias of the proximal bars, kg m^2.
+    m : float
+        Grouped mass of the end-effector, kg.
+    mx11, my11, mx21, my21 : float
+        First moments of the proximal bars about their motor, along and across the bar, with what
+        the distal bars put on the elbows, kg m.
+    zz12, zz22 : float
+        Grouped inertias that turn with the distal bars, kg m^2; of a uniform bar -m l^2 / 6.
+    my12, my22 : float
+        First moments of the distal bars across, kg m.
+    gravity : (2,)
+        m/s^2.
+    fv1, fv2, fs1, fs2 : float
+        Viscous (N m s/rad) and Coulomb friction (N m) of the motors.
+    fv12, fv22 : float
+        Viscous friction of the elbows, N m s/rad.
+
+    Raises
+    ------
+    ValueError
+        A value that no such robot can have; lengths outside 1e-6 to 1e6 m or in a ratio above 1e6,
+        masses and inertias outside 1e-30 to 1e30, whose products lose their digits.
+
+    References
+    ----------
+    Khalil and Dombre, Modeling, Identification and Control of Robots, ch. 9 (grouped parameters).
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.FiveBar(m=0.6).d
+    0.118
     """
 
     l11: float = 0.09
@@ -292,17 +316,40 @@ class FiveBar(Named):
 
 @dataclass(frozen=True, repr=False)
 class Biglide(Named):
-    """Planar biglide robot 2-PRR: two feet slide along y, on guides at x = -d/2 and x = d/2, and
-    carry two bars.
+    """Planar biglide robot 2-PRR; the AMORO lab's by default.
 
-    l1, l2: left and right bar, d: distance of the guides, m; mf1, mf2: masses of the feet, m:
-    grouped mass of the end-effector, kg. The feet's coordinates q1, q2 are in m, the drives' forces
-    in N. The guides have no ends. The default is the AMORO lab's robot. Raises ValueError for a
-    value that no such robot can have, and outside the range of a FiveBar.
+    Two feet slide along y on guides at x = -d/2 and x = d/2, which have no ends, and carry two
+    bars. Their coordinates q1, q2 are in m, the drives' forces in N.
 
-    More, where it is named: zz1, zz2: grouped inertias that turn with the bars, kg m^2 (may be <
-    0), my1, my2: their first moments across, kg m; gravity: (x, y) m/s^2, of the feet too; fv1,
-    fv2, fs1, fs2: viscous (N s/m) and Coulomb friction (N) of the drives.
+    Parameters
+    ----------
+    l1, l2 : float
+        Left and right bar, m.
+    d : float
+        Distance of the guides, m.
+    mf1, mf2 : float
+        Masses of the feet, kg.
+    m : float
+        Grouped mass of the end-effector, kg.
+    zz1, zz2 : float
+        Grouped inertias that turn with the bars, kg m^2; they may be below 0.
+    my1, my2 : float
+        First moments of the bars across, kg m.
+    gravity : (2,)
+        m/s^2, of the feet too.
+    fv1, fv2, fs1, fs2 : float
+        Viscous (N s/m) and Coulomb friction (N) of the drives.
+
+    Raises
+    ------
+    ValueError
+        A value that no such robot can have, and as of `FiveBar`.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.dgm(fb.Biglide(), (0.0, 0.0)).xi.round(6).tolist()
+    [0.0, 0.2]
     """
 
     l1: float = 0.2828427

@@ -49,21 +49,49 @@ def crossing_polynomial(
     acceleration: Sequence[float] = (0.0, 0.0),
     working: tuple[int, int] = (-1, -1),
 ) -> Trajectory:
-    """The degree-8 polynomial through a Type-2 singularity that keeps the criterion t_s . (m xi'')
-    = 0 there.
+    """Return the degree-8 polynomial through a Type-2 singularity that keeps its criterion there.
 
-    Of a robot with gravity or heavy bars, in place of m xi'' what the motion asks the bars for
-    (`models.loads`).
+    The criterion is t_s . (m xi'') = 0, t_s the free direction (A t_s = 0). Of a robot with gravity
+    or heavy bars, m xi'' is what the motion asks the bars for.
 
-    start, goal: (2,) m, at rest with no acceleration.
-    crossing: (2,) m, on the singularity.
-    velocity: (2,) m/s, there.
-    times: (start, crossing, goal) s.
-    acceleration: (2,) m/s^2, there: the part of it that lies across t_s, the free direction (A t_s
-        = 0).
-    working: the modes.
-    ValueError where det A is not 0 at the crossing, or not passed through. Briot and Arakelian
-    2008.
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    start, goal : (2,)
+        m, at rest with no acceleration.
+    crossing : (2,)
+        m, on the singularity.
+    velocity : (2,)
+        m/s, there.
+    times : (3,)
+        Of start, crossing and goal, s.
+    acceleration : (2,)
+        m/s^2, there: the part of it that lies across t_s.
+    working : (2,)
+        Working modes.
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    ValueError
+        det A is not 0 at the crossing, or is not passed through.
+
+    References
+    ----------
+    Briot and Arakelian, Optimal force generation in parallel manipulators, 2008.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> crossing = (0.0525327138758270, 0.00430328475849708)
+    >>> motion = fb.crossing_polynomial(
+    ...     fb.FiveBar(), (0.09, 0.068), (0.05, 0.0), crossing, (-0.025, -0.043), (0.0, 2.0, 4.0)
+    ... )
+    >>> motion.duration
+    4.0
     """
     rates = ikm(igm(robot, crossing, working), velocity)
     pose = rates.pose

@@ -123,13 +123,36 @@ def as_kind(kind: type[Any], aspect: Aspect, *more: object) -> Any:
 
 @takes(robot=instance(FiveBar, Biglide))
 def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
-    """All aspects of a five-bar, a tuple of Aspect: by working mode (++, +-, -+, --), then by
-    falling area.
+    """Return all aspects of a five-bar: the connected sets of regular poses in a working mode.
 
-    Areas are integrals along the loci. A mode in which every pose is singular has none. Parts that
-    meet in a point only are two. ArithmeticError where an aspect fails its proof, by areas and
-    signs of det A: no such robot is known. Wenger and Chablat 1997. ValueError for a biglide, whose
-        aspects have no ends.
+    They are ordered by working mode (++, +-, -+, --), then by falling area. Areas are integrals
+    along the loci. A mode in which every pose is singular has none. Parts that meet in a point only
+    are two.
+
+    Parameters
+    ----------
+    robot : FiveBar
+
+    Returns
+    -------
+    tuple of Aspect
+
+    Raises
+    ------
+    ValueError
+        For a biglide, whose aspects have no ends.
+    ArithmeticError
+        An aspect fails its proof, by areas and signs of det A. No such robot is known.
+
+    References
+    ----------
+    Wenger and Chablat, Definition sets for the direct kinematics of parallel manipulators, 1997.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> len(fb.aspects(fb.FiveBar()))
+    10
     """
     loci = singularity_loci(robot)
     if isinstance(loci, BiglideLoci):
@@ -167,7 +190,28 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
 
 @takes(robot=instance(FiveBar, Biglide))
 def aspect(robot: FiveBar, number: int) -> Aspect:
-    """The aspect of that number; ValueError where there is none."""
+    """Return the aspect of a number, as `aspects` counts them from 1.
+
+    Parameters
+    ----------
+    robot : FiveBar
+    number : int
+
+    Returns
+    -------
+    Aspect
+
+    Raises
+    ------
+    ValueError
+        There is no such aspect.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.aspect(fb.FiveBar(), 9).working
+    (-1, -1)
+    """
     found = aspects(robot)
     if (
         isinstance(number, bool)

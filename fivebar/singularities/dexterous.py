@@ -31,17 +31,41 @@ class DexterousRegion(Aspect):
 
 @takes(robot=instance(FiveBar, Biglide), det_A=share, sin=share)
 def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[DexterousRegion, ...]:
-    """The connected regions with |det A| >= det_A and |sin q_12|, |sin q_22| >= sin: a tuple of
-    DexterousRegion.
+    """Return the connected regions that keep a distance from singularities.
 
-    Sorted and numbered as `aspects` are, which they are with 0 and 0; () where no pose keeps both.
-    Their boundaries are
-    exact: det A = sin(phi2 - phi1) = +-k fixes the distance of the elbows, so the end-effector is
-    on the coupler curve of a four-bar, and the sine of an elbow fixes the distance from a base
-    joint. ValueError for margins outside [0, 1] and for a biglide, whose regions have no ends;
-    ArithmeticError where a region fails its proof, which is known only of margins below 1e-4 with
-    bars whose sums vanish. Wenger and Chablat 1997 (aspects); Chablat, Wenger and Angeles 2001
-    (curves of constant det A).
+    There |det A| >= det_A and |sin q_i2| >= sin. Their boundaries are exact: det A = +-k fixes the
+    distance of the elbows, so the end-effector is on the coupler curve of a four-bar, and the sine
+    of an elbow fixes the distance from a base joint. They are ordered as `aspects`, which they are
+    with 0 and 0.
+
+    Parameters
+    ----------
+    robot : FiveBar
+    det_A, sin : float
+        In [0, 1].
+
+    Returns
+    -------
+    tuple of DexterousRegion
+        () where no pose keeps both.
+
+    Raises
+    ------
+    ValueError
+        Margins outside [0, 1]; a biglide, whose regions have no ends.
+    ArithmeticError
+        A region fails its proof, known only of margins below 1e-4 with bars whose sums vanish.
+
+    References
+    ----------
+    Wenger and Chablat 1997 (aspects); Chablat, Wenger and Angeles 2001 (curves of constant det A).
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> regions = fb.dexterous(fb.FiveBar(), det_A=0.3, sin=0.3)
+    >>> all(region.area > 0 for region in regions)
+    True
     """
     if not robot.turns:
         raise ValueError(

@@ -24,12 +24,28 @@ from .roots import rising_zeros
 def locus_distance(
     robot: FiveBar | Biglide, xi: ArrayLike, working: ArrayLike | None = None
 ) -> tuple[float | np.ndarray, Singularity | np.ndarray]:
-    """Distance in task space to the nearest singularity locus, m, and its type.
+    """Return the distance in task space to the nearest singularity locus, and its type.
 
-    xi: (*batch, 2) m, reachable or not. working: only loci that are active in this working mode, a
-        pair of +1 and -1;
-    None: of all modes. Gives (distance, type), both (*batch,): a float and a Singularity for one
-    point, else float and int arrays. The type is that of the piece on which the nearest point lies.
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    xi : (*batch, 2)
+        Points, m, reachable or not.
+    working : (2,), optional
+        Only loci that are active in this working mode. None: of all modes.
+
+    Returns
+    -------
+    distance : float or (*batch,), m
+    type : Singularity or (*batch,) of int
+        Of the piece on which the nearest point lies.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> distance, kind = fb.locus_distance(fb.FiveBar(), (0.05, 0.09), (-1, -1))
+    >>> round(distance, 4), kind.name
+    (0.0386, 'SERIAL')
     """
     x, y = unpack(xi, "xi")
     if is_symbolic(x):

@@ -8,11 +8,31 @@ from .five_bar_loci import FiveBarLoci
 
 
 def singularity_loci(robot: FiveBar | Biglide) -> FiveBarLoci | BiglideLoci:
-    """The singularity loci in task space and in joint space, in closed form: FiveBarLoci or
-    BiglideLoci.
+    """Return the singularity loci in task space and in joint space, in closed form.
 
-    Gosselin and Angeles 1990 (the types), Liu, Wang and Pritschow 2006 (the loci of symmetric
-    five-bars).
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+
+    Returns
+    -------
+    FiveBarLoci or BiglideLoci
+        `task` and `joint`: tuples of Locus.
+
+    Raises
+    ------
+    TypeError
+        robot is of another kind.
+
+    References
+    ----------
+    Gosselin and Angeles 1990 (the types); Liu, Wang and Pritschow 2006 (symmetric five-bars).
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> len(fb.singularity_loci(fb.FiveBar()).task) > 0
+    True
     """
     if not isinstance(robot, KINDS):
         raise TypeError(

@@ -190,18 +190,39 @@ def singularity_map(
     window: ArrayLike | None = None,
     shape: tuple[int, int] = (401, 401),
 ) -> Map:
-    """A margin on a grid: over the task space in the four working modes, or the joint space in both
-    assembly modes.
+    """Return a margin on a grid.
 
-    field: one of FIELDS.
-    space: "task" or "joint".
-    window: (x_min, x_max, y_min, y_max) in m, or of q11 and q21 in rad (m of a biglide), by default
-    what the robot reaches, or a turn of each; of a biglide, whose map has no ends along its guides,
-    as much along as across them, or a bar's length to either side of q = 0; of angles at most 100
-    turns times turns.
-    shape: (nx, ny) nodes, the window's borders among them.
-    ValueError for an unknown field, a window that misses the workspace, and a grid that memory
-    cannot hold.
+    Over the task space there is a layer for each of the four working modes, over the joint space
+    one for each of both assembly modes.
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    field : str
+        One of FIELDS.
+    space : "task" or "joint"
+    window : (4,), optional
+        (x_min, x_max, y_min, y_max), m; or of q11 and q21, rad (biglide: m). None: what the robot
+        reaches, or a turn of each; of a biglide, whose map has no ends along its guides, as much
+        along as across them. Of angles at most 100 turns times turns.
+    shape : (2,)
+        (nx, ny) nodes, the window's borders among them.
+
+    Returns
+    -------
+    Map
+
+    Raises
+    ------
+    ValueError
+        An unknown field, a window that misses the workspace, a grid that memory cannot hold.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> data = fb.singularity_map(fb.FiveBar(), shape=(21, 21))
+    >>> data.values.shape
+    (4, 21, 21)
     """
     if not isinstance(field, str) or field not in FIELDS:
         raise ValueError(f"field: no margin {shown(field)}: the known ones are {', '.join(FIELDS)}")

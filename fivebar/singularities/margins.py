@@ -167,20 +167,52 @@ class Matrices:
 
 
 def singularity_margins(pose: Pose) -> Margins:
-    """Signed distances of a pose (or of a batch of poses) from its singularities: Margins, each
-    computed when read.
+    """Return the signed distances of a pose from its singularities, each computed when read.
+
+    Parameters
+    ----------
+    pose : Pose
+        One pose or a batch.
+
+    Returns
+    -------
+    Margins
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> margins = fb.singularity_margins(fb.dgm(fb.FiveBar(), (0.0, 0.0)))
+    >>> round(float(margins.parallel), 4)
+    0.9901
     """
     return Margins(_numeric(pose, "singularity_margins"))
 
 
 @takes(tol=not_negative)
 def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
-    """The type of singularity: a Singularity for one pose, an int array (*batch,) of its values for
-    a batch.
+    """Return the type of singularity of a pose.
 
-    tol: the |sin| of the angle between two bars up to which they count as in line; an end-effector
-    at the limit of its reach has its sine to the root of rounding, 1e-8. NONE where the pose is
-    nan. Gosselin and Angeles 1990.
+    Parameters
+    ----------
+    pose : Pose
+    tol : float
+        Largest |sin| of the angle between two bars that count as in line. An end-effector at the
+        limit of its reach has its sine to the root of rounding, 1e-8.
+
+    Returns
+    -------
+    Singularity or (*batch,) of int
+        NONE where the pose is nan.
+
+    References
+    ----------
+    Gosselin and Angeles, Singularity analysis of closed-loop kinematic chains, 1990.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.singularity(fb.dgm(fb.FiveBar(), (0.0, 0.0))).name
+    'NONE'
     """
     _numeric(pose, "singularity")
     s1, s2 = pose.sines

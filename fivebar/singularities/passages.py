@@ -188,12 +188,36 @@ def routes(
     folds: bool = True,
     most: int = 8,
 ) -> tuple[Route, ...]:
-    """Ways from start to goal through the aspects, those with fewest crossings first; () where none
-    joins them.
+    """Return the ways from start to goal through aspects, those with fewest crossings first.
 
-    start, goal: regular poses (ValueError otherwise). folds: whether a leg of equal bars may fold
-        on its base joint.
-    most: ways that are looked for; none visits an aspect twice.
+    Parameters
+    ----------
+    robot : FiveBar
+    start, goal : Pose
+        Regular poses.
+    folds : bool
+        Whether a leg of equal bars may fold on its base joint.
+    most : int
+        Ways that are looked for. None of them visits an aspect twice.
+
+    Returns
+    -------
+    tuple of Route
+        () where no way joins them.
+
+    Raises
+    ------
+    ValueError
+        A pose is not regular.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> robot = fb.FiveBar()
+    >>> start = fb.igm(robot, (0.05, 0.09), (-1, -1))
+    >>> goal = fb.igm(robot, (0.05, 0.09), (1, -1))
+    >>> len(fb.routes(robot, start, goal)[0].passages)
+    1
     """
     for name, pose in (("start", start), ("goal", goal)):
         if np.shape(pose.xi) != (2,) or not np.isfinite(pose.xi).all():
