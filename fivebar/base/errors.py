@@ -13,6 +13,15 @@ class UnreachableError(ValueError):
         By how many metres it does not close.
     index : tuple of int or None
         Place of the first such pose in a batch; None for one pose.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> try:
+    ...     fb.igm(fb.FiveBar(), (1.0, 0.0))
+    ... except fb.UnreachableError as error:
+    ...     round(error.gap, 3)
+    0.879
     """
 
     def __init__(self, message: str, gap: float, index: tuple | None = None):
@@ -31,6 +40,12 @@ class SingularityError(ArithmeticError):
         The singular quantity.
     index : tuple of int or None
         Place of the first such pose in a batch; None for one pose.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.SingularityError("the distal bars are in line", 0.0).margin
+    0.0
     """
 
     def __init__(self, message: str, margin: float, index: tuple | None = None):

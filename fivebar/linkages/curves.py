@@ -17,7 +17,19 @@ from .moving import move
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A closed curve, points (n, 2) m, with its label."""
+    """A closed curve.
+
+    Attributes
+    ----------
+    label : str
+    points : (n, 2), m
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.coupler_curves(linkages.FourBar(0.2, 0.06, 0.16, 0.14))[0].label
+    'coupler curve'
+    """
 
     label: str
     points: np.ndarray
@@ -34,6 +46,24 @@ def coupler_curves(
     """Return every closed curve that the coupler point M can trace.
 
     A crank that turns gives one for each branch; a crank that rocks goes back on the other branch.
+
+    Parameters
+    ----------
+    four_bar : FourBar
+    label : str
+        Of the curves.
+    samples : int
+        Points of a curve.
+
+    Returns
+    -------
+    tuple of Curve
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> len(linkages.coupler_curves(linkages.FourBar(0.2, 0.06, 0.16, 0.14)))
+    2
     """
     allowed, curves = crank_range(four_bar), []
     if allowed.full:
@@ -57,6 +87,23 @@ def type_2_curves(robot: FiveBar, samples: int = 1440) -> tuple[Curve, ...]:
     Distal bars in line are one coupler, l12 + l22 long (stretched) or |l12 - l22| (folded), with
     the end-effector on it at l12 from the left elbow. Equal distal bars fold to a point: circles of
     self-motion.
+
+    Parameters
+    ----------
+    robot : FiveBar
+    samples : int
+        Points of a curve.
+
+    Returns
+    -------
+    tuple of Curve
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> from fivebar import linkages
+    >>> len(linkages.type_2_curves(fb.FiveBar())) > 0
+    True
     """
     curves = []
     base = (-robot.d / 2, 0.0)

@@ -14,10 +14,29 @@ from .motion import Motion, one_drive, stretch
 
 @takes(motion=instance(Motion))
 def equivalent_inertia(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-    """Return (J, dJ/dq), the inertia of all bodies at the crank, kg m^2, and its derivative.
+    """Return the inertia of all bodies at the crank, and its derivative.
 
-    J = sum m |S'|^2 + j theta'^2, so dJ/dq = 2 sum m S'.S'' + j theta' theta'' (six-bar paper, eq.
-    29, 30); each (*batch,).
+    J = sum m |S'|^2 + j theta'^2, so dJ/dq = 2 sum m S'.S'' + j theta' theta''.
+
+    Parameters
+    ----------
+    motion : Motion
+        In analogs, as `move` gives it.
+
+    Returns
+    -------
+    J, dJ/dq : (*batch,), kg m^2
+
+    References
+    ----------
+    Six-bar paper, eq. 29 and 30.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> J, slope = linkages.equivalent_inertia(linkages.move(linkages.REPAIRED, 0.3))
+    >>> float(J) > 0
+    True
     """
     _one_drive(motion)
     inertia, slope = _inertia(motion.chain)
@@ -26,12 +45,28 @@ def equivalent_inertia(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
 
 @takes(motion=instance(Motion), gravity=two_numbers)
 def potential(motion: Motion, gravity: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return (U, dU/dq) of the weights, J and N m, each (*batch,) (six-bar paper, eq. 31, 37).
+    """Return the potential energy of the weights, and its derivative by the crank angle.
 
     Parameters
     ----------
     motion : Motion
-    gravity : (gx, gy), m/s^2
+    gravity : (2,)
+        m/s^2.
+
+    Returns
+    -------
+    U, dU/dq : (*batch,), J and N m
+
+    References
+    ----------
+    Six-bar paper, eq. 31 and 37.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> U, slope = linkages.potential(linkages.move(linkages.REPAIRED, 0.3), (0.0, -9.81))
+    >>> float(U) != 0
+    True
     """
     _one_drive(motion)
     energy, slope = 0.0, 0.0

@@ -39,13 +39,25 @@ TURNS = {
 
 @dataclass(frozen=True)
 class FiveBarLinkage:
-    """Five-bar with motors at two of the joints 1 (left base), 2 (left elbow), 3 (end-effector), 4,
-    5 (right base).
+    """A five-bar with motors at two of its joints.
 
-    Joint angles: 1 and 5 those of the proximal bars from +x; 2 and 4 of a distal bar from its
-    proximal one (the robot's q12, q22); 3 of the right distal bar from the left one. branch +1: of
-    the three joints without motor, in their order from 1 to 5, the middle one is on the left of the
-    line from the first to the third.
+    The joints are 1 (left base), 2 (left elbow), 3 (end-effector), 4 (right elbow) and 5 (right
+    base). Their angles: 1 and 5 those of the proximal bars from +x; 2 and 4 of a distal bar from
+    its proximal one (the robot's q12, q22); 3 of the right distal bar from the left one. branch +1:
+    of the three joints without motor, in their order from 1 to 5, the middle one is on the left of
+    the line from the first to the third.
+
+    Parameters
+    ----------
+    robot : FiveBar
+    motors : (2,) of int
+        Numbers of the joints with motors.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.FiveBarLinkage(motors=(1, 2)).motors
+    (1, 2)
     """
 
     robot: FiveBar = FiveBar()

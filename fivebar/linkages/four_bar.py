@@ -188,7 +188,20 @@ class FourBar:
 
 
 class DeadCentre(NamedTuple):
-    """A pose with crank and coupler in line: "extended" or "folded"; angles, rad in (-pi, pi]."""
+    """A pose with crank and coupler in line, from `dead_centres`.
+
+    Attributes
+    ----------
+    kind : "extended" or "folded"
+    crank, rocker : float
+        Angles, rad in (-pi, pi].
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> [dead.kind for dead in linkages.dead_centres(linkages.FourBar(0.2, 0.06, 0.16, 0.14))]
+    ['extended', 'folded']
+    """
 
     kind: str
     crank: float
@@ -200,6 +213,22 @@ def dead_centres(four_bar: FourBar, branch: int = 1) -> tuple[DeadCentre, ...]:
     """Return the poses of a branch in which crank and coupler are in line, up to two.
 
     They are the ends of the rocker's swing.
+
+    Parameters
+    ----------
+    four_bar : FourBar
+    branch : int
+        +1 or -1.
+
+    Returns
+    -------
+    tuple of DeadCentre
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> len(linkages.dead_centres(linkages.FourBar(0.2, 0.06, 0.16, 0.14)))
+    2
     """
     g, a, b, c = four_bar.sides
     centres = []
@@ -226,7 +255,24 @@ def dead_centres(four_bar: FourBar, branch: int = 1) -> tuple[DeadCentre, ...]:
 def time_ratio(four_bar: FourBar, branch: int = 1) -> float | None:
     """Return the duration of the rocker's slower stroke over that of its faster one.
 
-    At constant crank speed; None where the rocker has no two ends.
+    The crank turns at constant speed.
+
+    Parameters
+    ----------
+    four_bar : FourBar
+    branch : int
+        +1 or -1.
+
+    Returns
+    -------
+    float or None
+        None where the rocker has no two ends.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.time_ratio(linkages.FourBar(0.2, 0.06, 0.16, 0.14)) >= 1
+    True
     """
     ends = dead_centres(four_bar, branch)
     if len(ends) < 2:
@@ -237,9 +283,23 @@ def time_ratio(four_bar: FourBar, branch: int = 1) -> float | None:
 
 @takes(four_bar=instance(FourBar))
 def transmission_range(four_bar: FourBar) -> tuple[float, float]:
-    """Return the (least, largest) angle between coupler and rocker over all crank angles, rad.
+    """Return the least and the largest angle between coupler and rocker over all crank angles.
 
-    From 0 to pi.
+    Parameters
+    ----------
+    four_bar : FourBar
+
+    Returns
+    -------
+    (least, largest) : tuple of float
+        rad, from 0 to pi.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> low, high = linkages.transmission_range(linkages.FourBar(0.2, 0.06, 0.16, 0.14))
+    >>> 0 < low < high
+    True
     """
     g, a, b, c = four_bar.sides
     low = max(abs(g - a), abs(b - c))

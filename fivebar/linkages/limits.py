@@ -20,10 +20,22 @@ TURN = 2 * math.pi
 
 @dataclass(frozen=True)
 class CrankRange:
-    """Intervals (low, high) of crank angles in rad, low in (-pi, pi], high > low; `full` where the
-    crank turns.
+    """The crank angles at which a linkage closes on a branch, from `crank_range`.
 
     `str` gives it in degrees.
+
+    Attributes
+    ----------
+    intervals : tuple of (low, high)
+        rad, low in (-pi, pi], high > low.
+    full : bool
+        Whether the crank turns.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.crank_range(linkages.FourBar(0.2, 0.06, 0.16, 0.14)).full
+    True
     """
 
     intervals: tuple
@@ -65,8 +77,18 @@ class CrankRange:
 def crank_range(linkage: CrankLinkage, branch: int | tuple[int, int] | None = None) -> CrankRange:
     """Return the crank angles at which a linkage closes on a branch.
 
-    Their ends come from the linkage in closed form; which intervals between them close is tried
+    Their ends come from the linkage in closed form. Which intervals between them close is tried
     inside of them.
+
+    Parameters
+    ----------
+    linkage : FourBar, SliderCrank or SixBarPress
+    branch : int or (2,), optional
+        None: its usual one.
+
+    Returns
+    -------
+    CrankRange
 
     Examples
     --------

@@ -28,8 +28,23 @@ BLOCK = ("K", "L")  # names of the ends of a block on it
 
 @dataclass(frozen=True)
 class Body:
-    """A link's mass, kg, inertia about its centre of mass, kg m^2, and that centre (along, across)
-    in m from the link's first joint; None is the middle of the link.
+    """A link's mass and inertia.
+
+    Parameters
+    ----------
+    mass : float
+        kg.
+    inertia : float
+        About its centre of mass, kg m^2.
+    centre : (2,), optional
+        Centre of mass along and across the link from its first joint, m. None: the middle of the
+        link.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.Body(mass=0.2, inertia=1e-4).centre is None
+    True
     """
 
     mass: float = 0.0
@@ -109,12 +124,25 @@ class CrankLinkage(Linkage, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A linkage moving through one pose or a batch of poses, from `move`; all is computed when
-    first read.
+    """A linkage moving through one pose or a batch, from `move`. All is computed when first read.
 
-    q rad, q_dot rad/s, q_ddot rad/s^2 of the drive, and the branch; the names of points and links
-    are in `points` and `links`. With the q_dot = 1 and q_ddot = 0 of `move`, velocities and
-    accelerations are analogs, by the crank angle.
+    With the q_dot = 1 and q_ddot = 0 of `move`, velocities and accelerations are analogs, by the
+    crank angle.
+
+    Attributes
+    ----------
+    linkage : Linkage
+    q, q_dot, q_ddot : (*batch,)
+        Of the drive, rad, rad/s, rad/s^2.
+    branch : int or (2,)
+    points, links : tuple of str
+        Names of its points and links.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.move(linkages.FourBar(0.2, 0.06, 0.16, 0.14), 0.5).links
+    ('crank', 'coupler', 'rocker')
     """
 
     linkage: Linkage

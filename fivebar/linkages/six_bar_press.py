@@ -30,14 +30,32 @@ GRAVITY = (9.81, 0.0)  # m/s^2, along +x as in the paper
 
 @dataclass(frozen=True)
 class SixBarPress:
-    """Six-bar press: crank l2, coupler l3, rocker l4, bar l5 to the slider, pivots l11 apart in the
-    direction theta11.
+    """Six-bar press: crank, coupler, rocker, and a bar to the slider.
 
-    l12: distance of the line from which S6_down counts. Lengths in m, theta11 in rad, masses m2 to
-    m6 in kg, inertias j2 to j5 in kg m^2; centres of mass are at mid-link; j2 is not printed and
-    counts only where the crank accelerates.
     branch: (rocker, slider), +1 above and -1 below. Coordinates: "S6" of eq. 12, and "S6_down", the
-    slider's height above the line.
+    slider's height above the line at l12.
+
+    Parameters
+    ----------
+    l2, l3, l4, l5 : float
+        Crank, coupler, rocker and bar, m.
+    l11 : float
+        Distance of the pivots, m.
+    l12 : float
+        Distance of the line from which S6_down counts, m.
+    theta11 : float
+        Direction from pivot to pivot, rad.
+    m2, m3, m4, m5, m6 : float
+        Masses of these links and the slider, kg; centres of mass are at mid-link.
+    j2, j3, j4, j5 : float
+        Inertias about the centres of mass, kg m^2. j2 is not printed in the paper; it counts only
+        where the crank accelerates.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.REPAIRED.title
+    'six-bar press'
     """
 
     l2: float

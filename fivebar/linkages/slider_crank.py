@@ -30,12 +30,31 @@ HELD = {
 
 @dataclass(frozen=True)
 class SliderCrank:
-    """Slider-crank O A B: crank OA, rod AB, slider B on the guide that passes O at `offset` to the
-    left, all in m.
+    """Slider-crank O A B: crank OA, rod AB, slider B on the guide that passes O at an offset.
 
-    held: the link that does not move: "guide", "crank", "rod" or "slider". branch +1: the slider is
-    ahead along the guide of the rod's other end (guide held), of O (crank or rod held); with the
-    slider held, O is ahead of A. Raises ValueError for lengths that cannot close.
+    branch +1: the slider is ahead along the guide of the rod's other end (guide held), of O (crank
+    or rod held); with the slider held, O is ahead of A.
+
+    Parameters
+    ----------
+    crank, rod : float
+        m.
+    offset : float
+        Distance of the guide from O, to its left, m.
+    held : "guide", "crank", "rod" or "slider"
+        The link that does not move.
+    crank_body, rod_body, slider_body, guide_body : Body
+
+    Raises
+    ------
+    ValueError
+        Lengths that cannot close.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.move(linkages.SliderCrank(0.05, 0.15), 0.0).position("B").round(6).tolist()
+    [0.2, 0.0]
     """
 
     crank: float

@@ -20,9 +20,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StraightLine:
-    """A straight-line mechanism: the four-bar (lengths in its source's unit, taken as m), its
-    branch, the nominal line through `through` along `direction`, and the crank angles (first,
-    last), rad, of its usual stroke.
+    """A straight-line mechanism, from `straight_line`.
+
+    Attributes
+    ----------
+    linkage : FourBar
+        Lengths in its source's unit, taken as m.
+    branch : int
+    through, direction : (2,)
+        Of the nominal line.
+    stroke : (2,)
+        First and last crank angle of its usual stroke, rad.
+    source : str
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.straight_line("watt").branch in (1, -1)
+    True
     """
 
     linkage: FourBar
@@ -34,8 +49,22 @@ class StraightLine:
 
 
 class Straightness(NamedTuple):
-    """Of a stroke: its length, the largest distance from the nominal line, and the width of the
-    band around, m.
+    """How straight a stroke is, from `straightness`.
+
+    Attributes
+    ----------
+    stroke : float
+        Its length, m.
+    deviation : float
+        Largest distance from the nominal line, m.
+    band : float
+        Width of the band around it, m.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.straightness(linkages.straight_line("watt")).band >= 0
+    True
     """
 
     stroke: float
@@ -50,7 +79,24 @@ class Straightness(NamedTuple):
 
 @takes(mechanism=instance(StraightLine), samples=whole(2, 10**6))
 def straightness(mechanism: StraightLine, samples: int = 4001) -> Straightness:
-    """Return how straight the coupler point goes over its usual stroke."""
+    """Return how straight the coupler point goes over its usual stroke.
+
+    Parameters
+    ----------
+    mechanism : StraightLine
+    samples : int
+        Crank angles.
+
+    Returns
+    -------
+    Straightness
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> linkages.straightness(linkages.straight_line("watt")).stroke
+    0.5
+    """
     first, last = mechanism.stroke
     q = np.linspace(first, last, samples)
     point = move(mechanism.linkage, q, branch=mechanism.branch).position("M") - mechanism.through
@@ -185,13 +231,21 @@ BUILDERS = {
 
 @takes(name=text)
 def straight_line(name: str) -> StraightLine:
-    """Return a mechanism by name: "evans", "chebyshev", "watt", "hoeken" or "roberts".
+    """Return a straight-line mechanism by name.
+
+    Parameters
+    ----------
+    name : "evans", "chebyshev", "watt", "hoeken" or "roberts"
+
+    Returns
+    -------
+    StraightLine
 
     Examples
     --------
     >>> from fivebar import linkages
-    >>> linkages.straightness(linkages.straight_line("watt")).stroke
-    0.5
+    >>> linkages.straight_line("watt").stroke[0] < linkages.straight_line("watt").stroke[1]
+    True
     """
     if name not in BUILDERS:
         raise ValueError(

@@ -44,9 +44,24 @@ SLOWEST = 1e-60  # rad/s
 class Study(Animated):
     """A linkage in motion on a grid of times, from `study`.
 
-    t (n,) s; q (n,) or (n, 2) rad, continuous; columns: {quantity: (n,)}; motion: the Motion of all
-    samples, in which any other quantity is read; lock: (crank angle, time) where the crank locks,
-    or None.
+    Attributes
+    ----------
+    t : (n,), s
+    q : (n,) or (n, 2), rad
+        Continuous.
+    columns : dict
+        {quantity: (n,)}.
+    motion : Motion
+        Of all samples; any other quantity is read in it.
+    lock : (crank angle, time) or None
+        Where the crank locks.
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> four_bar = linkages.FourBar(0.2, 0.06, 0.16, 0.14)
+    >>> linkages.study(four_bar, speed=6.28, samples=101).lock is None
+    True
     """
 
     linkage: Linkage

@@ -21,8 +21,23 @@ if TYPE_CHECKING:
 
 @takes(linkage=linkage)
 def verdict(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> list[str]:
-    """Lines of text about a linkage on a branch (None: its usual one): what turns, what locks,
-    where.
+    """Return lines of text about a linkage on a branch: what turns, what locks, where.
+
+    Parameters
+    ----------
+    linkage : Linkage
+    branch : int or (2,), optional
+        None: its usual one.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> from fivebar import linkages
+    >>> len(linkages.verdict(linkages.FourBar(0.2, 0.06, 0.16, 0.14))) > 0
+    True
     """
     branch = one_branch(linkage, branch)
     known = {

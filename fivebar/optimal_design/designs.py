@@ -109,6 +109,15 @@ def grid(**axes: Any) -> Designs:
 
     They are never all in memory.
 
+    Parameters
+    ----------
+    **axes : float or sequence of float
+        Values by the parameter's name.
+
+    Returns
+    -------
+    Designs
+
     Examples
     --------
     >>> import fivebar as fb
@@ -216,9 +225,19 @@ def triangle(count: int = 30) -> Designs:
     count : int
         Parts of a side of the grid.
 
+    Returns
+    -------
+    Designs
+
     References
     ----------
     Liu, Wang and Pritschow, Mechanism and Machine Theory 41, 2006.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.optimal_design.triangle(6)
+    <Designs: r1, r2, r3, 14 rows>
     """
     count = whole(2, 10**4)(count, "count")
     first, second = np.mgrid[1:count, 1:count].reshape(

@@ -127,9 +127,18 @@ class Design(Plotted, Paged):
 
 @dataclass(frozen=True, eq=False)
 class Front(Plotted, Paged):
-    """A Pareto front: designs of which none is better than another in all goals.
+    """A Pareto front, from `design`: designs of which none is better than another in all goals.
 
-    In the order of the first goal; from `design`.
+    Attributes
+    ----------
+    designs : tuple of Design
+        In the order of the first goal.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.optimal_design.Front(()).designs
+    ()
     """
 
     designs: tuple[Design, ...]

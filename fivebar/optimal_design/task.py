@@ -31,7 +31,23 @@ SAMPLES = 201  # of a motion
 
 
 class Motor(NamedTuple):
-    """Torque, N m, and speed, rad/s, of both motors, and the source of the numbers."""
+    """Both motors of a robot.
+
+    Attributes
+    ----------
+    torque : float
+        N m.
+    speed : float
+        rad/s.
+    source : str
+        Of the numbers.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.optimal_design.Motor(1.0, 2.0).torque
+    1.0
+    """
 
     torque: float
     speed: float

@@ -62,7 +62,7 @@ class PlanMesh(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Plan(Animated):
-    """A planned motion.
+    """A planned motion, from `plan`.
 
     Call it with t (n,) s, as any reference, for (xi, xi_dot, xi_ddot), each (n, 2). It holds its
     first and last point.
@@ -83,6 +83,13 @@ class Plan(Animated):
         Time, s, of the whole call.
     tried : int
         Number of first guesses, of which this one was best.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> plan = fb.plan(fb.FiveBar(), (0.09, 0.068), (0.08, 0.075), 0.5)
+    >>> plan.duration, plan.status
+    (0.5, 'Solve_Succeeded')
     """
 
     problem: Problem

@@ -49,6 +49,15 @@ class PlanError(RuntimeError):
         By how much it exceeds each limit, SI.
     status : str
         IPOPT's return status where it did not solve.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> try:
+    ...     fb.plan(fb.FiveBar(), (0.09, 0.068), (9.0, 9.0), 1.0)
+    ... except (fb.PlanError, fb.UnreachableError) as error:
+    ...     "goal" in str(error)
+    True
     """
 
     def __init__(

@@ -16,7 +16,7 @@ from ..base.representation import one_line, vector
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A motion of the end-effector over [start, start + duration] s.
+    """A motion of the end-effector over [start, start + duration] s, from `line`, `circle`, ...
 
     Call it with a time, a float or an array (n,), s, for position, m, velocity, m/s, and
     acceleration, m/s^2, each (2,) or (n, 2). Before and after, it rests at its first and last
@@ -28,6 +28,13 @@ class Trajectory:
         Times, s.
     notes : tuple of str
         Remarks on a file that it was read from.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> xi, xi_dot, xi_ddot = fb.line((0.09, 0.068), (0.05, 0.09), 2.0)(2.0)
+    >>> xi.round(12).tolist()
+    [0.05, 0.09]
     """
 
     start: float

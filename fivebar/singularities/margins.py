@@ -17,16 +17,28 @@ from ..models.geometry import Pose
 
 
 class Singularity(enum.IntFlag):
-    """What is singular in a pose.
+    """What is singular in a pose: NONE, SERIAL, PARALLEL, or both.
 
-    value  name               type  singular  what is in line                          what is lost
-    0      NONE               -     -         -                                        -
-    1      SERIAL             1     B         a leg's proximal and distal bar          a motion of
-    the end-effector 2      PARALLEL           2     A         the two distal bars
-       a force on the end-effector 3      SERIAL | PARALLEL  3     A and B   the distal bars, and a
-       leg's             both
+    ===== ======================= ==== ======== ================================= ==================
+    value name                    type singular what is in line                   what is lost
+    ===== ======================= ==== ======== ================================= ==================
+    0     NONE                    -    -        -                                 -
+    1     SERIAL                  1    B        a leg's proximal and distal bar   a motion of xi
+    2     PARALLEL                2    A        the two distal bars               a force at xi
+    3     SERIAL | PARALLEL       3    A and B  the distal bars, and a leg's      both
+    ===== ======================= ==== ======== ================================= ==================
 
     A biglide is of Type 1 where a bar is across its guide.
+
+    References
+    ----------
+    Gosselin and Angeles, Singularity analysis of closed-loop kinematic chains, 1990.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> fb.singularity(fb.dgm(fb.FiveBar(), (0.0, 0.0))) == fb.Singularity.NONE
+    True
     """
 
     NONE = 0
