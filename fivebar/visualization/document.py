@@ -9,6 +9,7 @@ import json
 from importlib.util import find_spec
 from pathlib import Path
 from string import Template
+from typing import TYPE_CHECKING
 
 from ..base.tables import TextFile, written
 
@@ -18,8 +19,13 @@ HERE = Path(__file__).parent
 class WebPage:
     """A page, complete: its title and `html`; in a notebook it shows itself."""
 
-    title: str
-    html: str
+    if TYPE_CHECKING:  # subclasses have them as fields or properties
+
+        @property
+        def title(self) -> str: ...
+
+        @property
+        def html(self) -> str: ...
 
     def save(self, path: TextFile) -> None:
         """Write the page (HTML in UTF-8), whole or not at all.
@@ -86,6 +92,6 @@ def as_json(content: dict) -> str:
 def library_folder(name: str, purpose: str) -> Path:
     """Return the folder of an installed package, of which only files for the browser are wanted."""
     package = find_spec(name)
-    if package is None:
+    if package is None or package.origin is None:
         raise ImportError(f"{purpose}: pip install {name}")
-    return Path(package.submodule_search_locations[0])
+    return Path(package.origin).parent

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,10 +21,11 @@ def map_loci(data: Map) -> Iterator[tuple]:
 
     As angles they repeat with every turn.
     """
-    loci = singularity_loci(data.robot)
+    robot: Any = data.robot
+    loci = singularity_loci(robot)
     task = data.space == "task"
     ends = (data.y if task else data.x)[[0, -1]]
-    pieces = [
+    pieces: list[tuple] = [
         (
             locus_words(piece),
             piece.working if task else piece.assembly,

@@ -49,7 +49,7 @@ def plot(result: Any, path: BinaryFile | None, **options: Any) -> Figure:
 def page(
     result: Any,
     path: Any,
-    show: object,
+    show: Any,
     title: str | None,
 ) -> Page | LivePage | None:
     """Make the page of a result: of a Design its live page, of a Front a table with a picture, else
@@ -68,7 +68,8 @@ def page(
         case "Front":
             from .pages.fronts import save_page
 
-            return save_page(result, path)
+            save_page(result, path)
+            return None
         case "Replay":
             usual = ("xi", "tau", "q")
             return page(result.runs, path, usual if show is None else show, title)
@@ -76,7 +77,7 @@ def page(
             return page(result, path, show, title)
 
 
-def scene(result: Any, show: object, title: str | None) -> Scene:
+def scene(result: Any, show: Any, title: str | None) -> Scene:
     """Make the 3-D scene of a motion; of a Replay, both motions side by side on one clock."""
     from .view import scene
 

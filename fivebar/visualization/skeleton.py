@@ -123,7 +123,7 @@ class Skeleton:
         """What the colours of the bars say: {link or leg: its colours}."""
         numbers = self.links if self.link_names else [leg for _, leg in self.legs]
         names = self.link_names or ("left leg", "right leg")
-        key = {}
+        key: dict = {}
         for number, colour in dict.fromkeys(zip(numbers, self.colours)):
             if number < len(names):
                 key.setdefault(names[number], []).append(colour)
@@ -132,7 +132,7 @@ class Skeleton:
     @property
     def paths(self) -> list:
         """Of each leg the points from its first bar outwards."""
-        legs = {}
+        legs: dict = {}
         for (first, last), (_, leg) in zip(self.bars, self.legs):
             legs.setdefault(leg, [first]).append(last)
         return list(legs.values())
@@ -161,7 +161,8 @@ def robot_body(robot: Robot, pivots: np.ndarray, xi: np.ndarray) -> Skeleton:
     ]
     half = np.array([0, 0.07 * bar])
     blocks = np.concatenate([pivots - half, pivots + half], axis=1)[:, [0, 2, 1, 3]]
-    points = np.concatenate([points, np.moveaxis(rails, -1, 0), blocks], axis=1)
+    ends = np.moveaxis(np.array(rails), -1, 0)
+    points = np.concatenate([points, ends, blocks], axis=1)
     return Skeleton(
         points,
         ((0, 1), (2, 1)),

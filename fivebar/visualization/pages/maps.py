@@ -4,7 +4,7 @@ computed from.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def map_content(
         nodes = f"{len(x)} x {len(y)} of {len(data.x)} x {len(data.y)} nodes"
         notes.append(f"This page, its CSV included, holds {nodes}; Map.to_csv has all.")
     scale = field_scale(data)
-    robot = data.robot
+    robot: Any = data.robot
     task = data.space == "task"
     words, drives = robot.words, robot.drives
     if task or not robot.turns:
@@ -50,14 +50,14 @@ def map_content(
     # As far as the map needs the guides of the feet.
     feet = data.y if task else np.append(data.x, data.y)
     bar = max(robot.distal)
-    modes = list(data.modes)
+    modes: list[Any] = list(data.modes)
     loci = list(map_loci(data))
     if along is not None:
         loci.append((ALONG, range(len(modes)), along))
     for region in regions or ():
         layers = [modes.index(region.working)]
         loci += [(DEXTEROUS, layers, np.concatenate([p, p[:1]])) for p in region.polygons]
-    numbered = regions
+    numbered: tuple = regions or ()
     if regions is None:
         numbered = aspects(robot) if task and robot.turns else ()
     return {

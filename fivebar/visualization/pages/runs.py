@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -40,7 +40,8 @@ def sampled(plan: Plan | TimedPath) -> Run:
     rates = plan.accelerations(t).rates
     pose = rates.pose
     constraints = plan.limits if hasattr(plan, "limits") else plan.problem.constraints
-    limits = set(constraints.torque or ())
+    torque: Any = constraints.torque or ()
+    limits = set(torque)
     return Run(
         robot,
         t,

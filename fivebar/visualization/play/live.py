@@ -7,7 +7,7 @@ from base64 import b64encode
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -107,14 +107,16 @@ def play(
         return LivePage(robot, None, address_of(robot, branch))
     if branch is not None:
         raise ValueError("branch is a linkage's: a robot's pose says its modes")
-    robot = robot or (pose.robot if pose is not None else FiveBar())
+    if robot is None:
+        robot = FiveBar() if pose is None else pose.robot
     if pose is None:
         pose = _start(robot)
     elif pose.robot != robot:
         raise ValueError(f"pose is of another robot: {pose.robot}, not {robot}")
     if pose.xi.shape != (2,) or not np.isfinite(pose.det_A) or not all(pose.working):
         raise ValueError("pose must be a single one that closes, away from Type 1")
-    return LivePage(robot, pose, _fragment(robot, pose))
+    subject: Any = robot
+    return LivePage(subject, pose, _fragment(subject, pose))
 
 
 def _fragment(robot, pose):

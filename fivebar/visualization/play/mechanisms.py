@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -193,8 +194,8 @@ def _four_bar_values(linkage):
 
 
 def address_of(
-    linkage: FourBar | SliderCrank | SixBarPress,
-    branch: object = None,
+    linkage: Any,
+    branch: Any = None,
     crank: float | None = None,
 ) -> str:
     """Return what follows the live page's address, for this linkage with its ground laid on the x
@@ -203,7 +204,7 @@ def address_of(
     branch: None is its usual one; crank: rad, None an angle at which it closes. Raises ValueError
     for a press whose guide is not the paper's.
     """
-    branch = check_branch(linkage, branch)
+    signs: Any = check_branch(linkage, branch)
     if isinstance(linkage, FourBar):
         name, values = "four", _four_bar_values(linkage)
     elif isinstance(linkage, SliderCrank):
@@ -215,16 +216,16 @@ def address_of(
         name = "press"
         values = [getattr(linkage, bar) for bar in _BARS]
     if crank is None:
-        allowed = crank_range(linkage, branch)
+        allowed = crank_range(linkage, signs)
         if not allowed.intervals:
             raise ValueError("the linkage closes at no crank angle: there is nothing to show")
         low, high = max(allowed.intervals, key=np.ptp)
         crank = 0.6 if allowed.full else (low + high) / 2
         crank -= getattr(linkage, "tilt", 0.0)
-    signs = "".join("+" if sign > 0 else "-" for sign in np.ravel(branch))
+    letters = "".join("+" if sign > 0 else "-" for sign in np.ravel(signs))
     numbers = ",".join(map(digits, values))
     crank = digits(math.remainder(crank, 2 * math.pi))
-    return f"#linkage={name}&values={numbers}&branch={signs}&crank={crank}"
+    return f"#linkage={name}&values={numbers}&branch={letters}&crank={crank}"
 
 
 def digits(x: float) -> str:

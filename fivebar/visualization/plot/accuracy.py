@@ -98,7 +98,7 @@ def draw_repeatability(result: Repeatability) -> Figure:
             circle(0.0, result.RP[k], 181),
             label=label,
         )
-        if result.commanded is not None:
+        if result.commanded is not None and result.AP is not None:
             label = f"commanded, AP = {1e3 * result.AP[k]:.4g} mm"
             draw_points(
                 axes,
@@ -119,7 +119,7 @@ def draw_measurement_poses(result: MeasurementPoses) -> Figure:
     for k, mode in enumerate(dict.fromkeys(map(tuple, modes))):
         label = f"working ({signs(*mode[:2])}), assembly {signs(mode[2])}"
         points = 1e3 * result.xi[[tuple(other) == mode for other in modes]]
-        style = dict(color=COLOURS[k % 7], ms=7, label=label, zorder=3)
+        style: dict = dict(color=COLOURS[k % 7], ms=7, label=label, zorder=3)
         axes.plot(*points.T, "os^Dv<>p"[k % 8], **style)
     for number, point in enumerate(result.xi, 1):
         note(axes, str(number), point)

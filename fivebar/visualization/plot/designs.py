@@ -4,7 +4,7 @@ robots.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.patches import Circle, Rectangle
@@ -225,7 +225,8 @@ def draw_front(front: Front, robots: int = 5) -> Figure:
     )
     chosen = dict(enumerate(np.unique(places.round().astype(int)), start=1))
     picture = new_figure(11, 7.2)
-    top, bottom = picture.subfigures(2, 1, height_ratios=(1.35, 1))
+    halves: Any = picture.subfigures(2, 1, height_ratios=(1.35, 1))
+    top, bottom = halves
     axes = top.subplots()
     if more:
         points = axes.scatter(

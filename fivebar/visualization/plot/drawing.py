@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.collections import LineCollection
@@ -110,12 +110,13 @@ def draw_path(path: Path) -> Figure:
     )
     lengths = np.array([piece.length for piece in path.pieces])
     points = path.on(piece, share * lengths[:, None])[0]
-    rests = path(np.array([stop.s for stop in path.stops]))[0]
+    stops: Any = path.stops  # type: ignore[attr-defined]  # set by __post_init__
+    rests = path(np.array([stop.s for stop in stops]))[0]
     pen = np.array(path.pen)
     width, height = np.maximum(np.ptp(points.reshape(-1, 2), axis=0), 1e-12)
     figure = new_figure(7, min(max(7 * height / width, 1.5), 7) + 1.2)
     axes = figure.add_subplot()
-    pen_up = dict(color=INK, lw=0.8, ls=(0, (1, 2)), label="pen up")
+    pen_up: dict = dict(color=INK, lw=0.8, ls=(0, (1, 2)), label="pen up")
     for down, style in (
         (True, dict(color=REFERENCE, lw=1.6, label="pen down")),
         (False, pen_up),

@@ -13,7 +13,7 @@ from matplotlib.patches import FancyArrowPatch
 from ...singularities.locus import MODES
 from ...singularities.passages import known_aspects, passages
 from ..style import INK, PALE, SIDES, signs
-from .panels import new_figure
+from .panels import figure_legend, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 FOLD = (0, (1.2, 1.4))
 # By the leg that changes its mode, and whether it folds for that.
-LINES = {}
+LINES: dict = {}
 for _leg, (_side, _colour) in enumerate(SIDES):
     _line = dict(color=_colour, lw=1.8)
     LINES[_leg, False] = dict(ls="-", label=f"Type 1, the {_side} leg in line", **_line)
@@ -67,11 +67,11 @@ def aspect_graph(robot: FiveBar) -> Figure:
         ylim=(-1.02, 1.02),
         aspect="equal",
     )
-    middle = dict(ha="center", va="center")
+    middle: dict = dict(ha="center", va="center")
     places = {}
     for working in MODES:
-        x, y = np.array(working) / 2
-        height = y + np.sign(y) * 0.45
+        x, y = working[0] / 2, working[1] / 2
+        height = 1.9 * y
         axes.text(
             x,
             height,
@@ -96,21 +96,17 @@ def aspect_graph(robot: FiveBar) -> Figure:
                 ec=INK,
                 lw=1.0,
             )
-            text = dict(
+            text: dict = dict(
                 fontsize=11,
                 fontweight="bold",
                 color=INK,
                 bbox=box,
                 zorder=3,
             )
-            axes.text(
-                *places[region.number],
-                str(region.number),
-                **middle,
-                **text,
-            )
+            x_text, y_text = places[region.number]
+            axes.text(x_text, y_text, str(region.number), **middle, **text)
     drawn = set()
-    bow = dict(
+    bow: dict = dict(
         connectionstyle=f"arc3,rad={BOW}",
         arrowstyle="-",
         shrinkA=0,
@@ -123,10 +119,9 @@ def aspect_graph(robot: FiveBar) -> Figure:
         ends = [places[number] for number in passage.between]
         axes.add_patch(FancyArrowPatch(*ends, **style))
     handles = [Line2D([], [], **LINES[kind]) for kind in LINES if kind in drawn]
-    dots = dict(marker="o", ms=11, mec=INK, ls="none")
+    dots: dict = dict(marker="o", ms=11, mec=INK, ls="none")
     for sign in sorted({region.assembly for region in regions}, reverse=True):
         label = f"assembly mode {signs(sign)}"
         handles.append(Line2D([], [], mfc=FILL[sign], label=label, **dots))
-    place = dict(loc="outside lower center", ncols=2, handlelength=3.2)
-    figure.legend(handles=handles, fontsize=9, frameon=False, **place)
+    figure_legend(figure, handles, 2)
     return figure

@@ -23,7 +23,7 @@ def draw_identification(result: Identification) -> Figure:
         raise ValueError(
             "an Identification read from a file has no rows to draw: identify the log again"
         )
-    runs = {"the log": result}
+    runs: dict = {"the log": result}
     if result.validation is not None:
         runs["second run"] = result.validation
     figure = new_figure(12, 3.6 * len(runs))

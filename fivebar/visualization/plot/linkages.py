@@ -5,7 +5,7 @@ colour.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,7 +37,7 @@ def draw_study(study: Study, panels: Sequence | None = None) -> Figure:
     figure = new_figure(12, max(5.0, 1.9 * len(panels) + 0.6))
     grid = figure.add_gridspec(len(panels), 2, width_ratios=(1, 1.25))
     _picture(figure.add_subplot(grid[:, 0]), study)
-    axes = None
+    axes: Any = None
     for row, names in enumerate(panels):
         axes = figure.add_subplot(grid[row, 1], sharex=axes)
         angle = unit(names[0]) == "rad"
@@ -165,11 +165,11 @@ def coupler_curve_figure(curves: Sequence[Curve], linkages: Sequence[FourBar] = 
         raise ValueError("no curves to draw: the coupler closes at no crank angle")
     figure = new_figure(8, 7)
     axes = figure.add_subplot()
-    labels = {}
+    labels: dict = {}
     for curve in curves:
         new = curve.label not in labels
         number = labels.setdefault(curve.label, len(labels))
-        style = dict(
+        style: dict = dict(
             color=COLOURS[number % len(COLOURS)],
             ls=DASHES[number % len(DASHES)],
         )

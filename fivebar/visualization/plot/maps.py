@@ -4,7 +4,7 @@ numbers and a path.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize
@@ -18,7 +18,7 @@ from ...singularities.aspects import aspects
 from ...singularities.maps import SIGNED
 from ..loci import map_loci
 from ..style import ALONG, DEXTEROUS, INK, PINK, field_scale, signs
-from .panels import PALETTES, STYLES, draw, new_figure
+from .panels import PALETTES, STYLES, draw, figure_legend, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,7 +51,8 @@ def singularity_map(
         Four working modes in task space, or both assembly modes in joint space.
     """
     task = data.space == "task"
-    turns = data.robot.turns
+    robot: Any = data.robot
+    turns = robot.turns
     scale, unit = (1e3, "mm") if task or not turns else (180 / np.pi, "deg")
     x = scale * data.x
     y = scale * data.y
@@ -65,7 +66,7 @@ def singularity_map(
     panels = figure.subplots(rows, 2, sharex=True, sharey=True)
     regions = None
     if task and turns:
-        regions = aspects(data.robot) if dexterous is None else dexterous
+        regions = aspects(robot) if dexterous is None else dexterous
     shown = field_scale(data)
     norm = (LogNorm if shown.logarithmic else Normalize)(shown.low, shown.high)
     colours = dict(
@@ -80,7 +81,8 @@ def singularity_map(
     borders = x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y
     values = np.minimum(shown.factor * data.values, 1e12)  # inf, too, has a colour
     known = {}
-    for k, (axes, mode) in enumerate(zip(panels.flat, data.modes)):
+    modes: list[Any] = list(data.modes)
+    for k, (axes, mode) in enumerate(zip(panels.flat, modes)):
 
         def show(words, points, axes=axes, **style):
             known[words] = f"map.{words}"
@@ -122,10 +124,10 @@ def singularity_map(
                     show(DEXTEROUS, closed, path_effects=HALO)
             _number(axes, region, scale)
         if path is not None:
-            path = np.asarray(path, dtype=float)
-            show(ALONG, path, path_effects=HALO)
-            draw(axes, "map.end", *scale * path[0], marker="o")
-            draw(axes, "map.end", *scale * path[-1], marker="s")
+            points = np.asarray(path, dtype=float)
+            show(ALONG, points, path_effects=HALO)
+            for end, marker in ((0, "o"), (-1, "s")):
+                draw(axes, "map.end", *(scale * points[[end]]).T, marker=marker)
         title = f"working modes ({signs(*mode)})" if task else f"assembly mode {signs(mode)}"
         if regions is not None:
             title += _numbers("aspect" if dexterous is None else "region", here)
@@ -153,8 +155,7 @@ def singularity_map(
         extend=extend,
     )
     handles = [Line2D([], [], label=words, **STYLES[kind]) for words, kind in known.items()]
-    place = dict(loc="outside lower center", ncols=3, handlelength=3.2)
-    figure.legend(handles=handles, fontsize=9, frameon=False, **place)
+    figure_legend(figure, handles, 3)
     return figure
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike
 
-    from ...models.robots import Robot, Words
+    from ...models.robots import Biglide, FiveBar, Words
     from ..skeleton import Skeleton
 
 
@@ -72,8 +72,14 @@ def finish(axes: Axes, columns: int, **words) -> None:
     axes.grid(alpha=0.25)
     # In letters, so that it clears the labels whatever the panel's height.
     pad = 5 if axes.get_xlabel() else 2.5
-    place = dict(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=pad)
+    place: dict = dict(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=pad)
     axes.legend(ncols=columns, fontsize=8, frameon=False, **place)
+
+
+def figure_legend(figure: Figure, handles: list, columns: int) -> None:
+    """Put a legend under all panels of a figure."""
+    place: dict = dict(loc="outside lower center", ncols=columns, handlelength=3.2)
+    figure.legend(handles=handles, fontsize=9, frameon=False, **place)
 
 
 def plane(axes: Axes, columns: int = 0, title: str = "") -> None:
@@ -124,7 +130,7 @@ def note(axes: Axes, text: str, point: np.ndarray) -> None:
     """Write a note beside a point (2,) m."""
     axes.annotate(
         text,
-        1e3 * point,
+        tuple(1e3 * point),
         xytext=(6, 5),
         **STYLES["text.note"],
     )
@@ -171,7 +177,7 @@ def set_window(axes: Axes, points: np.ndarray) -> tuple[float, float]:
 
 def draw_loci(
     axes: Axes,
-    robot: Robot,
+    robot: FiveBar | Biglide,
     working: tuple | None,
     ends: tuple | None = None,
 ) -> None:
@@ -184,7 +190,7 @@ def draw_loci(
         endless = piece.unbounded and not ends
         if working not in (None, *piece.working) or len(piece.points) == 1 or endless:
             continue
-        style = dict(LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL])
+        style: dict = dict(LOCI[piece.type & ~Singularity.SERIAL or Singularity.SERIAL])
         if style["label"] in known:
             del style["label"]
         known.add(style.get("label"))

@@ -21,7 +21,7 @@ from matplotlib.lines import Line2D
 
 from ...base.progress import progress
 from ..view.machine import SHADOW_OFFSET
-from .panels import new_figure
+from .panels import figure_legend, new_figure
 
 if TYPE_CHECKING:
     from ..view.scenes import Scene
@@ -61,8 +61,7 @@ def strip_figure(scene: Scene, poses: int = 6) -> Figure:
         entries |= {layer.key: layer.colour for layer in machine.layers}
     handles = [Line2D([], [], color=colour, lw=3, label=key) for key, colour in entries.items()]
     if handles:
-        place = dict(loc="outside lower center", ncols=4)
-        figure.legend(handles=handles, fontsize=8, frameon=False, **place)
+        figure_legend(figure, handles, 4)
     return figure
 
 

@@ -36,7 +36,7 @@ def page(scene: Scene) -> str:
     scale = 1 / max(span)
     messages = [*_stage()]
     animations = []
-    entries = {}
+    entries: dict = {}
     events = []
     labels = []
     tips = []

@@ -86,7 +86,8 @@ class Scene(WebPage):
             )
         )
 
-    def save(self, path: FilePath) -> None:
+    # Pictures and films are files of their own: no open text file will do.
+    def save(self, path: FilePath) -> None:  # type: ignore[override]
         """Write a page (.html), an animation (.gif, .mp4, .webm) or a strip of six poses (.png).
 
         Raises ValueError for another suffix, OSError where the file cannot be written, or a film

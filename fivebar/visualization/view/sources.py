@@ -4,7 +4,7 @@ linkage.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -22,11 +22,12 @@ from ...models.kinematics import dkm, ikm, ikm2
 from ..loci import crossings
 from ..skeleton import Skeleton, measured_pose, robot_body, study_body
 from ..style import robot_title
-from .frames import choose, grid, last_true
+from .frames import Frames, choose, grid, last_true
 from .machine import Notice
 
 if TYPE_CHECKING:
     from ...linkages import Study
+    from ...models.kinematics import Rates
     from ...models.robots import Robot
     from ...simulation.run import Run
 
@@ -95,10 +96,30 @@ class RobotSource:
     Everything else is computed when first read.
     """
 
-    items = (
-        "trace reference loci elbow-circles velocity acceleration bar-forces torques"
-    ).split()
+    items = ("trace reference loci elbow-circles velocity acceleration bar-forces torques").split()
     xi_ref: np.ndarray | None = None
+
+    frames: Frames
+    xi: np.ndarray
+    elbows: np.ndarray
+    pose: Any  # Pose; computed when first read
+    _rows: Any
+    if TYPE_CHECKING:  # what the two kinds of motion add
+
+        @property
+        def tau(self) -> np.ndarray: ...
+
+        @property
+        def velocity(self) -> np.ndarray: ...
+
+        @property
+        def acceleration(self) -> np.ndarray: ...
+
+        @property
+        def events(self) -> Iterator[Notice]: ...
+
+        @property
+        def _rates(self) -> Rates: ...
 
     def __init__(self, robot: Robot):
         self.robot = robot
@@ -155,11 +176,15 @@ class RunSource(RobotSource):
         self.run = run
         self.frames = choose(run.t, run.q, run.xi)
         index = self.frames.index
-        self.q, self.q_dot, self.xi, self.tau = (
-            values[index] for values in (run.q, run.q_dot, run.xi, run.tau)
-        )
+        self.q = run.q[index]
+        self.q_dot = run.q_dot[index]
+        self.xi = run.xi[index]
         self.xi_ref = None if run.xi_ref is None else run.xi_ref[index]
         self.elbows = elbows(run.robot, self.q)
+
+    @property
+    def tau(self) -> np.ndarray:
+        return self.run.tau[self.frames.index]
 
     @property
     def events(self) -> Iterator[Notice]:
@@ -204,7 +229,7 @@ class RunSource(RobotSource):
 class ReferenceSource(RobotSource):
     """A plan, or a reference in the working modes (-1, -1)."""
 
-    def __init__(self, robot: Robot, reference: Callable):
+    def __init__(self, robot: Robot, reference: Any):
         super().__init__(robot)
         self.reference = reference
         self.modes = getattr(reference, "working", (-1, -1))
