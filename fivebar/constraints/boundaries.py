@@ -62,18 +62,15 @@ def facing(arcs: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
             same = (_sides(arc, middle, off, allowed) == state[k]).all(axis=1)
             low = np.where(same, middle, low)
             high = np.where(same, high, middle)
-        cuts = [
-            s[0],
-            *((low + high) / 2),
-            s[-1],
-        ]
-        for start, end, (left, right) in zip(
-            cuts,
-            cuts[1:],
-            state[np.append(k, -1)],
-        ):
-            if left != right and start != end:
-                parts.append(Arc(arc.locus, start, end) if left else Arc(arc.locus, end, start))
+        cuts = [s[0], *((low + high) / 2), s[-1]]
+        states = state[np.append(k, -1)]
+        for start, end, (left, right) in zip(cuts, cuts[1:], states):
+            if left == right or start == end:
+                continue
+            if left:
+                parts.append(Arc(arc.locus, start, end))
+            else:
+                parts.append(Arc(arc.locus, end, start))
     return parts
 
 
@@ -138,10 +135,7 @@ def _of_joints(robot, working, constraints) -> Iterator[Locus]:
 
 
 def _of_bars(robot, working, constraints) -> list[Locus]:
-    from contourpy import (
-        LineType,
-        contour_generator,
-    )  # comes with matplotlib
+    from contourpy import LineType, contour_generator  # comes with matplotlib
 
     left = robot.l11 + robot.l12
     right = robot.l21 + robot.l22

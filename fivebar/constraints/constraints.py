@@ -118,14 +118,16 @@ class Constraints:
                 clearance = _range_clearance(limits, pose.legs[leg].q, pose.robot.turns)
                 result[f"joint limits of q{leg + 1}1"] = clearance
         for a, b, c in self.half_planes:
-            result[f"{a:g} x + {b:g} y >= {c:g} m"] = a * x + b * y - c
+            name = f"{a:g} x + {b:g} y >= {c:g} m"
+            result[name] = a * x + b * y - c
         if self.region:
             corners = np.array(self.region) @ (1, 1j)
             result["region"] = distance_inside(corners, x + 1j * y)
         if self.det_A:
             result[f"|det A| >= {self.det_A:g}"] = np.abs(pose.det_A) - self.det_A
         if self.sin:
-            result[f"|sin q_i2| >= {self.sin:g}"] = np.abs(pose.sines).min(axis=0) - self.sin
+            smallest = np.abs(pose.sines).min(axis=0)
+            result[f"|sin q_i2| >= {self.sin:g}"] = smallest - self.sin
         if self.collisions:
             result |= self.collisions.clearances(pose)
         return result
@@ -146,7 +148,8 @@ class Constraints:
                 middle = (low + high) / 2
                 half = (high - low) / 2
                 ux, uy = pose.legs[leg].direction
-                result.append(ux * math.cos(middle) + uy * math.sin(middle) - math.cos(half))
+                cosine = ux * math.cos(middle) + uy * math.sin(middle)
+                result.append(cosine - math.cos(half))
             else:
                 q = pose.legs[leg].q
                 result += [(q - low) / length, (high - q) / length]
@@ -216,7 +219,8 @@ def _range_clearance(limits, q, turns):
         return np.minimum(q - low, high - q)
     middle = (low + high) / 2
     half = (high - low) / 2
-    return half - np.abs(np.mod(q - middle + np.pi, 2 * np.pi) - np.pi)
+    turned = np.mod(q - middle + np.pi, 2 * np.pi) - np.pi
+    return half - np.abs(turned)
 
 
 def _limit(value, name):
@@ -238,7 +242,8 @@ def _per_joint(value, name):
 def _joints(joints, name):
     if not isinstance(joints, tuple | list) or len(joints) != 2:
         raise ValueError(f"{name} must be two ranges (low, high) or None, not {shown(joints)}")
-    return tuple(_range(limits, f"{name} of {q}") for q, limits in zip(("q11", "q21"), joints))
+    left, right = joints
+    return _range(left, f"{name} of q11"), _range(right, f"{name} of q21")
 
 
 def _range(limits, name):
@@ -258,7 +263,8 @@ def _half_planes(planes, name):
         raise ValueError(f"{name} must be a list of (a, b, c), not {shown(planes)}")
     values = finite_numbers(planes, name)
     values = values if values.size else np.empty((0, 3))
-    if values.ndim != 2 or values.shape[1] != 3 or not np.hypot(values[:, 0], values[:, 1]).all():
+    are_triples = values.ndim == 2 and values.shape[1] == 3
+    if not are_triples or not np.hypot(values[:, 0], values[:, 1]).all():
         raise ValueError(
             f"{name} must be (a, b, c) each, a x + b y >= c, a or b not 0, not {shown(planes)}"
         )

@@ -204,13 +204,13 @@ def _ends(pose):
     bars = {}
     bases = []
     for leg in (0, 1):
-        drive, (ux, uy) = pose.robot.drives[leg], pose.u2[leg]
+        drive = pose.robot.drives[leg]
+        ux, uy = pose.u2[leg]
+        along = ux + 1j * np.asarray(uy)
         base = complex(drive.x, drive.y) + 0 * z
-        elbow = z - pose.robot.distal[leg] * (ux + 1j * np.asarray(uy))
-        bars[f"{leg + 1}1"], bars[f"{leg + 1}2"] = (
-            (base, elbow),
-            (elbow, z),
-        )
+        elbow = z - pose.robot.distal[leg] * along
+        bars[f"{leg + 1}1"] = base, elbow
+        bars[f"{leg + 1}2"] = elbow, z
         bases.append(base)
     return bars, bases
 
@@ -247,5 +247,6 @@ def segment_distance(
     def side(p, q, r):
         return ((q - p).conj() * (r - p)).imag
 
-    crossing = (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)
-    return np.where(crossing, -least, least)
+    divides = side(a, b, c) * side(a, b, d) < 0
+    is_divided = side(c, d, a) * side(c, d, b) < 0
+    return np.where(divides & is_divided, -least, least)

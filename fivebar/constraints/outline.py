@@ -93,14 +93,11 @@ class Outline:
         """Return points (n,) of each piece, and where their clearance ends."""
         samples = []
         for piece, _ in self.pieces:
-            counts = np.maximum(np.ceil(np.abs(np.diff(piece.z)) / self.spacing), 1).astype(int)
+            counts = np.ceil(np.abs(np.diff(piece.z)) / self.spacing)
+            counts = np.maximum(counts, 1).astype(int)
             z, tangent = piece.curve(divided(piece.s, counts)[1:-1])
-            samples.append(
-                (
-                    z,
-                    z + self.margin * 1j * tangent / np.abs(tangent),
-                )
-            )
+            normal = 1j * tangent / np.abs(tangent)
+            samples.append((z, z + self.margin * normal))
         return samples
 
     @cached_property
@@ -144,7 +141,9 @@ class Outline:
                 [self.aspect.point],
             ]
         )
-        z = points[self.tree.query(points)[0] > self.margin + 2 * self.spacing] @ (1, 1j)
+        distance, _ = self.tree.query(points)
+        far = distance > self.margin + 2 * self.spacing
+        z = points[far] @ (1, 1j)
         return z[self.within(z)] if self.allowed else z
 
     def keeps(self, v: np.ndarray) -> bool:

@@ -219,13 +219,10 @@ def check_path(
 
 
 def _pose_at(robot, path, modes, time):
-    for steps in (
-        0,
-        2,
-        8,
-        32,
-    ):  # the limit of reach may be rounded to beyond it
-        xi = path(np.array([time - steps * EPS * max(abs(time), path.duration)]))[0][0]
+    rounding = EPS * max(abs(time), path.duration)
+    for steps in (0, 2, 8, 32):  # the limit of reach may be rounded to beyond it
+        before = np.array([time - steps * rounding])
+        (xi,), _, _ = path(before)
         pose = igm(robot, xi, modes, unreachable="nan")
         if np.isfinite(pose.q).all():
             break
@@ -256,7 +253,8 @@ def _reach(
         xi, velocity, _ = path(t)
         x, y = drive.apart(xi[:, 0], xi[:, 1])
         value = sign * (x * x + y * y - limit * limit) / scale
-        return value, sign * 2 * (x * velocity[:, 0] + y * velocity[:, 1]) / scale
+        approach = x * velocity[:, 0] + y * velocity[:, 1]
+        return value, sign * 2 * approach / scale
 
     return margin
 
@@ -318,7 +316,9 @@ def _zeros(
     low = value[:-1]
     high = value[1:]
     off_zero = ~(at[:-1] | at[1:])
-    turning = (low * rate[:-1] < 0) & (high * rate[1:] > 0) & _near(t, value, rate)
+    towards = low * rate[:-1] < 0
+    away = high * rate[1:] > 0
+    turning = towards & away & _near(t, value, rate)
     passing = off_zero & ((low * high < 0) | turning)
     arriving = at & ~np.append(False, at[:-1])
     for i in np.flatnonzero(np.append(passing, False) | arriving):
@@ -354,7 +354,9 @@ def _near(t, value, rate):
     """Return between which samples the margin may reach 0, as fast as it changes there."""
     value = np.abs(value)
     rate = np.abs(rate)
-    return np.minimum(value[1:], value[:-1]) < np.diff(t) * np.maximum(rate[1:], rate[:-1])
+    nearest = np.minimum(value[1:], value[:-1])
+    fastest = np.maximum(rate[1:], rate[:-1])
+    return nearest < np.diff(t) * fastest
 
 
 def _zero_between(
@@ -484,5 +486,6 @@ def _times(path):
             f"path: its start and duration must be finite and the duration > 0, not {start},"
             f" {duration}"
         )
-    largest = np.linalg.norm(path(np.linspace(start, start + duration, SAMPLES))[2], axis=1).max()
-    return start, start + duration, largest
+    stop = start + duration
+    _, _, acceleration = path(np.linspace(start, stop, SAMPLES))
+    return start, stop, np.linalg.norm(acceleration, axis=1).max()

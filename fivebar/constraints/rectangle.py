@@ -144,18 +144,17 @@ def _around(outline, seed, rounds=1):
     """
     z = outline.obstacles - seed
     k = np.searchsorted(z.imag, 0)
-    level = z.real[slice(*np.searchsorted(z.imag, [-outline.spacing, outline.spacing]))]
+    first, last = np.searchsorted(z.imag, [-outline.spacing, outline.spacing])
+    level = z.real[first:last]
     left_end = level[level < 0].max(initial=z.real.min())
     right_end = level[level >= 0].min(initial=z.real.max())
     halves = []
     windows = []
-    for x, y in (
-        (z.real[k:], z.imag[k:]),
-        (
-            z.real[:k][::-1],
-            -z.imag[:k][::-1],
-        ),
-    ):
+    above = z[k:]
+    below = z[:k][::-1].conj()
+    for half in (above, below):
+        x = half.real
+        y = half.imag
         left = np.maximum.accumulate(np.append(left_end, np.where(x < 0, x, -np.inf)))
         right = np.minimum.accumulate(np.append(right_end, np.where(x >= 0, x, np.inf)))
         passes = np.count_nonzero(right - left > outline.spacing)
@@ -173,16 +172,15 @@ def _around(outline, seed, rounds=1):
         high = np.minimum(upper_right[:, None], lower_right)
         area = np.maximum(high - low, 0) * (levels[0][:, None] + levels[1])
         best = np.unravel_index(np.argmax(area), area.shape)
-        windows = [
-            (
-                level[max(i - 2, 0)],
-                level[min(i + 2, LEVELS - 1)],
-            )
-            for level, i in zip(levels, best)
-        ]
+        windows = []
+        for level, i in zip(levels, best):
+            lowest = level[max(i - 2, 0)]
+            highest = level[min(i + 2, LEVELS - 1)]
+            windows.append((lowest, highest))
     top = levels[0][best[0]]
     bottom = levels[1][best[1]]
-    return np.array([low[best], high[best], -bottom, top]) + np.repeat([seed.real, seed.imag], 2)
+    borders = np.array([low[best], high[best], -bottom, top])
+    return borders + np.repeat([seed.real, seed.imag], 2)
 
 
 def _fitted(outline, start):
@@ -190,13 +188,9 @@ def _fitted(outline, start):
     v = outline.shrunk(start, outline.spacing)
     reach = 0.1
     for _ in range(12 if v is not None else 0):
-        scale = np.repeat(
-            [
-                v[1] - v[0],
-                v[3] - v[2],
-            ],
-            2,
-        )
+        width = v[1] - v[0]
+        height = v[3] - v[2]
+        scale = np.repeat([width, height], 2)
         kept = outline.broken(
             v - 4 * outline.spacing * INWARDS,
             0.0,
@@ -208,10 +202,8 @@ def _fitted(outline, start):
                 break
             kept |= more
         # Without a margin the rim would be singular where it touches.
-        new = outline.shrunk(
-            new,
-            (1e-15 if outline.margin else 1e-11) * scale.max(),
-        )
+        tolerance = 1e-15 if outline.margin else 1e-11
+        new = outline.shrunk(new, tolerance * scale.max())
         if new is not None and np.abs((new - v) / scale).max() < 1e-9:
             break
         if new is not None and _area(new) > _area(v):
@@ -246,7 +238,8 @@ def _grown(
     @lru_cache(maxsize=4)
     def clearances(u):
         values, gradients = zip(*(rule(v + scale * u) for rule in rules))
-        return (np.array(values) - outline.margin) / height, np.array(gradients) * scale / height
+        clearance = (np.array(values) - outline.margin) / height
+        return clearance, np.array(gradients) * scale / height
 
     def sides(u):
         return 1 + u[1] - u[0], 1 + u[3] - u[2]
@@ -318,8 +311,9 @@ def _off_end(outline, z, start):
         else:
             away = np.where(away == away.max(), away, 0)
         distance = np.copysign(np.hypot.reduce(away), away.sum())
+        share = away / distance if distance else 1 / len(sides)
         gradient = np.zeros(4)
-        gradient[sides] = INWARDS[sides] * (away / distance if distance else 1 / len(sides))
+        gradient[sides] = INWARDS[sides] * share
         return distance, gradient
 
     return rule

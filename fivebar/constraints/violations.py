@@ -67,10 +67,11 @@ def broken(
             *np.flatnonzero(least).tolist(),
             int(np.argmin(known)),
         }:
-            ends = t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)]
+            before = t[max(k - 1, 0)]
+            after = t[min(k + 1, len(t) - 1)]
             best = minimize_scalar(
                 clearance,
-                bounds=ends,
+                bounds=(before, after),
                 method="bounded",
                 options=options,
             )

@@ -170,7 +170,10 @@ def _directions(across, bar):
 def _signs(u1, u2):
     """Working modes of both legs and the assembly mode, 0 where singular."""
     sines = u1.imag, u2.imag, (u1.conjugate() * u2).imag
-    return tuple(0 if abs(sine) <= 64 * EPS else -int(math.copysign(1, sine)) for sine in sines)
+    signs = []
+    for sine in sines:
+        signs.append(0 if abs(sine) <= 64 * EPS else -int(math.copysign(1, sine)))
+    return tuple(signs)
 
 
 def _type(own, modes):

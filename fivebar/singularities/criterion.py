@@ -49,7 +49,8 @@ def largest_force(
     motion = path(np.linspace(path.start, path.start + path.duration, SAMPLES))
     pose = igm(robot, motion[0], working, unreachable="nan")
     with np.errstate(invalid="ignore"):
-        regular = np.isfinite(pose.q).all(axis=-1) & (np.min(np.abs(pose.sines), axis=0) > FAR)
+        smallest = np.min(np.abs(pose.sines), axis=0)
+        regular = np.isfinite(pose.q).all(axis=-1) & (smallest > FAR)
     if not regular.any():
         return abs(robot.m) * (acceleration + float(np.hypot(*loads_of(robot).gravity)))
     xi, xi_dot, xi_ddot = (each[regular] for each in motion)

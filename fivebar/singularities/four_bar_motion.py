@@ -67,8 +67,10 @@ class Turning:
     @property
     def flat(self) -> list[float]:
         """Values of t at which all bars are in line, so that another motion can pass there."""
-        free = 0 < sum(self.turns) < 3 and all(complex(e).imag == 0 for e in self.start)
-        return [0.0, math.pi] if free else []
+        if not 0 < sum(self.turns) < 3:
+            return []
+        flat = all(complex(e).imag == 0 for e in self.start)
+        return [0.0, math.pi] if flat else []
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,18 +115,22 @@ class FourBarMotion:
     def aligned(self) -> list[float]:
         """Values of t at which a crank and the coupler are in line."""
         below, above = self.slack[1]
-        own = ([0.0, math.pi] if below == 0 else []) + (
-            [math.pi / 2, 1.5 * math.pi] if above == 0 else []
-        )
+        own = []
+        if below == 0:
+            own += [0.0, math.pi]
+        if above == 0:
+            own += [math.pi / 2, 1.5 * math.pi]
         # The other crank: coupler and crank 2 are one bar of length |r2 -+ c|, which gives its
         # direction.
         guesses = []
         for bar in (self.r2 - self.c, self.r2 + self.c):
             if bar == 0:
                 continue
-            cosine = (self.r1**2 - self.base**2 - bar * bar) / (2 * self.base * bar)
+            excess = self.r1**2 - self.base**2 - bar * bar
+            cosine = excess / (2 * self.base * bar)
             if abs(cosine) <= 1 + 1e-9:
-                guesses += self._times(self.base**2 + self.r2**2 + 2 * self.base * self.r2 * cosine)
+                squares = self.base**2 + self.r2**2
+                guesses += self._times(squares + 2 * self.base * self.r2 * cosine)
         if guesses:
             t = np.array(guesses)
             for _ in range(2):
@@ -206,25 +212,27 @@ class FourBarMotion:
         bar = self.r2 - self.c * turn
         if bar == 0:
             return []
-        cosine = (self.r1**2 - self.base**2 - abs(bar) ** 2) / (2 * self.base * abs(bar))
+        length = abs(bar)
+        excess = self.r1**2 - self.base**2 - length**2
+        cosine = excess / (2 * self.base * length)
         cosine = min(max(cosine, -1.0), 1.0)
         e = complex(
             cosine,
             math.sqrt((1 - cosine) * (1 + cosine)),
         )
-        return [
-            abs(self.base + self.r2 * each * abs(bar) / bar) ** 2 for each in (e, e.conjugate())
-        ]
+        unit = length / bar
+        return [abs(self.base + self.r2 * way * unit) ** 2 for way in (e, e.conjugate())]
 
     @property
     def flat(self) -> list[float]:
         """Values of t at which all bars are in line, so that another motion can pass there."""
-        if self.slack[0][0] == self.slack[1][0] == 0:
-            found = [0.0, math.pi]
-        else:
-            found = []
-        found += [math.pi / 2, 1.5 * math.pi] if self.slack[0][1] == self.slack[1][1] == 0 else []
-        return [t for t in found if t < self.period]
+        first, second = self.slack
+        flat = []
+        if first[0] == second[0] == 0:
+            flat += [0.0, math.pi]
+        if first[1] == second[1] == 0:
+            flat += [math.pi / 2, 1.5 * math.pi]
+        return [t for t in flat if t < self.period]
 
     def _other_sine(self, t):
         (e1, e2, u), rates = self(t)
@@ -269,12 +277,13 @@ def four_bar_directions(
     y = dy * ax - dx * ay
     scale = 1.0 / sqrt(x * x + y * y)
     e1 = x * scale, y * scale
-    u = e1[0] * passive[0] - e1[1] * passive[1], e1[0] * passive[1] + e1[1] * passive[0]
+    ux = e1[0] * passive[0] - e1[1] * passive[1]
+    uy = e1[0] * passive[1] + e1[1] * passive[0]
     w = 2.0 * (dx * dx + dy * dy)
     rate1 = (0.5 + (r2 - base) * (r2 + base) / w) * rate2 - (
         0.5 + (c - r1) * (c + r1) / w
     ) * passive_rate
-    return (e1, e2, u), (rate1, rate2, rate1 + passive_rate)
+    return (e1, e2, (ux, uy)), (rate1, rate2, rate1 + passive_rate)
 
 
 def _half(s, c, slack, sign):
@@ -410,19 +419,24 @@ def _components(
         return []
     if high - low <= tolerance:  # it closes in one flat pose
         # The triangle of the shorter sum is stretched, the other one folded.
-        e1, e2 = (
-            (math.copysign(1, r1 - c), 1)
-            if highs[0] < highs[1]
-            else (math.copysign(1, base - r2), -1)
-        )
-        flat = (e1, e2, -e1 * e2)
-        return [Turning((-e2, -e1, flat[2]) if mirrored else flat, (0, 0, 0))]
+        if highs[0] < highs[1]:
+            e1 = math.copysign(1, r1 - c)
+            e2 = 1
+        else:
+            e1 = math.copysign(1, base - r2)
+            e2 = -1
+        u = -e1 * e2
+        if mirrored:
+            return [Turning((-e2, -e1, u), (0, 0, 0))]
+        return [Turning((e1, e2, u), (0, 0, 0))]
     below = [_factor(x, low, tolerance) for x in lows]
     above = [_factor(x, high, tolerance) for x in highs]
     # Where both factors of a triangle's angle change sign together, half a turn of t is a whole
     # motion.
     whole = all((b == 0) == (a == 0) for b, a in zip(below, above))
-    signs = ([(1, 1), (1, -1)] if below[0] == 0 else [(1, 1), (-1, 1)]) if whole else [(1, 1)]
+    signs = [(1, 1)]
+    if whole:
+        signs.append((1, -1) if below[0] == 0 else (-1, 1))
     span = (high - low) * (high + low)
     slack = tuple(zip(below, above))
     period = math.pi if whole else 2 * math.pi

@@ -68,7 +68,8 @@ class LevelCurves:
         else:
             ends = [()]
         sines = chain.sines(np.array([(low + high) / 2 for low, high in spans]))[:2]
-        inside = (-np.array(working)[:, None] * sines > self.circles.sin + 64 * EPS).all(axis=0)
+        signed = -np.array(working)[:, None] * sines
+        inside = (signed > self.circles.sin + 64 * EPS).all(axis=0)
         type_ = Singularity.NONE if self.det_A else Singularity.PARALLEL
         label = type_, kind, (working,), ()
         pieces = []

@@ -35,14 +35,18 @@ def rising_zeros(
         b = high[active]
         fa = f_low[active]
         fb = f_high[active]
-        t = zero[active] = a + np.clip(fa / (fa - fb), 1e-3, 1 - 1e-3) * (b - a)
+        share = np.clip(fa / (fa - fb), 1e-3, 1 - 1e-3)
+        t = a + share * (b - a)
+        zero[active] = t
         value = f(active, t)
         # Illinois: an end that stays a second time counts half, so that both ends close in.
         left = value < 0
         moved = np.where(left, -1, 1)
         again = np.where(before[active] == moved, 0.5, 1.0)
-        low[active], f_low[active] = np.where(left, t, a), np.where(left, value, again * fa)
-        high[active], f_high[active] = np.where(left, b, t), np.where(left, again * fb, value)
+        low[active] = np.where(left, t, a)
+        f_low[active] = np.where(left, value, again * fa)
+        high[active] = np.where(left, b, t)
+        f_high[active] = np.where(left, again * fb, value)
         before[active] = moved
         active = active[(np.abs(value) > rounding[active]) & (t != a) & (t != b)]
     return zero
