@@ -62,7 +62,11 @@ def facing(arcs: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
             same = (_sides(arc, middle, off, allowed) == state[k]).all(axis=1)
             low = np.where(same, middle, low)
             high = np.where(same, high, middle)
-        cuts = [s[0], *((low + high) / 2), s[-1]]
+        cuts = [
+            s[0],
+            *((low + high) / 2),
+            s[-1],
+        ]
         states = state[np.append(k, -1)]
         for start, end, (left, right) in zip(cuts, cuts[1:], states):
             if left == right or start == end:
@@ -114,7 +118,16 @@ def _line(a, b):
 
     ends = np.array([0.0, 1.0])
     points = pairs(curve(ends)[0])
-    return Locus(Singularity.NONE, "line", (), (), points, ends, False, curve)
+    return Locus(
+        Singularity.NONE,
+        "line",
+        (),
+        (),
+        points,
+        ends,
+        False,
+        curve,
+    )
 
 
 def _of_joints(robot, working, constraints) -> Iterator[Locus]:
@@ -131,7 +144,12 @@ def _of_joints(robot, working, constraints) -> Iterator[Locus]:
 
             span = np.array([q, q - working[leg] * np.pi])
             label = Singularity.NONE, "joint limit", (working,), ()
-            yield from pieces_of(curve, np.sort(span), [label], size_of(robot))
+            yield from pieces_of(
+                curve,
+                np.sort(span),
+                [label],
+                size_of(robot),
+            )
 
 
 def _of_bars(robot, working, constraints) -> list[Locus]:

@@ -170,10 +170,18 @@ class Constraints:
         turns = (sides.conj() * np.roll(sides, -1)).imag
         if (turns < 0).any() and (turns > 0).any():
             return []
-        inwards = 1j if turns.sum() > 0 else -1j
+        if turns.sum() > 0:
+            inwards = 1j
+        else:
+            inwards = -1j
         normals = inwards * sides / np.abs(sides)
-        pairs = zip(normals.tolist(), corners.tolist())
-        return [(n.real, n.imag, (n.conjugate() * corner).real) for n, corner in pairs]
+        offsets = (normals.conj() * corners).real
+        planes = zip(
+            normals.real.tolist(),
+            normals.imag.tolist(),
+            offsets.tolist(),
+        )
+        return list(planes)
 
     def satisfied(self, pose: Pose) -> np.ndarray:
         """Return whether all constraints on poses hold, bool (*batch,), False for poses of nan."""
@@ -205,11 +213,14 @@ def distance_inside(corners: np.ndarray, z: np.ndarray) -> np.ndarray:
     point = np.asarray(z)[..., None]
     distance = point_segment_distance(point, start, end).min(axis=-1)
     # A point is inside if a ray along x meets an odd number of sides.
-    spans = (start.imag > point.imag) != (end.imag > point.imag)
+    side = end - start
+    starts_above = start.imag > point.imag
+    ends_above = end.imag > point.imag
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = (point.imag - start.imag) / (end.imag - start.imag)
-        x = start.real + share * (end.real - start.real)
-    inside = (spans & (x > point.real)).sum(axis=-1) % 2 == 1
+        share = (point.imag - start.imag) / side.imag
+        x = start.real + share * side.real
+    meets = (starts_above != ends_above) & (x > point.real)
+    inside = meets.sum(axis=-1) % 2 == 1
     return np.where(inside, distance, -distance)
 
 
@@ -236,7 +247,9 @@ def _per_joint(value, name):
     if numbers.shape not in ((), (1,), (2,)):
         raise ValueError(f"{name} must be one number or one per joint, not {shown(value)}")
     limits = tuple(_limit(each, name) for each in numbers.ravel().tolist())
-    return limits * 2 if len(limits) == 1 else limits
+    if len(limits) == 1:
+        return limits * 2
+    return limits
 
 
 def _joints(joints, name):
@@ -250,7 +263,8 @@ def _range(limits, name):
     if limits is None:
         return None
     values = finite_numbers(limits, name)
-    if values.shape != (2,) or not 0 < values[1] - values[0] <= 2 * math.pi:
+    is_range = values.shape == (2,)
+    if not is_range or not 0 < values[1] - values[0] <= 2 * math.pi:
         raise ValueError(
             f"{name} must be (low, high), low < high and at most a full turn apart, not"
             f" {shown(limits)}"
@@ -262,37 +276,34 @@ def _half_planes(planes, name):
     if not isinstance(planes, tuple | list | np.ndarray):
         raise ValueError(f"{name} must be a list of (a, b, c), not {shown(planes)}")
     values = finite_numbers(planes, name)
-    values = values if values.size else np.empty((0, 3))
+    if not values.size:
+        values = np.empty((0, 3))
     are_triples = values.ndim == 2 and values.shape[1] == 3
     if not are_triples or not np.hypot(values[:, 0], values[:, 1]).all():
         raise ValueError(
             f"{name} must be (a, b, c) each, a x + b y >= c, a or b not 0, not {shown(planes)}"
         )
     # Of unit normals a x + b y - c is a distance.
-    values = values / np.hypot(values[:, 0], values[:, 1])[:, None]
+    lengths = np.hypot(values[:, 0], values[:, 1])
+    values = values / lengths[:, None]
     return tuple(map(tuple, values.tolist()))
 
 
 def _polygon(region, name):
     corners = finite_numbers(region, name)
-    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
+    are_pairs = corners.ndim == 2 and corners.shape[1] == 2
+    if not are_pairs or len(corners) < 3:
         raise ValueError(
             f"{name} must be the corners (n, 2) of a polygon, n >= 3, not {shown(region)}"
         )
     z = corners @ (1, 1j)
     if np.abs(np.roll(z, -1) - z).min() == 0:
         raise ValueError(f"{name} has the same corner twice in a row")
+    ends = np.roll(z, -1)
     for k in range(len(z)):
         for m in range(k + 2, len(z) - (k == 0)):
-            if (
-                segment_distance(
-                    z[k],
-                    z[k + 1],
-                    z[m],
-                    z[(m + 1) % len(z)],
-                )
-                <= 0
-            ):
+            distance = segment_distance(z[k], ends[k], z[m], ends[m])
+            if distance <= 0:
                 raise ValueError(f"Constraints: sides {k + 1} and {m + 1} of the region meet")
     return tuple(map(tuple, corners.tolist()))
 

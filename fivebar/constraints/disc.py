@@ -269,7 +269,11 @@ def _equidistant(z, clearance, feet):
             for h, step in zip(np.diag(steps), steps)
         ]
         jacobian = np.stack(columns, axis=1)
-        change = np.linalg.lstsq(jacobian, -residual(v), rcond=1e-9)[0]
+        change = np.linalg.lstsq(
+            jacobian,
+            -residual(v),
+            rcond=1e-9,
+        )[0]
         v = v + change
         if not abs(complex(v[0], v[1]) - z) < clearance:
             return z

@@ -175,8 +175,14 @@ class LinkCollisions:
         clearances = []
         for one, other in self.pairs(pose.robot.d):
             (a, b), (c, d) = ends[one], ends[other]
-            first = ca.fmin(distance(a, c, d), distance(b, c, d))
-            second = ca.fmin(distance(c, a, b), distance(d, a, b))
+            first = ca.fmin(
+                distance(a, c, d),
+                distance(b, c, d),
+            )
+            second = ca.fmin(
+                distance(c, a, b),
+                distance(d, a, b),
+            )
             least = ca.fmin(first, second)
             divides = side(a, b, c) * side(a, b, d) < 0
             is_divided = side(c, d, a) * side(c, d, b) < 0

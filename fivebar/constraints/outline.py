@@ -71,12 +71,11 @@ class Outline:
             for start, end in zip(cuts, cuts[1:]):
                 if start != end:
                     piece = Arc(arc.locus, start, end)
-                    inwards = 1j * complex(piece.tangent((start + end) / 2))
-                    corner = (
-                        0 if inwards.real > 0 else 1,
-                        2 if inwards.imag > 0 else 3,
-                    )
-                    pieces.append((piece, corner))
+                    middle = (start + end) / 2
+                    inwards = 1j * complex(piece.tangent(middle))
+                    side = 0 if inwards.real > 0 else 1
+                    level = 2 if inwards.imag > 0 else 3
+                    pieces.append((piece, (side, level)))
         return pieces
 
     @cached_property
@@ -144,7 +143,9 @@ class Outline:
         distance, _ = self.tree.query(points)
         far = distance > self.margin + 2 * self.spacing
         z = points[far] @ (1, 1j)
-        return z[self.within(z)] if self.allowed else z
+        if self.allowed:
+            return z[self.within(z)]
+        return z
 
     def keeps(self, v: np.ndarray) -> bool:
         """Return whether a rectangle keeps the clearance.
@@ -169,7 +170,10 @@ class Outline:
             rim = [np.linspace(a, b, RIM) for a, b in zip(starts, ends)]
             if not self.allowed(np.concatenate(rim)).all():
                 return False
-        return least == 0 or min(clearance_at(self.aspect, corner) for corner in corners) >= least
+        if least == 0:
+            return True
+        clearances = [clearance_at(self.aspect, corner) for corner in corners]
+        return min(clearances) >= least
 
     def shrunk(self, v: np.ndarray, least: float) -> np.ndarray | None:
         """Return the rectangle, its borders moved inwards until it keeps the clearance.
@@ -177,16 +181,17 @@ class Outline:
         They move by `least`, m, or that times a power of 2; None where that leaves nothing.
         """
         while least < min(v[1] - v[0], v[3] - v[2]) / 2:
-            if self.keeps(v + least * INWARDS):
-                return v + least * INWARDS
+            smaller = v + least * INWARDS
+            if self.keeps(smaller):
+                return smaller
             least *= 2
         return None
 
     def broken(self, v: np.ndarray, slack: float) -> set:
         """Return what is nearer than the clearance, by more than slack: pieces k, ends -1 - k."""
         limit = self.margin - slack
-        near_ends = np.flatnonzero(rectangle_distance(self.ends, v) < self.margin - slack)
-        result = {-1 - k for k in near_ends.tolist()}
+        of_ends = rectangle_distance(self.ends, v)
+        result = {-1 - k for k in np.flatnonzero(of_ends < limit).tolist()}
         for k, (z, _) in enumerate(self.samples):
             if rectangle_distance(z, v).min(initial=np.inf) < limit:
                 result.add(k)
@@ -194,7 +199,8 @@ class Outline:
         are_inside = inside(self.aspect.boundary, corners)
         for sides, corner, is_inside in zip(CORNERS.tolist(), corners, are_inside):
             distance, k = self._nearest_piece(corner, tuple(sides))
-            if k is not None and distance * (1 if is_inside else -1) < limit:
+            signed = distance if is_inside else -distance
+            if k is not None and signed < limit:
                 result.add(k)
         return result
 
@@ -202,11 +208,11 @@ class Outline:
         """Return the distance and number of the nearest piece that limits a corner."""
         facing = [(k, arc) for k, (arc, limited) in enumerate(self.pieces) if limited == sides]
         sampled = [np.abs(arc.z - corner).min() for _, arc in facing]
-        distances = [
-            (arc.nearest(corner[None])[1][0], k)
-            for (k, arc), least in zip(facing, sampled)
-            if least - 0.51 * arc.step <= min(sampled)
-        ]
+        distances = []
+        for (k, arc), least in zip(facing, sampled):
+            if least - 0.51 * arc.step <= min(sampled):
+                _, distance = arc.nearest(corner[None])
+                distances.append((distance[0], k))
         return min(distances, default=(np.inf, None))
 
 
@@ -235,8 +241,5 @@ def rectangle_distance(z: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return the distance of points (n,) from a rectangle, negative inside."""
     x = np.maximum(v[0] - z.real, z.real - v[1])
     y = np.maximum(v[2] - z.imag, z.imag - v[3])
-    return np.where(
-        (x > 0) & (y > 0),
-        np.hypot(x, y),
-        np.maximum(x, y),
-    )
+    beyond_corner = (x > 0) & (y > 0)
+    return np.where(beyond_corner, np.hypot(x, y), np.maximum(x, y))

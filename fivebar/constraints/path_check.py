@@ -251,7 +251,10 @@ def _reach(
 
     def margin(t):
         xi, velocity, _ = path(t)
-        x, y = drive.apart(xi[:, 0], xi[:, 1])
+        x, y = drive.apart(
+            xi[:, 0],
+            xi[:, 1],
+        )
         value = sign * (x * x + y * y - limit * limit) / scale
         approach = x * velocity[:, 0] + y * velocity[:, 1]
         return value, sign * 2 * approach / scale

@@ -77,7 +77,12 @@ def largest_rectangle(aspect: Aspect, constraints: Constraints | None = None) ->
     margin = constraints.clearance if constraints else 0.0
     aspect = bounded_by(aspect, constraints)
     outline = Outline(aspect, margin)
-    starts = progress(_starts(outline), desc="rectangle", delay=2, leave=False)
+    starts = progress(
+        _starts(outline),
+        desc="rectangle",
+        delay=2,
+        leave=False,
+    )
     rectangles = [_fitted(outline, start) for start in starts]
     rectangles = [v for v in rectangles if v is not None]
     if not rectangles:
@@ -95,7 +100,12 @@ def _area(v):
 
 def _starts(outline):
     """Return borders (4,) of large rectangles between the obstacles, unlike one another."""
-    seeds = progress(outline.seeds, desc="rectangle", delay=2, leave=False)
+    seeds = progress(
+        outline.seeds,
+        desc="rectangle",
+        delay=2,
+        leave=False,
+    )
     rectangles = [_around(outline, seed) for seed in seeds]
     order = sorted(
         range(len(rectangles)),
@@ -311,7 +321,10 @@ def _off_end(outline, z, start):
         else:
             away = np.where(away == away.max(), away, 0)
         distance = np.copysign(np.hypot.reduce(away), away.sum())
-        share = away / distance if distance else 1 / len(sides)
+        if distance:
+            share = away / distance
+        else:
+            share = 1 / len(sides)
         gradient = np.zeros(4)
         gradient[sides] = INWARDS[sides] * share
         return distance, gradient

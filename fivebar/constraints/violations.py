@@ -57,7 +57,13 @@ def broken(
         times = t
         lowest = known
         with np.errstate(invalid="ignore"):  # of samples without a pose
-            steps = np.abs(np.diff(known, prepend=known[0], append=known[-1]))
+            steps = np.abs(
+                np.diff(
+                    known,
+                    prepend=known[0],
+                    append=known[-1],
+                )
+            )
             near = known <= NEAR * np.fmax(steps[:-1], steps[1:])
         least = near & (known >= 0)
         least &= known <= np.append(np.inf, known[:-1])

@@ -273,7 +273,16 @@ def parts(
         for assembly, area, boundary, punctures in _in_mode(
             robot, pieces, touches, working, **levels
         ):
-            yield kind(robot, 0, working, assembly, area, boundary, pairs(punctures), **levels)
+            yield kind(
+                robot,
+                0,
+                working,
+                assembly,
+                area,
+                boundary,
+                pairs(punctures),
+                **levels,
+            )
             image = mirror.loops(boundary)
             other = (-working[0], -working[1])
             yield kind(

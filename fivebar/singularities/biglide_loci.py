@@ -56,7 +56,10 @@ class BiglideLoci:
                 other = 1 - leg
                 reached = bases[leg] + own.real * (l1, l2)[leg] - bases[other]
                 for u in _directions(reached, (l1, l2)[other]):
-                    bars = (own, u) if leg == 0 else (u, own)
+                    if leg == 0:
+                        bars = (own, u)
+                    else:
+                        bars = (u, own)
                     families.append((f"{('left', 'right')[leg]} {way}", Singularity.SERIAL, *bars))
         for kind, reach, side in (
             ("stretched", l1 + l2, -1),
@@ -107,7 +110,15 @@ class BiglideLoci:
                 1j * (self.robot.l1 * u1.imag - self.robot.l2 * u2.imag),
                 1 + 1j,
             )
-            pieces.append(self._line(_type(own, modes), kind, modes_of((s1, s2)), assembly, line))
+            pieces.append(
+                self._line(
+                    _type(own, modes),
+                    kind,
+                    modes_of((s1, s2)),
+                    assembly,
+                    line,
+                )
+            )
         if self.everywhere:
             pieces.append(
                 self._line(

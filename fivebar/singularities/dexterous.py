@@ -29,7 +29,11 @@ class DexterousRegion(Aspect):
     sin: float = 0.0
 
 
-@takes(robot=instance(FiveBar, Biglide), det_A=share, sin=share)
+@takes(
+    robot=instance(FiveBar, Biglide),
+    det_A=share,
+    sin=share,
+)
 def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[DexterousRegion, ...]:
     """Return the connected regions that keep a distance from singularities.
 
@@ -88,7 +92,14 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
 
     try:
         return numbered(
-            parts(DexterousRegion, robot, active, circles.touches, det_A=det_A, sin=sin)
+            parts(
+                DexterousRegion,
+                robot,
+                active,
+                circles.touches,
+                det_A=det_A,
+                sin=sin,
+            )
         )
     except ArithmeticError as error:
         if any(0 < margin < LEAST for margin in (det_A, sin)):

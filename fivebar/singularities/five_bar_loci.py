@@ -104,7 +104,10 @@ class CouplerCurve:
         """
         (bars, _), xi = self._bars(self.edges), self.task(self.edges)[0]
         for drive, bar, u1, sides in zip(
-            self.robot.drives, self.robot.distal, bars[::2], self._in_line
+            self.robot.drives,
+            self.robot.distal,
+            bars[::2],
+            self._in_line,
         ):
             xi = np.where(
                 sides == 0,

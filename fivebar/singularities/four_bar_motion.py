@@ -100,7 +100,13 @@ class FourBarMotion:
     def __call__(self, t: np.ndarray) -> tuple[tuple | list, tuple | list]:
         """Directions (e1, e2, u) and their rates by t."""
         sides = self.base, self.r1, self.c, self.r2
-        directions, rates = four_bar_directions(sides, self.span, self.slack, self.signs, t)
+        directions, rates = four_bar_directions(
+            sides,
+            self.span,
+            self.slack,
+            self.signs,
+            t,
+        )
         e1, e2, u = (x + 1j * y for x, y in directions)
         rates = rates[0], _as_long(t, rates[1]), rates[2]
         if self.mirrored:
@@ -264,8 +270,18 @@ def four_bar_directions(
     root = sqrt(span)
     s = root * sin(t)
     co = root * cos(t)
-    half2, rate2 = _half(s, co, slack[0], signs[0])
-    half, passive_rate = _half(s, co, slack[1], signs[1])
+    half2, rate2 = _half(
+        s,
+        co,
+        slack[0],
+        signs[0],
+    )
+    half, passive_rate = _half(
+        s,
+        co,
+        slack[1],
+        signs[1],
+    )
     (e2, along2), (passive, along) = _doubled(half2), _doubled(half)
     # The diagonal base + r2 e2 = e1 (r1 + c passive), either side without the cancellation of a
     # short diagonal.
@@ -440,7 +456,20 @@ def _components(
     span = (high - low) * (high + low)
     slack = tuple(zip(below, above))
     period = math.pi if whole else 2 * math.pi
-    return [FourBarMotion(base, r1, c, r2, span, slack, s, period, mirrored) for s in signs]
+    return [
+        FourBarMotion(
+            base,
+            r1,
+            c,
+            r2,
+            span,
+            slack,
+            s,
+            period,
+            mirrored,
+        )
+        for s in signs
+    ]
 
 
 def _unit(z):

@@ -114,7 +114,13 @@ class LevelCurves:
         groups = []
         for k in range(len(found)):
             before = groups[-1] if groups else None
-            if before and self._one(found, places, before[0], k, period):
+            if before and self._one(
+                found,
+                places,
+                before[0],
+                k,
+                period,
+            ):
                 before.append(k)
             else:
                 groups.append([k])

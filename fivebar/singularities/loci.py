@@ -39,4 +39,6 @@ def singularity_loci(robot: FiveBar | Biglide) -> FiveBarLoci | BiglideLoci:
             f"singularity_loci needs a FiveBar or a Biglide, not {type(robot).__name__}, as its"
             " robot"
         )
-    return FiveBarLoci(robot) if isinstance(robot, FiveBar) else BiglideLoci(robot)
+    if isinstance(robot, FiveBar):
+        return FiveBarLoci(robot)
+    return BiglideLoci(robot)

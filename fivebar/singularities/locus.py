@@ -113,7 +113,9 @@ class TypeThree:
 
 def values_of(mode: int) -> tuple[int, ...]:
     """The modes that a sign stands for: both where it is 0."""
-    return (int(mode),) if mode else (1, -1)
+    if mode:
+        return (int(mode),)
+    return (1, -1)
 
 
 def modes_of(signs: Sequence[int]) -> tuple:
@@ -123,7 +125,9 @@ def modes_of(signs: Sequence[int]) -> tuple:
 
 def type_of(signs: Sequence[int], own: Singularity) -> Singularity:
     """The type of a piece: Type 3 where another pair of bars is in line all along."""
-    return own if all(signs) else Singularity.SERIAL | Singularity.PARALLEL
+    if all(signs):
+        return own
+    return Singularity.SERIAL | Singularity.PARALLEL
 
 
 def pairs(z: np.ndarray) -> np.ndarray:
@@ -156,7 +160,19 @@ def pieces_of(
     t, z = trace(curve, edges, scale, angles, period)
     if len(t) == 1:
         type_, kind, working, assembly = labels[0]
-        return [Locus(type_, kind, working, assembly, pairs(z), t, False, curve, circle=circle)]
+        return [
+            Locus(
+                type_,
+                kind,
+                working,
+                assembly,
+                pairs(z),
+                t,
+                False,
+                curve,
+                circle=circle,
+            )
+        ]
     where = np.searchsorted(t, edges)
     if corners is not None:
         z[where] = corners

@@ -248,7 +248,14 @@ def singularity_map(
         for layer, mode in zip(values, modes):
             layer[block] = pick(singularity_margins(close(robot, at, mode)))
     if np.isnan(values).all():
-        raise ValueError(_missed(robot, space, (x_min, x_max, y_min, y_max), (nx, ny)))
+        raise ValueError(
+            _missed(
+                robot,
+                space,
+                (x_min, x_max, y_min, y_max),
+                (nx, ny),
+            )
+        )
     return Map(robot, field, space, x, y, modes, values)
 
 

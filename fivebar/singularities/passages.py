@@ -97,7 +97,14 @@ def passages(robot: FiveBar) -> tuple[Passage, ...]:
             xi = _shared_place(robot, one, other, leg)
             if xi is not None:
                 kind = Singularity.PARALLEL if leg is None else Singularity.SERIAL
-                found.append(Passage((one.number, other.number), kind, leg, xi))
+                found.append(
+                    Passage(
+                        (one.number, other.number),
+                        kind,
+                        leg,
+                        xi,
+                    )
+                )
     joined = {passage.between for passage in found}
     return (
         *found,
@@ -121,7 +128,12 @@ def _shared_place(robot, one, other, leg):
             if high - low <= SHORTEST * abs(a.end - a.start):
                 continue
             z = a.at(low + (high - low) * (np.arange(SAMPLES) + 0.5) / SAMPLES)
-            pose = igm(robot, pairs(z), one.working, unreachable="nan")
+            pose = igm(
+                robot,
+                pairs(z),
+                one.working,
+                unreachable="nan",
+            )
             if leg is None:
                 others = [*pose.sines]
             else:
@@ -134,7 +146,10 @@ def _shared_place(robot, one, other, leg):
 
 
 def _arcs(aspect, wanted, leg):
-    side = "" if leg is None else ("left", "right")[leg]
+    if leg is None:
+        side = ""
+    else:
+        side = ("left", "right")[leg]
     for loop in aspect.boundary:
         for arc in loop:
             if arc.locus.type == wanted and arc.locus.kind.startswith(side):
@@ -158,7 +173,13 @@ def _folds(robot, everything):
                     and one.assembly == other.assembly
                 )
                 if same and one.working[leg] != other.working[leg]:
-                    yield Passage((one.number, other.number), Singularity.SERIAL, leg, centre, True)
+                    yield Passage(
+                        (one.number, other.number),
+                        Singularity.SERIAL,
+                        leg,
+                        centre,
+                        True,
+                    )
 
 
 def aspect_of(pose: Pose) -> Aspect:

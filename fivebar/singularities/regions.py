@@ -259,7 +259,6 @@ def _crosses(a, b, z):
     )  # each chord as often as there are points beside it
     rows = order[np.arange(len(k)) - np.repeat(np.cumsum(last - first) - last, last - first)]
     start = a[k]
-    chord = b[k] - start
     share = (z.imag[rows] - start.imag) / (b.imag[k] - start.imag)
     x = start.real + share * (b.real[k] - start.real)
     return np.bincount(rows[x > z.real[rows]], minlength=len(z)) % 2 == 1

@@ -35,7 +35,11 @@ def rising_zeros(
         b = high[active]
         fa = f_low[active]
         fb = f_high[active]
-        share = np.clip(fa / (fa - fb), 1e-3, 1 - 1e-3)
+        share = np.clip(
+            fa / (fa - fb),
+            1e-3,
+            1 - 1e-3,
+        )
         t = a + share * (b - a)
         zero[active] = t
         value = f(active, t)

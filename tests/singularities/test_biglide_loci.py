@@ -295,7 +295,7 @@ def test_on_the_command_line(tmp_path, capsys):
     assert "aspects are not listed: those of a biglide are strips without ends" in err
     assert cli.main(["map", *robot, "--json", "--space", "joint", "--l1", "0.5"]) == 0
     assert json.loads(capsys.readouterr().out)["aspects"] is None
-    for wrong, words in ((["--l11", "0.1"], "--l11: --robot biglide is a biglide robot, with l1, l2"),
+    for wrong, words in ((["--l11", "0.1"], "is a biglide robot, with l1, l2"),
                          (["--d", "9"], "this robot can never close: d = 9 m")):  # fmt: skip
         assert cli.main(["map", *robot, *wrong]) == 2
         assert words in capsys.readouterr().err
