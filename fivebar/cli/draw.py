@@ -220,8 +220,7 @@ def _modes(arguments, robot, path):
     for mode, check in checks.items():
         if _may_cross(arguments, check):
             return mode
-    reasons = [f"in working modes {mode} {_met(path, check)}" for mode, check in checks.items()]
-    raise ValueError(f"{arguments.drawing}: it cannot be drawn there: {'; '.join(reasons)}")
+    return modes[0]  # `_checked` says what is in the way
 
 
 def _may_cross(arguments, check):
@@ -263,7 +262,8 @@ def _checked(arguments, robot, path, working):
 
     check = check_path(robot, path.at_unit_speed, working)
     if not (check.singularity_free or _may_cross(arguments, check)):
-        raise ValueError(f"{arguments.drawing}: in working modes {working} {_met(path, check)}")
+        where = f"in working modes {working} {_met(path, check)}"
+        raise ValueError(f"{arguments.drawing}: it cannot be drawn there: {where}")
     return check
 
 

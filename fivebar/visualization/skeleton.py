@@ -30,8 +30,8 @@ class Skeleton:
     leg's from the base outwards; grounded: points fixed to the base; actuated: joints that a motor
     turns or moves; traced: the point whose path is drawn, or None; rails: pairs of points between
     which a straight guide is; blocks: (i, j, joint), both ends of a block that slides on a guide
-    and the joint on it; names: a text for each point, or empty; link_names: one for each link, or
-    empty: then each leg has a hue, not each link a colour.
+    and the joint on it; names: a text for each point, or empty; link_names: one for each link of a
+    linkage; legs: of a robot for each bar (0 proximal or 1 distal, leg), by which it has its hue.
     """
 
     points: np.ndarray
@@ -43,6 +43,7 @@ class Skeleton:
     blocks: tuple = ()
     names: tuple = ()
     link_names: tuple = ()
+    legs: tuple = ()
 
     def at(self, samples: np.ndarray | slice) -> Skeleton:
         """Return the body in some of its poses."""
@@ -81,28 +82,6 @@ class Skeleton:
         return [rail for rail in self.rails if rail not in self.fixed_rails]
 
     @cached_property
-    def legs(self) -> list:
-        """(depth, leg) of each bar: how many bars are between it and the nearest fixed joint, and
-        which one that is.
-        """
-        jointed = {joint for bar in self.bars for joint in bar}
-        fixed = [j for j in dict.fromkeys([*self.grounded, *self.actuated]) if j in jointed]
-        roots = fixed or dict.fromkeys(first for first, _ in self.bars)
-        reached = {joint: (0, leg) for leg, joint in enumerate(roots)}
-        legs: dict = {}
-        for _ in self.bars:  # one bar further out each time
-            wave = {}
-            for b, (i, j) in enumerate(self.bars):
-                nearest = [reached[joint] for joint in (i, j) if joint in reached]
-                if b not in legs and nearest:
-                    wave[b] = min(nearest)
-            for b, (depth, leg) in wave.items():
-                for joint in self.bars[b]:
-                    reached.setdefault(joint, (depth + 1, leg))
-            legs |= wave
-        return [legs.get(b, (0, 0)) for b in range(len(self.bars))]
-
-    @cached_property
     def links(self) -> list:
         """For each bar the number of its link: three bars that close a triangle are one."""
         links = np.arange(len(self.bars))
@@ -114,14 +93,14 @@ class Skeleton:
     @property
     def colours(self) -> list[str]:
         """For each bar."""
-        if self.link_names:
-            return [LINKS[link % len(LINKS)] for link in self.links]
-        return [LEGS[leg % len(LEGS)][depth % 2] for depth, leg in self.legs]
+        if self.legs:
+            return [LEGS[leg][depth] for depth, leg in self.legs]
+        return [LINKS[link % len(LINKS)] for link in self.links]
 
     @property
     def key(self) -> dict[str, list[str]]:
         """What the colours of the bars say: {link or leg: its colours}."""
-        numbers = self.links if self.link_names else [leg for _, leg in self.legs]
+        numbers = [leg for _, leg in self.legs] or self.links
         names = self.link_names or ("left leg", "right leg")
         key: dict = {}
         for number, colour in dict.fromkeys(zip(numbers, self.colours)):
@@ -146,7 +125,8 @@ def robot_body(robot: Robot, pivots: np.ndarray, xi: np.ndarray) -> Skeleton:
     points = joint_points(robot, pivots, xi)
     if robot.turns:
         bars = (0, 1), (1, 2), (4, 3), (3, 2)
-        return Skeleton(points, bars, grounded=(0, 4), actuated=(0, 4), traced=2)
+        legs = (0, 0), (1, 0), (0, 1), (1, 1)
+        return Skeleton(points, bars, grounded=(0, 4), actuated=(0, 4), traced=2, legs=legs)
     bar = max(robot.distal)
     low = np.fmin.reduce(pivots[..., 1], axis=None) - 0.3 * bar
     high = np.fmax.reduce(pivots[..., 1], axis=None) + 0.3 * bar
@@ -171,6 +151,7 @@ def robot_body(robot: Robot, pivots: np.ndarray, xi: np.ndarray) -> Skeleton:
         traced=1,
         rails=((3, 4), (5, 6)),
         blocks=((7, 8, 0), (9, 10, 2)),
+        legs=((0, 0), (0, 1)),
     )
 
 

@@ -54,6 +54,17 @@ def drawing(
     -------
     Figure
         Left the robot; right the strokes, desired over drawn.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> import numpy as np
+    >>> stroke = np.array([(0.05, 0.09), (0.06, 0.09), (0.06, 0.1)])
+    >>> figure = fb.plot.drawing(
+    ...     fb.FiveBar(), (-1, -1), [stroke], [stroke + 1e-5], [np.full(3, 1.4e-5)]
+    ... )
+    >>> len(figure.axes)
+    4
     """
     points = 1e3 * np.concatenate([*desired, *drawn])
     low = points.min(axis=0)

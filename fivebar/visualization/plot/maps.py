@@ -49,6 +49,14 @@ def singularity_map(
     -------
     Figure
         Four working modes in task space, or both assembly modes in joint space.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> data = fb.singularity_map(fb.FiveBar(), space="joint", shape=(21, 21))
+    >>> figure = fb.plot.singularity_map(data)
+    >>> figure.axes[0].get_title()
+    'assembly mode +1'
     """
     task = data.space == "task"
     robot: Any = data.robot

@@ -38,12 +38,10 @@ if TYPE_CHECKING:
 def draw_plan(plan: Plan) -> Figure:
     """Draw a Plan: path with the robot at both ends, torques, sines of both legs and det A.
 
-    Where its modes are free, the loci are those of any modes, and the four bars' angles stand
-    between.
+    Where its modes are free, the loci are those of any modes.
     """
-    free = plan.problem.working is None
-    figure = new_figure(12, 9 if free else 7)
-    grid = figure.add_gridspec(2 + free, 2, width_ratios=(1, 1.1))
+    figure = new_figure(12, 7)
+    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.1))
     # Every interval at both of its ends: torques may jump from one to the next.
     k, sigma = np.meshgrid(
         np.arange(len(plan.pieces.xi)),
@@ -61,41 +59,10 @@ def draw_plan(plan: Plan) -> Figure:
     _torques(top, plan, t, motion[:, -2:])
     bottom = figure.add_subplot(grid[-1, 1], sharex=top)
     _sines(bottom, plan, t, pose)
-    rows = [top, bottom]
-    if free:
-        rows.append(figure.add_subplot(grid[1, 1], sharex=top))
-        _bars(rows[-1], plan, t, motion[:, :4])
-    for axes in rows:
+    for axes in (top, bottom):
         for kind, place in crossed:
             mark_crossing(axes, t[place], kind)
     return figure
-
-
-def _bars(axes, plan, t, bars):
-    turns = plan.robot.turns
-    names = plan.robot.words.joints
-    scale, unit = (180 / np.pi, "deg") if turns else (1e3, "mm")
-    for leg, (name, (_, colour)) in enumerate(zip(names, SIDES)):
-        label = f"$q_{{{name[1:]}}}$ ({unit})"
-        draw(
-            axes,
-            "line.medium",
-            t,
-            scale * bars[:, 2 * leg],
-            color=colour,
-            label=label,
-        )
-        label = rf"$\phi_{leg + 1}$ (deg)"
-        draw(
-            axes,
-            "line.dotted",
-            t,
-            np.degrees(bars[:, 2 * leg + 1]),
-            color=colour,
-            label=label,
-        )
-    axes.margins(x=0)
-    finish(axes, 4, title="the four bars: proximal solid, distal dotted")
 
 
 def _path(axes, plan, pose, crossed):

@@ -99,7 +99,9 @@ class Machine:
     @cached_property
     def heights(self) -> list[float]:
         """Where each bar is in the stack, m: its own layer, so that none cuts another."""
-        order = sorted(range(len(self.lengths)), key=self.body.legs.__getitem__)
+        order = list(range(len(self.lengths)))
+        if self.body.legs:
+            order.sort(key=self.body.legs.__getitem__)
         return [order.index(b) * self.layer for b in range(len(order))]
 
     @cached_property

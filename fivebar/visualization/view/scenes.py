@@ -235,6 +235,14 @@ def strip(
     ------
     ValueError
         As `scene`, and for a number of poses out of range.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> line = fb.line((0.05, 0.1), (0.0, 0.1), 1.0)
+    >>> figure = fb.view.strip(line, poses=3, robot=fb.FiveBar())
+    >>> [axes.get_title() for axes in figure.axes]
+    ['0 s', '0.5 s', '1 s']
     """
     from ..plot.poses import strip_figure
 
