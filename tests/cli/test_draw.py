@@ -33,7 +33,7 @@ def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
     )
     printed = capsys.readouterr()
     figures = json.loads(printed.out)
-    assert "<text> is passed over (line 1)" in printed.err
+    assert "<text> is not drawn (line 1)" in printed.err
     assert figures["strokes"] == 2 and figures["certified"] and figures["working"] == [-1, -1]
     assert figures["max_error_m"] < 1e-4 and figures["largest_scale"] > 2
     assert figures["duration_s"] <= 1.001 * figures["lower_bound_s"]
@@ -139,8 +139,8 @@ def test_the_roomiest_place_is_farther_from_singularities(drawing, tmp_path, cap
         (STROKES, ["--at", "0.05", "0.0", "--fit"], 2, "--fit chooses scale and place"),
         (STROKES, ["--example"], 2, "draw needs a file, or --example"),
         (STROKES, ["--robot", "biglide"], 2, "a biglide's aspects have no ends"),
-        ("<text>hi</text>", [], 2, "drawing.svg: nothing is drawn: <text> is passed over (line 1)"),
-        ('<path d="M0 0L1"/>', [], 2, "drawing.svg, line 1: <path>: d gives L 1 numbers"),
+        ("<text>hi</text>", [], 2, "drawing.svg: nothing is drawn: <text> is not drawn (line 1)"),
+        ('<path d="M0 0L1"/>', [], 2, "drawing.svg, line 1: <path>: d is not valid path data"),
     ],
 )
 def test_what_cannot_be_drawn_is_said(body, options, code, message, tmp_path, capsys):

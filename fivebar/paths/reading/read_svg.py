@@ -1,4 +1,4 @@
-"""SVG drawings: paths and basic shapes, read by svgelements; what cannot be drawn is listed."""
+"""Read the outlines of an SVG drawing with svgelements."""
 
 from __future__ import annotations
 
@@ -15,210 +15,241 @@ from ...base.tables import STRANGE
 from ..fit import Bezier, Ellipse
 from ..pieces import Line
 from .draft import Draft, Move, listed
-from .svg_checks import LINE, SVG, clean, refuse_endless
-from .svg_styles import styled
-from .svg_viewports import viewport
 
-DEEPEST = 200  # elements, each in another
-NAMESPACE = re.compile(r"https?://[\w./#-]{1,80}")
-MOST_NAMES = 1000  # of entities, and of their uses
+SVG = "{http://www.w3.org/2000/svg}"
+LINE = "data-fivebar-line"  # the attribute that carries an element's line through svgelements
+INCH = 0.0254
+METRES = {
+    "": INCH / 96,
+    "px": INCH / 96,
+    "pt": INCH / 72,
+    "pc": INCH / 6,
+    "in": INCH,
+    "mm": 1e-3,
+    "cm": 1e-2,
+    "m": 1.0,
+}
+PATH_DATA = re.compile(r"\s*(none|[Mm][MmLlHhVvCcSsQqTtAaZz\deE+\-.,\s]*)?")
+TRANSFORM = re.compile(r"([\s,]*(matrix|translate|scale|rotate|skew[XY])\s*\([\d\seE.,+-]*\))*\s*")
+NOT_DRAWN = "text", "image", "foreignObject"
+NOT_APPLIED = "clip-path", "mask", "stroke-dasharray", "filter", "marker-start", "marker-end"
+LINKS = "href", "{http://www.w3.org/1999/xlink}href"
+MOST = 100_000  # elements, counting each copy that <use> makes
 CLOSED = 1e-12  # m, by which rounding may leave a closed path open
 
 
 def read_svg(text: str, name: str, units: str | None = None) -> Draft:
-    """The Draft of an SVG drawing: outlines of its shapes as they are seen, y up, the origin at the
-    lower left.
+    """Return the outlines of the visible shapes, y up, the origin at the lower left.
 
-    units: "mm", "px", ...: of its user units, where the file does not say how large it is; else px,
-    1/96 inch. ValueError with file and line for what is no SVG, for bad path data and transforms,
-    for units that contradict.
+    units: of a drawing whose size has no unit, "mm" for example; by default CSS pixels, 1/96 inch.
     """
     root = _tree(text, name)
     draft = Draft(name)
-    styled(root, draft)
-    to_metres = viewport(root, draft, units)
-    if "Adobe Illustrator" in text[:2000] and any(
-        "states no size" in words for words in draft.notes
-    ):
-        draft.notes.append("Illustrator's own units are of 1/72 inch: units pt would read them so")
-    clean(root, draft)
-    refuse_endless(root, name)
-    source = io.BytesIO(ElementTree.tostring(root, "utf-8"))  # names of letters beyond ASCII stay
-    unseen = []
-    filled = []
+    for element in root.iter():
+        _check(element, name)
+    _refuse_repetition(root, name)
+    _hide_symbols(root)
+    source = io.BytesIO(ElementTree.tostring(root, "utf-8"))
     try:
-        elements = list(svgelements.SVG.parse(source, reify=False, on_error="raise").elements())
-    except (*STRANGE, SyntaxError) as error:  # the parser's errors are of syntax
-        raise ValueError(
-            f"{name}: svgelements cannot read it: {type(error).__name__}: {error}"
-        ) from error
-    for element in elements:
-        if isinstance(element, svgelements.Shape):
-            _add(element, to_metres, draft, unseen, filled)
-    if filled:
-        draft.notes.append(f"areas are not filled: their outlines are drawn{listed(filled)}")
-    if unseen:
-        draft.notes.append(
-            f"{len(unseen)} shapes that are not seen are passed over{listed(unseen)}"
-        )
+        svg = svgelements.SVG.parse(source, reify=False, on_error="raise")
+        shapes = [each for each in svg.elements() if isinstance(each, svgelements.Shape)]
+        metres = _metres_per_pixel(svg, draft, units)
+    except (*STRANGE, SyntaxError, RecursionError) as error:
+        raise ValueError(f"{name}: cannot be read as SVG: {error}") from error
+    origin = 1j * metres * float(svg.height or 0.0)
+    passed: dict[str, list] = {}
+    for tag in NOT_DRAWN:
+        lines = [int(element.get(LINE)) for element in root.iter(SVG + tag)]
+        if lines:
+            passed[f"<{tag}> is not drawn"] = lines
+    for shape in shapes:
+        _add(shape, metres, origin, draft, passed)
+    draft.notes += [f"{what}{listed(lines)}" for what, lines in sorted(passed.items())]
     return draft
 
 
 def _tree(text, name):
-    """The elements, each with its line as an attribute."""
-    depth = []
+    """Return the root element; each element has its line as an attribute."""
     parser = expat.ParserCreate("utf-8", "}")
     builder = ElementTree.TreeBuilder()
 
-    def named(word):
+    def qualified(word):
         return "{" + word if "}" in word else word
 
     def start(tag, attributes):
-        depth.append(tag)
-        if len(depth) > DEEPEST:
-            raise ValueError(
-                f"{name}, line {parser.CurrentLineNumber}: elements nested deeper than {DEEPEST}"
-            )
-        line = {LINE: str(parser.CurrentLineNumber)}
-        builder.start(
-            named(tag),
-            {named(key): value for key, value in attributes.items()} | line,
-        )
-
-    def entity(own, parameter, value, *_):
-        """Illustrator's names of its namespaces are let through: a few, which nothing can be nested
-        in.
-        """
-        if not parameter and NAMESPACE.fullmatch(value or "") and text.count("&") <= MOST_NAMES:
-            return
-        raise ValueError(
-            f"{name}, line {parser.CurrentLineNumber}: entities are not read: save it as plain SVG"
-        )
+        values = {qualified(key): value for key, value in attributes.items()}
+        builder.start(qualified(tag), values | {LINE: str(parser.CurrentLineNumber)})
 
     def end(tag):
-        depth.pop()
-        builder.end(named(tag))
+        builder.end(qualified(tag))
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
     parser.CharacterDataHandler = builder.data
-    parser.EntityDeclHandler = entity
     try:
         parser.Parse(text.encode("utf-8", "surrogatepass"), True)
     except expat.ExpatError as error:
-        raise ValueError(
-            f"{name}, line {error.lineno}: not XML: {expat.ErrorString(error.code)}"
-        ) from None
+        raise ValueError(f"{name}: not XML: {error}") from None
     root = builder.close()
     if root.tag.removeprefix(SVG) != "svg":
         raise ValueError(f"{name}, line {root.get(LINE)}: not an SVG, but <{root.tag}>")
     return root
 
 
-def _add(
-    element,
-    to_metres,
-    draft,
-    unseen,
-    filled,
-):
-    """The moves along a shape's outline."""
+def _check(element, name):
+    """Raise ValueError for what svgelements would silently read as something else."""
+    tag = element.tag.removeprefix(SVG)
+    where = f"{name}, line {element.get(LINE)}: <{tag}>"
+    data = element.get("d", "") if tag == "path" else ""
+    try:
+        svgelements.Path(data)
+        valid = PATH_DATA.fullmatch(data)
+    except STRANGE:
+        valid = None
+    if not valid:
+        raise ValueError(f"{where}: d is not valid path data: {data.strip()[:40]!r}")
+    transform = element.get("transform", "")
+    if not TRANSFORM.fullmatch(transform):
+        raise ValueError(f"{where}: not a valid transform: {transform[:40]!r}")
+    if "transform-origin" in element.attrib or "transform" in element.get("style", ""):
+        raise ValueError(f"{where}: write its transform as one attribute, without an origin")
+    if tag == "symbol" and "viewBox" in element.attrib:
+        raise ValueError(f"{where}: a symbol with a viewBox is not read: expand its copies")
+    if tag == "ellipse" and ("rx" in element.attrib) != ("ry" in element.attrib):
+        raise ValueError(f"{where}: rx and ry are both needed")
+
+
+def _refuse_repetition(root, name):
+    """Raise ValueError where <use> repeats itself, or more elements than a drawing has."""
+    known = {element.get("id"): element for element in root.iter() if element.get("id")}
+    sizes = {}
+
+    def size(element, above):
+        key = id(element)
+        if key in above:
+            raise ValueError(f"{name}, line {element.get(LINE)}: <use> repeats itself without end")
+        if key not in sizes:
+            links = [element.get(link) for link in LINKS if link in element.attrib]
+            target = known.get(links[0][1:]) if links else None
+            parts = [*element] if target is None else [*element, target]
+            sizes[key] = 1 + sum(size(part, above | {key}) for part in parts)
+        return sizes[key]
+
+    if size(root, frozenset()) > MOST:
+        raise ValueError(f"{name}: more than {MOST} elements")
+
+
+def _hide_symbols(root):
+    """Put symbols into <defs>, because svgelements draws them where they are defined."""
+    for parent in list(root.iter()):
+        for k, child in enumerate(parent):
+            if child.tag == f"{SVG}symbol":
+                child.tag = f"{SVG}g"
+                parent[k] = ElementTree.Element(f"{SVG}defs")
+                parent[k].append(child)
+
+
+def _metres_per_pixel(svg, draft, units):
+    """Return m per unit of svgelements' coordinates, from the drawing's width or from `units`."""
+    if units is not None and units not in METRES:
+        known = ", ".join(filter(None, METRES))
+        raise ValueError(f"units of an SVG must be one of {known}, not {units!r}")
+    size = re.fullmatch(r"\s*([\d.eE+-]+)\s*(mm|cm|in|pt|pc)\s*", str(svg.values.get("width")))
+    if size is None:
+        if units is None:
+            draft.notes.append("it states no size in mm: its units are read as pixels of 1/96 inch")
+        return METRES[units or "px"]
+    if units is not None:
+        raise ValueError(f"units are given as {units}, but its width is {size[0]}")
+    # svgelements rounds a millimetre to 3.7795296 px; the ratio of widths does not.
+    return float(size[1]) * METRES[size[2]] / float(svg.width)
+
+
+def _add(element, metres, origin, draft, passed):
+    """Add the moves along a shape's outline, and list what of its look is not drawn."""
     values = element.values
-    m = element.transform
+    matrix = element.transform
     line = int(values[LINE]) if LINE in values else None
-    if (
-        values.get("visibility") in ("hidden", "collapse")
-        or values.get("stroke", "none") == values.get("fill") == "none"
-    ):
-        unseen.append(line)
+    fill = values.get("fill")
+    hidden = values.get("visibility") in ("hidden", "collapse")
+    if hidden or values.get("stroke", "none") == fill == "none":
+        passed.setdefault("invisible shapes are not drawn", []).append(line)
         return
-    if values.get("fill") not in (None, "none"):
-        filled.append(line)
-    wide, high, shift = to_metres
+    if fill not in (None, "none"):
+        passed.setdefault("areas are not filled: their outlines are drawn", []).append(line)
+    for key in NOT_APPLIED:
+        if values.get(key, "none") != "none":
+            passed.setdefault(f"{key} is not applied", []).append(line)
 
-    def way(x, y):
-        return complex(
-            wide * (m.a * x + m.c * y),
-            -high * (m.b * x + m.d * y),
-        )
+    def direction(vector):
+        x = matrix.a * vector.x + matrix.c * vector.y
+        y = matrix.b * vector.x + matrix.d * vector.y
+        return metres * complex(x, -y)
 
-    def at(point):
-        return way(point.x, point.y) + complex(wide * m.e, -high * m.f) + shift
+    def place(point):
+        return direction(point) + metres * complex(matrix.e, -matrix.f) + origin
 
-    for segment in _reflected(svgelements.Path(element)):
+    for segment in _with_smooth_starts(svgelements.Path(element)):
         kind = type(segment).__name__
         if kind == "Move" or segment.start is None or segment.end is None:
             continue
-        start = at(segment.start)
-        end = at(segment.end)
-        shape = None
+        start = place(segment.start)
+        end = place(segment.end)
+        shape: Line | Bezier | Ellipse
         if kind == "CubicBezier":
-            shape = Bezier(np.array([start, at(segment.control1), at(segment.control2), end]))
+            controls = [start, place(segment.control1), place(segment.control2), end]
+            shape = Bezier(np.array(controls))
         elif kind == "QuadraticBezier":
-            middle = at(segment.control)
-            shape = Bezier(
-                np.array(
-                    [
-                        start,
-                        (start + 2 * middle) / 3,
-                        (end + 2 * middle) / 3,
-                        end,
-                    ]
-                )
-            )
+            control = place(segment.control)
+            controls = [start, (start + 2 * control) / 3, (end + 2 * control) / 3, end]
+            shape = Bezier(np.array(controls))
         elif kind == "Arc" and segment.sweep:
-            shape = _ellipse(segment, way, at, start)
+            shape = _ellipse(segment, direction, place)
         elif kind == "Close" and abs(end - start) <= CLOSED:
             continue
         elif start != end:
             shape = Line((start.real, start.imag), (end.real, end.imag))
-        else:  # of no length: it is listed later
+        else:  # of no length: Draft lists it
             shape = Bezier(np.full(4, start))
         draft.moves.append(Move(shape, line=line))
 
 
-def _reflected(segments):
-    """Segments; smooth curves begin as the standard has it: only a curve of the same kind before is
-    mirrored.
+def _with_smooth_starts(segments):
+    """Yield segments; S and T mirror a control point only after a curve of the same kind.
+
+    SVG 1.1, 8.3.6 and 8.3.7; svgelements mirrors that of any curve.
     """
     before = None
     for segment in segments:
         kind = type(segment).__name__
         if kind in ("CubicBezier", "QuadraticBezier") and segment.smooth:
-            same = type(before).__name__ == kind
-            own = "control" if kind == "QuadraticBezier" else "control1"
-            if same:
-                last = getattr(before, "control" if kind == "QuadraticBezier" else "control2")
-            else:
-                last = segment.start
-            setattr(segment, own, last.reflected_across(segment.start))
+            first, last = "control1", "control2"
+            if kind == "QuadraticBezier":
+                first = last = "control"
+            mirrored = segment.start
+            if type(before).__name__ == kind:
+                mirrored = getattr(before, last).reflected_across(segment.start)
+            setattr(segment, first, mirrored)
         before = segment
         yield segment
 
 
-def _ellipse(arc, way, at, start):
-    """An elliptical arc by its conjugate radii, which any transform keeps."""
-    across = arc.prx - arc.center
-    up = arc.pry - arc.center
-    side = math.copysign(
-        1.0,
-        across.x * up.y - across.y * up.x,
-    )
-    centre = at(arc.center)
-    a = way(across.x, across.y)
-    b = way(up.x, up.y)
-    to = start - centre
+def _ellipse(arc, direction, place):
+    """Return an elliptical arc by its conjugate radii, which any affine transform keeps."""
+    along = arc.prx - arc.center
+    across = arc.pry - arc.center
+    side = math.copysign(1.0, along.x * across.y - along.y * across.x)
+    centre = place(arc.center)
+    a = direction(along)
+    b = direction(across)
+    start = place(arc.start)
     area = (a.conjugate() * b).imag
     if area == 0:
-        return Bezier(np.array([start, start, at(arc.end), at(arc.end)]))
-    t0 = math.atan2(
-        (a.conjugate() * to).imag / area,
-        (to.conjugate() * b).imag / area,
-    )
-    return Ellipse(
-        centre,
-        a,
-        b,
-        t0,
-        t0 + side * float(arc.sweep),
-    )
+        end = place(arc.end)
+        return Line((start.real, start.imag), (end.real, end.imag))
+    # start - centre = a cos t0 + b sin t0
+    radius = start - centre
+    sine = (a.conjugate() * radius).imag / area
+    cosine = (radius.conjugate() * b).imag / area
+    t0 = math.atan2(sine, cosine)
+    return Ellipse(centre, a, b, t0, t0 + side * float(arc.sweep))
