@@ -210,7 +210,7 @@ CASES = {
         fb.place,
         dict(
             robot=ROBOT, path=STROKE, working=(-1, -1), turn=0.0, scale=1.0, constraints=fb.Constraints(clearance=0.001),
-            fastest=False, strokes=False,
+            strokes=False,
         ), 20.0, words=("place:",),
     ),
     "certify": Case(

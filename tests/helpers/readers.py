@@ -161,9 +161,6 @@ def readers():
         fb.identify(ROBOT, motion),
         _csv({name: column[:120] for name, column in log.items()}),
     )
-    timed = fb.time_path(
-        ROBOT, fb.path([(0.05, 0.09), (0.04, 0.09)]), constraints=fb.Constraints(acceleration=5.0)
-    )
     return {
         "from_csv": Reader(fb.from_csv, "it.csv", (points, points.replace(b",", b";").replace(b".", b","))),
         "path.csv": Reader(fb.path, "it.csv", (points, b"x (mm);y (mm);pen\n90;60;1\n80;70;1\n70;70;0\n60;60;1\n")),
@@ -186,7 +183,6 @@ def readers():
         "gradebook": Reader(_gradebook, "it.csv", (SHEET.encode(), SHEET.replace(",", ";").encode("utf-8-sig")),
                             (UsageError,), False),
         "kept result": Reader(_kept, "it.json", (kept,)),
-        "TimedPath": Reader(fb.TimedPath.from_csv, "it.csv", (_text(timed.to_csv),)),
         "designs.csv": Reader(_designs, "it.csv", (b"l11,d\n0.1,0.1\n0.2,0.1\n0.2,0.2\n0.2,0.3\n",)),
         "designs.npz": Reader(_designs, "it.npz", (designs.getvalue(),)),
         "Design": Reader(type(best).load, "it.json", (_text(best.save),)),
@@ -267,7 +263,7 @@ COVERS = {
     "optimal_design.results:_load": "Design", "optimal_design.shards:read_chunk": "chunk",
     "optimal_design.shards:read_manifest": "manifest",
     "estimation.saving:read_json": "Calibration",
-    "estimation.identification.samples:_is_a_run": "identify", "paths.timing.timed_path:from_csv": "TimedPath",
+    "estimation.identification.samples:_is_a_run": "identify",
 }  # fmt: skip
 # No reader of what others wrote.
 OWN = {

@@ -101,21 +101,6 @@ def test_strokes_with_modes_of_their_own_as_few_as_need_be():
     assert len({part for _, part in together.strokes}) == 1
 
 
-@pytest.mark.deep
-def test_the_fastest_of_the_roomiest():
-    path = fb.path([(0, 0), (0.04, 0), (0.04, 0.02)], deviation=1e-3)
-    limits = fb.Constraints(torque=0.05, joint_speed=6.0)
-    points_of_largest_clearance, fast = (
-        fb.place(ROBOT, path, turn=0.0),
-        fb.place(ROBOT, path, turn=0.0, constraints=limits, fastest=True),
-    )
-    times = [
-        fb.time_path(ROBOT, each.path, working=each.working, constraints=limits).duration
-        for each in (points_of_largest_clearance, fast)
-    ]
-    assert times[1] <= times[0] * (1 + 1e-3) and fast.clearance > 0
-
-
 def test_bad_input():
     with pytest.raises(ValueError, match="strips without ends"):
         fb.place(fb.Biglide(), RECTANGLE)

@@ -215,16 +215,6 @@ def test_what_is_no_svg(tmp_path):
         io.StringIO(f"{own}{shape}</svg>"), kind="svg"
     )  # the names of its namespaces are no harm
     assert illustrator.length == pytest.approx(7 / 96 * 0.0254)
-    for file, text in (
-        ("a.dxf", "  0\nSECTION\n  2\nENTITIES\n"),
-        ("b.txt", "0\nSECTION\n2\n"),
-        ("c.eps", "%!PS-Adobe\n"),
-    ):
-        (tmp_path / file).write_text(text)
-        with pytest.raises(
-            ValueError, match="is not read, but SVG, G-code and CSV are: save it as SVG"
-        ):
-            fb.path(tmp_path / file)
     (tmp_path / "a.svg").write_bytes(b"\x89PNG\0")
     with pytest.raises(ValueError, match="a.svg: not a text file, but a binary one"):
         fb.path(tmp_path / "a.svg")

@@ -226,24 +226,14 @@ def test_stops_dwells_and_feeds_of_the_path():
     assert np.linalg.norm(motion(t)[1], axis=1).max() == pytest.approx(0.02, rel=1e-6)
 
 
-def test_a_timed_path_is_saved_with_its_first_and_last_instant_and_read_again():
+def test_a_timed_path_is_saved_with_its_first_and_last_instant():
     motion = fb.time_path(ROBOT, ACROSS, constraints=fb.Constraints(torque=0.1))
     file = io.StringIO()
     motion.to_csv(file, rate=200.0)
     rows = [line.split(",") for line in file.getvalue().splitlines()[2:]]
     assert float(rows[0][0]) == 0.0 and float(rows[-1][0]) == motion.duration
     assert np.allclose(np.array(rows[-1][1:3], float), ACROSS.pieces[0].end, atol=1e-15)
-    file.seek(0)
-    again = fb.TimedPath.from_csv(file)
-    t = np.linspace(-0.1, motion.duration + 0.1, 301)
-    assert again.duration == motion.duration and again.lower_bound == motion.lower_bound
-    assert (
-        all((a == b).all() for a, b in zip(again(t), motion(t)))
-        and (again.tau(t) == motion.tau(t)).all()
-    )
-    assert repr(again) == repr(motion) and "crosses Type 2 1 x" in repr(motion)
-    with pytest.raises(ValueError, match="line 1: not a file written by TimedPath.to_csv"):
-        fb.TimedPath.from_csv(io.StringIO("t,x,y\n0,1,2\n"))
+    assert "crosses Type 2 1 x" in repr(motion)
 
 
 @pytest.mark.deep
@@ -290,10 +280,6 @@ def test_a_jerk_limit_with_a_stop_on_the_way():
     t = np.linspace(0.0, motion.duration, 20001)
     xi, xi_dot, _ = motion(t)
     assert np.abs(np.diff(xi, axis=0) / t[1] - (xi_dot[1:] + xi_dot[:-1]) / 2).max() < 1e-7
-    file = io.StringIO()
-    motion.to_csv(file)
-    file.seek(0)
-    assert (fb.TimedPath.from_csv(file)(t)[2] == motion(t)[2]).all()
     # A corner that is blended: where the curvature should be 0, on both sides of a blend, rounding is no jump of it.
     blended = fb.path([(0.05, 0.07), (0.08, 0.07), (0.08, 0.1)], deviation=1e-3, curvature=True)
     assert (
@@ -312,7 +298,7 @@ REFUSED = [
         dict(path=Path((Line(HOME, (0.3, 0.1)),))),
         {},
         fb.UnreachableError,
-        r"leaves the workspace at s = 0\.01681\d* m: .*left leg",
+        "leaves the workspace before s = .*left leg",
     ),
     ({}, dict(torque=None), ValueError, "a least time needs a torque"),
     (dict(duration=-1.0), {}, ValueError, "duration must be"),
@@ -323,13 +309,13 @@ REFUSED = [
         dict(robot=VERTICAL),
         dict(torque=0.05),
         fb.TimingError,
-        r"cannot hold the robot at rest at s = 0 .*q\d1 needs 0\.\d+ N m, its torque limit is 0\.05",
+        "no motion along the path keeps these limits near s = 0 ",
     ),
     (
         dict(robot=VERTICAL, path=Path((Line((-0.05, 0.06), (0.05, 0.14)),))),
         dict(torque=0.29),
         fb.TimingError,
-        r"no motion along the path .*keeps these limits near s = .*at rest there the torques are",
+        "no motion along the path .*keeps these limits near s = ",
     ),
 ]
 

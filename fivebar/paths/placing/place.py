@@ -14,13 +14,7 @@ from numpy.typing import ArrayLike
 
 from ...base.checks import flag, instance, modes, number, optional, takes
 from ...base.representation import one_line
-from ...constraints.constraints import (
-    OF_END_EFFECTOR,
-    ON_POSES,
-    PER_JOINT,
-    Constraints,
-    refuse_others,
-)
+from ...constraints.constraints import ON_POSES, Constraints, refuse_others
 from ...constraints.disc import bounded_by
 from ...models.robots import Biglide, FiveBar
 from ...singularities.aspects import Aspect
@@ -28,11 +22,8 @@ from ...singularities.dexterous import dexterous
 from ..curve import Path
 from ..placement import Placement
 from ..strokes import cut
-from ..timing.time_path import time_path
 from .clearance import Clearance
 from .search import Search
-
-FASTEST = 3  # placements that are timed
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +75,6 @@ class Placed:
     path=instance(Path),
     constraints=optional(instance(Constraints)),
     working=optional(modes(2)),
-    fastest=flag,
     strokes=flag,
 )
 def place(
@@ -95,7 +85,6 @@ def place(
     turn: float | None = None,
     scale: float | None = 1.0,
     constraints: Constraints | None = None,
-    fastest: bool = False,
     strokes: bool = False,
 ) -> Placed:
     """Return a path placed with the largest clearance from singularities and other constraints.
@@ -117,10 +106,7 @@ def place(
         None: as large as it fits with the clearance of the constraints.
     constraints : Constraints, optional
         Constraints on poses, and the least clearance, m, of the whole path. det_A and sin replace
-        aspects by dexterous regions. Limits on torques and rates count with `fastest`.
-    fastest : bool
-        Of the placements of largest clearance in at most 3 aspects, return the one in which
-        `time_path` with these constraints takes the least time.
+        aspects by dexterous regions.
     strokes : bool
         Each stroke may lie in an aspect of its own, if no aspect holds all of them;
         `Placed.strokes` lists them. The ways with the pen up are then not placed: `plan` finds one
@@ -143,8 +129,7 @@ def place(
     >>> placed.clearance > 0.05
     True
     """
-    rates = (*PER_JOINT, *OF_END_EFFECTOR) if fastest else ()
-    refuse_others(constraints, "place", (*ON_POSES, "clearance", *rates))
+    refuse_others(constraints, "place", (*ON_POSES, "clearance"))
     constraints = Constraints() if constraints is None else constraints
     margin = constraints.clearance
     if not robot.turns:
@@ -152,10 +137,7 @@ def place(
             "place: a biglide's aspects are strips without ends: place a path by hand between its"
             " loci"
         )
-    if turn is None:
-        turn = None
-    else:
-        turn = number(turn, "turn", -1e6, 1e6)
+    turn = None if turn is None else number(turn, "turn", -1e6, 1e6)
     scale = None if scale is None else number(scale, "scale", 1e-9, 1e9)
     regions = dexterous(robot, constraints.det_A, constraints.sin)
     bounds = replace(constraints, det_A=0.0, sin=0.0)  # the borders of the regions keep these
@@ -178,12 +160,7 @@ def place(
     best = None
     largest = None
     if scale:
-        fits = search.fits(scale, FASTEST if fastest else 1)
-        if fits and fastest:
-            limits = {name: getattr(constraints, name) for name in rates}
-            best = _fastest(robot, search, fits, Constraints(**limits))
-        else:
-            best = next(iter(fits), None)
+        best = search.fit(scale)
     if best is None:
         best = search.largest()
         largest = best.scale
@@ -212,17 +189,3 @@ def _hint(path, strokes):
     if strokes or len(cut(path)) == 1:
         return ""
     return ", in one aspect; strokes=True gives each stroke modes of its own"
-
-
-def _fastest(robot, search, fits, limits):
-    """Return the placement of least time with the pen down, among the best of each aspect."""
-
-    def duration(fit):
-        placement = fit.placement(search.middle)
-        total = 0.0
-        for path, k in zip(search.paths, fit.which):
-            working = search.clearances[k].part.working
-            total += time_path(robot, placement(path), constraints=limits, working=working).duration
-        return total
-
-    return min(fits, key=duration)

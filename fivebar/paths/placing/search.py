@@ -143,37 +143,26 @@ class Search:
             ]
         return sorted(found, key=lambda each: -each.clearance)
 
-    def fits(self, scale: float, count: int = 1) -> list[Found]:
-        """Placements that keep the margin, with most room first: so many, each in rooms of its own;
-        of several paths in one room, if all of them fit into one.
-        """
-        kept = self._fits(scale, count, False)
-        if kept or len(self.paths) == 1:
-            return kept
-        return self._fits(scale, count, True)
+    def fit(self, scale: float) -> Found | None:
+        """Return the placement of largest clearance, None if it does not keep the margin.
 
-    def _fits(self, scale, count, mixed):
+        Several paths are put into one room if all of them fit into it.
+        """
+        best = self._fit(scale, False)
+        if best is None and len(self.paths) > 1:
+            best = self._fit(scale, True)
+        return best
+
+    def _fit(self, scale, mixed):
         chosen = []
-        for each in self.coarse(scale, mixed):
-            if (
-                sum(each.which == other.which for other in chosen) < 3
-                and len(chosen) < STARTS + count - 1
-            ):
-                chosen.append(each)
-        with progress(total=len(chosen) + 1, desc="place", delay=2) as bar:
-            found = []
-            for each in chosen:
-                found.append(self.improved(each))
-                bar.update()
-            found.sort(key=lambda each: -each.clearance)
-            found[0] = self.improved(found[0])
-            bar.update()
-        own = {each.which: each for each in reversed(found)}
-        kept = []
-        for each in sorted(own.values(), key=lambda each: -each.clearance):
-            if len(kept) < count and self.keeps(each):
-                kept.append(each)
-        return kept
+        for start in self.coarse(scale, mixed):
+            same = sum(start.which == other.which for other in chosen)
+            if same < 3 and len(chosen) < STARTS:
+                chosen.append(start)
+        with progress(chosen, desc="place", delay=2) as starts:
+            best = max(map(self.improved, starts), key=lambda result: result.clearance)
+        best = self.improved(best)
+        return best if self.keeps(best) else None
 
     def exactly(self, found: Found, least: float = -np.inf) -> tuple[float, complex]:
         """The room of a placement, exactly, and the point where it is least."""

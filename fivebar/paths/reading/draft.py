@@ -198,87 +198,24 @@ def _parts(shapes, within, none):
 
 
 def _straight(curve):
-    """A cubic whose control points are in line, as the lines that it runs; None for any other."""
-    p = curve.control - curve.control[0]
-    size = np.abs(p).max()
-    along = p[np.abs(p).argmax()] / size
-    if np.abs((p * along.conjugate()).imag).max() > 1e-12 * size:
+    """Return a cubic whose control points follow each other on a line, as [Line]; else None."""
+    chord = curve.control[-1] - curve.control[0]
+    if chord == 0:
         return None
-    x = (p * along.conjugate()).real
-    # Where it turns back: roots of the derivative inside.
-    slope = (
-        np.array(
-            [
-                x[1] - x[0],
-                2 * (x[0] - 2 * x[1] + x[2]),
-                x[3] - x[0] + 3 * (x[1] - x[2]),
-            ]
-        )
-        / size
-    )
-    t = np.roots(
-        np.trim_zeros(
-            slope[::-1] * (np.abs(slope[::-1]) > 1e-14),
-            "f",
-        )
-    )
-    t = np.sort(t[(np.abs(t.imag) < 1e-7) & (t.real > 1e-9) & (t.real < 1 - 1e-9)].real)
-    at = [
-        x[0] * (1 - s) ** 3 + 3 * x[1] * s * (1 - s) ** 2 + 3 * x[2] * s * s * (1 - s) + x[3] * s**3
-        for s in t
-    ]
-    points = [
-        curve.control[0],
-        *(curve.control[0] + along * np.array(at)),
-        curve.control[3],
-    ]
-    return [
-        Line((a.real, a.imag), (b.real, b.imag))
-        for a, b in zip(points, points[1:])
-        if abs(b - a) > 1e-9 * size
-    ]
+    along = (curve.control - curve.control[0]) / chord
+    if np.abs(along.imag).max() > 1e-12 or (np.diff(along.real) < 0).any():
+        return None
+    start, end = curve.control[0], curve.control[-1]
+    return [Line((start.real, start.imag), (end.real, end.imag))]
 
 
 def _round(ellipse):
-    """An arc of a circle as an Arc, of a line as lines; None for any other."""
-    a = ellipse.a
-    b = ellipse.b
-    c = ellipse.centre
-    size = max(abs(a), abs(b))
-    if abs((a * b.conjugate()).imag) <= 1e-12 * size**2:  # flat: it runs to and fro
-        return _flat(ellipse, size)
-    turned = b / a
-    if abs(turned.real) > 1e-12 or abs(abs(turned.imag) - 1) > 1e-12:
+    """Return the arc of a circle as [Arc], of any other ellipse None."""
+    ratio = ellipse.b / ellipse.a
+    if abs(ratio.real) > 1e-12 or abs(abs(ratio.imag) - 1) > 1e-12:
         return None
-    side = np.sign(turned.imag)
-    start = float(np.angle(a))
-    return [
-        Arc(
-            (c.real, c.imag),
-            size,
-            start + side * ellipse.t0,
-            start + side * ellipse.t1,
-        )
-    ]
-
-
-def _flat(ellipse, size):
-    along = max((ellipse.a, ellipse.b), key=abs)
-    along = along / abs(along)
-    x = (ellipse.a * along.conjugate()).real
-    y = (ellipse.b * along.conjugate()).real
-    turn = np.arctan2(y, x)  # x cos t + y sin t is largest there
-    low, high = sorted((ellipse.t0, ellipse.t1))
-    cuts = turn + np.pi * np.arange(
-        np.ceil((low - turn) / np.pi),
-        np.floor((high - turn) / np.pi) + 1,
-    )
-    t = np.unique(np.concatenate([[low], cuts, [high]]))
-    if ellipse.t0 > ellipse.t1:
-        t = t[::-1]
-    z = ellipse.centre + ellipse.a * np.cos(t) + ellipse.b * np.sin(t)
-    return [
-        Line((p.real, p.imag), (q.real, q.imag))
-        for p, q in zip(z, z[1:])
-        if abs(q - p) > 1e-9 * size
-    ]
+    side = np.sign(ratio.imag)
+    start = float(np.angle(ellipse.a))
+    centre = (ellipse.centre.real, ellipse.centre.imag)
+    radius = max(abs(ellipse.a), abs(ellipse.b))
+    return [Arc(centre, radius, start + side * ellipse.t0, start + side * ellipse.t1)]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 from pathlib import PurePath
@@ -24,7 +23,6 @@ KINDS = {
     "csv": ("csv", "txt", "tsv", "dat"),
 }
 EXAMPLE = FilePath(__file__).parent / "drawings" / "fivebar.svg"  # a word, drawn for this package
-FOREIGN = "dxf", "dwg", "ai", "eps", "ps", "pdf", "plt", "hpgl", "stl", "step", "emf", "wmf"
 LARGEST = 50_000_000  # bytes of a drawing's file
 
 
@@ -80,19 +78,9 @@ def _read(
     kind,
 ) -> Draft:
     ending = PurePath(name).suffix.lower().lstrip(".")
-    kind = (
-        kind
-        or next((each for each, endings in KINDS.items() if ending in endings), None)
-        or _guessed(text)
-    )
-    if kind == "csv" and (
-        ending in FOREIGN or re.match(r"\s*0\s*\n\s*SECTION\s*\n|%!PS|%PDF|IN;", text)
-    ):
-        own = ending.upper() if ending in FOREIGN else "such a drawing"
-        raise ValueError(
-            f"{name}: {own} is not read, but SVG, G-code and CSV are: save it as SVG (Inkscape"
-            " reads DXF, AI, EPS, PDF)"
-        )
+    if kind is None:
+        kinds = [kind for kind, endings in KINDS.items() if ending in endings]
+        kind = kinds[0] if kinds else "svg" if text.lstrip().startswith("<") else "csv"
     if kind == "csv":
         again = io.StringIO(text)
         again.name = name
@@ -108,14 +96,3 @@ def _read(
             "to read an SVG, svgelements is needed: pip install svgelements"
         ) from error
     return read_svg(text, name, units)
-
-
-def _guessed(text):
-    """The kind of a file by how it begins."""
-    if text.lstrip("\ufeff \t\r\n").startswith("<"):
-        return "svg"
-    first = next(
-        (line for line in text.splitlines() if line.strip() and line.strip()[0] not in "%(;#"),
-        "",
-    )
-    return "gcode" if re.match(r"\s*(N\d+\s*)?[GMT]\s*\d", first, re.IGNORECASE) else "csv"

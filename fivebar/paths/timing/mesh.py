@@ -148,7 +148,6 @@ class Mesh:
             self.path,
             self.working,
             self.stretches.parted(parts),
-            self,
         )
 
 
@@ -189,7 +188,6 @@ def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
         path,
         working,
         cut_at_signs(robot, path, stretches, working),
-        None,
     )
 
 
@@ -219,13 +217,10 @@ def _enclosed(
     path,
     working,
     stretches,
-    known,
 ):
-    """The Mesh on these stretches, those split further on which something is not decided; known:
-    one to take from.
-    """
+    """Return the Mesh on these stretches, split further where something is not decided."""
     while True:
-        found = _found(robot, path, working, stretches, known)
+        found = enclosed(robot, path, stretches, working)
         D = found["D"]
         # A node on Type 2: det A is 0 to rounding there, and has other signs on both sides.
         low = np.abs(np.append(D.first, D.last[-1])) <= 1e-12
@@ -254,43 +249,5 @@ def _enclosed(
                 int(np.argmax(tiny)),
                 bool(open_[np.argmax(tiny)]),
             )
-        known = mesh
         stretches = stretches.parted(1 + bad)
         stretches = cut_where_missed(robot, path, stretches, working)
-
-
-def _found(
-    robot,
-    path,
-    working,
-    stretches,
-    known,
-):
-    """Return `enclosed`, taken over for stretches that are known."""
-    if known is None:
-        return enclosed(robot, path, stretches, working)
-    places = {key: k for k, key in enumerate(_keys(known.stretches))}
-    source = np.array([places.get(key, -1) for key in _keys(stretches)])
-    new = source < 0
-    if new.any():
-        fresh = enclosed(robot, path, stretches.taken(new), working)
-    else:
-        fresh = known.found
-    found = {}
-    for name, value in fresh.items():
-        parts = []
-        for mine, theirs in zip(value, known.found[name]):
-            whole = theirs[source]
-            if new.any():
-                whole[new] = mine
-            parts.append(whole)
-        found[name] = Bernstein(*parts)
-    return found
-
-
-def _keys(stretches):
-    return zip(
-        stretches.piece.tolist(),
-        stretches.first.tolist(),
-        stretches.last.tolist(),
-    )

@@ -44,28 +44,13 @@ def refuse_unreachable(
     k = int(np.argmax(bad))
     piece = stretches.piece[k // (SAMPLES + 1)]
     last = s.ravel()[k]
-    if k % (SAMPLES + 1):
-        first = s.ravel()[k - 1]
-    else:
-        first = last
-    for _ in range(60):  # from where it is reached to where it is not
-        middle = (first + last) / 2
-        open_ = np.isnan(
-            igm(
-                robot,
-                path.on(piece, middle)[0],
-                working,
-                unreachable="nan",
-            ).q
-        ).any()
-        first, last = (first, middle) if open_ else (middle, last)
-    s = float(path.knots[piece] + last)
+    place = float(path.knots[piece] + last)
     try:
         igm(robot, path.on(piece, last)[0], working)
     except (UnreachableError, SingularityError) as error:
         amount = error.gap if isinstance(error, UnreachableError) else error.margin
         raise type(error)(
-            f"time_path: the path leaves the workspace at s = {s:.9g} m: {error}",
+            f"time_path: the path leaves the workspace before s = {place:.9g} m: {error}",
             amount,
         ) from None
 

@@ -9,9 +9,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...base.progress import progress
-from ...models.dynamics import gravity_torques
-from ...models.geometry import igm
-from ...models.physics import physics_of
 from .constraint_rows import DIRECTIONS, NEAR, Limits, rows_of
 from .feasible_motion import polygons, profile
 from .lower_bound import MARGIN, Ceiling, caps, ceiling, duration
@@ -129,7 +126,7 @@ def refined(
             ]
         mesh = after
     if best is None:
-        _refuse(mesh, limits, found.stuck[0], False)
+        _refuse(mesh, found.stuck[0], False)
     return best
 
 
@@ -179,12 +176,12 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     )
     top[mesh.crossing & ~mesh.criterion] = np.inf
     if (top < 0).any():
-        _refuse(mesh, limits, int(np.argmin(top)), True)
+        _refuse(mesh, int(np.argmin(top)), True)
     rest = mesh.rest
     none = np.zeros(len(mesh))
     above = ceiling(rows, alone, length, np.where(rest, 0.0, top))
     if above.stuck is not None:
-        _refuse(mesh, limits, above.stuck, True)
+        _refuse(mesh, above.stuck, True)
     # The bounds take as long as three looks.
     best = Solved(
         above,
@@ -392,29 +389,10 @@ def _along(mesh, found):
     )
 
 
-def _refuse(mesh, limits, node, proved):
+def _refuse(mesh, node, proved):
     verb = "keeps" if proved else "was found that keeps"
     raise TimingError(
-        f"time_path: no motion along the path {verb} these limits near {mesh.place(node)}"
-        f"{_reason(mesh, limits, node)}",
+        f"time_path: no motion along the path {verb} these limits near {mesh.place(node)}",
         float(mesh.s[node]),
         proved,
     )
-
-
-def _reason(mesh, limits, node):
-    if mesh.crossing.any():
-        k = np.flatnonzero(mesh.crossing)
-        nearest = int(k[np.abs(k - node).argmin()])
-        return (
-            f"; it crosses Type 2 at {mesh.place(nearest)}, where the crossing criterion ties s''"
-            " to s'^2"
-        )
-    physics = physics_of(mesh.robot)
-    if limits.torque is not None and physics is not None and physics.has_gravity:
-        tau = gravity_torques(igm(mesh.robot, mesh.path(mesh.s[node])[0], mesh.working))
-        return (
-            f"; at rest there the torques are ({tau[0]:.4g}, {tau[1]:.4g})"
-            f" {mesh.robot.words.effort_unit}"
-        )
-    return ""

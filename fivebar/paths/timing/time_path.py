@@ -135,7 +135,6 @@ def time_path(
             what = f"{each.what} is not kept from s = {each.time:.9g} m, by at most {each.by:.6g}"
             raise ValueError(f"time_path: {what} at {where(path, each.worst)}")
     mesh = mesh_of(robot, path, working)
-    _refuse_falling(mesh, asked)
     if asked.jerk is not None:
         if not asked.forces:
             raise ValueError("time_path: jerk needs a torque or an acceleration beside it")
@@ -209,23 +208,3 @@ def _timed(limits, mesh, solved, lower=None):
         solved.top,
         solved.above.x,
     )
-
-
-def _refuse_falling(mesh, limits):
-    """Where it must rest, the robot must be held."""
-    physics = physics_of(mesh.robot)
-    if limits.torque is None or physics is None or not physics.has_gravity:
-        return
-    for stop in mesh.path.stops:
-        tau = gravity_torques(igm(mesh.robot, mesh.path(stop.s)[0], mesh.working))
-        missing = np.abs(tau) - np.array(physics.coulomb) - limits.torque
-        if (missing > 0).any():
-            k = int(np.argmax(missing))
-            words = mesh.robot.words
-            raise TimingError(
-                "time_path: the limits cannot hold the robot at rest at"
-                f" {where(mesh.path, stop.s)}: {words.joints[k]} needs {abs(tau[k]):.4g}"
-                f" {words.effort_unit}, its torque limit is {limits.torque[k]:.4g}",
-                stop.s,
-                True,
-            )

@@ -12,15 +12,12 @@ from numpy.typing import ArrayLike
 from ...base.checks import bounded, positive
 from ...base.presentation import Plotted
 from ...base.representation import one_line
-from ...base.tables import TextFile, opened, write
-from ...constraints.constraints import Constraints
+from ...base.tables import TextFile, write
 from ...models.dynamics import inverse_dynamics
 from ...models.geometry import igm
 from ...models.kinematics import Accelerations, ikm, ikm2
-from ...models.parameters import robot_of
 from ...planning.trajectory import refuse_nan
 from ..curve import Path
-from ..pieces import Arc, Line, Polynomial
 from .clock import Clock
 from .constraint_rows import Limits
 
@@ -45,7 +42,6 @@ COLUMNS = (
     "pen",
 )
 MOST_ROWS = 10**7
-ARRAYS = ("piece", "first", "x", "bent", "crossing", "cap", "ceiling")
 # Of the path's length: nearer to Type 2, torques are read beside it, as there they are 0 / 0.
 BESIDE = 1e-7
 
@@ -219,9 +215,9 @@ class TimedPath(Plotted):
         return np.array(self.path.pen)[self.piece[self.along(t)[0]]]
 
     def to_csv(self, path: TextFile, rate: float = 1000.0) -> None:
-        """Write setpoints, `rate` times a second and at the last instant too; what was asked and
-        found goes into a comment line, from which `from_csv` reads it. SI; pen is 1 where it is
-        down.
+        """Write setpoints, `rate` times a second and at the last instant, for `from_csv`.
+
+        Units are SI; pen is 1 where it is down. The first line is a comment with the problem.
         """
         rate = positive(rate, "to_csv: rate")
         steps = int(np.floor(self.duration * rate * (1 + 1e-12)))
@@ -250,86 +246,9 @@ class TimedPath(Plotted):
         )
         about = {
             "robot": self.robot.parameters,
-            "path": _described(self.path),
             "working": self.working,
             "limits": asdict(self.limits),
             "lower_bound": self.lower_bound,
-            "smooth": self.smooth,
-            "pace": self.pace,
-            **{name: _plain(getattr(self, name)) for name in ARRAYS},
         }
         rows = ((*row, pen) for row, pen in zip(table.tolist(), self.pen(t).astype(int).tolist()))
         write(path, "timed path", about, COLUMNS, rows)
-
-    @classmethod
-    def from_csv(cls, path: TextFile) -> TimedPath:
-        """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
-        with opened(path) as table:
-            return table.about(
-                "timed path",
-                "a file written by TimedPath.to_csv",
-                _known,
-            )
-
-
-def _described(path):
-    """A Path as a file has it."""
-    pieces = []
-    for p in path.pieces:
-        if isinstance(p, Arc):
-            pieces.append({"arc": [p.centre, p.radius, p.angle0, p.angle1]})
-        elif isinstance(p, Line):
-            pieces.append({"line": [p.start, p.end]})
-        else:
-            pieces.append({"polynomial": [p.coefficients, p.length]})
-    feed = [None if np.isinf(each) else each for each in path.feed]
-    return {
-        "pieces": pieces,
-        "pen": path.pen,
-        "dwells": list(path.dwells.items()),
-        "feed": feed,
-    }
-
-
-def _plain(values):
-    return [None if value == np.inf else value for value in values.tolist()]
-
-
-def _known(about):
-    kinds = {"arc": Arc, "line": Line, "polynomial": Polynomial}
-    made = []
-    for piece in about["path"]["pieces"]:
-        for kind, values in piece.items():
-            made.append(kinds[kind](*values))
-    feed = [np.inf if each is None else each for each in about["path"]["feed"]]
-    path = Path(
-        tuple(made),
-        about["path"]["pen"],
-        dict(about["path"]["dwells"]),
-        feed,
-    )
-    limits = Limits.of(Constraints(**about["limits"]))
-    arrays = {}
-    for name in ARRAYS:
-        arrays[name] = np.array([np.inf if value is None else value for value in about[name]])
-    n = len(arrays["piece"])
-    if any(len(arrays[name]) != n + (name not in ("piece", "first", "bent")) for name in ARRAYS):
-        raise ValueError(f"{', '.join(ARRAYS)} do not fit {n} stretches")
-    numbers = {name: float(about[name]) for name in ("lower_bound", "smooth", "pace")}
-    for name, value in {**arrays, **numbers}.items():
-        if np.isnan(np.asarray(value, dtype=float)).any():
-            raise ValueError(f"{name} must be numbers, not nan")
-    if not np.isin(arrays["piece"], np.arange(len(made))).all():
-        raise ValueError(f"piece must number the {len(made)} pieces from 0")
-    arrays |= {
-        "piece": arrays["piece"].astype(int),
-        "crossing": arrays["crossing"].astype(bool),
-    }
-    return TimedPath(
-        robot_of(about["robot"]),
-        path,
-        tuple(about["working"]),
-        limits,
-        **numbers,
-        **arrays,
-    )
