@@ -11,7 +11,7 @@ import numpy as np
 from ..base.checks import flag, not_negative
 from .curve import SMOOTH, Path
 from .fit import quintic
-from .pieces import Polynomial
+from .pieces import Piece, Polynomial
 
 ALONG = np.linspace(0, 1, 17)
 BACK = -0.9995  # cosine of a turn, from which on it is a turning back: the motion rests there
@@ -52,7 +52,7 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     reach = reach[reach > 0]
     cut[1, corner - 1] = cut[0, corner] = reach
     coefficients, own = _blends(path, corner, lengths, reach)
-    rows = []
+    rows: list[tuple[Piece, bool, float, int | None]] = []
     dwells = {}
     s = 0.0
     blends = dict(zip(corner.tolist(), range(len(corner))))

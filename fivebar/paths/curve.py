@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,9 +17,6 @@ from ..base.checks import not_negative, number, optional, positive, shown, whole
 from ..base.presentation import Plotted
 from ..base.representation import one_line, vector
 from .pieces import ORDERS, Arc, Line, Piece, Polynomial, derivatives, on_arcs
-
-if TYPE_CHECKING:
-    pass
 
 GAP = 1e-9  # of the path's size, m: between the end of a piece and the start of the next
 SMOOTH = 1e-6  # by which xi_s may jump where the motion goes on
@@ -34,26 +31,51 @@ class Stop(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Path(Plotted):
-    """A curve xi(s), s from 0 to `length` m: called with s, a number or (n,), it gives (xi, xi_s,
-    xi_ss, xi_sss), each (2,) or (n, 2), the exact derivatives by s.
+    """A curve xi(s) in the plane, s from 0 to `length`, m, with exact derivatives by s.
 
-    pieces: Line, Arc, Polynomial, each starting where the one before ends. At a knot between pieces
-    xi_s goes on, within SMOOTH, or the motion rests there (`stops`); further derivatives may jump,
-    and `path` then gives those of the piece that begins (`on` those of either).
-    pen: for each piece, True where the pen is down; None: always. dwells: {s: seconds} of rest
-        asked for.
-    feed: for each piece the speed asked for, m/s, inf where none is. said: what was passed over,
-        converted or changed.
-    lines: for each piece the line of the file that it comes from, None where there is none.
-    ValueError for pieces that do not join, and for a dwell that is not at a knot.
+    Call it with s, a number or (n,), for (xi, xi_s, xi_ss, xi_sss), each (2,) or (n, 2). At a knot
+    between pieces xi_s is continuous within 1e-6, or the motion rests there. Further derivatives
+    may jump: a call then gives those of the piece that begins, `on` those of either.
+
+    Attributes
+    ----------
+    pieces : tuple of Line, Arc, Polynomial
+        Each starts where the one before ends.
+    pen : tuple of bool
+        For each piece, whether the pen is down; by default always.
+    dwells : {s: seconds}
+        Rests at knots.
+    feed : tuple of float
+        Largest speed on each piece, m/s; by default inf.
+    notes : tuple of str
+        What was left out or converted when a file was read.
+    lines : tuple of int or None
+        Line of the file that each piece comes from.
+    stops : tuple of Stop
+        Where a motion must come to rest: (s, seconds).
+
+    Raises
+    ------
+    ValueError
+        The pieces do not join, or a dwell is not at a knot.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> path = fb.path([(0.0, 0.0), (0.03, 0.0), (0.03, 0.04)])
+    >>> path.length
+    0.07
+    >>> [stop.s for stop in path.stops]
+    [0.0, 0.03, 0.07]
     """
 
     pieces: tuple[Piece, ...]
-    pen: tuple[bool, ...] = None
+    pen: tuple[bool, ...] = None  # type: ignore[assignment]  # filled in __post_init__
     dwells: Mapping[float, float] = field(default_factory=dict)
-    feed: tuple[float, ...] = None
+    feed: tuple[float, ...] = None  # type: ignore[assignment]  # filled in __post_init__
     notes: tuple[str, ...] = ()
-    lines: tuple[int | None, ...] = None
+    lines: tuple[int | None, ...] = None  # type: ignore[assignment]  # as above
+    stops: tuple[Stop, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         pieces = _listed(self.pieces, "pieces")
@@ -256,7 +278,8 @@ class AtUnitSpeed:
         return self.path.length
 
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return self.path(t)[:3]
+        xi, xi_dot, xi_ddot, _ = self.path(t)
+        return xi, xi_dot, xi_ddot
 
 
 def _listed(given, name):

@@ -86,7 +86,7 @@ def fitted(curves: list[Bezier] | list[Ellipse], within: float) -> list[list[Pol
         end = np.concatenate([middle, end])
         if not len(rows):
             break
-    pieces = [[] for _ in curves]
+    pieces: list[list[Polynomial]] = [[] for _ in curves]
     for row, _, coefficients, length in sorted(found, key=lambda each: each[:2]):
         pieces[row].append(
             Polynomial(np.stack([coefficients.real, coefficients.imag], axis=-1), float(length))

@@ -63,32 +63,19 @@ class Line:
 
     def part(self, first: float, last: float) -> Line:
         """From s = first to s = last."""
-        return Line(
-            *(
-                self.start if s == 0 else self.end if s == self.length else self(s)[0]
-                for s in (first, last)
-            )
-        )
+        start = self.start if first == 0 else tuple(self(first)[0])
+        end = self.end if last == self.length else tuple(self(last)[0])
+        return Line(start, end)
 
     def moved(self, by: complex, turned: complex) -> Line:
         """All points z = x + i y put to by + turned z."""
-        return Line(*(_xy(by + turned * complex(*p)) for p in (self.start, self.end)))
-
-
-class Ends:
-    """What begins and ends where it is called to."""
-
-    @property
-    def start(self) -> np.ndarray:
-        return self(0.0)[0]
-
-    @property
-    def end(self) -> np.ndarray:
-        return self(self.length)[0]
+        start = by + turned * complex(*self.start)
+        end = by + turned * complex(*self.end)
+        return Line(_xy(start), _xy(end))
 
 
 @dataclass(frozen=True)
-class Arc(Ends):
+class Arc:
     """An arc about `centre`, (2,) m, of `radius` m, from angle0 to angle1, rad, to the left where
     it is the larger.
     """
@@ -122,6 +109,14 @@ class Arc(Ends):
         return self.radius * abs(self.angle1 - self.angle0)
 
     @property
+    def start(self) -> np.ndarray:
+        return self(0.0)[0]
+
+    @property
+    def end(self) -> np.ndarray:
+        return self(self.length)[0]
+
+    @property
     def side(self) -> float:
         """+1 where it turns left, else -1."""
         return math.copysign(1.0, self.angle1 - self.angle0)
@@ -153,7 +148,7 @@ class Arc(Ends):
 
 
 @dataclass(frozen=True, eq=False)
-class Polynomial(Ends):
+class Polynomial:
     """xi = sum of coefficients[k] u^k, u = s / length in [0, 1]; |xi_s| need not be 1.
 
     coefficients (degree + 1, 2) m; length: of s, m, > 0.
@@ -178,6 +173,14 @@ class Polynomial(Ends):
             f"degree {len(self.coefficients) - 1}",
             *ends,
         )
+
+    @property
+    def start(self) -> np.ndarray:
+        return self(0.0)[0]
+
+    @property
+    def end(self) -> np.ndarray:
+        return self(self.length)[0]
 
     @classmethod
     def from_bernstein(cls, control: ArrayLike, length: float) -> Polynomial:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,10 +17,23 @@ from .curve import Path
 
 @dataclass(frozen=True)
 class Placement:
-    """Points xi of a drawing put to shift + scale R(turn) xi: scaled and turned about its origin,
-    then shifted.
+    """A similarity of the plane: xi goes to shift + scale R(turn) xi.
 
-    shift: (2,) m; turn: rad, to the left; scale: > 0.
+    Attributes
+    ----------
+    shift : (2,)
+        m.
+    turn : float
+        Angle, rad, to the left.
+    scale : float
+        Factor, > 0.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> placement = fb.Placement(shift=(0.1, 0.0), scale=2.0)
+    >>> placement((1.0, 1.0))
+    array([2.1, 2. ])
     """
 
     shift: tuple[float, float] = (0.0, 0.0)
@@ -40,9 +54,7 @@ class Placement:
 
     @property
     def turned(self) -> complex:
-        """What points x + i y are multiplied by; exactly real or imaginary for the floats nearest
-        to right angles.
-        """
+        """Return the factor scale exp(i turn) of points x + i y, exact at right angles."""
         turn = cmath.exp(1j * self.turn)
         turn = complex(
             *(
@@ -52,8 +64,14 @@ class Placement:
         )
         return self.scale * turn
 
+    @overload
+    def __call__(self, what: Path) -> Path: ...
+
+    @overload
+    def __call__(self, what: ArrayLike) -> np.ndarray: ...
+
     def __call__(self, what: Path | ArrayLike) -> Path | np.ndarray:
-        """A Path, or points (*batch, 2) m, placed."""
+        """Return a Path or points (*batch, 2), m, placed."""
         if isinstance(what, Path):
             return what.moved(complex(*self.shift), self.turned)
         points = finite_numbers(what, "Placement: points")
@@ -63,17 +81,17 @@ class Placement:
         return np.stack([z.real, z.imag], axis=-1)
 
     def after(self, first: Placement) -> Placement:
-        """The one that places as `first` and then this one do."""
-        x, y = self(first.shift)
+        """Return the placement that does `first` and then this one."""
+        z = complex(*self.shift) + self.turned * complex(*first.shift)
         return Placement(
-            (float(x), float(y)),
+            (z.real, z.imag),
             self.turn + first.turn,
             self.scale * first.scale,
         )
 
     @property
     def inverse(self) -> Placement:
-        """The one that puts all back."""
+        """Return the inverse placement."""
         z = -complex(*self.shift) / self.turned
         return Placement(
             (z.real, z.imag),

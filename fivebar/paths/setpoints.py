@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -69,7 +69,7 @@ class Setpoints:
 @takes(robot=must_be_robot, reference=a_callable, rate=positive, working=optional(modes(2)))
 def setpoints(
     robot: Robot,
-    reference: Callable,
+    reference: Any,
     rate: float = 1000.0,
     working: tuple[int, int] | None = None,
 ) -> Setpoints:

@@ -1,4 +1,4 @@
-"""The strokes of a path, of a motion along it, and of what was drawn: where the pen is down."""
+"""Strokes of a path: its parts with the pen down."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def outlines(path: Path, each: int = 33) -> list[np.ndarray]:
-    """The strokes of a path as points (n, 2) m, so many of each piece."""
+    """Return the strokes of a path as points (n, 2) m, `each` of them on a piece."""
     found = []
     for rows in runs(np.array(path.pen)):
         k, u = np.meshgrid(
@@ -31,18 +31,18 @@ def outlines(path: Path, each: int = 33) -> list[np.ndarray]:
 
 
 def pen_down(motion: TimedPath, t: np.ndarray) -> np.ndarray:
-    """Whether the pen is down at times t (n,) of a motion along a path."""
+    """Return whether the pen is down at times t (n,) of a motion along a path."""
     return np.array(motion.path.pen)[motion.piece[motion.along(t)[0]]]
 
 
 def runs(down: np.ndarray) -> list[slice]:
-    """The rows of each stroke, of rows (n,) in which the pen is down or up."""
+    """Return the rows of each stroke, from whether the pen is down in each row (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], down, [False]]).astype(int)))
     return [slice(int(first), int(end)) for first, end in zip(edges[::2], edges[1::2])]
 
 
 def cut(path: Path) -> list[Path]:
-    """The strokes of a path, each a path of its own."""
+    """Return the strokes of a path, each as a path."""
     found = []
     for rows in runs(np.array(path.pen)):
         first = path.knots[rows.start]
@@ -51,11 +51,9 @@ def cut(path: Path) -> list[Path]:
         found.append(
             Path(
                 path.pieces[rows],
-                None,
-                dwells,
-                path.feed[rows],
-                (),
-                path.lines[rows],
+                dwells=dwells,
+                feed=path.feed[rows],
+                lines=path.lines[rows],
             )
         )
     return found

@@ -86,5 +86,6 @@ def test_options_of_files_alone():
 
 
 def test_the_kind_is_found_by_the_beginning():
-    assert fb.path(io.StringIO("(plot)\nG21\nG1 X5")).length == pytest.approx(0.005)
+    svg = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><path d="M0 0H96"/></svg>'
+    assert fb.path(io.StringIO(svg)).length == pytest.approx(0.0254)
     assert fb.path(io.StringIO("x,y\n0,0\n0,1")).length == 1.0

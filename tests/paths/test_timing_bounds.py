@@ -55,7 +55,7 @@ def test_a_path_that_is_proved_impossible_is_told_from_one_that_is_not_found():
     """With gravity, just before rest beyond Type 2, no torque of this size slows the motion that the crossing needs."""
     heavy = fb.FiveBar(gravity=(0.0, -9.81))
     with pytest.raises(
-        fb.TimingError, match="no motion along the path keeps these limits .* crosses Type 2"
+        fb.TimingError, match="no motion along the path keeps these limits"
     ) as caught:
         fb.time_path(heavy, ACROSS, constraints=fb.Constraints(torque=1.0))
     assert caught.value.proved and 0.06 < caught.value.s < ACROSS.length

@@ -172,7 +172,7 @@ def certify(
             " is proved for all three sines"
         )
     working = modes(2)(working, "certify: working")
-    claim = {
+    claim: dict = {
         "robot": {name: float(getattr(robot, name)) for name in LENGTHS},
         "tolerances": _tolerances(robot, tolerances),
         "working": list(working),
@@ -187,11 +187,11 @@ def certify(
             parts, failed = _parted(claim, piece)
             claim["parts"].append(parts)
             for first, last in failed:
-                s = (
-                    float(path.knots[k] + u * path.pieces[k].length)
-                    for u in (first, (first + last) / 2, last)
-                )
-                found.append(Unproved(*s, *_broken(claim, piece, (first + last) / 2)))
+                middle = (first + last) / 2
+                length = path.pieces[k].length
+                start, at, stop = (float(path.knots[k] + u * length) for u in (first, middle, last))
+                false, why, lengths = _broken(claim, piece, middle)
+                found.append(Unproved(start, at, stop, false, why, lengths))
     return Certificate(claim, tuple(_stretches(found)))
 
 

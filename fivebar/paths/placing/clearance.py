@@ -11,7 +11,7 @@ from ...constraints.disc import arcs_of, punctures
 from ...singularities.aspects import Aspect
 from ...singularities.regions import crossings, inside
 from ..curve import Path
-from ..pieces import Arc, Piece
+from ..pieces import Arc, Piece, Polynomial
 
 SAMPLES = 160  # of the path, on which the search of its room begins
 BORDER = 6000  # samples of what bounds an aspect
@@ -235,7 +235,7 @@ def _steepest(piece: Piece) -> tuple[float, float]:
     """Bounds of |xi_s| and |xi_ss| along a piece."""
     if isinstance(piece, Arc):
         return 1.0, 1 / piece.radius
-    if not hasattr(piece, "bernstein"):
+    if not isinstance(piece, Polynomial):
         return 1.0, 0.0
     n = len(piece.coefficients) - 1
     control = piece.bernstein

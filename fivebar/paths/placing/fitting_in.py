@@ -92,7 +92,7 @@ def fitted_in(
             -p.area,
         )
     )
-    found = []
+    found: list[tuple[float, Aspect, Rectangle]] = []
     refused = f"no aspect in working modes {working}"
     for part in parts:
         # The rectangle's area is none larger than the aspect's.
@@ -117,7 +117,7 @@ def fitted_in(
     else:
         share, aspect, rectangle = max(
             found,
-            key=lambda each: (min(each[0], scale), each is found[-1]),
+            key=lambda each: (min(each[0], scale or 0.0), each is found[-1]),
         )
     if scale is not None and scale > share:
         wide, high = 1e3 * size * scale

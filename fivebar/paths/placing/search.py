@@ -173,7 +173,7 @@ class Search:
             np.searchsorted(self.owner, range(len(self.paths))),
         )
         clearance = np.inf
-        at = None
+        at = 0j
         for k in np.argsort(rough):
             own, where = self.clearances[found.which[k]].along(
                 placement(self.paths[k]),
@@ -190,7 +190,7 @@ class Search:
         clearance, _ = self.exactly(found)
         placement = found.placement(self.middle)
         which = list(found.which)
-        runs = []
+        runs: list[tuple[set[int], int]] = []
         for n, path in enumerate(self.paths if len(set(which)) > 1 else ()):
             placed = placement(path)
             own = {
@@ -341,32 +341,21 @@ class Search:
     def _largest(self, mixed):
         high = max(abs(clearance.high - clearance.low) for clearance in self.clearances) / self.size
         low = SMALLER * high
+        for _ in progress(range(HALVINGS), desc="largest scale", delay=2):
+            middle = math.sqrt(low * high)
+            if self.coarse(middle, mixed)[0].clearance > self.margin:
+                low = middle
+            else:
+                high = middle
         best = None
-        with progress(
-            total=HALVINGS + len(NEARLY) + 2,
-            desc="largest scale",
-            delay=2,
-        ) as bar:
-            for _ in range(HALVINGS):
-                middle = math.sqrt(low * high)
-                low, high = (
-                    (middle, high)
-                    if self.coarse(middle, mixed)[0].clearance > self.margin
-                    else (low, middle)
-                )
-                bar.update()
-            for share in NEARLY:
-                for start in (
-                    self.coarse(share * low, mixed)[:GROWN]
-                    if best is None or best.scale < low
-                    else ()
-                ):
-                    if start.clearance > self.margin - 0.15 * self.size * start.scale:
-                        best = _larger(best, self.grown(start))
-                bar.update()
-            for _ in range(2 if best else 0):
-                best = _larger(best, self.grown(best))
-                bar.update()
+        for share in progress(NEARLY, desc="largest scale", delay=2):
+            if best is not None and best.scale >= low:
+                break
+            for start in self.coarse(share * low, mixed)[:GROWN]:
+                if start.clearance > self.margin - 0.15 * self.size * start.scale:
+                    best = _larger(best, self.grown(start))
+        for _ in range(2 if best else 0):
+            best = _larger(best, self.grown(best))
         return best
 
     def grown(self, start: Found) -> Found | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -35,8 +36,9 @@ class Move(NamedTuple):
 
 @dataclass
 class Draft:
-    """A drawing in metres, y up. dwells: (after how many moves, s); said: what was passed over or
-    converted.
+    """A drawing in metres, y up.
+
+    dwells: (after how many moves, s); notes: what was passed over or converted.
     """
 
     name: str
@@ -50,115 +52,70 @@ class Draft:
         deviation: float,
         curvature: bool,
     ) -> Path:
-        """The path: placed, its curves fitted, its corners blended; between strokes the pen travels
-        straight.
+        """Return the path: placed, its curves fitted, its corners blended.
 
-        ValueError where nothing is drawn.
+        Between strokes the pen travels straight. ValueError where nothing is drawn.
         """
         notes = list(self.notes)
         drawn = [k for k, move in enumerate(self.moves) if move.pen]
-        if drawn:  # ways to the first stroke and from the last are no part of it
-            first = drawn[0]
-            last = drawn[-1] + 1
-            if last - first < len(self.moves):
-                notes.append(
-                    "ways with the pen up before the first stroke and after the last are passed"
-                    " over"
-                )
-            self = Draft(
-                self.name,
-                self.moves[first:last],
-                [(k - first, t) for k, t in self.dwells],
+        first, last = (drawn[0], drawn[-1] + 1) if drawn else (0, 0)
+        if drawn and last - first < len(self.moves):
+            notes.append(
+                "ways with the pen up before the first stroke and after the last are passed over"
             )
         by = complex(*placement.shift)
         turned = placement.turned
-        moves = [move._replace(shape=move.shape.moved(by, turned)) for move in self.moves]
-        ends = [_ends(move.shape) for move in moves]
+        moves = []
+        for move in self.moves[first:last]:
+            moves.append(move._replace(shape=move.shape.moved(by, turned)))
         extents = [_extent(move.shape) for move in moves]
-        if ends:
-            size = float(np.ptp(np.array(ends).view(float).reshape(-1, 2), axis=0).max())
-        else:
-            size = 0.0
-        size = max([size, *extents])  # of whole circles the ends are one point
-        none = [k for k, extent in enumerate(extents) if extent <= ROUND * size]
-        if none:
-            lines = listed(moves[k].line for k in none)
-            notes.append(
-                f"{len(none)} {'move' if len(none) == 1 else 'moves'} of no length passed"
-                f" over{lines}"
-            )
-        if len(none) == len(moves) or not any(
-            move.pen for k, move in enumerate(moves) if k not in set(none)
-        ):
-            words = "; ".join(notes)
-            raise ValueError(f"{self.name}: nothing is drawn{f': {words}' if words else ''}")
+        size = max([_width(moves), *extents])  # of whole circles the ends are one point
+        empty = {k for k, extent in enumerate(extents) if extent <= ROUND * size}
+        if empty:
+            lines = listed(moves[k].line for k in empty)
+            notes.append(f"{len(empty)} moves of no length passed over{lines}")
+        if not any(move.pen for k, move in enumerate(moves) if k not in empty):
+            reasons = "; ".join(notes)
+            raise ValueError(f"{self.name}: nothing is drawn{f': {reasons}' if notes else ''}")
         positive(size, f"{self.name}: the drawing's size, m,")
         fine = max(FINE, SHARE * deviation)
-        far = max(
-            (k for k, m in enumerate(moves) if isinstance(m.shape, Bezier | Ellipse)),
-            key=lambda k: _extent(moves[k].shape),
-            default=None,
-        )
-        if far is not None and (wide := _extent(moves[far].shape)) * EXACT > fine:
-            if moves[far].line:
-                where = f", line {moves[far].line}"
-            else:
-                where = ""
-            raise ValueError(
-                f"{self.name}{where}: a curve {wide:.3g} m large cannot be kept within {fine:g} m"
-            )
-        parts = _parts(
-            [move.shape for move in moves],
-            fine,
-            set(none),
-        )
-        pieces = []
-        pen = []
-        feed = []
-        lines = []
-        dwells = {}
-        s = 0.0
-        at = None
-        rests = {}
+        for move, extent in zip(moves, extents):
+            if isinstance(move.shape, Bezier | Ellipse) and extent * EXACT > fine:
+                where = f", line {move.line}" if move.line else ""
+                raise ValueError(
+                    f"{self.name}{where}: a curve {extent:.3g} m large cannot be kept within"
+                    f" {fine:g} m"
+                )
+        parts = _parts([move.shape for move in moves], fine, empty)
+        rests: dict[int, float] = {}
         for k, seconds in self.dwells:
-            rests[k] = rests.get(k, 0.0) + seconds
-        for k, (move, own) in enumerate(zip(moves, parts)):
+            rests[k - first] = rests.get(k - first, 0.0) + seconds
+        rows: list[tuple] = []  # piece, pen, feed, line
+        dwells: dict[float, float] = {}
+        s = 0.0
+        for k, pieces in enumerate([*parts, []]):
             if k in rests:
                 dwells[s] = dwells.get(s, 0.0) + rests[k]
-            for piece in own:
-                start = complex(*piece.start)
-                if at is not None and abs(start - at) > GAP * size:
-                    travel = Line((at.real, at.imag), (start.real, start.imag))
-                    pieces.append(travel)
-                    pen.append(False)
-                    feed.append(np.inf)
-                    lines.append(move.line)
-                    s += travel.length
-                pieces.append(piece)
-                pen.append(move.pen)
-                feed.append(move.feed)
-                lines.append(move.line)
+            for piece in pieces:
+                move = moves[k]
+                start = tuple(piece.start)
+                end = tuple(rows[-1][0].end) if rows else start
+                if math.dist(start, end) > GAP * size:
+                    rows.append((Line(end, start), False, np.inf, move.line))
+                    s += rows[-1][0].length
+                rows.append((piece, move.pen, move.feed, move.line))
                 s += piece.length
-                at = complex(*piece.end)
-        if len(moves) in rests:
-            dwells[s] = dwells.get(s, 0.0) + rests[len(moves)]
-        rough = Path(
-            tuple(pieces),
-            tuple(pen),
-            dwells,
-            tuple(feed),
-            tuple(notes),
-            tuple(lines),
-        )
+        path_pieces, pen, feed, lines = zip(*rows)
+        rough = Path(path_pieces, pen, dwells, feed, tuple(notes), lines)
         return blended(rough, max(deviation - fine, 0.0), curvature)
 
 
 def listed(lines: Iterable[int | None]) -> str:
     """(line 3), (lines 3, 4, 9, ...) or nothing."""
-    lines = sorted({line for line in lines if line is not None})
-    words = ", ".join(map(str, lines[:LISTED])) + ", ..." * (len(lines) > LISTED)
-    if lines:
-        return f" ({'line' if len(lines) == 1 else 'lines'} {words})"
+    known = sorted({line for line in lines if line is not None})
+    words = ", ".join(map(str, known[:LISTED])) + ", ..." * (len(known) > LISTED)
+    if known:
+        return f" ({'line' if len(known) == 1 else 'lines'} {words})"
     return ""
 
 
@@ -182,19 +139,34 @@ def _extent(shape):
     return shape.length
 
 
-def _parts(shapes, within, none):
-    """For each shape the pieces of the path that it becomes."""
-    found = [[] if k in none else [shape] for k, shape in enumerate(shapes)]
-    for k, own in enumerate(found):
-        if own and isinstance(own[0], Bezier):
-            found[k] = _straight(own[0]) or own
-        elif own and isinstance(own[0], Ellipse):
-            found[k] = _round(own[0]) or own
-    for kind in (Bezier, Ellipse):
-        rows = [k for k, own in enumerate(found) if own and isinstance(own[0], kind)]
-        for k, pieces in zip(rows, fitted([found[k][0] for k in rows], within)):
-            found[k] = pieces
-    return found
+def _width(moves):
+    """Return the larger side, m, of the box around the ends of all moves."""
+    if not moves:
+        return 0.0
+    ends = np.array([_ends(move.shape) for move in moves])
+    return float(max(np.ptp(ends.real), np.ptp(ends.imag)))
+
+
+def _parts(shapes, within, empty):
+    """Return for each shape the pieces of the path that it becomes."""
+    parts = [[] for _ in shapes]
+    curves = {Bezier: [], Ellipse: []}
+    for k, shape in enumerate(shapes):
+        if k in empty:
+            continue
+        exact = [shape]
+        if isinstance(shape, Bezier):
+            exact = _straight(shape)
+        elif isinstance(shape, Ellipse):
+            exact = _round(shape)
+        if exact is None:
+            curves[type(shape)].append(k)
+        else:
+            parts[k] = exact
+    for rows in curves.values():
+        for k, pieces in zip(rows, fitted([shapes[k] for k in rows], within)):
+            parts[k] = pieces
+    return parts
 
 
 def _straight(curve):
@@ -203,7 +175,7 @@ def _straight(curve):
     if chord == 0:
         return None
     along = (curve.control - curve.control[0]) / chord
-    if np.abs(along.imag).max() > 1e-12 or (np.diff(along.real) < 0).any():
+    if np.abs(along.imag).max() > 1e-12 or (np.diff(along.real) < -1e-12).any():
         return None
     start, end = curve.control[0], curve.control[-1]
     return [Line((start.real, start.imag), (end.real, end.imag))]

@@ -7,6 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 from pathlib import PurePath
+from typing import Any
 
 from ...base.checks import flag, instance, not_negative, one_of, optional, shown, takes
 from ...base.columns import units_named
@@ -33,7 +34,7 @@ LARGEST = 50_000_000  # bytes of a drawing's file
     kind=one_of(None, "csv", "svg", "gcode"),
 )
 def path(
-    points_or_file: object,
+    points_or_file: Any,
     *,
     deviation: float = 0.0,
     curvature: bool = False,
@@ -41,24 +42,45 @@ def path(
     units: str | Mapping[str, str] | Sequence[str] | None = None,
     kind: str | None = None,
 ) -> Path:
-    """The path through points, or of a drawing in a file: Path, a curve xi(s) with exact
-    derivatives.
+    """Return the path through points, or of a drawing in a file.
 
-    points_or_file: points (n, 2) m, a list of strokes of points, between which the pen is up,
-        pieces (Line, Arc, Polynomial); or a file's name, or an open text file: CSV with columns x
-        and y (and perhaps pen), SVG, G-code.
-    deviation: m, within which corners are rounded by quintics with continuous curvature, so that a
-        motion goes on through them, and curves of an SVG that are no arcs become quintics; 0: a
-        motion rests at each corner, and such curves are kept within 1 nm. Lines and arcs are exact.
-    curvature: round where the curvature jumps, too, as between a line and an arc: for motions with
-        limited jerk.
-    placement: where the drawing is put first; deviation is of what is placed.
-    units: of lengths in a file that does not name them ("mm"; of a CSV's columns as in
-        `columns.read`).
-    kind: "csv", "svg" or "gcode"; None: by the file's ending, else by how it begins.
-    What was passed over, converted or assumed is in Path.said. ValueError, with file and line, for
-    what is empty, not known, ambiguous or contradicts itself; ImportError for an SVG without the
-    extra `draw`.
+    Lines and arcs are exact. Curves of an SVG that are no arcs become quintics.
+
+    Parameters
+    ----------
+    points_or_file : array, list, str or open file
+        Points (n, 2), m; a list of strokes of points, between which the pen is up; pieces (Line,
+        Arc, Polynomial); or a file: SVG, G-code, or CSV with columns x, y and perhaps pen.
+    deviation : float
+        Distance, m, within which corners are rounded by quintics of continuous curvature, and
+        curves kept. 0: a motion rests at each corner, and curves are kept within 1 nm.
+    curvature : bool
+        Round also where the curvature jumps, as between a line and an arc: for a limit on jerk.
+    placement : Placement, optional
+        Where the drawing is put first; deviation is that of the placed drawing.
+    units : str, optional
+        Unit of lengths in a file that names none, "mm" for example; of a CSV as in `columns.read`.
+    kind : {"csv", "svg", "gcode"}, optional
+        Kind of the file; by default from its ending, and without one from its first letter.
+
+    Returns
+    -------
+    Path
+        Its `notes` list what was left out, converted or assumed.
+
+    Raises
+    ------
+    ValueError
+        A file is empty, unknown, ambiguous or contradicts itself; the message has its line.
+    ImportError
+        An SVG without the extra `draw`.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> path = fb.path([(0.0, 0.0), (0.03, 0.0), (0.03, 0.04)], deviation=1e-3)
+    >>> len(path.stops)
+    2
     """
     placement = placement or Placement()
     if isinstance(points_or_file, str | os.PathLike) or hasattr(points_or_file, "read"):

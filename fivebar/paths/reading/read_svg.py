@@ -195,7 +195,6 @@ def _add(element, metres, origin, draft, passed):
             continue
         start = place(segment.start)
         end = place(segment.end)
-        shape: Line | Bezier | Ellipse
         if kind == "CubicBezier":
             controls = [start, place(segment.control1), place(segment.control2), end]
             shape = Bezier(np.array(controls))

@@ -97,9 +97,9 @@ def rows_of(
     end-effector, inf where it is free.
     """
     n = len(side)
-    rows = []
-    alone = []  # (row, whether it limits a torque)
-    minus_one = [(-1.0, None)]
+    rows: list[tuple[dict, bool]] = []
+    alone: list[tuple[dict, bool]] = []  # (row, whether it limits a torque)
+    minus_one: list[tuple] = [(-1.0, None)]
     for k, sign in (
         (0, 1.0),
         (0, -1.0),
@@ -127,8 +127,8 @@ def rows_of(
             rows.append((row, True))
         if limits.joint_acceleration is not None:
             share = np.full(n, sign / limits.joint_acceleration[k])
-            by_u = [(share, found[f"q{joint}"])]
-            by_x = [(share, found[f"p{joint}"])]
+            by_u: list[tuple] = [(share, found[f"q{joint}"])]
+            by_x: list[tuple] = [(share, found[f"p{joint}"])]
             rows.append(({"a": by_u, "b": by_x, "c": minus_one}, False))
     if limits.acceleration is not None:
         half = (

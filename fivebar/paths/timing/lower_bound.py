@@ -29,6 +29,7 @@ BUMP = (
     0.25,
     0.0,
 )  # Bernstein coefficients of t (1 - t)
+FREE = (math.inf, math.inf, math.inf)  # a parabola that bounds nothing
 
 
 class Ceiling(NamedTuple):
@@ -110,8 +111,8 @@ def ceiling(
     h = length.tolist()
     forward = _lists(rows, 1)
     backward = _lists(rows, -1)
-    ahead = [None] * n
-    behind = [None] * n
+    ahead = [FREE] * n
+    behind = [FREE] * n
     for i in range(n):
         ahead[i] = _above(x[i], forward[i], h[i])
         x[i + 1] = min(x[i + 1], ahead[i][2])
@@ -179,7 +180,7 @@ def _above(x0, rows, h):
     best = None
     guess = math.inf
     if x0 == math.inf:
-        return math.inf, math.inf, math.inf
+        return FREE
     root0 = math.sqrt(x0)
     for row in rows:
         a0, _, a1, b0, _, b1, v0, _, v1, c0, _, c1 = row[:12]
@@ -195,7 +196,7 @@ def _above(x0, rows, h):
             best = row
             guess = u0 + u1
     if best is None:
-        return math.inf, math.inf, math.inf
+        return FREE
     a0, am, a1, b0, bm, b1, v0, vm, v1, c0, cm, c1 = best[:12]
     (
         a_bend,
@@ -248,7 +249,7 @@ def _above(x0, rows, h):
             a1 + b1 * h,
         )
         if min(q) <= 0:
-            return math.inf, math.inf, math.inf
+            return FREE
         u1 = max((open_ + bend * bump - p_j) / q_j for bump, p_j, q_j in zip(BUMP[1:], p, q))
         end = x0 + h * (u0 + u1)
         fits = max(abs(u0), abs(u1)) <= size
@@ -261,7 +262,7 @@ def _above(x0, rows, h):
         )
         loose = loose * 2
         x1 = end
-    return math.inf, math.inf, math.inf
+    return FREE
 
 
 def duration(

@@ -96,7 +96,7 @@ def refuse_touching(mesh: Mesh) -> None:
             int(graze[0]) + 1,
             False,
         )
-    for k in np.flatnonzero(mesh.crossing):
+    for k in np.flatnonzero(mesh.crossing).tolist():
         a, *others = (mesh.share(name, k) for name in "abvc")
         if a <= VOID < max(others):
             raise SingularityError(

@@ -126,7 +126,7 @@ def refined(
             ]
         mesh = after
     if best is None:
-        _refuse(mesh, found.stuck[0], False)
+        raise _no_motion(mesh, found.stuck[0], False)
     return best
 
 
@@ -176,12 +176,12 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     )
     top[mesh.crossing & ~mesh.criterion] = np.inf
     if (top < 0).any():
-        _refuse(mesh, int(np.argmin(top)), True)
+        raise _no_motion(mesh, int(np.argmin(top)), True)
     rest = mesh.rest
     none = np.zeros(len(mesh))
     above = ceiling(rows, alone, length, np.where(rest, 0.0, top))
     if above.stuck is not None:
-        _refuse(mesh, above.stuck, True)
+        raise _no_motion(mesh, above.stuck, True)
     # The bounds take as long as three looks.
     best = Solved(
         above,
@@ -389,9 +389,9 @@ def _along(mesh, found):
     )
 
 
-def _refuse(mesh, node, proved):
+def _no_motion(mesh, node, proved):
     verb = "keeps" if proved else "was found that keeps"
-    raise TimingError(
+    return TimingError(
         f"time_path: no motion along the path {verb} these limits near {mesh.place(node)}",
         float(mesh.s[node]),
         proved,
