@@ -1,6 +1,4 @@
-"""Corners blended: a quintic in place of both sides near it, with their points, tangents and
-curvatures at its ends.
-"""
+"""Blend corners by quintics with the points, tangents and curvatures of both sides."""
 
 from __future__ import annotations
 
@@ -21,12 +19,10 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
-    """The path with its corners blended within `deviation`, m, so that a motion goes on through
-    them.
+    """Return the path with its corners blended within `deviation`, m.
 
-    Each blend is a quintic that takes both sides' point, tangent and curvature where it leaves
-    them. Corners where the path turns back, the pen changes or dwells stay as they are. curvature:
-    blend where only the curvature jumps, too.
+    Corners where the path turns back, where the pen changes and where it dwells stay as they are.
+    curvature: blend also where only the curvature jumps.
     """
     deviation = not_negative(deviation, "blended: deviation")
     corner, kept = _corners(path, flag(curvature, "blended: curvature"))
@@ -95,9 +91,7 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
 
 
 def _corners(path, curvature):
-    """Knots (n,) to blend, by the number of the piece that starts there, and how many others turn
-    back.
-    """
+    """Return the pieces (n,) at whose start to blend, and how many other corners turn back."""
     n = len(path.pieces)
     before = np.arange(n - 1)
     after = np.arange(1, n)
@@ -128,9 +122,7 @@ def _reaches(
     most,
     deviation,
 ):
-    """How far from each corner, m, its blend begins: the farthest, to `most`, that keeps within the
-    deviation.
-    """
+    """Return how far from each corner, m, its blend begins: as far as the deviation allows."""
     least = np.zeros(len(corner))
     best = np.zeros(len(corner))
     most, reach = most.copy(), np.minimum(most, 4 * deviation)
@@ -166,7 +158,7 @@ def _reaches(
 
 
 def _blends(path, corner, lengths, reach):
-    """Coefficients (n, 6), complex, of the quintics, and their lengths (n,)."""
+    """Return the coefficients (n, 6), complex, of the quintics, and their lengths (n,)."""
     before = path.on(corner - 1, lengths[corner - 1] - reach)[:3]
     after = path.on(corner, reach)[:3]
     ends = tuple(np.array(before) @ (1, 1j)), tuple(np.array(after) @ (1, 1j))
@@ -178,7 +170,7 @@ def _blends(path, corner, lengths, reach):
 
 
 def _off(path, corner, lengths, reach):
-    """By how much (n,) blends and what they replace are apart at most."""
+    """Return the largest distances (n,) between blends and what they replace."""
     found = np.empty(len(corner))
     powers = ALONG[:, None] ** np.arange(6)
     for first in range(0, len(corner), 512):
@@ -197,7 +189,7 @@ def _off(path, corner, lengths, reach):
 
 
 def _to_polyline(points, line):
-    """Largest distance (n,) of points (n, a) to polylines (n, b)."""
+    """Return the largest distance (n,) of points (n, a) to polylines (n, b)."""
     chord = np.diff(line)[:, None, :]
     away = points[:, :, None] - line[:, None, :-1]
     square = np.abs(chord) ** 2

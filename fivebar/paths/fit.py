@@ -1,8 +1,7 @@
-"""Curves with another parameter than their length, replaced by quintics that run at about unit
-speed along them.
+"""Fit Bezier curves and ellipses by quintics whose parameter is nearly the length.
 
-A quintic takes both ends of its part of the curve with tangent and curvature: of a part h long it
-errs by h^6.
+A quintic has the points, tangents and curvatures of both ends of its part of the curve. On a part
+of length h its error is of order h^6.
 """
 
 from __future__ import annotations
@@ -10,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polymul, polyroots
 
 from ..base.backend import HUGE
 from .pieces import Polynomial
@@ -57,14 +57,12 @@ class Ellipse:
 
 
 def _refuse_far(what, *points):
-    if not max(abs(each) for each in points) < HUGE:
+    if not all(abs(point) < HUGE for point in points):
         raise ValueError(f"{what} reaches beyond {HUGE:g} m, or its numbers are not finite")
 
 
 def fitted(curves: list[Bezier] | list[Ellipse], within: float) -> list[list[Polynomial]]:
-    """For each curve, all of one kind, the quintics that are nowhere farther than `within`, m, from
-    it.
-    """
+    """Return for each curve, all of one kind, quintics within the distance `within`, m, of it."""
     if not curves:
         return []
     curve = (_Beziers if isinstance(curves[0], Bezier) else _Ellipses)(curves)
@@ -95,9 +93,7 @@ def fitted(curves: list[Bezier] | list[Ellipse], within: float) -> list[list[Pol
 
 
 def quintic(ends: tuple, length: np.ndarray) -> np.ndarray:
-    """Coefficients (6, n) by powers of u = s / length of the quintics with these ends: (xi, xi_s,
-    xi_ss) of either.
-    """
+    """Return the quintics with these ends (xi, xi_s, xi_ss), (6, n) by powers of u = s / length."""
     (p0, d0, c0), (p1, d1, c1) = ends
     d0 = d0 * length
     d1 = d1 * length
@@ -134,7 +130,7 @@ def _off(
     coefficients,
     length,
 ):
-    """How far the quintics are from their curves at most; inf where they are not steady."""
+    """Return the largest distances from the curves; inf where the speed is not nearly 1."""
     powers = SEEN[:, None] ** np.arange(6)
     p = coefficients @ powers.T
     speed = np.abs(coefficients[:, 1:] @ (powers[:, :5] * np.arange(1, 6)).T)
@@ -213,13 +209,13 @@ class _Beziers(_Curves):
         end = []
         for row, (_, b, c, d) in enumerate(self.powers.T):
             # Where |xi'|^2 is least.
-            square = np.polynomial.polynomial.polyfromroots([])
             derivative = np.array([b, 2 * c, 3 * d])
-            square = np.polynomial.polynomial.polymul(derivative, derivative.conj()).real
-            roots = np.polynomial.polynomial.polyroots(np.polynomial.polynomial.polyder(square))
+            square = polymul(derivative, derivative.conj()).real
+            roots = polyroots(polyder(square))
             t = np.sort(roots[np.abs(roots.imag) < 1e-6].real)
             t = t[(t > 1e-9) & (t < 1 - 1e-9)]
-            cuts = [s for s in t if abs(b + s * (2 * c + 3 * s * d)) <= 1e-9 * self.size[row]]
+            speed = np.abs(b + t * (2 * c + 3 * t * d))
+            cuts = t[speed <= 1e-9 * self.size[row]]
             edges = [0.0, *cuts, 1.0]
             rows += [row] * (len(edges) - 1)
             start += edges[:-1]

@@ -157,9 +157,7 @@ def test_units_that_contradict():
 
 
 def test_what_is_passed_over_is_listed():
-    path = read(
-        "G21 G54\nM8\nG0 X1\nG1 X2\nG1 X2\nG28 X0\nT1\nG1 X3 A0.5\nG4 P500\n"
-    )
+    path = read("G21 G54\nM8\nG0 X1\nG1 X2\nG1 X2\nG28 X0\nT1\nG1 X3 A0.5\nG4 P500\n")
     assert path.length == pytest.approx(0.002) and path.pieces[-1].end[0] == pytest.approx(0.003)
     notes = " | ".join(path.notes)
     for words in (

@@ -53,9 +53,7 @@ def test_units_given_for_a_file_without():
     head = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 96 48">'
     np.testing.assert_allclose(read('<path d="M0 0H96"/>', head, units="mm").length, 0.096)
     assert "pixels of 1/96 inch" in " ".join(read('<path d="M0 0H96"/>', head).notes)
-    with pytest.raises(
-        ValueError, match="units are given as px, but its width is 100mm"
-    ):
+    with pytest.raises(ValueError, match="units are given as px, but its width is 100mm"):
         read('<path d="M0 0H96"/>', units="px")
     with pytest.raises(ValueError, match="units of an SVG.*furlong"):
         read('<path d="M0 0H96"/>', head, units="furlong")

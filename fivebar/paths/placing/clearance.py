@@ -38,17 +38,16 @@ class Clearance:
         self.after = self._neighbours(loops, boundaries, 1)
         self.trees = [_tree(np.append(arc.dense(self.spacing), arc.z[-1])) for arc in self.arcs]
         self.tree = _tree(self.border)
-        self.low, self.high = (f(loops[0].real) + 1j * f(loops[0].imag) for f in (np.min, np.max))
+        outer = loops[0]
+        self.low = outer.real.min() + 1j * outer.imag.min()
+        self.high = outer.real.max() + 1j * outer.imag.max()
         x = np.linspace(self.low.real, self.high.real, GRID)
         y = np.linspace(self.low.imag, self.high.imag, GRID)
         z = x[:, None] + 1j * y
         self.steps = x[1] - x[0], y[1] - y[0]
-        away = self.tree.query(np.stack([z.real, z.imag], axis=-1))[0]
-        self.field = np.where(
-            self.within(z.ravel(), exactly=False).reshape(z.shape),
-            away,
-            -away,
-        )
+        distance = self.tree.query(_xy(z))[0]
+        within = self.within(z.ravel(), exactly=False)
+        self.field = np.where(within.reshape(z.shape), distance, -distance)
         self.most = float(self.field.max())
 
     def _dense(self, loop):
@@ -58,97 +57,86 @@ class Clearance:
         """Points one further along the border, way = 1, or one back, way = -1."""
         neighbours = [np.roll(z, -way) for z in loops]
         for z in boundaries:
-            at = np.clip(
-                np.arange(len(z)) + way,
-                0,
-                len(z) - 1,
-            )
-            neighbours.append(z[at])
+            at = np.arange(len(z)) + way
+            neighbours.append(z[np.clip(at, 0, len(z) - 1)])
         return np.concatenate([*neighbours, self.points])
 
     def within(self, z: np.ndarray, exactly: bool = True) -> np.ndarray:
-        found = (inside if exactly else crossings)(self.part.boundary, z)
+        test = inside if exactly else crossings
+        result = test(self.part.boundary, z)
         allowed = getattr(self.part, "allowed", None)
-        if allowed is not None and found.any():
-            found[found] = allowed(z[found])
-        return found
+        if allowed is not None and result.any():
+            result[result] = allowed(z[result])
+        return result
 
     def rough(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Signed distance of points (n,) from chords between samples of the border, and its
-        gradient.
-        """
-        _, k = self.tree.query(np.stack([z.real, z.imag], axis=-1))
-        on = self.border[k]
-        for ends in (self.before[k], self.after[k]):
-            chord = ends - self.border[k]
+        """Return signed distances of points (n,) from the border's chords, and their gradients."""
+        _, k = self.tree.query(_xy(z))
+        sample = self.border[k]
+        nearest = sample
+        for neighbour in (self.before[k], self.after[k]):
+            chord = neighbour - sample
             square = np.abs(chord) ** 2
-            part = ((z - self.border[k]) * chord.conj()).real / np.where(square, square, 1.0)
-            foot = self.border[k] + np.clip(part, 0, 1) * chord
-            on = np.where(
-                np.abs(z - foot) < np.abs(z - on),
-                foot,
-                on,
-            )
-        distance = np.abs(z - on)
+            projection = ((z - sample) * chord.conj()).real
+            share = projection / np.where(square, square, 1.0)
+            foot = sample + np.clip(share, 0, 1) * chord
+            closer = np.abs(z - foot) < np.abs(z - nearest)
+            nearest = np.where(closer, foot, nearest)
+        distance = np.abs(z - nearest)
         # No border is between a point and a node of the grid that is nearer than it.
         (u, v), (i, j) = self._cells(z)
         i = np.clip(np.rint(u), 0, GRID - 1).astype(int)
         j = np.clip(np.rint(v), 0, GRID - 1).astype(int)
-        node = np.hypot(
-            (u - i) * self.steps[0],
-            (v - j) * self.steps[1],
-        )
-        sign = np.where(
-            self.field[i, j] > 0,
-            1.0,
-            -1.0,
-        )
-        near = node >= 0.99 * distance
-        if near.any():
-            sign[near] = np.where(
-                self.within(z[near], exactly=False),
-                1.0,
-                -1.0,
-            )
-        return sign * distance, sign * (z - on) / np.maximum(distance, 1e-300)
+        to_node = np.hypot((u - i) * self.steps[0], (v - j) * self.steps[1])
+        within = self.field[i, j] > 0
+        unknown = to_node >= 0.99 * distance
+        if unknown.any():
+            within[unknown] = self.within(z[unknown], exactly=False)
+        sign = np.where(within, 1.0, -1.0)
+        gradient = sign * (z - nearest) / np.maximum(distance, 1e-300)
+        return sign * distance, gradient
 
     def _cells(self, z):
-        """Where points are on the grid, in steps, and the cells that hold them."""
-        at = (z.real - self.low.real) / self.steps[0], (z.imag - self.low.imag) / self.steps[1]
-        return at, tuple(np.clip(np.floor(each).astype(int), 0, GRID - 2) for each in at)
+        """Return places on the grid, in steps, and the cells that hold them."""
+        x = (z.real - self.low.real) / self.steps[0]
+        y = (z.imag - self.low.imag) / self.steps[1]
+        i = np.clip(np.floor(x).astype(int), 0, GRID - 2)
+        j = np.clip(np.floor(y).astype(int), 0, GRID - 2)
+        return (x, y), (i, j)
 
     def on_grid(self, z: np.ndarray) -> np.ndarray:
-        """The field at points, bilinear; outside of the grid less than anything inside."""
+        """Return the field at points, bilinear; outside of the grid less than anything inside."""
         (x, y), (i, j) = self._cells(z)
         u = x - i
         v = y - j
         f = self.field.ravel()
         k = i * GRID + j
-        value = (f[k] * (1 - u) + f[k + GRID] * u) * (1 - v) + (
-            f[k + 1] * (1 - u) + f[k + GRID + 1] * u
-        ) * v
-        beyond = np.maximum(
-            np.maximum(-x, x - GRID + 1),
-            np.maximum(-y, y - GRID + 1),
-        )
-        return np.where(
-            beyond > 0,
-            -np.abs(f).max() - beyond * self.steps[0],
-            value,
-        )
+        below = f[k] * (1 - u) + f[k + GRID] * u
+        above = f[k + 1] * (1 - u) + f[k + GRID + 1] * u
+        value = below * (1 - v) + above * v
+        beyond_x = np.maximum(-x, x - GRID + 1)
+        beyond_y = np.maximum(-y, y - GRID + 1)
+        beyond = np.maximum(beyond_x, beyond_y)
+        outside = -np.abs(f).max() - beyond * self.steps[0]
+        return np.where(beyond > 0, outside, value)
 
     def exact(self, z: np.ndarray) -> np.ndarray:
-        """Distance of points (n,) from all that bounds."""
-        found = np.full(len(z), np.inf)
-        xy = np.stack([z.real, z.imag], axis=-1)
-        rough = [tree.query(xy)[0] for tree in self.trees]
+        """Return the distances of points (n,) from all that bounds."""
+        result = np.full(len(z), np.inf)
+        rough = [tree.query(_xy(z))[0] for tree in self.trees]
         near = np.min(rough, axis=0) + 0.51 * self.spacing
-        for arc, own in zip(self.arcs, rough):
-            at = own <= near
-            found[at] = np.minimum(found[at], arc.nearest(z[at])[1])
+        for arc, distance in zip(self.arcs, rough):
+            at = distance <= near
+            exact = arc.nearest(z[at])[1]
+            result[at] = np.minimum(result[at], exact)
         for point in self.points:
-            found = np.minimum(found, np.abs(z - point))
-        return found
+            result = np.minimum(result, np.abs(z - point))
+        return result
+
+    def _least(self, z):
+        """Return distances of points (n,) that the exact ones are not below."""
+        # Samples of the border are nowhere farther apart than `spacing`.
+        return self.tree.query(_xy(z))[0] - 0.51 * self.spacing
 
     def along(
         self,
@@ -156,26 +144,23 @@ class Clearance:
         least: float = -np.inf,
         most: float = np.inf,
     ) -> tuple[float, complex | None]:
-        """The room of a placed path, exactly, and the point where it is least; at most 0 where it
-        leaves.
+        """Return the clearance of a placed path, and the point where it is least.
 
-        least: where the room is found to be no more than that, some such distance is enough. most:
-        where it is no less, that is enough, with None for the point.
-        Of the border's points that are nearest anywhere between a and b, each is at distance f(s)
-        with (f^2)'' <= 2 c, c = max |xi_s|^2 + max f |xi_ss|; so the square of the room there is at
-        least that of the straight line between its values at a and b, less c (b - a)^2 / 4.
+        It is at most 0 where the path leaves. least: where the clearance is no more than that, some
+        such distance is returned. most: where it is no less, that is returned, and None.
+
+        The distance f(s) from a point of the border has (f^2)'' <= 2 c with c = max |xi_s|^2 + max
+        f |xi_ss|. So between a and b the square of the clearance is at least the least of its
+        values there, less c (b - a)^2 / 4.
         """
         s = np.unique(np.concatenate([path.knots, np.linspace(0, path.length, SAMPLES)]))
         z = path(s)[0] @ (1, 1j)
         within = self.within(z)
         if not within.all():
-            return (
-                -float(self.tree.query(np.stack([z.real, z.imag], axis=-1))[0][~within].max()),
-                z[0],
-            )
-        steep = np.array([_steepest(piece) for piece in path.pieces])
-        # Samples of the border are nowhere farther apart than `spacing`.
-        clearance = self.tree.query(np.stack([z.real, z.imag], axis=-1))[0] - 0.51 * self.spacing
+            outside = self.tree.query(_xy(z[~within]))[0]
+            return -float(outside.max()), z[0]
+        bounds = np.array([_steepest(piece) for piece in path.pieces])
+        clearance = self._least(z)
         sure = np.zeros(len(s), dtype=bool)
         best = most
         at = None
@@ -190,35 +175,25 @@ class Clearance:
                 at = complex(z[k])
             if best <= least:
                 break
-            k = np.clip(
-                np.searchsorted(
-                    path.knots,
-                    (s[:-1] + s[1:]) / 2,
-                    side="right",
-                )
-                - 1,
-                0,
-                len(steep) - 1,
-            )
+            middle = (s[:-1] + s[1:]) / 2
+            piece = np.searchsorted(path.knots, middle, side="right") - 1
+            piece = np.clip(piece, 0, len(bounds) - 1)
+            speed, bend = bounds[piece].T
             h = np.diff(s)
             a = np.maximum(clearance[:-1], 0)
             b = np.maximum(clearance[1:], 0)
-            c = (
-                steep[k, 0] ** 2
-                + (np.maximum(a, b) + self.spacing + 2 * h * steep[k, 0]) * steep[k, 1]
-            )
-            floor = np.minimum(a, b) ** 2 - c * h**2 / 4
-            open_ = np.flatnonzero(np.sqrt(np.maximum(floor, 0)) < best - TIGHT * path.length)
-            if not len(open_) and not (~sure & (clearance < best)).any():
+            farthest = np.maximum(a, b) + self.spacing + 2 * h * speed
+            c = speed**2 + farthest * bend
+            square = np.minimum(a, b) ** 2 - c * h**2 / 4
+            floor = np.sqrt(np.maximum(square, 0))
+            open_ = floor < best - TIGHT * path.length
+            if not open_.any() and not (~sure & (clearance < best)).any():
                 break
-            more = (s[open_] + s[open_ + 1]) / 2
+            more = middle[open_]
             new = path(more)[0] @ (1, 1j)
-            rough = (
-                self.tree.query(np.stack([new.real, new.imag], axis=-1))[0] - 0.51 * self.spacing
-            )
             s = np.concatenate([s, more])
             z = np.concatenate([z, new])
-            clearance = np.concatenate([clearance, rough])
+            clearance = np.concatenate([clearance, self._least(new)])
             order = np.argsort(s)
             s = s[order]
             z = z[order]
@@ -228,18 +203,22 @@ class Clearance:
 
 
 def _tree(z):
-    return cKDTree(np.stack([z.real, z.imag], axis=-1))
+    return cKDTree(_xy(z))
+
+
+def _xy(z):
+    return np.stack([z.real, z.imag], axis=-1)
 
 
 def _steepest(piece: Piece) -> tuple[float, float]:
-    """Bounds of |xi_s| and |xi_ss| along a piece."""
+    """Return bounds of |xi_s| and |xi_ss| along a piece."""
     if isinstance(piece, Arc):
         return 1.0, 1 / piece.radius
     if not isinstance(piece, Polynomial):
         return 1.0, 0.0
     n = len(piece.coefficients) - 1
     control = piece.bernstein
-    first, second = (
-        np.linalg.norm(np.diff(control, order, axis=0), axis=1).max(initial=0.0) for order in (1, 2)
-    )
+    differences = np.diff(control, axis=0)
+    first = np.linalg.norm(differences, axis=1).max(initial=0.0)
+    second = np.linalg.norm(np.diff(differences, axis=0), axis=1).max(initial=0.0)
     return n * first / piece.length, n * (n - 1) * second / piece.length**2

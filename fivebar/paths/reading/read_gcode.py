@@ -91,14 +91,17 @@ class _Machine:
         codes = []
         values: dict[str, float] = {}
         for letter, digits in WORD.findall(text):
-            value = float(digits.replace(" ", "").replace("\t", ""))
+            value = float("".join(digits.split()))
             if letter in "GM":
                 codes.append((letter, value))
             elif letter in values:
                 raise self.error(f"{letter} twice in one line")
             elif letter not in "NO":
                 values[letter] = value
-        motions = [int(value) for letter, value in codes if letter == "G" and value in range(5)]
+        motions = []
+        for letter, value in codes:
+            if letter == "G" and value in range(5):
+                motions.append(int(value))
         if len(motions) > 1:
             raise self.error(f"G{motions[0]} and G{motions[1]} in one line")
         for letter, value in codes:
@@ -213,31 +216,36 @@ class _Machine:
             raise self.error(f"G{self.motion} needs I and J, or R")
         whole = abs(end - start) <= WHOLE
         if by_centre:
-            offset = complex(self.metres(values.get("I", 0.0)), self.metres(values.get("J", 0.0)))
+            i = self.metres(values.get("I", 0.0))
+            j = self.metres(values.get("J", 0.0))
+            offset = complex(i, j)
             centre = offset if self.absolute_centres else start + offset
         elif whole:
             raise self.error("an arc with R whose start is its end: give I and J")
         else:
             centre = self.centre_by_radius(start, end, self.metres(values["R"]))
         radius = abs(start - centre)
-        difference = abs(radius - abs(end - centre))
-        if radius == 0 or difference > max(ROUGH, RIGHT * radius):
+        radius_at_end = abs(end - centre)
+        tolerance = max(ROUGH, RIGHT * radius)
+        if radius == 0 or abs(radius - radius_at_end) > tolerance:
             raise self.error(
                 f"the arc's centre is {1e3 * radius:.6g} mm from its start, but"
-                f" {1e3 * abs(end - centre):.6g} mm from its end"
+                f" {1e3 * radius_at_end:.6g} mm from its end"
             )
         turn = 2 * math.pi
         if not whole:
             # The centre at equal distance from both ends, nearest to the one in the file.
             normal = 1j * (end - start) / abs(end - start)
             middle = (start + end) / 2
-            centre = middle + normal * ((centre - middle) * normal.conjugate()).real
+            offset = (centre - middle) * normal.conjugate()
+            centre = middle + normal * offset.real
             turn = cmath.phase(end - centre) - cmath.phase(start - centre)
             turn %= 2 * math.pi
         if self.motion == 2:  # clockwise
             turn = -2 * math.pi if whole else turn - 2 * math.pi
         first = cmath.phase(start - centre)
-        return Arc((centre.real, centre.imag), abs(start - centre), first, first + turn)
+        radius = abs(start - centre)
+        return Arc((centre.real, centre.imag), radius, first, first + turn)
 
     def centre_by_radius(self, start: complex, end: complex, radius: float) -> complex:
         """Return the centre of the shorter arc with this radius; of the longer one for R < 0."""
@@ -248,5 +256,7 @@ class _Machine:
                 f" {1e3 * half:.6g} mm"
             )
         height = math.sqrt(max(radius * radius - half * half, 0.0))
-        side = -1 if (self.motion == 2) == (radius > 0) else 1
-        return (start + end) / 2 + side * height * 1j * (end - start) / abs(end - start)
+        clockwise = self.motion == 2
+        side = -1 if clockwise == (radius > 0) else 1
+        normal = 1j * (end - start) / abs(end - start)
+        return (start + end) / 2 + side * height * normal
