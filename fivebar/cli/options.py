@@ -46,7 +46,8 @@ def add_options(
             text += f" (default: {shown})"
         settings: dict[str, Any] = {"type": _type_of(values[0])}
         if values[-1] == "...":
-            settings |= {"nargs": "+", "action": "extend", "metavar": values[0]}
+            settings |= {"nargs": "+", "action": "extend"}
+            settings["metavar"] = " ".join(values[:-1])
             default = []
         elif "|" in values[0]:
             kind = settings["type"]

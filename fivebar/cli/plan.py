@@ -82,6 +82,8 @@ def _plan(arguments):
     if arguments.workspace:
         x0, x1, y0, y1 = arguments.workspace
         limits["region"] = (x0, y0), (x1, y0), (x1, y1), (x0, y1)
+    if len(arguments.via) % 2:
+        raise UsageError("--via takes pairs X Y")
     with usage_errors(ValueError, SingularityError):
         start = _end(robot, arguments.start, arguments.working or arguments.from_working)
         goal = _end(robot, arguments.goal, arguments.working or arguments.to_working)
