@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..base.errors import UsageError
 from ..base.tables import written
-from .options import JSON, add_options, named, print_json, usage_errors
+from .options import JSON, add_options, parse_values, print_json, usage_errors
 from .robot_options import add_robot_options, chosen_robot
 
 OPTIONS = JSON | {
@@ -57,18 +57,18 @@ def _calibrate(arguments):
     unknown = tuple(" ".join(arguments.unknown or DEFAULT).replace(",", " ").split())
     start = {}
     for text in arguments.start:
-        name, values = named(text, "--start")
+        name, values = parse_values(text, "--start")
         start[name] = values[0]
     bounds = {}
     for text in arguments.bounds:
-        name, values = named(text, "--bounds", "LOW:HIGH")
+        name, values = parse_values(text, "--bounds", "LOW:HIGH")
         if len(values) != 2:
             raise UsageError(f"--bounds must be NAME=LOW:HIGH, not {text!r}")
         bounds[name] = tuple(values)
     with usage_errors(ValueError):
         known_names(unknown, "--unknown")
         known_names(tuple(start) or DEFAULT, "--start")
-    found = calibrate(
+    result = calibrate(
         robot,
         arguments.data,
         unknown,
@@ -79,43 +79,43 @@ def _calibrate(arguments):
         units=arguments.units,
         mistakes="mend" if arguments.mend else "keep" if arguments.keep else "raise",
     )
-    text = str(found)
-    profiles = found.intervals(method="profile") if arguments.profile else {}
+    text = str(result)
+    profiles = result.intervals(method="profile") if arguments.profile else {}
     if profiles:
         lines = [f"{name}: {low:.9g} to {high:.9g}" for name, (low, high) in profiles.items()]
         text += "\n\n95 % intervals by profile likelihood, SI units:\n" + "\n".join(lines)
     if arguments.json:
-        print_json(_as_json(found, profiles))
+        print_json(_as_json(result, profiles))
     else:
         print(text)
     if folder := arguments.out:
         folder.mkdir(parents=True, exist_ok=True)
         names = "calibration.png", "calibration.json", "calibration.txt", "robot.toml"
         files = [folder / name for name in names]
-        found.plot(files[0])
-        found.to_json(files[1])
+        result.plot(files[0])
+        result.to_json(files[1])
         with written(files[2]) as file:
             file.write(text + "\n")
-        found.to_toml(files[3])
+        result.to_toml(files[3])
         print(*files, sep="\n", file=sys.stderr if arguments.json else sys.stdout)
 
 
-def _as_json(found, profiles):
+def _as_json(result, profiles):
     from ..estimation.saving import encode
 
     names = (
         "values sd rank indistinguishable weakly_identified dof p_value fits outliers notes robot"
         " correlation"
     )
-    table = {name: getattr(found, name) for name in names.split()}
+    table = {name: getattr(result, name) for name in names.split()}
     table |= {
-        "intervals_95": found.intervals(),
+        "intervals_95": result.intervals(),
         "profile_95": profiles,
-        "rows": len(found.rows),
-        "rms_m": found.rms,
-        "rms_before_m": found.rms_before,
-        "leave_one_out_m": found.leave_one_out,
-        "chi2": found.chi2 if found.absolute else None,
-        "residuals_m": found.residuals,
+        "rows": len(result.rows),
+        "rms_m": result.rms,
+        "rms_before_m": result.rms_before,
+        "leave_one_out_m": result.leave_one_out,
+        "chi2": result.chi2 if result.absolute else None,
+        "residuals_m": result.residuals,
     }
     return encode(table)

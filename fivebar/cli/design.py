@@ -7,7 +7,7 @@ from argparse import _SubParsersAction
 from contextlib import nullcontext
 
 from ..base.errors import UsageError
-from .options import JSON, add_options, check_ending, named, print_json
+from .options import JSON, add_options, check_ending, parse_values, print_json
 from .robot_options import add_robot_options, chosen_robot
 from .task_options import (
     add_task_options,
@@ -63,7 +63,7 @@ def _design(arguments):
     bounds = dict(interval(text, "--bound") for text in arguments.bound)
     limits = {}
     for text in arguments.limit:
-        name, values = named(text, "--limit", "LOW:HIGH")
+        name, values = parse_values(text, "--limit", "LOW:HIGH")
         limits[figure_of(name)] = values[0] if len(values) == 1 else tuple(values)
     step = None if arguments.step_mm is None else arguments.step_mm / 1000
     try:

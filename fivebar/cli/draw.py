@@ -15,12 +15,12 @@ from .options import (
     JSON,
     WORKING,
     add_options,
-    given,
     print_files,
     print_json,
     print_notes,
     print_table,
     usage_errors,
+    used_options,
 )
 from .robot_options import add_robot_options, chosen_robot
 
@@ -246,7 +246,7 @@ def _timed(arguments, robot, path, working):
     from ..paths.timing.time_path import time_path
 
     options = ("torque_limit", "speed_limit", "acceleration_limit", "joint_speed_limit")
-    values = given(arguments, *options)
+    values = used_options(arguments, *options)
     limits = {name.removesuffix("_limit"): value for name, value in values.items()}
     if not 0 <= arguments.reserve < 1:
         raise UsageError(f"--reserve must be from 0 to below 1, not {arguments.reserve:g}")

@@ -6,7 +6,7 @@ import sys
 from argparse import _SubParsersAction
 
 from ..base.errors import SingularityError
-from .options import add_options, given, usage_errors
+from .options import add_options, usage_errors, used_options
 from .robot_options import add_robot_options, chosen_robot
 
 OPTIONS = {
@@ -36,7 +36,7 @@ def _export(arguments):
     from ..models.geometry import dgm
 
     robot = chosen_robot(arguments)
-    options = given(arguments, "step", "closure", "functions", "name")
+    options = used_options(arguments, "step", "closure", "functions", "name")
     with usage_errors(ValueError, SingularityError):
         if arguments.start:
             options["start"] = dgm(robot, arguments.start, arguments.assembly)

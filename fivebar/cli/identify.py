@@ -6,7 +6,7 @@ from argparse import _SubParsersAction
 from pathlib import Path
 
 from ..base.errors import UsageError
-from .options import JSON, add_options, given, print_json
+from .options import JSON, add_options, print_json, used_options
 from .robot_options import add_robot_options, chosen_robot
 
 GAUGES = {
@@ -45,7 +45,7 @@ def _identify(arguments):
     for path in [*arguments.logs, arguments.validate]:
         if path is not None and not Path(path).exists():
             raise UsageError(f"no file {path!r}")
-    found = identify(
+    result = identify(
         robot,
         arguments.logs,
         validate=arguments.validate,
@@ -61,17 +61,17 @@ def _identify(arguments):
         folder.mkdir(parents=True, exist_ok=True)
         names = "robot.toml", "identification.json", "torques.png"
         files = [folder / name for name in names]
-        for write, file in zip((found.to_toml, found.to_json, found.plot), files):
+        for write, file in zip((result.to_toml, result.to_json, result.plot), files):
             write(file)
     if arguments.json:
-        print_json({**found.table, "files": files})
+        print_json({**result.table, "files": files})
     else:
-        print(found, *files, sep="\n")
+        print(result, *files, sep="\n")
 
 
 def _gauges(arguments):
     options = {}
-    for name, numbers in given(arguments, *GAUGES).items():
+    for name, numbers in used_options(arguments, *GAUGES).items():
         if len(numbers) > 2:
             option = name.replace("_", "-")
             raise UsageError(f"--{option} takes one number or two, not {len(numbers)}")

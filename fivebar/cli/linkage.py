@@ -33,10 +33,10 @@ from .options import (
     add_options,
     check_ending,
     check_positive,
-    given,
     print_files,
     print_json,
     usage_errors,
+    used_options,
 )
 
 LENGTHS = ("l11", "l12", "l21", "l22", "d")
@@ -117,7 +117,7 @@ def _run(arguments, build):
         check_positive(arguments, "turns")
         if arguments.speed is not None and not 0 < abs(arguments.speed) < math.inf:
             raise UsageError(f"--speed must be finite and not 0, not {arguments.speed:g}")
-        options |= given(arguments, "speed", "turns", "drive")
+        options |= used_options(arguments, "speed", "turns", "drive")
         if options.get("drive", "turn") not in DRIVES:
             known = ", ".join(DRIVES)
             raise UsageError(f"no drive {options['drive']!r}; the known ones are {known}")
@@ -129,7 +129,7 @@ def _run(arguments, build):
     files = []
     if not arguments.json:
         print(*lines, sep="\n", flush=True)
-    if given(arguments, "plot", "csv", "html", "page"):
+    if used_options(arguments, "plot", "csv", "html", "page"):
         result = study(linkage, branch=branch, **options)
         ranges = _ranges(result)
         files = _write(result, arguments)
@@ -178,12 +178,12 @@ def _press(arguments):
     }
     if arguments.load:
         options["load"] = {"E": (0.0, arguments.load)}
-    linkage = replace(linkage, **given(arguments, *PRESS_LENGTHS))
+    linkage = replace(linkage, **used_options(arguments, *PRESS_LENGTHS))
     return linkage, options, [f"source of the set: {source}"]
 
 
 def _five_bar(arguments):
-    robot = FiveBar(**given(arguments, *LENGTHS))
+    robot = FiveBar(**used_options(arguments, *LENGTHS))
     return FiveBarLinkage(robot, tuple(arguments.motors)), {"drive": "swing"}, []
 
 

@@ -14,11 +14,11 @@ from .options import (
     JSON,
     add_options,
     check_ending,
-    given,
     print_files,
     print_json,
     print_notes,
     usage_errors,
+    used_options,
 )
 from .robot_options import add_robot_options, chosen_robot
 
@@ -60,7 +60,7 @@ def _map(arguments):
     check_ending("--data", arguments.data, (".csv", ".npz"))
     check_ending("--out", arguments.out)
     check_ending("--graph", arguments.graph)
-    levels = given(arguments, "det_A", "sin")
+    levels = used_options(arguments, "det_A", "sin")
     if arguments.space == "joint" and (levels or arguments.path):
         raise UsageError("--path, --det-A and --sin are of task space only")
     regions = path = points = None
@@ -96,7 +96,7 @@ def _map(arguments):
         _print_regions("region", regions)
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
-    print_files(given(arguments, "out", "graph", "data", "page").values())
+    print_files(used_options(arguments, "out", "graph", "data", "page").values())
 
 
 def _print_regions(name, regions):

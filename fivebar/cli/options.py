@@ -68,7 +68,7 @@ def _type_of(value):
     return Path if is_file else str
 
 
-def given(arguments: Namespace, *names: str) -> dict[str, Any]:
+def used_options(arguments: Namespace, *names: str) -> dict[str, Any]:
     """Return those options that were used, by name."""
     values = {name: getattr(arguments, name) for name in names}
     return {name: value for name, value in values.items() if value is not None and value != []}
@@ -86,7 +86,7 @@ def usage_errors(*kinds: type[Exception]) -> Iterator[None]:
 
 def check_positive(arguments: Namespace, *names: str) -> None:
     """Raise UsageError for an option that is used and not finite and > 0."""
-    for name, value in given(arguments, *names).items():
+    for name, value in used_options(arguments, *names).items():
         if not 0 < value < float("inf"):
             option = name.replace("_", "-")
             raise UsageError(f"--{option} must be finite and > 0, not {value:g}")
@@ -107,7 +107,7 @@ def number(text: str, option: str) -> float:
         raise UsageError(f"{option}: {text!r} is no number") from None
 
 
-def named(text: str, option: str, form: str = "VALUE") -> tuple[str, list]:
+def parse_values(text: str, option: str, form: str = "VALUE") -> tuple[str, list]:
     """Return ("l1", [0.05, 0.2]) of l1=0.05:0.2; None for an empty place.
 
     form: what stands after NAME= ; it has as many parts as its colons allow, or one.

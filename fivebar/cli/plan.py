@@ -12,11 +12,11 @@ from .options import (
     JSON,
     WORKING,
     add_options,
-    given,
     print_files,
     print_json,
     print_table,
     usage_errors,
+    used_options,
 )
 from .robot_options import add_robot_options, chosen_robot
 
@@ -76,7 +76,7 @@ def _plan(arguments):
         raise UsageError(
             "--working keeps the modes: it goes without --from-working and --to-working"
         )
-    limits = {LIMITS[option]: value for option, value in given(arguments, *LIMITS).items()}
+    limits = {LIMITS[option]: value for option, value in used_options(arguments, *LIMITS).items()}
     if arguments.working:
         limits.setdefault("sin", LEAST_SIN)
     if arguments.workspace:

@@ -10,7 +10,7 @@ from ..base.errors import UsageError
 from ..models.named_robots import ROBOTS
 from ..models.parameters import robot_of
 from ..models.robots import KINDS
-from .options import add_options, given, usage_errors
+from .options import add_options, usage_errors, used_options
 
 DEFAULT = "amoro"
 PARAMETERS = tuple(dict.fromkeys(field.name for kind in KINDS for field in fields(kind)))
@@ -37,12 +37,12 @@ def add_robot_options(parser):
 
 def robot_is_chosen(arguments):
     """Return whether any of the options was used."""
-    return arguments.robot != DEFAULT or bool(given(arguments, *PARAMETERS))
+    return arguments.robot != DEFAULT or bool(used_options(arguments, *PARAMETERS))
 
 
 def chosen_robot(arguments):
     """Return the robot of these arguments."""
-    values = given(arguments, *PARAMETERS)
+    values = used_options(arguments, *PARAMETERS)
     with usage_errors(ValueError):
         if arguments.robot in ROBOTS:
             robot = ROBOTS[arguments.robot].robot

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ..base.errors import UsageError
-from .options import add_options, check_ending, check_positive, given
+from .options import add_options, check_ending, check_positive, used_options
 
 # The package's own folder may not be on the child's path; it is put last, where it shadows nothing.
 CHILD = "import sys; sys.path.append({!r}); from fivebar.amoro.ros_free.child import main; main()"
@@ -103,7 +103,7 @@ def _check(arguments):
         )
     if not 0 <= arguments.seed <= MOST_SEED:
         raise UsageError(f"--seed must be from 0 to {MOST_SEED}, not {arguments.seed}")
-    for name, value in given(arguments, "record", "plot", "animate").items():
+    for name, value in used_options(arguments, "record", "plot", "animate").items():
         path = Path(value)
         if not path.parent.is_dir():
             raise UsageError(f"--{name} {path}: no such folder")

@@ -10,7 +10,7 @@ from contextlib import nullcontext
 import numpy as np
 
 from ..base.errors import UsageError
-from .options import JSON, add_options, check_ending, given, named, print_json
+from .options import JSON, add_options, check_ending, parse_values, print_json, used_options
 from .robot_options import add_robot_options, chosen_robot
 from .task_options import (
     add_task_options,
@@ -91,7 +91,7 @@ def _sweep(arguments):
 def _designs(arguments):
     from ..optimal_design.designs import grid, sample, triangle
 
-    sources = given(arguments, "grid", "sample", "triangle", "designs")
+    sources = used_options(arguments, "grid", "sample", "triangle", "designs")
     if len(sources) != 1:
         wrong = " and ".join(f"--{name}" for name in sources) or "none"
         raise UsageError(
@@ -110,7 +110,7 @@ def _designs(arguments):
 
 
 def _axis(text):
-    name, values = named(text, "--grid", "LOW:HIGH:COUNT")
+    name, values = parse_values(text, "--grid", "LOW:HIGH:COUNT")
     if None in values:
         raise UsageError(f"--grid: a number is missing in {text!r}")
     if len(values) == 1:

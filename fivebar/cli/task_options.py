@@ -12,7 +12,7 @@ from textwrap import fill, indent
 
 from ..base.errors import UsageError
 from ..planning.samples import from_csv
-from .options import add_options, given, named, number, usage_errors
+from .options import add_options, number, parse_values, usage_errors, used_options
 
 _MODULES: set = set()  # of users, by the names of the modules that they are
 TASK = {
@@ -40,7 +40,7 @@ def add_task_options(parser: argparse.ArgumentParser) -> None:
 def chosen_task(arguments: argparse.Namespace) -> dict:
     """Return the task's options, as `sweep` and `design` take them."""
     names = "table disc poses path stiffness det_A sin margin".split()
-    choices = given(arguments, *names)
+    choices = used_options(arguments, *names)
     if len(arguments.disc) == 1:
         choices["disc"] = arguments.disc[0]
     if arguments.working:
@@ -52,7 +52,7 @@ def chosen_task(arguments: argparse.Namespace) -> dict:
     elif arguments.motor:
         choices["motor"] = [number(text, "--motor") for text in arguments.motor]
     if arguments.tolerance:
-        values = [named(text, "--tolerance") for text in arguments.tolerance]
+        values = [parse_values(text, "--tolerance") for text in arguments.tolerance]
         choices["tolerances"] = {name: value for name, (value,) in values}
     if arguments.motion:
         with usage_errors():
@@ -62,7 +62,7 @@ def chosen_task(arguments: argparse.Namespace) -> dict:
 
 def interval(text: str, option: str) -> tuple[str, float | tuple[float, float]]:
     """Return ("l1", (0.05, 0.2)) of l1=0.05:0.2, ("l1", 0.1) of l1=0.1."""
-    name, values = named(text, option, "LOW:HIGH")
+    name, values = parse_values(text, option, "LOW:HIGH")
     if None in values:
         raise UsageError(f"{option}: a number is missing in {text!r}")
     if len(values) == 1:

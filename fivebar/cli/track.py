@@ -19,12 +19,12 @@ from .options import (
     WORKING,
     add_options,
     check_positive,
-    given,
     print_files,
     print_json,
     print_notes,
     print_table,
     usage_errors,
+    used_options,
 )
 from .robot_options import add_robot_options, chosen_robot, robot_is_chosen
 
@@ -145,7 +145,7 @@ def _controller(arguments, robot, reference, working):
         return _mpc(arguments, robot, reference, working, assembly)
     kind = {"ctc": ComputedTorque, "pd": PD}[arguments.controller]
     kp, kd = BIGLIDE_PD if kind is PD and not robot.turns else GAINS[arguments.controller]
-    gains = {"kp": kp, "kd": kd} | given(arguments, "kp", "kd")
+    gains = {"kp": kp, "kd": kd} | used_options(arguments, "kp", "kd")
     return kind(robot, **gains, working=working, assembly=assembly)
 
 
@@ -154,7 +154,7 @@ def _mpc(arguments, robot, reference, working, assembly):
     from ..control.matched import asks_for_it, matched
     from ..control.tracker import Tracker
 
-    if given(arguments, "kp", "kd"):
+    if used_options(arguments, "kp", "kd"):
         raise UsageError("--kp and --kd are gains of ctc and pd: mpc has none")
     period = arguments.period
     limit = arguments.torque_limit
@@ -172,7 +172,7 @@ def _compare(arguments):
 
     if arguments.case not in CASES:
         raise UsageError(f"no case {arguments.case!r}; the known ones are {', '.join(CASES)}")
-    if given(arguments, "csv", "start", "goal", "duration"):
+    if used_options(arguments, "csv", "start", "goal", "duration"):
         raise UsageError("--case brings its own path")
     if robot_is_chosen(arguments):
         raise UsageError("--case brings its own robot")
@@ -202,7 +202,7 @@ def _compare(arguments):
 
 
 def _reference(arguments):
-    ends = given(arguments, "start", "goal", "duration")
+    ends = used_options(arguments, "start", "goal", "duration")
     if len(ends) not in (0, 3) or (arguments.csv is None) == (not ends):
         raise UsageError("track needs a CSV file, or all of --from X Y, --to X Y and --duration S")
     if ends:
