@@ -64,7 +64,7 @@ SLOW = {
 # Of grading what gives the points: the rest is about processes, files and words.
 FILES = {"grading": ["judge.py", "values.py", "relations.py", "results.py", "exercise.py"]}
 COPIED = ["labs", "notebooks", "README.md", ".readme", ".ci"]
-ARGUMENTS = ["-p", "no:cacheprovider", "-p", "tests.helpers.mutation"]
+ARGUMENTS = ["-m", "", "-p", "no:cacheprovider", "-p", "tests.helpers.mutation"]  # deep tests, too
 TABLE = DATA / "mutants.toml"
 MUTMUT = [sys.executable, "-m", "mutmut"]
 
