@@ -43,7 +43,13 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
         0.95,
     )
     most = np.minimum(room[corner - 1], room[corner])
-    reach = _reaches(path, corner, lengths, most, 0.999 * deviation)
+    reach = _reaches(
+        path,
+        corner,
+        lengths,
+        most,
+        0.999 * deviation,
+    )
     corner = corner[reach > 0]
     reach = reach[reach > 0]
     cut[1, corner - 1] = cut[0, corner] = reach
@@ -52,7 +58,10 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     dwells = {}
     s = 0.0
     blends = dict(zip(corner.tolist(), range(len(corner))))
-    asked = {int(np.abs(path.knots - s).argmin()): seconds for s, seconds in path.dwells.items()}
+    asked = {}
+    for place, seconds in path.dwells.items():
+        knot = np.abs(path.knots - place).argmin()
+        asked[int(knot)] = seconds
 
     for k, piece in enumerate(path.pieces):
         if k in asked:
@@ -100,13 +109,22 @@ def _corners(path, curvature):
         [piece.length for piece in path.pieces[:-1]],
     )
     _, d1, c1, _ = path.on(after, 0.0)
-    jumps = np.linalg.norm(d1 - d0, axis=-1) > SMOOTH
-    cosine = (d0 * d1).sum(axis=-1) / (np.linalg.norm(d0, axis=-1) * np.linalg.norm(d1, axis=-1))
+    jump = np.linalg.norm(
+        d1 - d0,
+        axis=-1,
+    )
+    jumps = jump > SMOOTH
+    size0 = np.linalg.norm(d0, axis=-1)
+    size1 = np.linalg.norm(d1, axis=-1)
+    cosine = (d0 * d1).sum(axis=-1) / (size0 * size1)
     if curvature:
-        bent = np.linalg.norm(c1 - c0, axis=-1)
-        jumps |= bent > SMOOTH * (
-            np.linalg.norm(c0, axis=-1) + np.linalg.norm(c1, axis=-1) + 1 / path.length
+        change = np.linalg.norm(
+            c1 - c0,
+            axis=-1,
         )
+        bend0 = np.linalg.norm(c0, axis=-1)
+        bend1 = np.linalg.norm(c1, axis=-1)
+        jumps |= change > SMOOTH * (bend0 + bend1 + 1 / path.length)
     dwelt = np.isin(
         path.knots[1:-1],
         list(path.dwells),
@@ -128,7 +146,12 @@ def _reaches(
     most, reach = most.copy(), np.minimum(most, 4 * deviation)
     left = np.arange(len(corner))
     for _ in range(ROUNDS):
-        off = _off(path, corner[left], lengths, reach[left])
+        off = _off(
+            path,
+            corner[left],
+            lengths,
+            reach[left],
+        )
         kept = off <= deviation
         best[left[kept]] = least[left[kept]] = reach[left[kept]]
         most[left[~kept]] = reach[left[~kept]]
@@ -159,13 +182,17 @@ def _reaches(
 
 def _blends(path, corner, lengths, reach):
     """Return the coefficients (n, 6), complex, of the quintics, and their lengths (n,)."""
-    before = path.on(corner - 1, lengths[corner - 1] - reach)[:3]
-    after = path.on(corner, reach)[:3]
-    ends = tuple(np.array(before) @ (1, 1j)), tuple(np.array(after) @ (1, 1j))
-    powers = ((1 + NODES) / 2)[:, None] ** np.arange(5) * np.arange(1, 6)
+    leaves = lengths[corner - 1] - reach
+    before = np.array(path.on(corner - 1, leaves)[:3])
+    after = np.array(path.on(corner, reach)[:3])
+    ends = tuple(before @ (1, 1j)), tuple(after @ (1, 1j))
+    u = (1 + NODES) / 2
+    powers = u[:, None] ** np.arange(5) * np.arange(1, 6)
     length = 2 * reach
     for _ in range(8):  # to the length that the curve has with it
-        length = np.abs(powers @ quintic(ends, length)[1:]).T @ WEIGHTS / 2
+        coefficients = quintic(ends, length)
+        speed = np.abs(powers @ coefficients[1:])
+        length = speed.T @ WEIGHTS / 2
     return quintic(ends, length).T, length
 
 

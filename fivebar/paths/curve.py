@@ -89,7 +89,13 @@ class Path(Plotted):
                 )
         n = len(pieces)
         pen = _each(self.pen, True, _down, n, "pen")
-        feed = _each(self.feed, np.inf, _speed, n, "feed")
+        feed = _each(
+            self.feed,
+            np.inf,
+            _speed,
+            n,
+            "feed",
+        )
         lines = _each(
             self.lines,
             None,
@@ -147,7 +153,10 @@ class Path(Plotted):
             vector("to", tuple(self.pieces[-1].end), "m"),
         )
         down = sum(piece.length for piece, down in zip(self.pieces, self.pen) if down)
-        drawn = "" if all(self.pen) else f"{down:.6g} m of it drawn"
+        if all(self.pen):
+            drawn = ""
+        else:
+            drawn = f"{down:.6g} m of it drawn"
         if len(self.stops) > 2:
             rests = f"{len(self.stops) - 2} stops on the way"
         else:
@@ -192,7 +201,10 @@ class Path(Plotted):
 
     def on(self, k: ArrayLike, s: ArrayLike) -> tuple[np.ndarray, ...]:
         """As path(s), on pieces[k] at s from 0 to its own length; k, s: numbers or (n,)."""
-        k, s = np.broadcast_arrays(np.asarray(k), np.asarray(s, float))
+        k, s = np.broadcast_arrays(
+            np.asarray(k),
+            np.asarray(s, float),
+        )
         shape = k.shape
         k = k.ravel()
         s = s.ravel()
@@ -202,7 +214,10 @@ class Path(Plotted):
             if not at.any():
                 continue
             if is_arc[k[at][0]]:
-                found[:, at] = on_arcs(arcs[own[k[at]]], s[at])
+                found[:, at] = on_arcs(
+                    arcs[own[k[at]]],
+                    s[at],
+                )
             else:
                 u = s[at] / lengths[own[k[at]]]
                 powers = u[:, None] ** np.arange(tables.shape[2])
@@ -289,7 +304,7 @@ def _listed(given, name):
 
 
 def _speed(value, name):
-    if isinstance(value, float) and value == math.inf:
+    if value == math.inf:
         return math.inf
     return positive(value, name)
 

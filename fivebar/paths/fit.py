@@ -44,7 +44,12 @@ class Ellipse:
     t1: float
 
     def __post_init__(self) -> None:
-        _refuse_far("an ellipse", self.centre, self.a, self.b)
+        _refuse_far(
+            "an ellipse",
+            self.centre,
+            self.a,
+            self.b,
+        )
 
     def moved(self, by: complex, turned: complex) -> Ellipse:
         return Ellipse(
@@ -117,9 +122,12 @@ def quintic(ends: tuple, length: np.ndarray) -> np.ndarray:
 def _quintics(curve, rows, start, end):
     half = (end - start)[:, None] / 2
     nodes = start[:, None] + half * (1 + NODES)
-    length = (np.abs(curve(rows[:, None], nodes)[1]) * half) @ WEIGHTS
-    ends = tuple(curve.end(rows, t, side) for t, side in ((start, 1), (end, -1)))
-    return quintic(ends, length).T, length
+    derivative = curve(rows[:, None], nodes)[1]
+    speed = np.abs(derivative)
+    length = (speed * half) @ WEIGHTS
+    first = curve.end(rows, start, 1)
+    last = curve.end(rows, end, -1)
+    return quintic((first, last), length).T, length
 
 
 def _off(
@@ -132,9 +140,11 @@ def _off(
 ):
     """Return the largest distances from the curves; inf where the speed is not nearly 1."""
     powers = SEEN[:, None] ** np.arange(6)
+    derivatives = powers[:, :5] * np.arange(1, 6)
     p = coefficients @ powers.T
-    speed = np.abs(coefficients[:, 1:] @ (powers[:, :5] * np.arange(1, 6)).T)
-    steady = np.abs(speed - length[:, None]).max(axis=1) <= STEADY * length
+    speed = np.abs(coefficients[:, 1:] @ derivatives.T)
+    change = np.abs(speed - length[:, None])
+    steady = change.max(axis=1) <= STEADY * length
     low = start[:, None]
     high = end[:, None]
     t = low + (high - low) * SEEN
@@ -165,9 +175,17 @@ class _Curves:
         lost = (
             speed <= 1e-9 * self.size[rows]
         )  # handles in one point: the direction is that of the next derivative
-        toward = np.where(lost, side * ddz, dz)
+        toward = np.where(
+            lost,
+            side * ddz,
+            dz,
+        )
         still = np.abs(toward) <= 1e-9 * self.size[rows]
-        toward = np.where(still, self.third(rows), toward)
+        toward = np.where(
+            still,
+            self.third(rows),
+            toward,
+        )
         size = np.abs(toward)
         tangent = np.where(
             size > 0,

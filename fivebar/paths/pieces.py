@@ -25,8 +25,18 @@ MOST_TERMS = 24  # of a polynomial
 
 @dataclass(frozen=True)
 class Line:
-    """A straight line from `start` to `end`, (2,) m, at unit speed. ValueError where these are one
-    point, or nearly.
+    """A straight line at unit speed.
+
+    Attributes
+    ----------
+    start, end : (2,)
+        m; two different points.
+
+    Examples
+    --------
+    >>> from fivebar.paths.pieces import Line
+    >>> Line((0.0, 0.0), (0.03, 0.04)).length
+    0.05
     """
 
     start: tuple[float, float]
@@ -62,13 +72,13 @@ class Line:
         )
 
     def part(self, first: float, last: float) -> Line:
-        """From s = first to s = last."""
+        """Return the part from s = first to s = last, m."""
         start = self.start if first == 0 else tuple(self(first)[0])
         end = self.end if last == self.length else tuple(self(last)[0])
         return Line(start, end)
 
     def moved(self, by: complex, turned: complex) -> Line:
-        """All points z = x + i y put to by + turned z."""
+        """Return the piece with each point z = x + i y moved to by + turned z."""
         start = by + turned * complex(*self.start)
         end = by + turned * complex(*self.end)
         return Line(_xy(start), _xy(end))
@@ -76,8 +86,22 @@ class Line:
 
 @dataclass(frozen=True)
 class Arc:
-    """An arc about `centre`, (2,) m, of `radius` m, from angle0 to angle1, rad, to the left where
-    it is the larger.
+    """An arc of a circle at unit speed.
+
+    Attributes
+    ----------
+    centre : (2,)
+        m.
+    radius : float
+        m.
+    angle0, angle1 : float
+        Directions of its start and end from the centre, rad; it turns left if angle1 > angle0.
+
+    Examples
+    --------
+    >>> from fivebar.paths.pieces import Arc
+    >>> Arc((0.0, 0.0), 0.02, 0.0, 1.5).length
+    0.03
     """
 
     centre: tuple[float, float]
@@ -128,7 +152,7 @@ class Arc:
         )
 
     def part(self, first: float, last: float) -> Arc:
-        """From s = first to s = last."""
+        """Return the part from s = first to s = last, m."""
         span = self.angle1 - self.angle0
         length = self.length
         return Arc(
@@ -136,7 +160,7 @@ class Arc:
         )
 
     def moved(self, by: complex, turned: complex) -> Arc:
-        """All points z = x + i y put to by + turned z."""
+        """Return the piece with each point z = x + i y moved to by + turned z."""
         turn = math.atan2(turned.imag, turned.real)
         centre = _xy(by + turned * complex(*self.centre))
         return Arc(
@@ -149,9 +173,20 @@ class Arc:
 
 @dataclass(frozen=True, eq=False)
 class Polynomial:
-    """xi = sum of coefficients[k] u^k, u = s / length in [0, 1]; |xi_s| need not be 1.
+    """A polynomial curve xi = sum of coefficients[k] u^k with u = s / length in [0, 1].
 
-    coefficients (degree + 1, 2) m; length: of s, m, > 0.
+    Attributes
+    ----------
+    coefficients : (degree + 1, 2)
+        m.
+    length : float
+        Range of s, m. |xi_s| need not be 1.
+
+    Examples
+    --------
+    >>> from fivebar.paths.pieces import Polynomial
+    >>> Polynomial([(0.0, 0.0), (0.1, 0.0), (0.0, 0.02)], 0.1).end
+    array([0.1 , 0.02])
     """
 
     coefficients: np.ndarray
@@ -201,7 +236,7 @@ class Polynomial:
         return _values(self._derivatives, np.asarray(s, float) / self.length)
 
     def part(self, first: float, last: float) -> Polynomial:
-        """From s = first to s = last."""
+        """Return the part from s = first to s = last, m."""
         a = first / self.length
         b = (last - first) / self.length
         n = len(self.coefficients)
@@ -212,7 +247,7 @@ class Polynomial:
         return Polynomial(shift @ self.coefficients, last - first)
 
     def moved(self, by: complex, turned: complex) -> Polynomial:
-        """All points z = x + i y put to by + turned z."""
+        """Return the piece with each point z = x + i y moved to by + turned z."""
         z = turned * (self.coefficients @ (1, 1j))
         z[0] += by
         return Polynomial(

@@ -73,13 +73,37 @@ def setpoints(
     rate: float = 1000.0,
     working: tuple[int, int] | None = None,
 ) -> Setpoints:
-    """The joint coordinates of a motion, `rate` times a second, its first and its last instant
-    among them: Setpoints.
+    """Return the joint coordinates of a motion at a steady rate.
 
-    Where the duration is no multiple of the steps, the last row is the first after it, at the
+    If the duration is no multiple of the step, the last row is the first after the end, at the
     motion's last point.
-    working: the modes; None: those of the reference itself, or (-1, -1). UnreachableError and
-    SingularityError where the motion is out of reach or crosses Type 1.
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    reference : callable
+        A motion with a duration: t -> (xi, xi_dot, xi_ddot).
+    rate : float
+        Rows a second, Hz.
+    working : (2,), optional
+        Working modes; by default those of the reference, or (-1, -1).
+
+    Returns
+    -------
+    Setpoints
+
+    Raises
+    ------
+    UnreachableError, SingularityError
+        The motion is out of reach or crosses Type 1.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> from fivebar.paths.setpoints import setpoints
+    >>> motion = fb.line((0.05, 0.09), (0.04, 0.09), 1.0)
+    >>> setpoints(fb.FiveBar(), motion, rate=100.0).q.shape
+    (101, 2)
     """
     steps = math.ceil(reference.duration * rate * (1 - 1e-12))
     bounded(

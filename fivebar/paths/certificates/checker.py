@@ -170,25 +170,24 @@ def refusal(certificate, shown=iter):
     if certificate["sha256"] != digest(certificate):
         return "it is not as it was written (sha256)"
     robot, tolerances, modes = (certificate[key] for key in ("robot", "tolerances", "working"))
-    known = {*modes, certificate["assembly"]} <= {-1, 1} and set(robot) == set(LENGTHS) >= set(
-        tolerances
-    )
-    if not (
-        known
-        and len(modes) == 2
-        and min(*robot.values(), *tolerances.values(), certificate["margin"]) >= 0
-    ):
+    signs = {*modes, certificate["assembly"]}
+    known = signs <= {-1, 1} and len(modes) == 2
+    known &= set(robot) == set(LENGTHS) >= set(tolerances)
+    sizes = [*robot.values(), *tolerances.values(), certificate["margin"]]
+    if not (known and min(sizes) >= 0):
         return (
             f"needed: three modes of -1 or 1; {', '.join(LENGTHS)}, tolerances of these, a margin,"
             " none below 0"
         )
     gap = 1e-12 * sum(robot.values())
     ends = []  # between the end of a piece and the start of the next
-    for number, (piece, parts) in enumerate(
-        shown([*zip(certificate["pieces"], certificate["parts"], strict=True)]), 1
-    ):
-        first, last = (point(piece, Number(iv.mpf(u))) for u in (0, 1))
-        ends.append(([xy.value for xy in first], [xy.value for xy in last]))
+    pairs = list(zip(certificate["pieces"], certificate["parts"], strict=True))
+    for number, (piece, parts) in enumerate(shown(pairs), 1):
+        first = point(piece, Number(iv.mpf(0)))
+        last = point(piece, Number(iv.mpf(1)))
+        start = [xy.value for xy in first]
+        end = [xy.value for xy in last]
+        ends.append((start, end))
         joined = number == 1 or all(abs(a - b) <= gap for a, b in zip(ends[-2][1], ends[-1][0]))
         if not (joined and parts[0] == 0 and parts[-1] == 1):
             return (

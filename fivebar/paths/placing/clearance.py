@@ -41,13 +41,25 @@ class Clearance:
         outer = loops[0]
         self.low = outer.real.min() + 1j * outer.imag.min()
         self.high = outer.real.max() + 1j * outer.imag.max()
-        x = np.linspace(self.low.real, self.high.real, GRID)
-        y = np.linspace(self.low.imag, self.high.imag, GRID)
+        x = np.linspace(
+            self.low.real,
+            self.high.real,
+            GRID,
+        )
+        y = np.linspace(
+            self.low.imag,
+            self.high.imag,
+            GRID,
+        )
         z = x[:, None] + 1j * y
         self.steps = x[1] - x[0], y[1] - y[0]
         distance = self.tree.query(_xy(z))[0]
         within = self.within(z.ravel(), exactly=False)
-        self.field = np.where(within.reshape(z.shape), distance, -distance)
+        self.field = np.where(
+            within.reshape(z.shape),
+            distance,
+            -distance,
+        )
         self.most = float(self.field.max())
 
     def _dense(self, loop):
@@ -87,7 +99,10 @@ class Clearance:
         (u, v), (i, j) = self._cells(z)
         i = np.clip(np.rint(u), 0, GRID - 1).astype(int)
         j = np.clip(np.rint(v), 0, GRID - 1).astype(int)
-        to_node = np.hypot((u - i) * self.steps[0], (v - j) * self.steps[1])
+        to_node = np.hypot(
+            (u - i) * self.steps[0],
+            (v - j) * self.steps[1],
+        )
         within = self.field[i, j] > 0
         unknown = to_node >= 0.99 * distance
         if unknown.any():
@@ -100,8 +115,16 @@ class Clearance:
         """Return places on the grid, in steps, and the cells that hold them."""
         x = (z.real - self.low.real) / self.steps[0]
         y = (z.imag - self.low.imag) / self.steps[1]
-        i = np.clip(np.floor(x).astype(int), 0, GRID - 2)
-        j = np.clip(np.floor(y).astype(int), 0, GRID - 2)
+        i = np.clip(
+            np.floor(x).astype(int),
+            0,
+            GRID - 2,
+        )
+        j = np.clip(
+            np.floor(y).astype(int),
+            0,
+            GRID - 2,
+        )
         return (x, y), (i, j)
 
     def on_grid(self, z: np.ndarray) -> np.ndarray:
@@ -118,7 +141,11 @@ class Clearance:
         beyond_y = np.maximum(-y, y - GRID + 1)
         beyond = np.maximum(beyond_x, beyond_y)
         outside = -np.abs(f).max() - beyond * self.steps[0]
-        return np.where(beyond > 0, outside, value)
+        return np.where(
+            beyond > 0,
+            outside,
+            value,
+        )
 
     def exact(self, z: np.ndarray) -> np.ndarray:
         """Return the distances of points (n,) from all that bounds."""
@@ -177,7 +204,11 @@ class Clearance:
                 break
             middle = (s[:-1] + s[1:]) / 2
             piece = np.searchsorted(path.knots, middle, side="right") - 1
-            piece = np.clip(piece, 0, len(bounds) - 1)
+            piece = np.clip(
+                piece,
+                0,
+                len(bounds) - 1,
+            )
             speed, bend = bounds[piece].T
             h = np.diff(s)
             a = np.maximum(clearance[:-1], 0)
@@ -207,7 +238,10 @@ def _tree(z):
 
 
 def _xy(z):
-    return np.stack([z.real, z.imag], axis=-1)
+    return np.stack(
+        [z.real, z.imag],
+        axis=-1,
+    )
 
 
 def _steepest(piece: Piece) -> tuple[float, float]:

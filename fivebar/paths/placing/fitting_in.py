@@ -117,7 +117,10 @@ def fitted_in(
     else:
         share, aspect, rectangle = max(
             found,
-            key=lambda each: (min(each[0], scale or 0.0), each is found[-1]),
+            key=lambda each: (
+                min(each[0], scale or 0.0),
+                each is found[-1],
+            ),
         )
     if scale is not None and scale > share:
         wide, high = 1e3 * size * scale

@@ -28,14 +28,23 @@ from .search import Search
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A path in its place, from `place`.
+    """A placed path, from `place`.
 
-    path: placed; placement; working, aspect: the modes and the aspect, or dexterous region, in
-    which it lies, of strokes with modes of their own those of the first; clearance: m, its distance
-    from the nearest boundary of what it may be in; nearest (2,) m: the point of the path where that
-    is; scale: of the placement; largest: with which scale it would fit at most, None where that was
-    not asked for; strokes: (Path, Aspect) of each part that has modes of its own, of a path in one
-    aspect the whole.
+    Attributes
+    ----------
+    path : Path
+        In its place.
+    placement : Placement
+    aspect : Aspect or DexterousRegion
+        Where it lies; of strokes with modes of their own, where the first lies.
+    clearance : float
+        Distance, m, from the nearest boundary.
+    nearest : (2,)
+        The point of the path where that is, m.
+    largest : float or None
+        Largest scale at which the path fits, if it was asked for.
+    strokes : tuple of (Path, Aspect)
+        Each part that has modes of its own.
     """
 
     path: Path = field(repr=False)

@@ -105,42 +105,31 @@ class Search:
         self.centres = (x[:, None] + 1j * y).ravel()
 
     def coarse(self, scale: float, mixed: bool = False) -> list[Found]:
-        """The best shifts on the grid, the best first, one for each turn and room; mixed: each path
-        in its own room.
+        """Return the best shifts on the grid, the best first, one for each turn and room.
+
+        mixed: each path may lie in a room of its own.
         """
         found = []
         for turn in self.turns:
             z = self.centres[:, None] + scale * np.exp(1j * turn) * self.few
+            best = []  # clearance, the room of each path, shift
             if mixed:
-                clearances = np.array(
-                    [
-                        np.minimum.reduceat(clearance.on_grid(z), self.first, axis=1)
-                        for clearance in self.clearances
-                    ]
-                )
-                clearance = clearances.max(axis=0).min(axis=1)
-                best = [
-                    (
-                        float(clearance[at]),
-                        clearances[:, at].argmax(axis=0).tolist(),
-                        at,
-                    )
-                    for at in np.argsort(-clearance)[:3]
-                ]
+                of_rooms = []
+                for room in self.clearances:
+                    of_rooms.append(np.minimum.reduceat(room.on_grid(z), self.first, axis=1))
+                table = np.array(of_rooms)
+                least = table.max(axis=0).min(axis=1)
+                for at in np.argsort(-least)[:3]:
+                    which = table[:, at].argmax(axis=0)
+                    best.append((least[at], which.tolist(), at))
             else:
-                clearances = [clearance.on_grid(z).min(axis=1) for clearance in self.clearances]
-                best = [
-                    (
-                        float(clearance.max()),
-                        [k] * len(self.paths),
-                        clearance.argmax(),
-                    )
-                    for k, clearance in enumerate(clearances)
-                ]
-            found += [
-                Found(clearance, tuple(which), complex(self.centres[at]), turn, scale)
-                for clearance, which, at in best
-            ]
+                for k, room in enumerate(self.clearances):
+                    least = room.on_grid(z).min(axis=1)
+                    at = least.argmax()
+                    best.append((least[at], [k] * len(self.paths), at))
+            for clearance, which, at in best:
+                shift = complex(self.centres[at])
+                found.append(Found(float(clearance), tuple(which), shift, turn, scale))
         return sorted(found, key=lambda each: -each.clearance)
 
     def fit(self, scale: float) -> Found | None:
@@ -165,7 +154,7 @@ class Search:
         return best if self.keeps(best) else None
 
     def exactly(self, found: Found, least: float = -np.inf) -> tuple[float, complex]:
-        """The room of a placement, exactly, and the point where it is least."""
+        """Return the exact clearance of a placement, and the point where it is least."""
         placement = found.placement(self.middle)
         z = found.shift + found.scale * np.exp(1j * found.turn) * self.z
         rough = np.minimum.reduceat(
@@ -186,30 +175,29 @@ class Search:
         return clearance, at
 
     def settled(self, found: Found) -> Found:
-        """With as few changes of rooms from path to path as its room allows."""
+        """Return the placement with as few changes of rooms as its clearance allows."""
         clearance, _ = self.exactly(found)
         placement = found.placement(self.middle)
         which = list(found.which)
         runs: list[tuple[set[int], int]] = []
         for n, path in enumerate(self.paths if len(set(which)) > 1 else ()):
             placed = placement(path)
-            own = {
-                k
-                for k, each in enumerate(self.clearances)
-                if k == which[n] or each.along(placed, clearance, clearance)[0] >= clearance
-            }
-            if runs and runs[-1][0] & own:
-                runs[-1] = runs[-1][0] & own, runs[-1][1] + 1
+            rooms = {which[n]}
+            for k, room in enumerate(self.clearances):
+                if room.along(placed, clearance, clearance)[0] >= clearance:
+                    rooms.add(k)
+            if runs and runs[-1][0] & rooms:
+                common, count = runs[-1]
+                runs[-1] = common & rooms, count + 1
             else:
-                runs.append((own, 1))
-        return found._replace(
-            which=tuple(min(own) for own, count in runs for _ in range(count)) or found.which
-        )
+                runs.append((rooms, 1))
+        settled: list[int] = []
+        for rooms, count in runs:
+            settled += [min(rooms)] * count
+        return found._replace(which=tuple(settled) or found.which)
 
     def least(self, found: Found) -> float:
-        """What the exact room must be above, so that the margin is kept: more than that by what is
-        not known of it.
-        """
+        """Return what the clearance must be above, so that the margin is kept in spite of TIGHT."""
         return self.margin + 2 * TIGHT * found.scale * max(path.length for path in self.paths)
 
     def keeps(self, found: Found) -> bool:
@@ -226,8 +214,9 @@ class Search:
         return away, normal
 
     def improved(self, start: Found, growing: bool = False) -> Found:
-        """From a start, by linear programs, as the distances from the nearest points of the borders
-        change; growing: to the largest scale that leaves the margin, in place of the most room.
+        """Return a better placement by linear programs on the distances from the borders.
+
+        growing: of the largest scale that leaves the margin, in place of the largest clearance.
         """
         (_, which, shift, turn, scale), turning = start, self.turn is None
         step = max(
@@ -325,9 +314,7 @@ class Search:
         )
 
     def largest(self) -> Found:
-        """The placement of the largest scale found: grown from where the paths nearly fit on the
-        grid.
-        """
+        """Return the placement of the largest scale, grown from where the paths nearly fit."""
         best = self._largest(False)
         if len(self.paths) > 1:
             best = _larger(best, self._largest(True))
@@ -359,7 +346,7 @@ class Search:
         return best
 
     def grown(self, start: Found) -> Found | None:
-        """The largest that a placement can be improved and grown to; None where it does not fit."""
+        """Return the largest placement grown from a start; None where it does not fit."""
         first = self.improved(start)
         if first.clearance <= self.margin:
             return None

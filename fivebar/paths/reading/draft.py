@@ -99,7 +99,10 @@ class Draft:
             for piece in pieces:
                 move = moves[k]
                 start = tuple(piece.start)
-                end = tuple(rows[-1][0].end) if rows else start
+                if rows:
+                    end = tuple(rows[-1][0].end)
+                else:
+                    end = start
                 if math.dist(start, end) > GAP * size:
                     rows.append((Line(end, start), False, np.inf, move.line))
                     s += rows[-1][0].length
@@ -107,7 +110,11 @@ class Draft:
                 s += piece.length
         path_pieces, pen, feed, lines = zip(*rows)
         rough = Path(path_pieces, pen, dwells, feed, tuple(notes), lines)
-        return blended(rough, max(deviation - fine, 0.0), curvature)
+        return blended(
+            rough,
+            max(deviation - fine, 0.0),
+            curvature,
+        )
 
 
 def listed(lines: Iterable[int | None]) -> str:
@@ -177,7 +184,8 @@ def _straight(curve):
     along = (curve.control - curve.control[0]) / chord
     if np.abs(along.imag).max() > 1e-12 or (np.diff(along.real) < -1e-12).any():
         return None
-    start, end = curve.control[0], curve.control[-1]
+    start = curve.control[0]
+    end = curve.control[-1]
     return [Line((start.real, start.imag), (end.real, end.imag))]
 
 
@@ -190,4 +198,11 @@ def _round(ellipse):
     start = float(np.angle(ellipse.a))
     centre = (ellipse.centre.real, ellipse.centre.imag)
     radius = max(abs(ellipse.a), abs(ellipse.b))
-    return [Arc(centre, radius, start + side * ellipse.t0, start + side * ellipse.t1)]
+    return [
+        Arc(
+            centre,
+            radius,
+            start + side * ellipse.t0,
+            start + side * ellipse.t1,
+        )
+    ]

@@ -78,7 +78,10 @@ def _tree(text, name):
 
     def start(tag, attributes):
         values = {qualified(key): value for key, value in attributes.items()}
-        builder.start(qualified(tag), values | {LINE: str(parser.CurrentLineNumber)})
+        builder.start(
+            qualified(tag),
+            values | {LINE: str(parser.CurrentLineNumber)},
+        )
 
     def end(tag):
         builder.end(qualified(tag))
@@ -165,7 +168,13 @@ def _metres_per_pixel(svg, draft, units):
     return float(size[1]) * METRES[size[2]] / float(svg.width)
 
 
-def _add(element, metres, origin, draft, passed):
+def _add(
+    element,
+    metres,
+    origin,
+    draft,
+    passed,
+):
     """Add the moves along a shape's outline, and list what of its look is not drawn."""
     values = element.values
     matrix = element.transform
@@ -200,7 +209,12 @@ def _add(element, metres, origin, draft, passed):
             shape = Bezier(np.array(controls))
         elif kind == "QuadraticBezier":
             control = place(segment.control)
-            controls = [start, (start + 2 * control) / 3, (end + 2 * control) / 3, end]
+            controls = [
+                start,
+                (start + 2 * control) / 3,
+                (end + 2 * control) / 3,
+                end,
+            ]
             shape = Bezier(np.array(controls))
         elif kind == "Arc" and segment.sweep:
             shape = _ellipse(segment, direction, place)
@@ -222,7 +236,8 @@ def _with_smooth_starts(segments):
     for segment in segments:
         kind = type(segment).__name__
         if kind in ("CubicBezier", "QuadraticBezier") and segment.smooth:
-            first, last = "control1", "control2"
+            first = "control1"
+            last = "control2"
             if kind == "QuadraticBezier":
                 first = last = "control"
             mirrored = segment.start
@@ -237,7 +252,10 @@ def _ellipse(arc, direction, place):
     """Return an elliptical arc by its conjugate radii, which any affine transform keeps."""
     along = arc.prx - arc.center
     across = arc.pry - arc.center
-    side = math.copysign(1.0, along.x * across.y - along.y * across.x)
+    side = math.copysign(
+        1.0,
+        along.x * across.y - along.y * across.x,
+    )
     centre = place(arc.center)
     a = direction(along)
     b = direction(across)
@@ -251,4 +269,10 @@ def _ellipse(arc, direction, place):
     sine = (a.conjugate() * radius).imag / area
     cosine = (radius.conjugate() * b).imag / area
     t0 = math.atan2(sine, cosine)
-    return Ellipse(centre, a, b, t0, t0 + side * float(arc.sweep))
+    return Ellipse(
+        centre,
+        a,
+        b,
+        t0,
+        t0 + side * float(arc.sweep),
+    )

@@ -74,7 +74,11 @@ class Stretches:
             index + 1,
             self.piece[index],
         )
-        first = np.insert(self.first, index + 1, places)
+        first = np.insert(
+            self.first,
+            index + 1,
+            places,
+        )
         # The last stretch of a piece ends where it did.
         last = np.append(first[1:], np.nan)
         ends = np.append(
@@ -139,14 +143,22 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
     xi_s = (x_s.cut(terms), y_s.cut(terms))
     q_s = (q1_s.cut(terms), q2_s.cut(terms))
     point = xi[0].cut(terms), xi[1].cut(terms)
-    pose = Pose(robot, point, lambda: (legs, ()))
+    pose = Pose(
+        robot,
+        point,
+        lambda: (legs, ()),
+    )
     zero = (0.0 * xi_ss[0], 0.0 * xi_ss[0])
     physics = loads_of(robot)
     bare = _without(robot, "gravity", *RUBS)
     pushes = has_moving_mass(robot)
 
     def torques(robot_, rates, accelerations):
-        at = Pose(robot_, pose.point, lambda: (legs, ()))
+        at = Pose(
+            robot_,
+            pose.point,
+            lambda: (legs, ()),
+        )
         return bar_force_dynamics(
             Accelerations(Rates(at, *rates), *accelerations),
             (0.0, 0.0),
@@ -164,7 +176,11 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
             (zero, zero),
         )
     if any_named(physics.viscous, physics.elbows):
-        parts["v"] = _viscous(physics, Rates(pose, q_s, xi_s), zero)
+        parts["v"] = _viscous(
+            physics,
+            Rates(pose, q_s, xi_s),
+            zero,
+        )
     found = {"D": det_A}
     (x1, y1), (x2, y2) = pose.u2
     for name, ((fx, fy), (tau1, tau2)) in parts.items():
@@ -272,7 +288,13 @@ def enclosed(
         place_series(path, np.tile(stretches.piece, 2), s, s, TERMS - 2),
         working,
     )
-    places = place_series(path, stretches.piece, stretches.first, stretches.last, TERMS)
+    places = place_series(
+        path,
+        stretches.piece,
+        stretches.first,
+        stretches.last,
+        TERMS,
+    )
     over = asked(robot, places, working)
     square = stretches.length**2
     found = {}

@@ -114,7 +114,10 @@ class Series:
         )
 
     def cut(self, terms: int) -> Series:
-        return Series(self.m[:terms], self.r[:terms])
+        return Series(
+            self.m[:terms],
+            self.r[:terms],
+        )
 
 
 def _monotone(function, m, r, fits):
@@ -152,7 +155,10 @@ def _term_by_term(given, first, inverse):
             total = term if total is None else total + term
         terms.append(-total * scale)
     middles = np.concatenate([term.m for term in terms])
-    return Series(middles, np.concatenate([term.r for term in terms]))
+    return Series(
+        middles,
+        np.concatenate([term.r for term in terms]),
+    )
 
 
 def place_series(

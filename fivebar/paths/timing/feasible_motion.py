@@ -109,8 +109,24 @@ def polygons(
     u = np.stack([u0, u1])
     x = np.stack([first, middle, last])
     rounding = ROUNDING * high / length  # of u, a difference of both x over the length
-    of_rows = _left_sides(rows, u, x, size, high, root, rounding)
-    of_alone = _left_sides(alone, u, x, size, high, root, rounding)
+    of_rows = _left_sides(
+        rows,
+        u,
+        x,
+        size,
+        high,
+        root,
+        rounding,
+    )
+    of_alone = _left_sides(
+        alone,
+        u,
+        x,
+        size,
+        high,
+        root,
+        rounding,
+    )
     for i in special if rows.torque.any() else ():
         of_rows[:, rows.torque, i] = _quotients(
             rows,
@@ -221,7 +237,14 @@ def _left_sides(
     sides = _product(rows.parts["a"], u)
     sides = sides + _product(rows.parts["b"], x)
     sides = sides + _product(rows.parts["c"], one)
-    _add_friction(sides, rows.parts["v"], x, one, root, high)
+    _add_friction(
+        sides,
+        rows.parts["v"],
+        x,
+        one,
+        root,
+        high,
+    )
     bend = _width(rows.bend, size, high)
     slack = _width(rows.slack, size, high)
     loss = rounding * np.abs(rows.parts["a"]).max(axis=0)
@@ -310,8 +333,16 @@ def _add_friction(
     (slope_above, offset_above), (slope_below, offset_below) = root
     positive = least >= 0
     negative = largest <= 0
-    slope = np.where(positive, slope_above, np.where(negative, slope_below, 0.0))
-    offset = np.where(positive, offset_above, np.where(negative, offset_below, 0.0))
+    slope = np.where(
+        positive,
+        slope_above,
+        np.where(negative, slope_below, 0.0),
+    )
+    offset = np.where(
+        positive,
+        offset_above,
+        np.where(negative, offset_below, 0.0),
+    )
     mixed = (least < 0) & (largest > 0)
     flat = np.where(mixed, 0.0, v)
     degree = len(found) - 1
@@ -333,7 +364,9 @@ def _criterion(mesh, i, back, near):
 
     def at_node(part, k):
         value = mesh.found.get(f"{part}{k + 1}")
-        return 0.0 if value is None else value[end][i]
+        if value is None:
+            return 0.0
+        return value[end][i]
 
     k = int(np.argmax(np.abs([at_node("a", 0), at_node("a", 1)])))
     sign = -1.0 if back else 1.0
@@ -427,7 +460,11 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
     down = p < -TINY
     flat = np.abs(p) <= TINY
     with np.errstate(all="ignore"):
-        reach = np.where(flat, 0.0, -1 / p)
+        reach = np.where(
+            flat,
+            0.0,
+            -1 / p,
+        )
         # The x1 with which x0 = 0 is allowed.
         ends = -r / q
         first = np.where(q < -TINY, ends, 0.0).max(axis=1).tolist()
@@ -448,7 +485,14 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
         can_rest = always[i] and max(first[i], low[i + 1]) <= min(last[i], high[i + 1])
         if not can_rest:
             if lowest is None:
-                lowest = _corners(p, q, r, reach, top[1:], False)
+                lowest = _corners(
+                    p,
+                    q,
+                    r,
+                    reach,
+                    top[1:],
+                    False,
+                )
             x1 = min(max(lowest[i], low[i + 1]), high[i + 1])
             value = (r[i] + q[i] * x1) * reach[i]
             low[i] = max(value[down[i]].max(initial=0.0), 0.0)
@@ -459,7 +503,15 @@ def profile(found: Polygons, above: Ceiling, rest: np.ndarray) -> tuple[np.ndarr
                 i = begins[i]
             low[i] = high[i] = max(high[i], 0.0)
         i -= 1
-    return _forwards(p, q, r, low, high, begins, stuck)
+    return _forwards(
+        p,
+        q,
+        r,
+        low,
+        high,
+        begins,
+        stuck,
+    )
 
 
 def _forwards(
@@ -477,7 +529,11 @@ def _forwards(
     closed = {begins[i] for i in stuck}
     up = q > TINY
     with np.errstate(all="ignore"):
-        reach = np.where(up, -1 / q, 0.0)
+        reach = np.where(
+            up,
+            -1 / q,
+            0.0,
+        )
     base = r * reach
     slope = p * reach
     for i in range(n):
@@ -517,7 +573,11 @@ def _corners(
         value = r[left] + q_ * x1[:, None]
         x0 = value * reach_
         index = np.arange(len(left))
-        most = np.where(p_ > TINY, x0, np.inf)
+        most = np.where(
+            p_ > TINY,
+            x0,
+            np.inf,
+        )
         least = np.where(
             p_ < -TINY,
             x0,
@@ -545,9 +605,21 @@ def _corners(
             -q_[index, m],
             slope,
         )
-        good[left] = np.where(closed | outside, good[left], x1)
-        low[left] = np.where(slope > 0, x1, low[left])
-        high[left] = np.where(slope > 0, high[left], x1)
+        good[left] = np.where(
+            closed | outside,
+            good[left],
+            x1,
+        )
+        low[left] = np.where(
+            slope > 0,
+            x1,
+            low[left],
+        )
+        high[left] = np.where(
+            slope > 0,
+            high[left],
+            x1,
+        )
         if k == 0:
             # Most are done: x0 grows up to the top.
             left = left[(slope < 0) | closed | outside]

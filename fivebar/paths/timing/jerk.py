@@ -87,7 +87,12 @@ def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
     widths = np.log(SHARES * motion.clock.taken.sum())
     k = int(np.argmin([time(w) for w in widths]))
     ends = widths[max(k - 1, 0)], widths[min(k + 1, len(widths) - 1)]
-    minimize_scalar(time, bounds=ends, method="bounded", options={"maxiter": STEPS})
+    minimize_scalar(
+        time,
+        bounds=ends,
+        method="bounded",
+        options={"maxiter": STEPS},
+    )
     best = min(tried.values(), key=lambda each: each.duration)
     if duration is None:
         return best

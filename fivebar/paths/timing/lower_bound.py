@@ -61,21 +61,9 @@ def caps(rows: Rows, alone: Rows) -> np.ndarray:
                 # Row k with a > 0 and others with a < 0: P x + V sqrt(x) <= Q, whatever u.
                 up = a[k]
                 down = -a
-
-                def without_u(
-                    f,
-                    df,
-                    up=up,
-                    down=down,
-                    k=k,
-                    da=da,
-                ):
-                    least = up * (f - df) + down * (f[k] - df[k])
-                    return least - da[k] * np.abs(f) - da * np.abs(f[k])
-
-                P = without_u(b, db)
-                V = without_u(v, dv)
-                Q = -without_u(c, dc)
+                P = _without_u(a, da, b, db, k)
+                V = _without_u(a, da, v, dv, k)
+                Q = -_without_u(a, da, c, dc, k)
                 discriminant = V * V + 4 * P * Q
                 root = (-V + np.sqrt(np.maximum(discriminant, 0.0))) / (2 * P)
                 none = (P > 0) & (Q < 0) & ((V >= 0) | (discriminant < 0))
@@ -99,6 +87,19 @@ def caps(rows: Rows, alone: Rows) -> np.ndarray:
     return np.array(result)
 
 
+def _without_u(
+    a,
+    da,
+    f,
+    df,
+    k,
+):
+    """Return the least f of row k, a > 0, and of each other row, weighted so that u drops out."""
+    least = a[k] * (f - df) - a * (f[k] - df[k])
+    by_slack = da[k] * np.abs(f)
+    return least - by_slack - da * np.abs(f[k])
+
+
 def ceiling(
     rows: Rows,
     alone: Rows,
@@ -114,7 +115,11 @@ def ceiling(
     ahead = [FREE] * n
     behind = [FREE] * n
     for i in range(n):
-        ahead[i] = _above(x[i], forward[i], h[i])
+        ahead[i] = _above(
+            x[i],
+            forward[i],
+            h[i],
+        )
         x[i + 1] = min(x[i + 1], ahead[i][2])
         if x[i + 1] < 0:
             return Ceiling(
@@ -140,7 +145,11 @@ def ceiling(
     time = np.zeros(n)
     size = np.zeros(n)
     for i in range(n):
-        ahead[i] = _above(x[i], forward[i], h[i])
+        ahead[i] = _above(
+            x[i],
+            forward[i],
+            h[i],
+        )
         time[i] = _least_time(
             x[i],
             ahead[i],
@@ -152,7 +161,12 @@ def ceiling(
         size[i] = max(slopes, default=math.inf)
     if alone.parts["b"].shape[1]:
         time = np.maximum(time, _cruise(alone, length))
-    return Ceiling(np.array(x), time, size, None)
+    return Ceiling(
+        np.array(x),
+        time,
+        size,
+        None,
+    )
 
 
 def _lists(rows, way):
@@ -232,14 +246,19 @@ def _above(x0, rows, h):
         u0 = -(b0 * x0 + v0 * r0 + c0 - open_) / a0
         y = x0 + h * u0
         # The row's Bernstein coefficients 1 to 4 are p + q u1.
+        left1 = (a0 * u0 + 2 * am * u0) / 4
+        left2 = (2 * am * u0 + a1 * u0) / 6
+        left3 = a1 * u0 / 4
+        speed1 = (b0 * y + bm * x0) / 2
+        speed2 = (b0 * y + 4 * bm * y + b1 * x0) / 6
+        speed3 = (bm + b1) * y / 2
+        rest1 = (v0 * r0 + vm * rm + c0 + cm) / 2
+        rest2 = (v0 * r0 + 4 * vm * rm + v1 * r1 + c0 + 4 * cm + c1) / 6
+        rest3 = (vm * rm + v1 * r1 + cm + c1) / 2
         p = (
-            (a0 * u0 + 2 * am * u0) / 4
-            + (b0 * y + bm * x0) / 2
-            + (v0 * r0 + vm * rm + c0 + cm) / 2,
-            (2 * am * u0 + a1 * u0) / 6
-            + (b0 * y + 4 * bm * y + b1 * x0) / 6
-            + (v0 * r0 + 4 * vm * rm + v1 * r1 + c0 + 4 * cm + c1) / 6,
-            a1 * u0 / 4 + (bm + b1) * y / 2 + (vm * rm + v1 * r1 + cm + c1) / 2,
+            left1 + speed1 + rest1,
+            left2 + speed2 + rest2,
+            left3 + speed3 + rest3,
             b1 * y + v1 * r1 + c1,
         )
         q = (
