@@ -16,7 +16,7 @@ import numpy as np
 from ..models.robots import Robot
 from .columns import Columns
 from .exercise import Exercise, Follow, Misconception, Slip
-from .misconceptions.of_any import arguments_exchanged, in_degrees
+from .misconceptions.of_any import arguments_exchanged, in_degrees, returned_in_degrees
 from .relations import relation
 
 MOST_PAIRS = 3_000
@@ -140,6 +140,7 @@ def diagnose(answers: Answers) -> Misconception | None:
         )
         or _of_called(answers)
         or _single(answers, in_degrees(exercise, answers.robot))
+        or _single(answers, returned_in_degrees(exercise))
         or relation(answers)
         or _single(answers, arguments_exchanged(exercise))
         or _in_parts(answers)

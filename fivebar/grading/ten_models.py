@@ -15,10 +15,9 @@ from ..models.kinematics import Accelerations, dkm, dkm2, ikm, ikm2
 from ..models.robots import Robot
 from ..simulation.simulate import simulate
 from .columns import Columns, batch, joint_motion, joints
-from .columns import pose as pose_of
 from .exercise import Exercise
-from .misconceptions.common import Kind
-from .misconceptions.stepwise import stepwise
+from .misconceptions.right import Kind
+from .misconceptions.stepwise import exercises_on
 from .samples import poses
 
 TEN = (
@@ -114,20 +113,9 @@ def unreachable(robot: Robot, name: str, draw: np.random.Generator, n: int) -> C
     return (*xi[np.isnan(pose.q).any(axis=1)][:n].T, *draw.choice([-1, 1], (2, n)))
 
 
-def A_and_B(robot: Robot, *q: np.ndarray) -> Columns:
-    at = pose_of(robot, *q)
-    return at.A, at.B
-
-
-COMPUTE_A_B = Exercise(
-    "compute_A_B(q11, q12, q21, q22) -> A, B", A_and_B, shapes={"A": (2, 2), "B": (2, 2)}
-)
-
-
-def exercises(kind: Kind, *labs: dict[str, Exercise]) -> list[Exercise]:
-    """The ten of these labs, with all their misconceptions, and the helper that most files have."""
-    known = {name: exercise for lab in labs for name, exercise in lab.items()}
-    return [*(known[name] for name in TEN), *stepwise(kind, COMPUTE_A_B)]
+def exercises(kind: Kind) -> list[Exercise]:
+    """Return the exercises on the ten models, and on the helper that most files have."""
+    return exercises_on(kind, *TEN, "compute_A_B")
 
 
 def checks() -> dict[str, Callable]:

@@ -7,10 +7,19 @@ import numpy as np
 import fivebar as fb
 from fivebar.grading import Exercise, Misconception
 from fivebar.grading.columns import pose
-from fivebar.grading.misconceptions.common import passive_misread
 from fivebar.models.dyads import RRR
 
 IN_LINE = 1e-6  # what the statement calls singular
+
+
+def passive_misread(model):
+    """The misconception of who reads q12 and q22 as the distal bars' directions."""
+    return Misconception(
+        "passive angles taken as absolute",
+        "Which angle does the distal bar make with the x axis? q12 alone is measured from the proximal bar.",
+        lambda robot, q11, q12, q21, q22, *row: model(robot, q11, q12 - q11, q21, q22 - q21, *row),
+    )
+
 
 
 def singularity_type(robot, *q):
@@ -33,7 +42,7 @@ TYPE = Exercise(
     "singularity_type(q11, q12, q21, q22) -> type",
     singularity_type,
     (
-        passive_misread(fb.FiveBar, singularity_type),
+        passive_misread(singularity_type),
         Misconception(
             "types 1 and 2 exchanged",
             "Which matrix is singular when a leg is straight, and which type is that?",
@@ -122,7 +131,7 @@ MARGINS = Exercise(
     "margins(q11, q12, q21, q22) -> s1, s2, p",
     margins,
     (
-        passive_misread(fb.FiveBar, margins),
+        passive_misread(margins),
         Misconception(
             "passive angles only in the parallel margin",
             "Which angle lies between the two distal bars? Write down the direction of each.",

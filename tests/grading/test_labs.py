@@ -67,6 +67,14 @@ def test_the_untouched_file_earns_nothing_and_says_which_task_is_next(lab):
         assert verdict.diagnosis is None
 
 
+# Changes that no slip in a derivation gives.
+NOT_NAMED = {
+    ("igm", "atan for atan2 on the line to the end-effector"),
+    ("dkm", "passive joints taken as locked"),
+    ("inverse_dynamics", "J instead of its transpose"),
+}
+
+
 @pytest.mark.parametrize("every", [8, pytest.param(1, marks=pytest.mark.deep)])
 @pytest.mark.parametrize("lab", FOLDERS)
 def test_each_mistake_loses_points_and_is_named(lab, every):
@@ -74,22 +82,20 @@ def test_each_mistake_loses_points_and_is_named(lab, every):
         found = results(lab, source, only=function)
         lost = {title: verdict for title, (_, verdict) in found.items() if verdict.share < 1}
         named = {v.diagnosis.name for v in lost.values() if v.diagnosis}
-        assert named == {name}, f"{function}: {name}: {[(t, v.text) for t, v in lost.items()]}"
+        known = set() if (function, name) in NOT_NAMED else set(name.split(" | "))
+        assert lost and named == known, f"{function}: {name}: {[v.text for v in lost.values()]}"
 
 
 @pytest.mark.parametrize("lab", FOLDERS)
-def test_each_misconception_has_a_hint_and_a_mistake_that_shows_it(lab):
-    exercises = load(lab, "exercises").EXERCISES
-    catalogue = [(exercise.name, wrong.name) for exercise in exercises for wrong in exercise.wrong]
-    assert sorted(catalogue) == sorted((function, name) for function, name, _ in mistakes(lab))
-    assert len(set(catalogue)) == len(catalogue)
-    assert all(
-        wrong.hint.endswith((".", "?")) for exercise in exercises for wrong in exercise.wrong
-    )
+def test_each_misconception_has_a_name_of_its_own_and_a_hint(lab):
+    for exercise in load(lab, "exercises").EXERCISES:
+        names = [wrong.name for wrong in exercise.wrong]
+        assert len(set(names)) == len(names)
+        assert all(slip.hint.endswith((".", "?")) for slip in (*exercise.wrong, *exercise.slips))
 
 
-def test_at_least_forty_misconceptions_in_all():
-    assert sum(len(list(mistakes(lab))) for lab in FOLDERS) >= 40
+def test_more_than_three_hundred_mistakes_are_named():
+    assert sum(len(list(mistakes(lab))) for lab in FOLDERS) - len(NOT_NAMED) >= 330
 
 
 @pytest.mark.parametrize("lab", FOLDERS)

@@ -5,13 +5,15 @@ model of them.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
-from ..columns import inverse
-from ..exercise import Slip
-from .common import Kind
+from ...models.robots import Robot
+from ..columns import Array, Columns, inverse, times
+from ..exercise import Misconception, Slip
 from .motion_steps import turned
+from .right import Kind, dynamic_model, forward_dynamics, inverse_dynamics
 
 
 def solved(*cases: tuple[str, str, Callable]) -> tuple[Slip, ...]:
@@ -195,17 +197,40 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
             lambda m, J, A, B, d, M: m * turned(J) @ (inverse(A) @ d - height),
         ),
     ]
-    moved = Slip(
-        "the end-effector's mass at the elbows, too: m l^2 added to the inertias",
-        "J^T J holds all of the end-effector. What is left for the motors' own inertias?",
-        {
-            "Z": lambda robot: (
-                np.diag(robot.inertias) + robot.m * np.diag([bar.length**2 for bar in robot.drives])
+    own = "An inertia belongs to one drive. Which element of M is that?"
+    Zs = [
+        ("one inertia for both legs", lambda robot: robot.inertias[0] * np.eye(2)),
+        ("both inertias on each drive", lambda robot: sum(robot.inertias) * np.eye(2)),
+        ("both inertias added in all of M", lambda robot: sum(robot.inertias) * np.ones((2, 2))),
+    ]
+    if kind.turns:
+        Zs.append(
+            (
+                "the end-effector's mass at the elbows, too: m l^2 added to the inertias",
+                lambda robot: (
+                    np.diag(robot.inertias)
+                    + robot.m * np.diag([bar.length**2 for bar in robot.drives])
+                ),
             )
-        },
-    )
+        )
+    masses: list[tuple[str, Callable]] = [
+        ("end-effector's mass halved", lambda robot: replace(robot, m=robot.m / 2))
+    ]
+    if not kind.turns:
+        masses += [
+            (
+                "masses of feet and end-effector exchanged",
+                lambda robot: replace(robot, mf1=robot.m, mf2=robot.m, m=robot.mf1),
+            ),
+            (
+                "feet's masses moved with the end-effector",
+                lambda robot: replace(robot, mf1=0, mf2=0, m=robot.m + robot.mf1 + robot.mf2),
+            ),
+        ]
+    which = "Which mass moves with which part?"
     return (
-        *((moved,) if kind.turns else ()),
+        *(Slip(name, own, {"Z": Z}) for name, Z in Zs),
+        *(Slip(name, which, {"robot_of": change}) for name, change in masses),
         *(
             Slip(name, "The robot's plane lies flat. Which way does its weight pull?", {"c": c})
             for name, c in weights
@@ -214,3 +239,51 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
         *(Slip(name, STAR if "element" in name else energy, {"M": M}) for name, M in Ms),
         *(Slip(name, STAR if "element" in name else power, {"c": c}) for name, c in cs),
     )
+
+
+def misused(name: str, hint: str, use: Callable) -> Misconception:
+    """The misconception of who makes use(M, c, given) of a right M and c (2, n)."""
+
+    def model(robot: Robot, *row: Array) -> Columns:
+        M, c = dynamic_model(robot, *row[:8])
+        return tuple(use(M, c.T, np.stack(row[8:])))
+
+    return Misconception(name, hint, model)
+
+
+def misread(model: Callable) -> Misconception:
+    """The misconception of who takes q12 and q22 for the directions of the distal bars."""
+
+    def wrong(robot: Robot, q11: Array, q12: Array, q21: Array, q22: Array, *row: Array) -> Columns:
+        return model(robot, q11, q12 - q11, q21, q22 - q21, *row)
+
+    hint = "Which angle does the distal bar make with the x axis?"
+    return Misconception("passive angles taken as absolute", hint, wrong)
+
+
+SPEED = "At constant motor speed the end-effector still accelerates. Which torque does that need?"
+DIAGONAL = "Does the left motor feel nothing of the right one's acceleration?"
+SOLVE = "Solve tau = M q'' + c for q''."
+C_MISUSED = {
+    "inverse_dynamics": (
+        misread(inverse_dynamics),
+        misused("c forgotten", SPEED, lambda M, c, q: times(M, *q)),
+        misused("c subtracted", "tau = M q'' + c.", lambda M, c, q: times(M, *q) - c),
+        misused("only the diagonal of M", DIAGONAL, lambda M, c, q: times(M * np.eye(2), *q) + c),
+    ),
+    "forward_dynamics": (
+        misread(forward_dynamics),
+        misused("c forgotten", SPEED, lambda M, c, tau: times(inverse(M), *tau)),
+        misused("c added", SOLVE, lambda M, c, tau: times(inverse(M), *(tau + c))),
+        misused(
+            "only the diagonal of M",
+            DIAGONAL,
+            lambda M, c, tau: (tau - c) / np.diagonal(M, axis1=1, axis2=2).T,
+        ),
+        misused(
+            "M not inverted",
+            "A larger inertia must accelerate less.",
+            lambda M, c, tau: times(M, *(tau - c)),
+        ),
+    ),
+}

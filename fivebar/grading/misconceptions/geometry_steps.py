@@ -12,7 +12,7 @@ import numpy as np
 from ...models.robots import Robot
 from ..columns import Array, Columns
 from ..exercise import Slip
-from .common import Kind
+from .right import Kind
 
 
 def own(step: Callable | tuple, leg: int, usual: Callable) -> Callable:
@@ -140,6 +140,16 @@ SQUARES = (
         "root of the square of the difference",
         "(l - a)^2 is not l^2 - a^2.",
         lambda bar, along: np.abs(bar - along),
+    ),
+    (
+        "root of an absolute value",
+        "What does a negative number under the root say? abs() only hides it.",
+        lambda bar, along: np.sqrt(np.abs(bar**2 - along**2)),
+    ),
+    (
+        "height 0 where the bars do not meet",
+        "Can the bars really meet there? Measure them in the pose that you return.",
+        lambda bar, along: np.sqrt(np.maximum(bar**2 - along**2, 0)),
     ),
 )
 
@@ -412,6 +422,16 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
         for name, hint, find in feet_of("H")
         for ahead in AHEAD
     ]
+    slips.append(
+        Slip(
+            "distance of H from the other pivot",
+            "Make l22 shorter in a drawing: does H come nearer to A22 or go away from it?",
+            {
+                "foot": lambda robot, leg, line: np.abs(line) - foot(robot, leg, line),
+                **AHEAD[2],
+            },
+        )
+    )
     if kind.turns:
         swapped = "The bar at angle 0 points along x: what does yours?"
         slips += [
@@ -441,4 +461,10 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
                 bars=lambda robot, leg, q: proximal(robot, leg, np.radians(q)),
             )[:1],
         ]
+    else:
+        slips += each_leg(
+            "feet slide the other way",
+            "Which way does a foot move when its coordinate grows?",
+            bars=lambda robot, leg, q: -1j * q,
+        )[:1]
     return tuple(slips)

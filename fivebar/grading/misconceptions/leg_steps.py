@@ -11,8 +11,6 @@ import numpy as np
 from ...models.robots import Robot
 from ..columns import Array, Columns
 from ..exercise import Slip
-from .common import Kind
-from .direct import dgm
 from .geometry_steps import (
     AHEAD,
     SQUARES,
@@ -27,6 +25,7 @@ from .geometry_steps import (
     proximal,
     right,
 )
+from .right import Kind, dgm
 
 
 def leg_foot(robot: Robot, leg: int, line: Array) -> Array:
@@ -314,6 +313,12 @@ def passive_slips(kind: Kind) -> tuple[Slip, ...]:
         ),
     ]
     if not kind.turns:
+        hint = "A foot slides and does not turn. From which direction is its bar's angle measured?"
+        slips += each_leg(
+            "passive angle relative instead of absolute",
+            hint,
+            off=lambda robot, angle, q, other: angle - q,
+        )
         return tuple(slips)
     turn = "The distal bar's direction is q11 + q12. Solve that for q12."
     slips += [

@@ -8,7 +8,6 @@ from collections.abc import Callable
 import numpy as np
 
 from ..exercise import Slip
-from .common import Kind
 from .motion_steps import (
     bias,
     copied,
@@ -18,6 +17,7 @@ from .motion_steps import (
     per_leg,
     turned,
 )
+from .right import Kind
 
 
 def usual(function: Callable, step: str) -> Callable:

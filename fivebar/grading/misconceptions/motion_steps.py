@@ -126,8 +126,10 @@ def second_order(
     *row: Array,
     finish: Callable,
     given: Callable = lambda row: row[8:],
+    robot_of: Callable = same,
     **steps: Any,
 ) -> Columns:
+    robot = robot_of(robot)
     mine, others = rest_of(steps)
     A, B, j = parts_of(robot, *row[:4], **mine)
     given = np.stack(given(row), -1)[..., None]
@@ -163,8 +165,10 @@ def dynamic_steps(
     M: Callable = lambda Z, m, J: Z + m * turned(J) @ J,
     c: Callable = lambda m, J, A, B, d, M: m * turned(J) @ inverse(A) @ d,
     Z: Callable = lambda robot: np.diag(robot.inertias),
+    robot_of: Callable = same,
     **steps: Any,
 ) -> Columns:
+    robot = robot_of(robot)
     mine, others = rest_of(steps)
     A, B, j = parts_of(robot, *row[:4], **mine)
     jacobian, d = J(A, B), bias(j, row[4:8], **others)[..., None]

@@ -33,10 +33,21 @@ def in_degrees(exercise: Exercise, robot: Robot) -> list[Misconception]:
     return [Misconception("angles taken as degrees", hint, model)]
 
 
+def returned_in_degrees(exercise: Exercise) -> list[Misconception]:
+    """Return the misconception of angles in degrees, where the exercise asks for angles."""
+
+    def model(robot, *columns):
+        return tuple(np.degrees(angle) for angle in exercise.answer(robot, *columns))
+
+    hint = "Which unit do motors, sin and cos use here?"
+    wrong = Misconception("angles returned in degrees", hint, model, turn=360.0)
+    return [wrong] if exercise.angles else []
+
+
 def arguments_exchanged(exercise: Exercise) -> Iterator[Misconception]:
     """Two arguments of the same kind, each taken for the other."""
     hint = "In which order do they come in, and which of them does each of your formulas need?"
-    kinds = [re.sub(r"\d", "", name) for name in exercise.arguments]
+    kinds = [re.sub(r"\d", "", name).replace("y", "x") for name in exercise.arguments]
     for i, j in combinations(range(len(kinds)), 2):
         if kinds[i] == kinds[j]:
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ..exercise import Slip
-from .common import Kind
 from .motion_slips import angle_slips, usual
 from .motion_steps import dot, passive_accelerations, passive_rates, per_leg
+from .right import Kind
 
 
 def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:

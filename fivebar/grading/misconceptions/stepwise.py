@@ -1,18 +1,20 @@
-"""Gives the exercises of the lab's functions their derivations, the slips in them, and what they
-build on.
-"""
+"""The labs' exercises on the models: the right one, its derivation and the slips in it."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ...models.robots import Robot
-from ..columns import Array, Columns, inverse, times
-from ..exercise import Exercise, Follow, Slip
-from .common import Kind
-from .dynamics import dynamic_model
-from .end_slips import DKM2_ENDS, DKM_ENDS, IKM2_ENDS, IKM_ENDS, dynamic_slips
-from .geometry_steps import dgm_slips, dgm_steps
+from ..columns import Array, Columns
+from ..exercise import Exercise, Follow, Misconception, Slip
+from . import right
+from .end_slips import (
+    C_MISUSED,
+    DKM2_ENDS,
+    DKM_ENDS,
+    IKM2_ENDS,
+    IKM_ENDS,
+    dynamic_slips,
+)
+from .geometry_steps import dgm_slips, dgm_steps, lengths_changed
 from .leg_steps import igm_slips, igm_steps, passive_steps
 from .leg_steps import passive_slips as angle_slips
 from .motion_slips import A_slips, B_slips, d_slips
@@ -29,6 +31,7 @@ from .motion_steps import (
     passive_rates,
 )
 from .passive_slips import passive_slips
+from .right import Kind
 
 MATRICES = (
     Follow("compute_A_B", 4, "AB"),
@@ -36,31 +39,41 @@ MATRICES = (
     Follow("B", 4, "own_B", counts=True),
 )
 MODEL = (Follow("dynamic_model", 8, "model", counts=True),)
+FOUR, RATES = "q11, q12, q21, q22", "q11D, q12D, q21D, q22D"
+SIGNATURES = {
+    "dgm": "q11, q21, assembly_mode) -> x, y",
+    "igm": "x, y, gamma1, gamma2) -> q11, q21",
+    "dgm_passive": "q11, q21, assembly_mode) -> q12, q22",
+    "A": f"{FOUR}) -> A",
+    "B": f"{FOUR}) -> B",
+    "compute_A_B": f"{FOUR}) -> A, B",
+    "dkm": f"{FOUR}, q11D, q21D) -> xD, yD",
+    "ikm": f"{FOUR}, xD, yD) -> q11D, q21D",
+    "dkm_passive": f"{FOUR}, q11D, q21D, xD, yD) -> q12D, q22D",
+    "dkm2": f"{FOUR}, {RATES}, q11DD, q21DD) -> xDD, yDD",
+    "ikm2": f"{FOUR}, {RATES}, xDD, yDD) -> q11DD, q21DD",
+    "dkm2_passive": f"{FOUR}, {RATES}, q11DD, q21DD, xDD, yDD) -> q12DD, q22DD",
+    "dynamic_model": f"{FOUR}, {RATES}) -> M, c",
+    "inverse_dynamics": f"{FOUR}, {RATES}, q11DD, q21DD) -> tau1, tau2",
+    "forward_dynamics": f"{FOUR}, {RATES}, tau1, tau2) -> q11DD, q21DD",
+}
+SHAPES: dict[str, tuple[int, ...]] = {"A": (2, 2), "B": (2, 2), "M": (2, 2), "c": (2,)}
 
 
 def A_B_steps(robot: Robot, *q: Array, **steps) -> Columns:
     return parts_of(robot, *q, **steps)[:2]
 
 
-def inverse_steps(robot: Robot, *row: Array, model: Columns | None = None) -> Columns:
-    M, c = model or dynamic_model(robot, *row[:8])
-    return tuple(times(M, *row[8:]) + c.T)
-
-
-def forward_steps(robot: Robot, *row: Array, model: Columns | None = None) -> Columns:
-    M, c = model or dynamic_model(robot, *row[:8])
-    return times(inverse(M), *(row[8:] - c.T))
-
-
 def _table(kind: Kind) -> dict[str, tuple]:
-    """A function's name -> derivation, slips, what it builds on."""
+    """Return of each function its derivation, the slips and what it builds on."""
     AB, d = (*A_slips(kind), *B_slips(kind)), d_slips(kind)
-    often = (  # in a dynamic model it is a factor of c
-        "How often does the term come out of the derivative?"
-    )
-    d_times = (
+    often = "How often does the term come out of the derivative?"
+    second = (
+        *d,
         Slip("d twice", often, {"of_d": lambda near, far: -2 * (near + far)}),
         Slip("half of d", often, {"of_d": lambda near, far: -(near + far) / 2}),
+        *AB,
+        *(() if kind.turns else lengths_changed(kind)),
     )
     return {
         "dgm": (dgm_steps, dgm_slips(kind), ()),
@@ -72,20 +85,49 @@ def _table(kind: Kind) -> dict[str, tuple]:
         "dkm": (dkm_steps, (*DKM_ENDS, *AB), MATRICES),
         "ikm": (ikm_steps, (*IKM_ENDS, *AB), MATRICES),
         "dkm_passive": (passive_rates, passive_slips(kind, False), ()),
-        "dkm2": (dkm2_steps, (*DKM2_ENDS, *d, *d_times, *AB), MATRICES),
-        "ikm2": (ikm2_steps, (*IKM2_ENDS, *d, *d_times, *AB), MATRICES),
+        "dkm2": (dkm2_steps, (*DKM2_ENDS, *second), MATRICES),
+        "ikm2": (ikm2_steps, (*IKM2_ENDS, *second), MATRICES),
         "dkm2_passive": (passive_accelerations, passive_slips(kind, True), ()),
         "dynamic_model": (dynamic_steps, (*dynamic_slips(kind), *d, *AB), MATRICES),
-        "inverse_dynamics": (inverse_steps, (), MODEL),
-        "forward_dynamics": (forward_steps, (), MODEL),
+        "inverse_dynamics": (right.inverse_dynamics, (), MODEL),
+        "forward_dynamics": (right.forward_dynamics, (), MODEL),
     }
 
 
-def stepwise(kind: Kind, *exercises: Exercise) -> list[Exercise]:
-    """The exercises with the derivations of those of the lab's functions that are among them."""
-    table = _table(kind)
-    found = []
-    for exercise in exercises:
-        derivation, slips, follows = table.get(exercise.name, (None, (), ()))
-        found.append(replace(exercise, derivation=derivation, slips=slips, follows=follows))
-    return found
+def exercises_on(kind: Kind, *names: str, **wrong: tuple[Misconception, ...]) -> list[Exercise]:
+    """Return the exercises on these models of a robot.
+
+    Parameters
+    ----------
+    kind
+        The class of the robot: `FiveBar` or `Biglide`.
+    *names
+        Functions, such as "dgm" or "dkm2".
+    **wrong
+        By a function's name: misconceptions beside the slips in its derivation.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> from fivebar.grading.misconceptions.stepwise import exercises_on
+    >>> exercises_on(fb.FiveBar, "dgm")[0].arguments
+    ('q11', 'q21', 'assembly_mode')
+    """
+    table, exercises = _table(kind), []
+    for name in names:
+        derivation, slips, follows = table[name]
+        returns = SIGNATURES[name].split(" -> ")[1].split(", ")
+        turning = name == "dgm_passive" or name == "igm" and kind.turns
+        exercises.append(
+            Exercise(
+                f"{name}({SIGNATURES[name]}",
+                getattr(right, name),
+                wrong.get(name, C_MISUSED.get(name, ())),
+                angles=tuple(returns) if turning else (),
+                shapes={key: SHAPES[key] for key in returns if key in SHAPES},
+                derivation=derivation,
+                slips=slips,
+                follows=follows,
+            )
+        )
+    return exercises
