@@ -32,7 +32,6 @@ FOLDER = {
     "--gradebook FILE": "Moodle's or Canvas' sheet, to be filled",
     "--column TITLE": "of the marks in that sheet (default: the one that fits)",
     "--jobs N": (1, "graded at a time"),
-    "--dask ADDRESS": "grade on a Dask cluster that sees the same files",
     "--out DIR": "results, each as it comes; a second run goes on there",
     "--hand-out IDS.txt": "write each student's own student.py to --out",
 }
@@ -106,10 +105,10 @@ def _grade(arguments):
         reports = grade_folder(arguments, lab, secret, seed, limit, hints_from(arguments, lab))
         return _must_reach(arguments, reports)
     program, siblings = _program(arguments, lab)
-    if arguments.dask or arguments.out:
+    if arguments.out:
         raise UsageError(
-            "--dask and --out are for a folder of submissions; for one there are --html, --csv,"
-            " --json, --gradescope"
+            "--out is for a folder of submissions; for one there are --html, --csv, --json,"
+            " --gradescope"
         )
     source = program.path if arguments.file.is_dir() else arguments.file
     student = arguments.student or source.stem

@@ -3,7 +3,6 @@
 import codecs
 import json
 import sys
-from contextlib import nullcontext
 
 from ..base.errors import UsageError
 
@@ -23,7 +22,6 @@ def isolation(isolate):
 def grade_folder(arguments, lab, secret, seed, limit, hints_from):
     """Grade a folder of submissions into --out; the Reports of all that could be graded."""
     from ..base.folders import locked_folder
-    from ..base.workers import dask_executor, worker_count
     from ..grading.course.cohort import begin, run_cohort
     from ..grading.course.cohort_page import write_summary
     from ..grading.course.gradebook import fill_gradebook
@@ -56,11 +54,9 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
         )
     isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
     print(isolation(isolate), file=sys.stderr)
-    cluster = dask_executor(arguments.dask) if arguments.dask else nullcontext()
-    with locked_folder(out, "grading", ("students",)), cluster as executor:
+    with locked_folder(out, "grading", ("students",)):
         cohort = begin(lab, out, seed, secret, isolate, limit, hints_from)
-        jobs = max(arguments.jobs, 1 if executor is None else worker_count(executor))
-        reports = run_cohort(cohort, entries, jobs, executor)
+        reports = run_cohort(cohort, entries, arguments.jobs)
         write_summary(out, lab.name, entries, reports, left)
         if arguments.gradebook:
             _fill(arguments, lab, entries, reports)

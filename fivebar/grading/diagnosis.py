@@ -8,7 +8,7 @@ Nothing is guessed: a mistake is named only if it gives all answers, right and w
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations, islice, product
 
 import numpy as np
@@ -21,7 +21,7 @@ from .relations import relation
 
 MOST_PAIRS = 3_000
 MODES = ("assembly_mode", "gamma1", "gamma2", "branch")
-EXACT, ROUNDED_PI, AFFINE = 1e-9, 1e-3, 1e-6  # of a wrong model's largest answer
+EXACT, AFFINE = 1e-9, 1e-6  # of a wrong model's largest answer
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,21 +143,8 @@ def diagnose(answers: Answers) -> Misconception | None:
         or _single(answers, returned_in_degrees(exercise))
         or relation(answers)
         or _single(answers, arguments_exchanged(exercise))
-        or _in_parts(answers)
         or (_pair(answers) if answers.deep else None)
-        or _in_some_rows(answers)
-        or _with_a_rounded_pi(answers)
     )
-
-
-def _with_a_rounded_pi(answers):
-    """A known mistake of another unit of angles, to three digits."""
-    for known in answers.exercise.wrong:
-        if known.turn != 2 * np.pi:
-            outcome = answers.outcome(known.model)
-            if answers.fits(outcome, answers.alike(outcome, known.turn, ROUNDED_PI)):
-                return replace(known, name=f"{known.name}, with a rounded pi")
-    return None
 
 
 def _single(answers, misconceptions):
@@ -224,48 +211,6 @@ def _of_called(answers):
     return None
 
 
-def _in_parts(answers):
-    """Some parts of the answer are right, and each other one is as a known mistake has it: mistakes
-    in one leg.
-    """
-    exercise, starts = answers.exercise, _starts(answers)
-    exact = answers.difference(answers.came, answers.expected) <= answers.limits
-    right = _by_parts(exact | answers.refused[:, None], starts)
-    first, models = (
-        {},
-        [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)],
-    )
-    for misconception in models:
-        outcome = answers.outcome(misconception.model)
-        alike = _by_parts(
-            answers.alike(outcome, misconception.turn) | answers.refused[:, None], starts
-        )
-        taken = ~right & alike
-        if np.any(taken) and np.all(right | taken):
-            return replace(
-                misconception, name=f"{misconception.name}{_alone(exercise, starts, taken)}"
-            )
-        for part in np.flatnonzero(taken):
-            first.setdefault(part, misconception)
-    if np.all(right | np.isin(np.arange(len(right)), list(first))) and len(first) > 1:
-        named = list({m.name: m for m in first.values()}.values())
-        return Misconception(
-            "; and ".join(m.name for m in named), " ".join(m.hint for m in named), None
-        )
-    return None
-
-
-def _alone(exercise, starts, taken):
-    """ ", in q21DD alone" where others of the returned names are right."""
-    owners = [name for name in exercise.returns for _ in range(int(np.prod(exercise.shape(name))))]
-    names = [owners[start] for start in np.asarray(starts)[taken]]
-    return (
-        ""
-        if set(names) == set(exercise.returns)
-        else f", in {' and '.join(dict.fromkeys(names))} alone"
-    )
-
-
 def _starts(answers):
     """The first number of each part of the answer that can be wrong alone: a matrix's row, else
     each number.
@@ -323,25 +268,3 @@ def _pairs(promising, slips) -> Iterator[Slip]:
     for one, other in combinations(slips, 2):
         if both := one.together(other):
             yield both
-
-
-def _in_some_rows(answers):
-    """Right in one mode and nowhere else."""
-    for name, column in zip(answers.exercise.arguments, answers.columns):
-        if name not in MODES:
-            continue
-        for mode in (-1, 1):
-            rows = (np.asarray(column) == mode) & ~answers.none
-            others = (np.asarray(column) == -mode) & ~answers.none
-            if (
-                rows.sum() >= 2
-                and others.sum() >= 2
-                and answers.good[rows].all()
-                and not answers.good[others].any()
-            ):
-                return Misconception(
-                    f"right only for {name.replace('_', ' ')} {mode:+d}",
-                    f"Does {name} take part in all that depends on it, and with its sign?",
-                    None,
-                )
-    return None

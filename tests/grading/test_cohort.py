@@ -12,7 +12,7 @@ import pytest
 
 from fivebar.cli import main
 from fivebar.grading import grade as graded
-from fivebar.grading.course import worker_loop
+from fivebar.grading.course import graders
 from fivebar.grading.course.cohort import STATE, GraderError, _one, begin, run_cohort, trouble_of
 from fivebar.grading.grade import grade
 from fivebar.grading.intake.cohort_folder import Entry, find_submissions
@@ -142,7 +142,8 @@ def wait_for(condition, seconds=60):
 
 
 # The command, which goes no further than to the third result until it is interrupted.
-HELD = """import sys, threading
+HELD = """import signal, sys, threading
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job ignores it
 from fivebar.cli import main
 from fivebar.grading.course import cohort
 write, stop, stopped = cohort.write_whole, cohort.Workers.stop, threading.Event()
@@ -220,11 +221,11 @@ def test_a_failure_of_the_grader_costs_one_student_and_one_of_the_machine_stops_
             return grade(lab, task)
         raise error
 
-    monkeypatch.setattr(worker_loop, "grade", fails_unless_told)
+    monkeypatch.setattr(graders, "grade", fails_unless_told)
     cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
     entry = Entry("a", written(folder / "a.py", RIGHT))
     direct = SimpleNamespace(
-        ask=lambda job, lab: worker_loop._graded(json.loads(worker_loop.request_line(job, lab)))
+        ask=lambda job, lab: graders.grade_job(job, lab.folder)
     )
     assert key in direct.ask(cohort.job(entry), cohort.lab)
     if key == "error":

@@ -29,7 +29,7 @@ def victims(pid, kind):
         return [pid]
     below = descendants(pid)
     workers = {p for p, line in below.items() if b"grading/worker/cell" in line or b"/cell" in line}
-    loops = {p for p, line in below.items() if b"worker_loop" in line} - workers
+    loops = {p for p, line in below.items() if b"multiprocessing-fork" in line} - workers
     return sorted(loops if kind == "process" else workers)
 
 

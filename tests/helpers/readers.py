@@ -274,7 +274,7 @@ OWN = {
         visualization.plot.panels:_styles visualization.view.page:_packed_viewer visualization.view.page:page
         grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash""",
     "pipes between our own processes; tests/grading/test_wire.py": """amoro.ros_free.child:_report
-        amoro.ros_free.child:main grading.course.graders:answer grading.course.worker_loop:main
+        amoro.ros_free.child:main
         grading.worker.cell.__main__:main
         grading.worker.cell.__main__:receive grading.worker.live:_reply grading.worker.wire:message
         grading.worker.launch:launch study.speed_accuracy.runner:_prepare study.speed_accuracy.runner:run""",

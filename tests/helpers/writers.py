@@ -50,7 +50,7 @@ DIRECT = {
     "visualization.pages.fronts:save_page": "into memory", "visualization.plot.poses:save_strip": "Scene.save replaces",
     "models.machine_code:_build": "in a folder of its own, which is moved as a whole",
     "study.speed_accuracy.store:add": "appends a line, cut ones are dropped",
-    "grading.course.worker_loop:main": "a pipe", "cli.__init__:_flush": "into nothing",
+    "cli.__init__:_flush": "into nothing",
     "grading.report.outputs:write_whole": "replaces", "amoro.ros_free.figures:destroy": "a script's windows",
     "amoro.ros_free.child:_scopes": "a script's scopes", "amoro.ros_free.child:_report": "a pipe",
 }  # fmt: skip

@@ -9,7 +9,7 @@ import os
 import re
 import sys
 import textwrap
-from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -25,7 +25,7 @@ from ..program import Job
 from ..report.outputs import file_name, write_whole
 from ..results import Report
 from ..variants import robot_for
-from .graders import Elsewhere, GraderError, Workers
+from .graders import GraderError, Workers
 
 STATE = "grading.json"
 TRIES = 3  # that one submission may cost a process that grades
@@ -117,13 +117,8 @@ def begin(
     return Cohort(lab, out, seed, secret, isolate, limit, hints_from)
 
 
-def run_cohort(
-    cohort: Cohort, entries: list[Entry], jobs: int, executor: Executor | None = None
-) -> list[Report]:
+def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:
     """Reports in the order of the entries; those of an earlier run are kept.
-
-    executor: whose processes grade, on machines that see the same files; None: processes of our
-        own.
 
     Where a machine is short of memory it may kill what grades: who was not graded in turn is tried
     once more alone. Who still is not has a Report that says so, without checks, and without a file:
@@ -135,10 +130,10 @@ def run_cohort(
         print(f"{kept} of {len(entries)} are graded already", file=sys.stderr)
     with progress(total=len(left), unit=" students") as bar:
         shown = _Shown(bar)
-        _grade_all(cohort, left, jobs, reports, shown, executor)
+        _grade_all(cohort, left, jobs, reports, shown)
         again = [entry for entry in left if reports[entry].ungraded]
         if again and jobs > 1:
-            _grade_all(cohort, again, 1, reports, shown, executor)
+            _grade_all(cohort, again, 1, reports, shown)
     return [reports[entry] for entry in entries]
 
 
@@ -164,11 +159,11 @@ class _Shown:
         self.bar.update()
 
 
-def _grade_all(cohort, entries, jobs, reports, shown, executor):
+def _grade_all(cohort, entries, jobs, reports, shown):
     """Grade the entries with so many processes at a time; each of the `reports` is added as it
     comes.
     """
-    pool, workers = ThreadPoolExecutor(jobs), Elsewhere(executor) if executor else Workers()
+    pool, workers = ThreadPoolExecutor(jobs), Workers()
     futures = {pool.submit(_one, cohort, entry, workers): entry for entry in entries}
     try:
         for future in as_completed(futures):
