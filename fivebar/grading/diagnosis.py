@@ -8,7 +8,7 @@ Nothing is guessed: a mistake is named only if it gives all answers, right and w
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, islice, product
 
 import numpy as np
@@ -143,6 +143,7 @@ def diagnose(answers: Answers) -> Misconception | None:
         or _single(answers, returned_in_degrees(exercise))
         or relation(answers)
         or _single(answers, arguments_exchanged(exercise))
+        or _in_parts(answers)
         or (_pair(answers) if answers.deep else None)
     )
 
@@ -208,6 +209,24 @@ def _of_called(answers):
                     return Misconception(
                         f"{slip.name}; and your {names} is wrong, too", slip.hint, None
                     )
+    return None
+
+
+def _in_parts(answers):
+    """Return a known mistake in some parts of the answer, where the others are right."""
+    exercise, starts = answers.exercise, _starts(answers)
+    exact = answers.difference(answers.came, answers.expected) <= answers.limits
+    right = _by_parts(exact | answers.refused[:, None], starts)
+    owners = [name for name in exercise.returns for _ in range(int(np.prod(exercise.shape(name))))]
+    for misconception in exercise.wrong:
+        alike = answers.alike(answers.outcome(misconception.model), misconception.turn)
+        taken = ~right & _by_parts(alike | answers.refused[:, None], starts)
+        if np.any(taken) and np.all(right | taken):
+            names = dict.fromkeys(owners[start] for start in starts[taken])
+            alone = (
+                f", in {' and '.join(names)} alone" if set(names) < set(exercise.returns) else ""
+            )
+            return replace(misconception, name=misconception.name + alone)
     return None
 
 

@@ -112,6 +112,7 @@ def test_the_tracking_error_is_the_mark(tmp_path, gains, task, low, high):
     assert (found["largest_error_m"] < 1e-4) == (task == "1")
 
 
+@pytest.mark.deep
 def test_a_mark_is_for_the_five_bar_and_for_the_whole_task(tmp_path):
     assert "it needs a five-bar" in tracked(tmp_path, "1", "100.0, 20.0", "biglide", code=1).stderr
     assert (

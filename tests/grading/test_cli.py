@@ -276,6 +276,7 @@ def test_functions_of_a_notebook(labs):
         check("elbow", labs=labs)
 
 
+@pytest.mark.deep
 def test_a_terminal_of_few_letters(tmp_path, labs):
     path = written(
         tmp_path / "my.py", SHIFTED.replace("return", "assert q11 > 9, 'é'  # π\n    return")
@@ -287,6 +288,7 @@ def test_a_terminal_of_few_letters(tmp_path, labs):
     assert run.returncode == 0 and b"\\xe9" in run.stdout and b"\\u03c0" in run.stdout
 
 
+@pytest.mark.deep
 def test_an_installed_wheel_finds_the_labs(tmp_path):
     """The build's own files only, far from the clone."""
     source = tmp_path / "source"
@@ -334,6 +336,7 @@ def test_the_default_robot_is_the_handouts():
     } == {name: repr(value) for name, value in fb.FiveBar().parameters.items()}
 
 
+@pytest.mark.deep
 def test_no_message_moves_the_cursor(labs, tmp_path, capsys):
     for name in ("\x1b[31mred\u202e.py", "b.py"):
         written(tmp_path / "folder" / name, f"{UNTOUCHED}# {len(name)}\n")

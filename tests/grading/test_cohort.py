@@ -111,6 +111,7 @@ def test_a_cohort_with_all_that_can_happen(labs, folder, tmp_path, capsys):
     assert again == {"ben", "empty"}  # what has changed, and what there was no file of
 
 
+@pytest.mark.deep
 def test_what_is_graded_again(labs, folder, tmp_path):
     entry = Entry("anna", written(folder / "anna.py", RIGHT))
     lab, out = find_lab("elbow", labs), tmp_path / "out"
@@ -285,6 +286,7 @@ def test_a_graders_process_that_dies_costs_one_student(labs, folder, tmp_path, c
     assert "Not graded: run it again" in (tmp_path / "out" / "summary.html").read_text()
 
 
+@pytest.mark.deep
 def test_hidden_inputs_are_the_same_for_all_and_a_grade_is_had_again(
     labs, folder, tmp_path, capsys
 ):

@@ -143,6 +143,7 @@ def test_marks_in_moodles_own_sheet(cohort, tmp_path, capsys):
     assert [row[:4] + row[5:] for row in after] == [row[:4] + row[5:] for row in before]
 
 
+@pytest.mark.deep
 def test_marks_in_canvas_gradebook_by_number_and_by_login(cohort, tmp_path, capsys):
     sheet = written(tmp_path / "sheet.csv", CANVAS)
     code, out = cohort({"lovelaceada_12_345_lab.py": HALF, "alan.py": RIGHT}, "--gradebook", sheet)

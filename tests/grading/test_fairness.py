@@ -177,6 +177,7 @@ def test_numbers_of_every_kind_are_read(tmp_path):
     assert texts[2] == ""
 
 
+@pytest.mark.deep
 def test_a_crossing_on_a_sample_time_is_one_crossing():
     """Halves of equal duration cross in the middle of 101 samples, where det A may be 0 to the last bit."""
     even = LAB6.replace("half = s * duration", "half = duration / 2")

@@ -84,6 +84,8 @@ def test_a_derivation_without_slips_is_the_right_model_and_with_one_it_is_not(la
         # M and c do not know in which basis A and the right side of its equation stand.
         of_A = {"v instead of u in A", "sine and cosine exchanged in A", "sign of the y component in A",
                 "legs exchanged in A"}  # fmt: skip
+        # These two differ from the right model only where no pose exists.
+        same = {name for name in same if not name.startswith(("root of an abs", "height 0"))}
         assert same <= (of_A if exercise.name == "dynamic_model" else set()), (exercise.name, same)
 
 

@@ -203,6 +203,7 @@ def test_a_program_may_import_what_lies_beside_it(labs, folder, tmp_path, capsys
     assert main(command) == 0 and "3 of 4 are graded already" in capsys.readouterr().err
 
 
+@pytest.mark.deep
 def test_all_that_is_not_graded_is_listed_and_stops_nothing(labs, folder, tmp_path, capsys):
     written(folder / "anna" / "lab.py", RIGHT)
     written(folder / "anna" / "control.py", CONTROL)
@@ -257,6 +258,7 @@ def test_all_that_is_not_graded_is_listed_and_stops_nothing(labs, folder, tmp_pa
     assert not (folder / "deep").exists()
 
 
+@pytest.mark.deep
 def test_two_with_one_id_stop_a_course_in_which_an_id_is_a_robot(labs, folder, tmp_path, capsys):
     secret = written(tmp_path / "secret", "a secret\n")
     options = ["--labs", str(labs), "--out", str(tmp_path / "out"), "--isolate", "process"]

@@ -40,6 +40,7 @@ def test_a_lab_of_the_clone_runs_by_plain_pytest(tmp_path):
     assert code == 4 and "no file 'none.py'" in text
 
 
+@pytest.mark.deep
 def test_a_lab_of_ones_own_runs_by_plain_pytest(tmp_path):
     write_lab(tmp_path / "mylabs")
     written(tmp_path / "my.py", SHIFTED)

@@ -29,6 +29,7 @@ PLAIN = st.recursive(
 )
 
 
+@pytest.mark.deep
 @given(
     st.dictionaries(st.sampled_from(list("nkvtls")), PLAIN),
     st.sampled_from([*KINDS, "ready"]) | PLAIN,

@@ -83,7 +83,6 @@ DKM2_ENDS = ended(
     ),
     ("B forgotten", SOLVE_DKM2, lambda A, B, d, q: inverse(A) @ (q + d)),
     ("B q'' forgotten: only d", SOLVE_DKM2, lambda A, B, d, q: inverse(A) @ d),
-    ("B multiplied with d, too", SOLVE_DKM2, lambda A, B, d, q: inverse(A) @ B @ (q + d)),
     (
         "A transposed in place of inverted",
         "Is A orthogonal?",
@@ -100,9 +99,7 @@ DKM2_ENDS = ended(
         lambda A, B, d, q: B @ inverse(A) @ q + inverse(A) @ d,
     ),
 )
-DKM2_ENDS += (
-    Slip("rates in place of accelerations", SOLVE_DKM2, {"given": lambda row: (row[4], row[6])}),
-)
+DKM2_ENDS += ()
 IKM2_ENDS = ended(
     ("d not divided by B", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ A @ x - d),
     ("d added instead of subtracted", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ (A @ x + d)),
@@ -115,8 +112,6 @@ IKM2_ENDS = ended(
         lambda A, B, d, x: inverse(A) @ (B @ x + d),
     ),
     ("A forgotten", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ (x - d)),
-    ("A xi'' forgotten: only d", SOLVE_IKM2, lambda A, B, d, x: -inverse(B) @ d),
-    ("A multiplied with d, too", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ A @ (x - d)),
     (
         "elementwise product of B^-1 and A",
         STAR,
@@ -134,9 +129,7 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
     inertias = " and ".join(kind.words.inertias)
     Js = (
         ("J = B^-1 A", lambda A, B: inverse(B) @ A),
-        ("J = B A^-1", lambda A, B: B @ inverse(A)),
         ("J = A B", lambda A, B: A @ B),
-        ("J = A^T B", lambda A, B: turned(A) @ B),
         ("J = A^-1", lambda A, B: inverse(A)),
         ("elementwise product of A^-1 and B in J", lambda A, B: inverse(A) * B),
         ("J transposed", lambda A, B: turned(inverse(A) @ B)),
@@ -147,20 +140,10 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
         ("mass forgotten in M", lambda Z, m, J: Z + turned(J) @ J),
         ("only the inertias in M", lambda Z, m, J: Z + 0 * J),
         ("J J^T instead of J^T J in M", lambda Z, m, J: Z + m * J @ turned(J)),
-        ("J J instead of J^T J in M", lambda Z, m, J: Z + m * J @ J),
         ("J in place of J^T J in M", lambda Z, m, J: Z + m * J),
-        ("elementwise product in J^T J", lambda Z, m, J: Z + m * turned(J) * J),
-        ("elementwise square of J in M", lambda Z, m, J: Z + m * J * J),
         ("only the diagonal of M", lambda Z, m, J: (Z + m * turned(J) @ J) * np.eye(2)),
-        ("inertias subtracted in M", lambda Z, m, J: m * turned(J) @ J - Z),
-        ("mass also on the inertias in M", lambda Z, m, J: m * (Z + turned(J) @ J)),
         ("half of the mass in M", lambda Z, m, J: Z + m / 2 * turned(J) @ J),
         ("mass twice in M", lambda Z, m, J: Z + 2 * m * turned(J) @ J),
-        ("mass squared in M", lambda Z, m, J: Z + m * m * turned(J) @ J),
-        (
-            "inertias in all four places of M",
-            lambda Z, m, J: Z @ np.ones((2, 2)) + m * turned(J) @ J,
-        ),
         ("inertias exchanged in M", lambda Z, m, J: Z[::-1, ::-1] + m * turned(J) @ J),
     )
     cs = (
@@ -173,21 +156,10 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
         ("mass forgotten in c", lambda m, J, A, B, d, M: turned(J) @ inverse(A) @ d),
         ("c with J^T m J d", lambda m, J, A, B, d, M: m * turned(J) @ J @ d),
         ("c with J^T M J d", lambda m, J, A, B, d, M: turned(J) @ M @ J @ d),
-        ("c with J^T M d", lambda m, J, A, B, d, M: turned(J) @ M @ d),
-        ("c with M d", lambda m, J, A, B, d, M: M @ d),
-        ("c with J^T M A^-1 d", lambda m, J, A, B, d, M: turned(J) @ M @ inverse(A) @ d),
         ("c with M A^-1 d", lambda m, J, A, B, d, M: M @ inverse(A) @ d),
-        ("c with A in place of its inverse", lambda m, J, A, B, d, M: m * turned(J) @ A @ d),
-        ("c with A^T in place of A^-1", lambda m, J, A, B, d, M: m * turned(J) @ turned(A) @ d),
-        ("c with B^-1 in place of A^-1", lambda m, J, A, B, d, M: m * turned(J) @ inverse(B) @ d),
-        ("c with J^T B d", lambda m, J, A, B, d, M: m * turned(J) @ B @ d),
         ("c with J d", lambda m, J, A, B, d, M: m * J @ d),
-        ("c with J^-1 in place of J^T", lambda m, J, A, B, d, M: m * inverse(J) @ inverse(A) @ d),
         ("elementwise product in c", lambda m, J, A, B, d, M: m * (turned(J) * inverse(A)) @ d),
-        ("mass squared in c", lambda m, J, A, B, d, M: m * m * turned(J) @ inverse(A) @ d),
         ("c = d", lambda m, J, A, B, d, M: d),
-        ("c with J^T J A^-1 d", lambda m, J, A, B, d, M: m * turned(J) @ J @ inverse(A) @ d),
-        ("c with M B^-1 d", lambda m, J, A, B, d, M: M @ inverse(B) @ d),
     )
     height = np.array([[0.0], [9.81]])
     weights = [
@@ -203,16 +175,6 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
         ("both inertias on each drive", lambda robot: sum(robot.inertias) * np.eye(2)),
         ("both inertias added in all of M", lambda robot: sum(robot.inertias) * np.ones((2, 2))),
     ]
-    if kind.turns:
-        Zs.append(
-            (
-                "the end-effector's mass at the elbows, too: m l^2 added to the inertias",
-                lambda robot: (
-                    np.diag(robot.inertias)
-                    + robot.m * np.diag([bar.length**2 for bar in robot.drives])
-                ),
-            )
-        )
     masses: list[tuple[str, Callable]] = [
         ("end-effector's mass halved", lambda robot: replace(robot, m=robot.m / 2))
     ]

@@ -10,8 +10,6 @@ import numpy as np
 from ..exercise import Slip
 from .motion_steps import (
     bias,
-    copied,
-    diagonal,
     dot,
     parts_of,
     per_leg,
@@ -55,11 +53,6 @@ def angle_slips(kind: Kind) -> tuple[Slip, ...]:
             {"angles": lambda q: (q[0], -q[1], q[2], -q[3])},
         ),
         Slip(
-            "angles of both legs mixed: q21 + q12 or q11 + q22",
-            "Which two angles make the direction of a distal bar?",
-            {"angles": lambda q: (q[0], q[2] + q[1] - q[0], q[2], q[0] + q[3] - q[2])},
-        ),
-        Slip(
             "q12 in both legs",
             "The right leg has its own passive angle.",
             {"angles": lambda q: (q[0], q[1], q[2], q[1])},
@@ -92,20 +85,11 @@ def A_slips(kind: Kind) -> tuple[Slip, ...]:
             lambda j: j.u2[..., ::-1],
             rows,
         ),
-        *per_leg(
-            "sign of the y component in A",
-            "A bar at angle +90 degrees points up: what does your row say?",
-            "A",
-            lambda j: j.u2 * [1, -1],
-            rows,
-        ),
         Slip(
             "legs exchanged in A",
             "The first row belongs to the left leg.",
             {"A": lambda j: j.u2[:, ::-1]},
         ),
-        Slip("the left leg's row twice in A", row, {"A": copied(1, rows)}),
-        Slip("the right leg's row twice in A", row, {"A": copied(0, rows)}),
         Slip(
             "rows of A as long as the distal bars",
             "Which length do the rows of A have when B is l u . v?",
@@ -128,21 +112,6 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
             "legs exchanged in B",
             "The first row belongs to the left leg.",
             {"b": lambda j: entry(j)[:, ::-1]},
-        ),
-        Slip(
-            "the left leg's entry twice in B",
-            "The right leg has an entry of its own.",
-            {"b": copied(1, entry)},
-        ),
-        Slip(
-            "the right leg's entry twice in B",
-            "The left leg has an entry of its own.",
-            {"b": copied(0, entry)},
-        ),
-        Slip(
-            "entries of B off the diagonal",
-            "Which motor's rate belongs to which leg's equation?",
-            {"B": lambda b, j: diagonal(b)[:, ::-1]},
         ),
         Slip(
             "B full instead of diagonal",
@@ -195,20 +164,6 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
                 lambda j: j.proximal * np.sin(j.phi),
                 entry,
             ),
-            *per_leg(
-                "direction of the proximal bar in place of the angle between the bars in B",
-                "u12 . v11 depends on the angle between two bars only.",
-                "b",
-                lambda j: j.proximal * np.sin(j.q),
-                entry,
-            ),
-            *per_leg(
-                "both bars' lengths added in B",
-                "B holds the elbow's way alone.",
-                "b",
-                lambda j: (j.proximal + j.distal) * dot(j.u2, j.v1),
-                entry,
-            )[:1],
         ]
     else:
         slips += [
@@ -217,20 +172,6 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
                 "A foot moves along y. Which component of u is it?",
                 "b",
                 lambda j: j.u2[..., 0],
-                entry,
-            ),
-            *per_leg(
-                "length of the bars in B",
-                "q' and xi' are both in m/s. Which unit must B have?",
-                "b",
-                lambda j: j.distal * entry(j),
-                entry,
-            ),
-            *per_leg(
-                "1 in B in place of the bar's direction",
-                "Is a foot's whole velocity along its bar?",
-                "b",
-                lambda j: 1 + 0 * entry(j),
                 entry,
             ),
         ]
@@ -269,13 +210,6 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
             unit_,
             "far",
             lambda j, rate: rate**2 + 0 * j.distal,
-            far,
-        ),
-        *per_leg(
-            f"length of the {bar} squared in d",
-            "Which unit has l^2 times rate^2?",
-            "far",
-            lambda j, rate: (j.distal * rate) ** 2,
             far,
         ),
         *per_leg(
@@ -377,13 +311,6 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
             fixed,
             "turning",
             lambda own, passive, turns: own,
-            turning,
-        ),
-        *per_leg(
-            "q12' - q11' where q11' + q12' belongs",
-            fixed,
-            "turning",
-            lambda own, passive, turns: passive - own,
             turning,
         ),
         *per_leg(

@@ -43,9 +43,6 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
             v,
         ),
         *per_leg(
-            "signs lost in v", "v12 is u12 turned by +90 degrees.", "v", lambda j: j.v2 * [-1, 1], v
-        ),
-        *per_leg(
             f"share of the {pivot} forgotten", away, "drag", lambda j, v: 0 * drag(j, v), drag
         ),
         *per_leg(
@@ -61,16 +58,8 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
             {"take": lambda end, drag: end + drag},
         ),
         Slip("the other sign of both", away, {"take": lambda end, drag: drag - end}),
-        Slip("share of the end-effector forgotten", away, {"take": lambda end, drag: -drag}),
         *per_leg(
             "length of the bar forgotten", length, "per", lambda value, j: value + 0 * j.distal, per
-        ),
-        *per_leg(
-            "divided by the square of the length",
-            length,
-            "per",
-            lambda value, j: value / j.distal**2,
-            per,
         ),
         *per_leg(
             "multiplied by the length instead of divided",
@@ -131,19 +120,6 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
             *per_leg(
                 f"active {word} added instead of subtracted", solve, "own", lambda q, j: -q, own
             ),
-            *per_leg(
-                f"active {word} subtracted as a length times a rate",
-                solve,
-                "own",
-                lambda q, j: j.proximal * q,
-                own,
-            ),
-            *per_leg(
-                f"active {word} divided by the length", solve, "own", lambda q, j: q / j.distal, own
-            ),
-            Slip(
-                f"the other leg's active {word} subtracted", solve, {"own": lambda q, j: q[:, ::-1]}
-            ),
         ]
     else:
         slips += per_leg(
@@ -169,13 +145,8 @@ def _pulls(kind):
         kept,
         {"pull": lambda j, v, own, q: usual_pull(j, v, own, q) + j.distal * all_of(own, q, j) ** 2},
     )
-    subtracted = Slip(
-        "centripetal term of the distal bar subtracted",
-        kept,
-        {"pull": lambda j, v, own, q: usual_pull(j, v, own, q) - j.distal * all_of(own, q, j) ** 2},
-    )
     if not kind.turns:
-        return own_kept, subtracted
+        return (own_kept,)
     term = "The elbow's centripetal acceleration is -l11 q11'^2 u11. What does v12 . u11 give?"
     wrong = (
         ("centripetal term missing", lambda j, v, own, q: 0 * own),
@@ -186,19 +157,6 @@ def _pulls(kind):
         ),
         ("length forgotten in the centripetal term", lambda j, v, own, q: own**2 * dot(v, j.u1)),
         ("centripetal term not projected", lambda j, v, own, q: j.proximal * own**2),
-        (
-            "v in place of u in the centripetal term",
-            lambda j, v, own, q: j.proximal * own**2 * dot(v, j.v1),
-        ),
-        (
-            "u12 . u11 in the centripetal term",
-            lambda j, v, own, q: j.proximal * own**2 * dot(j.u2, j.u1),
-        ),
-        ("q12' in the centripetal term", lambda j, v, own, q: j.proximal * q**2 * dot(v, j.u1)),
-        (
-            "q11' + q12' in the centripetal term",
-            lambda j, v, own, q: j.proximal * (own + q) ** 2 * dot(v, j.u1),
-        ),
     )
     each = [s for name, pull in wrong for s in per_leg(name, term, "pull", pull, usual_pull)]
-    return *each, own_kept, subtracted
+    return *each, own_kept
