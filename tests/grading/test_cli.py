@@ -98,7 +98,7 @@ def test_a_lab_of_the_clone_and_a_notebook(tmp_path, capsys):
         (["grade", "lab1", ".", "--out", "o", "--jobs", "0"], "--jobs must be at least 1"),
         (["grade", "lab1", "empty", "--out", "o"], "holds no submissions"),
         (["grade", "lab1", "my.py", "--secret-file", "none"], "--secret-file"),
-        (["grade", "lab1", "my.py", "--out", "o"], "are for a folder of submissions"),
+        (["grade", "lab1", "my.py", "--out", "o"], "--out is for a folder of submissions"),
         (["grade", "lab1", ".", "--out", "o", "--csv", "x.csv"], "a folder's files go to --out"),
         (["grade", "lab1", "my.py", "--secret-file", "short"], "fewer than 8 bytes"),
         (
