@@ -28,7 +28,12 @@ def _chart(arguments):
     from ..study.speed_accuracy.making import make
 
     out, name = arguments.out, arguments.name
-    results = make(list(CHARTS) if name == "all" else [name], out, arguments.quick)
+    try:
+        results = make(list(CHARTS) if name == "all" else [name], out, arguments.quick)
+    except KeyboardInterrupt:
+        raise RuntimeError(
+            f"interrupted: what was measured is kept in {out}; the same command goes on there"
+        ) from None
     for chart in results:
         print(*(out / f"{chart}{suffix}" for suffix in (".csv", ".png", ".svg")), sep="\n")
     print(out / "index.html")

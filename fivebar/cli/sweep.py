@@ -85,6 +85,12 @@ def _sweep(arguments):
         best = swept.best(count=arguments.best, sense=sense or None)
     except (ValueError, TypeError) as error:
         raise by_option(error) from None
+    except KeyboardInterrupt:
+        if arguments.out is None:
+            raise
+        raise RuntimeError(
+            f"interrupted: what was done is in {arguments.out}; the same command goes on there"
+        ) from None
     _show(arguments, swept, best)
 
 

@@ -82,8 +82,8 @@ def workers(monkeypatch):
     """Every worker that will be started."""
     from fivebar.grading.worker import student
 
-    started, kind = [], student.Worker
-    monkeypatch.setattr(student, "Worker", lambda *a: started.append(kind(*a)) or started[-1])
+    started, kind = [], student.SandboxWorker
+    monkeypatch.setattr(student, "SandboxWorker", lambda *a: started.append(kind(*a)) or started[-1])
     return started
 
 

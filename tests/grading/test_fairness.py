@@ -233,7 +233,7 @@ def killed(monkeypatch, moments):
             self._strike("load" if "source" in data else "ask")
             return super().send(data, limit)
 
-    monkeypatch.setattr(worker, "Worker", Victim)
+    monkeypatch.setattr(worker, "SandboxWorker", Victim)
     return made
 
 

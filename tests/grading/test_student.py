@@ -271,7 +271,7 @@ def test_a_file_that_cannot_be_loaded_is_tried_three_times_only(monkeypatch):
             1,
             "__import__('time').sleep(99)",
         )
-        monkeypatch.setattr("fivebar.grading.worker.student.Worker", None)
+        monkeypatch.setattr("fivebar.grading.worker.student.SandboxWorker", None)
         assert worker.ask("f", [(), ()]) == [worker.trouble] * 2
 
 
