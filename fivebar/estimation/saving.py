@@ -97,7 +97,9 @@ def decode(kind: Any, value: Any) -> Any:
         return robot_of(value)
     if is_dataclass(kind):
         types = get_type_hints(kind)
-        return kind(**{name: decode(types[name], value[name]) for name in types if name in value})
+        fields = {name: decode(types[name], value[name]) for name in types if name in value}
+        make: Any = kind
+        return make(**fields)
     if origin is dict:
         return {key: decode(options[1], each) for key, each in value.items()}
     if origin is tuple and isinstance(value, list):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import ndarray
@@ -39,10 +39,8 @@ def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> ndarra
 
 def robot_with(robot: FiveBar, p: ndarray) -> FiveBar:
     """Return the robot with the lengths among the values; its masses stay."""
-    return replace(
-        robot,
-        **{name: float(p[PLACE[name]]) for name in LENGTHS},
-    )
+    lengths: dict[str, Any] = {name: float(p[PLACE[name]]) for name in LENGTHS}
+    return replace(robot, **lengths)
 
 
 def sizes(

@@ -234,9 +234,10 @@ def candidates(
     low = max(-robot.d / 2 - reach[0], robot.d / 2 - reach[1])
     high = min(robot.d / 2 + reach[1], reach[0] - robot.d / 2)
     box = (low, high, -min(reach), min(reach)) if window is None else _window(window)
+    x_min, x_max, y_min, y_max = box
     x, y = np.meshgrid(
-        np.linspace(*box[:2], SIDE),
-        np.linspace(*box[2:], SIDE),
+        np.linspace(x_min, x_max, SIDE),
+        np.linspace(y_min, y_max, SIDE),
     )
     points = np.stack([x.ravel(), y.ravel()], axis=-1)
     kept = []

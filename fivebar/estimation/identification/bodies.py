@@ -14,16 +14,17 @@ theta_0). The motors feel nothing of a proximal bar's own mass, so no first mome
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi
 import numpy as np
 from numpy import ndarray
 
 from ...models.compiled import minimized
-from ...models.robots import Robot
 
 
 def consistent(
-    robot: Robot,
+    robot: Any,
     names: list[str],
     theta: ndarray,
     cov: ndarray,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -76,7 +77,7 @@ def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> ndarray:
 
 
 def sentences(
-    robot: Robot,
+    robot: Any,
     folded: dict[int, dict[int, float]],
     everywhere: bool,
 ) -> list[str]:

@@ -93,11 +93,12 @@ def triangle(flat: ndarray) -> ndarray:
     """Return R of the QR decomposition of a tall matrix (n, p), by blocks of rows."""
     rows, columns = flat.shape
     if rows <= max(BLOCK, 2 * columns):
-        return np.linalg.qr(flat, mode="r")
+        return np.asarray(np.linalg.qr(flat, mode="r"))
     size = max(BLOCK, 2 * columns)
     padded = np.zeros((-(-rows // size), size, columns))
     padded.reshape(-1, columns)[:rows] = flat
-    return triangle(np.linalg.qr(padded, mode="r").reshape(-1, columns))
+    parts = np.asarray(np.linalg.qr(padded, mode="r"))
+    return triangle(parts.reshape(-1, columns))
 
 
 def _meat(scores, breaks):

@@ -106,13 +106,13 @@ def from_log(
         source = {"t": t, **columns}
     elif extra := [name for name, column in columns.items() if column is not None]:
         raise ValueError(f"from_log: columns beside a file or a mapping: {', '.join(extra)}")
-    robot = FiveBar() if robot is None else must_be_robot(robot, "robot")
+    own: Any = FiveBar() if robot is None else must_be_robot(robot, "robot")
     if assembly is not None:
         assembly = modes(1)(assembly, "assembly")
     gauges = Gauges(counts_per_turn, gear_ratio, offset, torque_constant)
     return _run_of(
-        read_log(source, robot, units, gauges),
-        robot,
+        read_log(source, own, units, gauges),
+        own,
         assembly,
     )
 

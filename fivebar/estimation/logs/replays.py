@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy import ndarray
@@ -208,7 +209,9 @@ def replay(
             raise ValueError('replay: this run has no torques; by="reference" needs none')
         needed.append(run.tau)
     known = np.isfinite(np.hstack(needed)).all(axis=1)
-    values = {name: np.full_like(run.q, np.nan) for name in ("q", "q_dot", "xi", "tau")}
+    values: dict[str, Any] = {
+        name: np.full_like(run.q, np.nan) for name in ("q", "q_dot", "xi", "tau")
+    }
     values["energy"] = np.full(len(run.t), np.nan)
     notes, events = [], []
     for rows in _stretches(known, run.t, restart):
