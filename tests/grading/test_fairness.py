@@ -214,7 +214,7 @@ def killed(monkeypatch, moments):
     """Kill the workers' processes from outside: moments(k) says when the k-th worker dies, of start, load, ask."""
     made = []
 
-    class Victim(worker.Worker):
+    class Victim(worker.SandboxWorker):
         def __init__(self, *arguments):
             super().__init__(*arguments)
             made.append(self)

@@ -70,7 +70,6 @@ def test_the_untouched_file_earns_nothing_and_says_which_task_is_next(lab):
 # Changes that no slip in a derivation gives.
 NOT_NAMED = {
     ("igm", "atan for atan2 on the line to the end-effector"),
-    ("dkm", "passive joints taken as locked"),
     ("inverse_dynamics", "J instead of its transpose"),
 }
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...models.robots import Robot
+from ...models.robots import FiveBar, Robot
 from ..columns import Array, Columns, inverse, times
 from ..exercise import Misconception, Slip
 from .motion_steps import turned
@@ -20,6 +20,7 @@ def solved(*cases: tuple[str, str, Callable]) -> tuple[Slip, ...]:
     return tuple(Slip(name, hint, {"solve": solve}) for name, hint, solve in cases)
 
 
+SPEED = "At constant motor speed the end-effector still accelerates. Which torque does that need?"
 STAR = "* multiplies arrays element by element. How does one write the product of two matrices?"
 DKM_ENDS = solved(
     ("A and B exchanged", "Solve A xi' = B q' for xi'.", lambda A, B: inverse(B) @ A),
@@ -147,7 +148,6 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
         ("inertias exchanged in M", lambda Z, m, J: Z[::-1, ::-1] + m * turned(J) @ J),
     )
     cs = (
-        ("c forgotten", lambda m, J, A, B, d, M: 0 * d),
         ("c of the wrong sign", lambda m, J, A, B, d, M: -m * turned(J) @ inverse(A) @ d),
         ("c without J^T A^-1", lambda m, J, A, B, d, M: m * d),
         ("c without A^-1", lambda m, J, A, B, d, M: m * turned(J) @ d),
@@ -199,6 +199,7 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
         ),
         *(Slip(name, STAR if "element" in name else jacobian, {"J": J}) for name, J in Js),
         *(Slip(name, STAR if "element" in name else energy, {"M": M}) for name, M in Ms),
+        Slip("c forgotten", SPEED, {"c": lambda m, J, A, B, d, M: 0 * d}),
         *(Slip(name, STAR if "element" in name else power, {"c": c}) for name, c in cs),
     )
 
@@ -223,10 +224,25 @@ def misread(model: Callable) -> Misconception:
     return Misconception("passive angles taken as absolute", hint, wrong)
 
 
-SPEED = "At constant motor speed the end-effector still accelerates. Which torque does that need?"
 DIAGONAL = "Does the left motor feel nothing of the right one's acceleration?"
 SOLVE = "Solve tau = M q'' + c for q''."
-C_MISUSED = {
+
+
+def locked(
+    robot: FiveBar, q11: Array, q12: Array, q21: Array, q22: Array, *rates: Array
+) -> Columns:
+    """Return the velocity of who moves the left leg as one rigid piece."""
+    x = robot.l11 * np.cos(q11) + robot.l12 * np.cos(q11 + q12)
+    y = robot.l11 * np.sin(q11) + robot.l12 * np.sin(q11 + q12)
+    return -rate[0] * y, rate[0] * x
+
+
+LOCKED = Misconception(
+    "passive joints taken as locked",
+    "You move the left leg as one rigid piece. Do the passive joints stand still?",
+    locked,
+)
+MISUSED = {
     "inverse_dynamics": (
         misread(inverse_dynamics),
         misused("c forgotten", SPEED, lambda M, c, q: times(M, *q)),

@@ -153,8 +153,9 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
     )
     slips += [
         *each_leg(
-            "direction of M instead of the elbow",
-            "Which bar does the motor turn?",
+            "direction of the end-effector instead of the elbow",
+            "Your angle points from the base joint to the end-effector. Which bar does the motor"
+            " turn?",
             elbow=lambda m, up, robot, leg: m,
         ),
         *each_leg(

@@ -7,11 +7,12 @@ from ..columns import Array, Columns
 from ..exercise import Exercise, Follow, Misconception, Slip
 from . import right
 from .end_slips import (
-    C_MISUSED,
     DKM2_ENDS,
     DKM_ENDS,
     IKM2_ENDS,
     IKM_ENDS,
+    LOCKED,
+    MISUSED,
     dynamic_slips,
 )
 from .geometry_steps import dgm_slips, dgm_steps, lengths_changed
@@ -114,6 +115,7 @@ def exercises_on(kind: Kind, *names: str, **wrong: tuple[Misconception, ...]) ->
     ('q11', 'q21', 'assembly_mode')
     """
     table, exercises = _table(kind), []
+    known = MISUSED | {"dkm": (LOCKED,)} if kind.turns else {}
     for name in names:
         derivation, slips, follows = table[name]
         returns = SIGNATURES[name].split(" -> ")[1].split(", ")
@@ -122,7 +124,7 @@ def exercises_on(kind: Kind, *names: str, **wrong: tuple[Misconception, ...]) ->
             Exercise(
                 f"{name}({SIGNATURES[name]}",
                 getattr(right, name),
-                wrong.get(name, C_MISUSED.get(name, ())),
+                wrong.get(name, known.get(name, ())),
                 angles=tuple(returns) if turning else (),
                 shapes={key: SHAPES[key] for key in returns if key in SHAPES},
                 derivation=derivation,
