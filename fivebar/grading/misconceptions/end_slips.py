@@ -234,7 +234,7 @@ def locked(
     """Return the velocity of who moves the left leg as one rigid piece."""
     x = robot.l11 * np.cos(q11) + robot.l12 * np.cos(q11 + q12)
     y = robot.l11 * np.sin(q11) + robot.l12 * np.sin(q11 + q12)
-    return -rate[0] * y, rate[0] * x
+    return -rates[0] * y, rates[0] * x
 
 
 LOCKED = Misconception(

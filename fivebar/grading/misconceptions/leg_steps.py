@@ -152,11 +152,11 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
         elbow=lambda m, up, robot, leg: m + up - base_x(robot, leg),
     )
     slips += [
-        *each_leg(
+        Slip(
             "direction of the end-effector instead of the elbow",
             "Your angle points from the base joint to the end-effector. Which bar does the motor"
             " turn?",
-            elbow=lambda m, up, robot, leg: m,
+            {"to_m": lambda m, line: line, "elbow": lambda m, up, robot, leg: m},
         ),
         *each_leg(
             "elbow's height subtracted",
