@@ -49,6 +49,8 @@ LINKS = (
 )  # of a linkage; pink is left to the path
 PATH, REFERENCE = PINK, GREEN
 INK = "#222222"
+BASE = "#888888"  # named, as GUIDE is, in plot/styles.toml
+GUIDE = "#d9d9d9"
 PALE = "#8a939c"
 LENGTHS = "l11", "l12", "l21", "l22", "l1", "l2", "d"
 

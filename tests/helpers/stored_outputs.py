@@ -28,7 +28,7 @@ WIDEST, COLOURS = 800, 128  # of a stored picture: pixels, and entries of its pa
 # search for an exciting motion and what is identified from it, and an unstable loop.
 TIMED = re.compile(
     r"seconds\(|solve_time|perf_counter|\bjit\b|\.2f\} s; largest"
-    r"|exciting_trajectory|fb\.identify|replay\(|8100, delay"
+    r"|exciting_trajectory|fb\.identify|replay\(|8100, measurement"
 )
 NUMBER = re.compile(r"[-+−]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?", re.IGNORECASE)
 ALIKE, ROUNDING = 0.02, 1e-8  # of two numbers, relative; numbers that are nothing but rounding
