@@ -304,7 +304,7 @@ def _listed(given, name):
 
 
 def _speed(value, name):
-    if value == math.inf:
+    if isinstance(value, float | np.floating) and value == math.inf:
         return math.inf
     return positive(value, name)
 

@@ -87,6 +87,7 @@ def test_a_motion_rests_where_it_must():
         ),
         (lambda: Path((1,)), r"pieces\[0\] must be a Line"),
         (lambda: Path(PIECES, pen=(True,)), "pen has 1 values for 4 pieces"),
+        (lambda: Path(PIECES, feed=np.ones((4, 2))), "feed must be a number"),
         (lambda: Path(PIECES, dwells={0.4: 1.0}), "a dwell at s = 0.4 m is at no knot"),
         (lambda: PATH(-0.1), "s must be from 0 to"),
         (lambda: PATH([0.1, np.nan]), "s must be from 0 to"),
