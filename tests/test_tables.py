@@ -360,13 +360,9 @@ def test_a_file_of_another_kind_is_called_what_it_is(tmp_path, readers):
     ):
         with pytest.raises(ValueError, match=f"line 1: {instead}"):
             fb.Run.from_csv(io.StringIO(text))
-    for content, instead in (
-        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", ", but a binary one"),
-        ("t,x,ý\n".encode("latin-1"), ""),
-    ):
-        (tmp_path / "it.csv").write_bytes(content)
-        with pytest.raises(ValueError, match=rf"it.csv: not a CSV text file in UTF-8{instead} \("):
-            fb.Run.from_csv(tmp_path / "it.csv")
+    (tmp_path / "it.csv").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
+    with pytest.raises(ValueError, match="it.csv: not a text file, but a binary one"):
+        fb.Run.from_csv(tmp_path / "it.csv")
 
 
 @pytest.mark.parametrize("number", [False, True, 0, 1, 2, 1.0, None, b"x", ["a"]])

@@ -19,7 +19,8 @@ from collections.abc import (
 )
 from contextlib import contextmanager
 from functools import cached_property
-from itertools import chain, count
+from io import StringIO
+from itertools import count
 from operator import methodcaller
 from typing import IO, TYPE_CHECKING, Any
 
@@ -236,42 +237,25 @@ def write(
         lines.writerows(rows)
 
 
-@contextmanager
-def opened(file: TextFile) -> Iterator[Table]:
-    """Open the Table in a text file; ValueError for what is no text."""
-    source = file_or_path(file, "read")
-    if isinstance(source, (str, os.PathLike)):
-        with (
-            open(source, newline="", encoding="utf-8") as text,
-            opened(text) as table,
-        ):
-            yield table
-        return
-    if not hasattr(file, "encoding"):
-        raise TypeError(f"a table is read from a text file, but {file!r} is open for bytes")
-    name = getattr(file, "name", "the open file")
-    try:
-        yield Table(source, name)
-    except (UnicodeDecodeError, csv.Error) as error:
-        binary = ", but a binary one" if b"\0" in getattr(error, "object", b"") else ""
-        raise ValueError(f"{name}: not a CSV text file in UTF-8{binary} ({error})") from None
-
-
 class Table:
-    """A CSV file that fivebar wrote, from `opened`; it is read once, from first line to last.
+    """A CSV file that fivebar wrote; it is read once, from first line to last.
 
     Its ValueErrors name file and line.
     """
 
-    def __init__(self, file: IO[str], name: str):
-        self.name, self.first = (
-            name,
-            next(file, "").removeprefix("\ufeff"),
-        )
+    def __init__(self, file: TextFile):
+        text, self.name = whole_text(file, "a table")
+        self.first = text.partition("\n")[0]
+        lines = StringIO(text, newline="")
         # Comments become empty lines: they may hold half a pair of quotes.
-        lines = ("\n" if line.startswith("#") else line for line in chain([self.first], file))
-        self._reader = csv.reader(lines)
-        self._cells = filter(None, self._reader)
+        self._reader = csv.reader("\n" if line.startswith("#") else line for line in lines)
+        self._cells = self._filled_rows()
+
+    def _filled_rows(self):
+        try:
+            yield from filter(None, self._reader)
+        except csv.Error as error:
+            raise self.error(f"not a row of a CSV file: {error}") from None
 
     def about(
         self,

@@ -16,7 +16,7 @@ from ..base.checks import optional, positive, strings, takes, text, two_numbers,
 from ..base.errors import SingularityError
 from ..base.presentation import Animated
 from ..base.representation import one_line
-from ..base.tables import TextFile, opened, write
+from ..base.tables import Table, TextFile, write
 from ..models.robots import FiveBar
 from .checks import check_branch, loads
 from .checks import linkage as must_be_linkage
@@ -116,15 +116,15 @@ class Study(Animated):
 
         ValueError with file and line for what is not such a file.
         """
-        with opened(path) as table:
-            again = table.about("linkage study", "a file written by Study.to_csv", _repeated)
-            values = table.numbers(
-                _header(again.q, again.columns), finite=False
-            )  # a straight path's radius is inf
-            if len(values) != len(again.t):
-                raise ValueError(
-                    f"{table.name}: {len(values)} rows, where its first line makes {len(again.t)}"
-                )
+        table = Table(path)
+        again = table.about("linkage study", "a file written by Study.to_csv", _repeated)
+        values = table.numbers(
+            _header(again.q, again.columns), finite=False
+        )  # a straight path's radius is inf
+        if len(values) != len(again.t):
+            raise ValueError(
+                f"{table.name}: {len(values)} rows, where its first line makes {len(again.t)}"
+            )
         columns = dict(
             zip(
                 again.columns,

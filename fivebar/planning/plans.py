@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..base.presentation import Animated
 from ..base.representation import one_line
-from ..base.tables import TextFile, must_increase, opened, write
+from ..base.tables import Table, TextFile, must_increase, write
 from ..constraints.constraints import Constraints
 from ..constraints.link_collisions import LinkCollisions
 from ..models.dynamics import bar_forces, drives_forces
@@ -318,23 +318,19 @@ class Plan(Animated):
     @classmethod
     def from_csv(cls, path: TextFile) -> Plan:
         """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
-        with opened(path) as table:
-            problem, knots, begins, known = table.about(
-                "plan", "a file written by Plan.to_csv", _known
-            )
-            index = problem.scheme.points(len(knots) - 1)
-            in_bars = problem.coordinates.size == 4
-            values = table.numbers(COLUMNS[:-2] + BARS * in_bars)
-            nodes = index[-1, -1] + 1
-            rows = nodes if problem.scheme.shared else nodes + 2
-            if len(values) != rows:
-                raise ValueError(f"{table.name}: {len(values)} rows, its first line needs {rows}")
-            if not problem.scheme.shared:
-                values = values[1:-1]
-            if np.abs(values[:, 0] - problem.scheme.nodes(knots)).max() > 1e-9 * knots[-1]:
-                raise ValueError(
-                    f"{table.name}: the times are not those that its first line speaks of"
-                )
+        table = Table(path)
+        problem, knots, begins, known = table.about("plan", "a file written by Plan.to_csv", _known)
+        index = problem.scheme.points(len(knots) - 1)
+        in_bars = problem.coordinates.size == 4
+        values = table.numbers(COLUMNS[:-2] + BARS * in_bars)
+        nodes = index[-1, -1] + 1
+        rows = nodes if problem.scheme.shared else nodes + 2
+        if len(values) != rows:
+            raise ValueError(f"{table.name}: {len(values)} rows, its first line needs {rows}")
+        if not problem.scheme.shared:
+            values = values[1:-1]
+        if np.abs(values[:, 0] - problem.scheme.nodes(knots)).max() > 1e-9 * knots[-1]:
+            raise ValueError(f"{table.name}: the times are not those that its first line speaks of")
         if in_bars:
             accelerations = values[:, 9:]
         else:

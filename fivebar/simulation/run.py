@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.presentation import Animated
 from ..base.representation import one_line
-from ..base.tables import TextFile, opened, write
+from ..base.tables import Table, TextFile, write
 from ..models.four_joints import rates_from_joint_state
 from ..models.geometry import igm
 from ..models.joint_positions import elbows, joints
@@ -254,10 +254,10 @@ class Run(Animated):
         ValueError
             With file and line, for what is not such a file.
         """
-        with opened(path) as table:
-            about = table.about("run", "a file written by Run.to_csv", _known)
-            has_reference = "x_ref" in table.header
-            values = table.numbers(columns(about["robot"], has_reference), finite=False)
+        table = Table(path)
+        about = table.about("run", "a file written by Run.to_csv", _known)
+        has_reference = "x_ref" in table.header
+        values = table.numbers(columns(about["robot"], has_reference), finite=False)
         t, q, q_dot, xi, tau, energy, rest = np.split(values, (1, 3, 5, 7, 9, 10), axis=1)
         return cls(
             t=t[:, 0],

@@ -135,7 +135,7 @@ def test_tip_error_by_jacobian_is_that_of_differences_and_of_monte_carlo():
     points = np.array([[0.02, 0.06], [0.0, 0.1], [-0.03, 0.14]])
     found = fb.tip_error(LAB, TOLERANCES, points, samples=40_000)
     assert found.monte_carlo_sd == pytest.approx(found.sd, rel=0.01)
-    assert found.open.max() == 0 and np.abs(found.bias).max() < 0.02 * found.sd.min()
+    assert found.open.max() == 0
     total = np.zeros((3, 2, 2))
     pose = fb.igm(LAB, points)
     for name, size in TOLERANCES.items():

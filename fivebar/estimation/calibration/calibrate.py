@@ -143,23 +143,12 @@ def calibrate(
     absolute = sigma is not None or (not relative and bool(np.isfinite(rows.sigma).any()))
     weight = _weight(rows, sigma, relative)
     size = sizes(robot, rows.q, unknown)
-    task = Task(
-        rows,
-        free,
-        p0,
-        size,
-        weight,
-        _bounds(bounds, unknown),
-        loss,
-    )
-    wrong: list[str] = []
+    task = Task(rows, free, p0, size, weight, _bounds(bounds, unknown), loss)
     if mistakes == "keep":
-        p = begin(task)
+        wrong, p = [], begin(task)
     else:
-        wrong, task, p = find_mistakes(
-            task,
-            float(np.median(1 / weight)) if absolute else 0.0,
-        )
+        typical = float(np.median(1 / weight)) if absolute else 0.0
+        wrong, task, p = find_mistakes(task, typical)
     if wrong and mistakes == "raise":
         what = "a mistake" if len(wrong) == 1 else f"{len(wrong)} mistakes"
         where = "data" if isinstance(data, Mapping) else data
@@ -170,24 +159,20 @@ def calibrate(
     if not length_ok(p):
         p = task.start.copy()
     assembly, uncertain = assembly_modes(p, task.rows)
-    needed = np.zeros(len(task.rows), bool)
-    needed[task.rows.row_of] = True
-    needed[task.rows.to[task.rows.to >= 0]] = True
-    if lost := _names_of(task.rows, needed & (assembly == 0)):
+    if lost := _names_of(task.rows, assembly == 0):
         raise ValueError(
             f"{lost}: its modes are not noted, and no measured point tells them: add columns"
             " assembly, or working1 and working2"
         )
-    assembly = np.where(assembly == 0, -1, assembly)
-    p = _reaching(task, p, assembly)
-    task, p, held = _with_possible_lengths(task, p, assembly)
+    first = _reaching(task, p, assembly)
+    p, held = solve(task, first, assembly)
+    if not length_ok(p):
+        first = first if length_ok(first) else p0
+        p, held = solve(_with_possible_lengths(task), first, assembly)
     turns = [k for k in free if UNKNOWNS[k] in ("offset1", "offset2", "turn")]
     p[turns] = p0[turns] + wrap(p[turns] - p0[turns])  # whole turns mean nothing
-    notes = [
-        *task.rows.notes,
-        *(f"put right: {words}" for words in wrong),
-    ]
-    if names := _names_of(task.rows, uncertain & needed):
+    notes = [*task.rows.notes, *(f"put right: {words}" for words in wrong)]
+    if names := _names_of(task.rows, uncertain):
         notes.append(f"assembly mode uncertain, the nearer one was taken: {names}")
     return Calibration(
         nominal=robot,
@@ -201,7 +186,6 @@ def calibrate(
         loss=loss,
         held=held,
         notes=tuple(notes),
-        bounds=dict(task.bounds or {}),
     )
 
 
@@ -267,53 +251,34 @@ def _bounds(bounds, unknown):
     return result
 
 
+def _with_possible_lengths(task):
+    """Return the task with lengths bounded from below, as no robot has them below 0."""
+    bounds = dict(task.bounds or {})
+    for name in {"l11", "l12", "l21", "l22", "d", "scale"} & set(task.names):
+        low, high = bounds.get(name, (-np.inf, np.inf))
+        bounds[name] = (max(low, 0.0 if name == "d" else 1e-6), high)
+    return replace(task, bounds=bounds)
+
+
 def _names_of(rows, chosen):
     return ", ".join(rows.where[k] for k in np.flatnonzero(chosen))
-
-
-def _unreached(rows, p, assembly):
-    """Return where (n,) a row cannot be predicted."""
-    out = np.zeros(len(rows), bool)
-    off = residuals(p, rows, assembly, derive=False)[0]
-    out[rows.row_of[~np.isfinite(off)]] = True
-    return out
 
 
 def _reaching(task, p, assembly):
     """Return values from which every row is reached: p, or a fit of the rows that p reaches."""
     for _ in range(3):
-        out = _unreached(task.rows, p, assembly)
+        off = residuals(p, task.rows, assembly, derive=False)[0]
+        out = np.zeros(len(task.rows), bool)
+        out[task.rows.row_of[~np.isfinite(off)]] = True
         if not out.any():
             return p
         near = task.rows.without(out)
         if len(near.numbers) < len(task.free):
             break
-        kept = ~out[task.rows.row_of]
-        kept &= np.isfinite(residuals(p, task.rows, assembly, derive=False)[0])
-        own = replace(task, rows=near, weight=task.weight[kept])
-        p = solve(own, p, assembly[~out])[0]
+        kept = ~out[task.rows.row_of] & np.isfinite(off)
+        part = replace(task, rows=near, weight=task.weight[kept])
+        p = solve(part, p, assembly[~out])[0]
     raise ValueError(
         f"{_names_of(task.rows, out)}: with these angles the robot that fits the other rows does"
         " not close: a wrong reading?"
-    )
-
-
-def _with_possible_lengths(task, p, assembly):
-    """Return task, values and held unknowns of `solve`, bounded where lengths fall below 0."""
-    values, held = solve(task, p, assembly)
-    if length_ok(values):
-        return task, values, held
-    bounds = dict(task.bounds or {})
-    for name in task.names:
-        lowest = 0.0 if name == "d" else 1e-6
-        if name in ("l11", "l12", "l21", "l22", "d", "scale"):
-            low, high = bounds.get(name, (-np.inf, np.inf))
-            bounds[name] = (max(low, lowest), high)
-    task = replace(task, bounds=bounds)
-    for start in (p, task.start):
-        if length_ok(start) and not _unreached(task.rows, start, assembly).any():
-            return task, *solve(task, start, assembly)
-    raise ValueError(
-        "no five-bar fits these data: lengths below 0 come out, and within bounds no start reaches"
-        " all rows"
     )

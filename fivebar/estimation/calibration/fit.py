@@ -151,7 +151,11 @@ def solve(task: Task, p: ndarray, assembly: ndarray) -> tuple[ndarray, ndarray]:
     Combinations that the rows do not tell stay as near to the start as they can. Bounds count only
     where a fit without them leaves them: within them SciPy's steps drift along such combinations.
     """
-    low, high = _box(task)
+    low, high = np.full((2, len(task.free)), [[-np.inf], [np.inf]])
+    for k, name in enumerate(task.names):
+        if task.bounds and name in task.bounds:
+            limits = np.array(task.bounds[name])
+            low[k], high[k] = (limits - task.start[PLACE[name]]) / task.size[k]
     if task.bounds:
         free, held = solve(replace(task, bounds=None), p, assembly)
         inside = (free[task.free] - task.start[task.free]) / task.size
@@ -169,39 +173,23 @@ def solve(task: Task, p: ndarray, assembly: ndarray) -> tuple[ndarray, ndarray]:
         scatter = 1.0
         if task.loss != "linear":
             scatter = max(1.4826 * np.median(np.abs(off(z))), 1e-12)
-        return least_squares(
-            off,
-            z,
-            slope,
-            bounds=(low, high),
-            loss=task.loss,
-            f_scale=scatter,
-            max_nfev=200,
-            ftol=tolerance,
-            xtol=tolerance,
-            gtol=tolerance,
-        )
+        tolerances = dict.fromkeys(("ftol", "xtol", "gtol"), tolerance)
+        options = {"loss": task.loss, "f_scale": scatter, "max_nfev": 200}
+        return least_squares(off, z, slope, (low, high), **options, **tolerances)
 
-    z = (p[task.free] - task.start[task.free]) / task.size
-    result = fitted(np.clip(z, low, high), 1e-12)
+    z = np.clip((p[task.free] - task.start[task.free]) / task.size, low, high)
+    if not np.isfinite(off(z)).all():
+        raise ValueError(
+            "no five-bar fits these data: values beyond their bounds (a length below 0?) come out,"
+            " and within bounds not all rows are reached"
+        )
+    result = fitted(z, 1e-12)
     if task.loss != "linear":  # once more with the scatter of the fit, not of the start
         result = fitted(result.x, 1e-14)
     held = result.active_mask != 0
     if held.any() or task.loss != "linear":
         return task.at(result.x), held
     return task.at(np.clip(_polish(off, slope, result.x), low, high)), held
-
-
-def _box(task):
-    low, high = (
-        np.full(len(task.free), -np.inf),
-        np.full(len(task.free), np.inf),
-    )
-    for k, name in enumerate(task.names):
-        if task.bounds and name in task.bounds:
-            limits = np.array(task.bounds[name], float)
-            low[k], high[k] = (limits - task.start[PLACE[name]]) / task.size[k]
-    return low, high
 
 
 def _polish(off, slope, z):

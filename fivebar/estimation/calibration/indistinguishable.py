@@ -115,7 +115,7 @@ def remedy(found: Calibration, vector: ndarray) -> str:
     for words, jacobian in _remedies(found):
         if not len(jacobian):
             continue
-        jacobian = jacobian[:, found._free]
+        jacobian = jacobian[:, found.free]
         if np.abs(jacobian @ step).max() > 1e-4 * np.abs(jacobian * found.sizes).max():
             return words
     names = " or ".join(name for name, entry in zip(found.unknown, vector) if entry)

@@ -37,19 +37,18 @@ def leave_one_out_error(
         inf where a row tells something that no other does.
     """
     total = 0.0
-    for own in _numbers_of(row_of).values():
-        rest = np.eye(len(own)) - left[own] @ left[own].T
+    for _, own, rest in _rests(left, row_of):
         if np.linalg.eigvalsh(rest)[0] < FULL:
             return np.inf
         total += float(np.sum((np.linalg.solve(rest, off[own]) / weight[own]) ** 2))
     return float(np.sqrt(total / len(off)))
 
 
-def _numbers_of(row_of):
-    """Return {row: places of its numbers}."""
-    order = np.argsort(row_of, kind="stable")
-    rows, first = np.unique(row_of[order], return_index=True)
-    return dict(zip(rows.tolist(), np.split(order, first[1:])))
+def _rests(left, row_of):
+    """Yield each row, the places of its numbers, and I - H of these."""
+    for row in np.unique(row_of).tolist():
+        own = np.flatnonzero(row_of == row)
+        yield row, own, np.eye(len(own)) - left[own] @ left[own].T
 
 
 def outlying_rows(
@@ -86,8 +85,7 @@ def _chances(rest, left, row_of, absolute):
     square = float(rest @ rest)
     dof = len(rest) - left.shape[1]
     chances = []
-    for row, own in _numbers_of(row_of).items():
-        leverage = np.eye(len(own)) - left[own] @ left[own].T
+    for row, own, leverage in _rests(left, row_of):
         spare = dof - len(own)
         if np.linalg.eigvalsh(leverage)[0] < FULL or (spare <= 0 and not absolute):
             continue

@@ -12,7 +12,6 @@ import numpy as np
 from numpy import ndarray
 
 from ...base.backend import (
-    check_modes,
     finite_numbers,
     real_numbers,
 )
@@ -258,15 +257,13 @@ def candidates(
 def _modes(working):
     if working is None:
         return MODES
-    found = check_modes(
-        np.atleast_2d(real_numbers(working, "working")),
-        "working",
-    )
-    if found.ndim != 2 or found.shape[1] != 2 or not len(found):
+    found = np.atleast_2d(real_numbers(working, "working"))
+    pairs = list(map(tuple, found.tolist()))
+    if not pairs or any(pair not in MODES for pair in pairs):
         raise ValueError(
             f"working must be pairs of +1 and -1, some of {MODES}, not {shown(working)}"
         )
-    return list(dict.fromkeys((int(left), int(right)) for left, right in found))
+    return list(dict.fromkeys(pairs))
 
 
 def _window(window):

@@ -38,9 +38,8 @@ def report(found: Calibration) -> str:
             f"off all other rows: {', '.join(rows)}",
         ]
     notes = list(found.notes)
-    if found.held is not None and found.held.any():
-        held = (name for name, out in zip(found.unknown, found.held) if out)
-        notes.insert(0, f"at a bound: {', '.join(held)}")
+    if found.held.any():
+        notes.insert(0, f"at a bound: {', '.join(np.array(found.unknown)[found.held])}")
     if notes:
         lines += ["", *notes]
     return "\n".join(lines)

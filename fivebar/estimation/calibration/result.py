@@ -72,8 +72,6 @@ class Calibration(Plotted):
         Unknowns at a bound.
     notes : tuple of str
         What was converted, left out or put right.
-    bounds : dict
-        {name: (low, high)}.
     """
 
     nominal: FiveBar
@@ -84,10 +82,9 @@ class Calibration(Plotted):
     p: ndarray
     weight: ndarray
     absolute: bool
-    loss: str = "linear"
-    held: ndarray | None = None
+    loss: str
+    held: ndarray
     notes: tuple[str, ...] = ()
-    bounds: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         lost = len(self.unknown) - self.rank
@@ -116,12 +113,9 @@ class Calibration(Plotted):
         return {name: float(self.p[PLACE[name]]) for name in self.unknown}
 
     @cached_property
-    def _free(self):
+    def free(self) -> ndarray:
+        """Places (k,) of the unknowns among all values."""
         return np.array([PLACE[name] for name in self.unknown])
-
-    @cached_property
-    def _held(self):
-        return np.zeros(len(self.unknown), bool) if self.held is None else self.held
 
     @cached_property
     def sizes(self) -> ndarray:
@@ -132,8 +126,8 @@ class Calibration(Plotted):
     def _residuals(self):
         """Return the weighted residuals (m,), and their derivatives by unknowns in sizes (m, k)."""
         off, jacobian = residuals(self.p, self.rows, self.assembly)
-        jacobian = jacobian[:, self._free] * self.sizes * self.weight[:, None]
-        jacobian[:, self._held] = 0.0
+        jacobian = jacobian[:, self.free] * self.sizes * self.weight[:, None]
+        jacobian[:, self.held] = 0.0
         return off * self.weight, jacobian
 
     @cached_property
@@ -149,10 +143,7 @@ class Calibration(Plotted):
     @cached_property
     def working(self) -> ndarray:
         """Working modes (n, 2) of the rows, int8, 0 where the robot does not close."""
-        return -sign(
-            place(self.p, self.rows.q, self.assembly).sines,
-            SINGULAR,
-        )
+        return -sign(place(self.p, self.rows.q, self.assembly).sines, SINGULAR)
 
     @property
     def dof(self) -> int:
@@ -188,7 +179,7 @@ class Calibration(Plotted):
     def sd(self) -> dict[str, float]:
         """Standard deviations by name; inf of an unknown that is not told by itself or held."""
         lost = (np.abs(self._null) > 1e-6).any(axis=0)
-        lost |= self._held | ~np.isfinite(self.variance)
+        lost |= self.held | ~np.isfinite(self.variance)
         deviations = np.where(lost, np.inf, np.sqrt(np.diag(self.covariance)))
         return dict(zip(self.unknown, deviations.tolist()))
 
@@ -196,7 +187,7 @@ class Calibration(Plotted):
     def _null(self):
         """Return the combinations that the data do not tell (k - rank, k), in sizes."""
         null = self._spectrum[2][self.rank :]
-        return null[np.abs(null[:, ~self._held]).max(axis=1, initial=0.0) > 1e-9]
+        return null[np.abs(null[:, ~self.held]).max(axis=1, initial=0.0) > 1e-9]
 
     @cached_property
     def correlation(self) -> ndarray:
@@ -232,10 +223,7 @@ class Calibration(Plotted):
         far = float(ndtri(tail) if self.absolute else stdtrit(max(self.dof, 1), tail))
         if method == "linear":
             return {
-                name: (
-                    value - far * self.sd[name],
-                    value + far * self.sd[name],
-                )
+                name: (value - far * self.sd[name], value + far * self.sd[name])
                 for name, value in self.values.items()
             }
         if self.loss != "linear":
@@ -252,10 +240,7 @@ class Calibration(Plotted):
     @cached_property
     def before(self) -> ndarray:
         """The start (13,), with the unknown part of the frame laid on the points anew."""
-        names, p = (
-            [name for name in self.unknown if name in FRAME],
-            self.start.copy(),
-        )
+        names, p = [name for name in self.unknown if name in FRAME], self.start.copy()
         places = [PLACE[name] for name in names]
         p[places] = self.p[places]
         return self._fitted(names, p)
@@ -267,24 +252,12 @@ class Calibration(Plotted):
             return p
         places = np.array([PLACE[name] for name in names])
         size = sizes(self.nominal, self.rows.q, names)
-        return solve(
-            Task(self.rows, places, p, size, self.weight),
-            p,
-            self.assembly,
-        )[0]
+        return solve(Task(self.rows, places, p, size, self.weight), p, self.assembly)[0]
 
     @cached_property
     def residuals_before(self) -> ndarray:
         """Measured minus predicted points (n, 2) with the values `before`."""
-        return (
-            self.rows.points
-            - seen(
-                self.before,
-                self.rows.q,
-                self.assembly,
-                derive=False,
-            )[0]
-        )
+        return self.rows.points - seen(self.before, self.rows.q, self.assembly, derive=False)[0]
 
     @cached_property
     def rms(self) -> float:
@@ -294,12 +267,7 @@ class Calibration(Plotted):
     @cached_property
     def rms_before(self) -> float:
         """RMS with the values `before`, of the rows that these reach."""
-        off = residuals(
-            self.before,
-            self.rows,
-            self.assembly,
-            derive=False,
-        )[0]
+        off = residuals(self.before, self.rows, self.assembly, derive=False)[0]
         good = np.isfinite(off)
         return float(np.sqrt(np.mean(off[good] ** 2))) if good.any() else np.inf
 
@@ -322,24 +290,14 @@ class Calibration(Plotted):
     def leave_one_out(self) -> float:
         """RMS, m, with which each row is predicted by the others; inf where a row stands alone."""
         left = self._spectrum[0][:, : self.rank]
-        return leave_one_out_error(
-            self._residuals[0],
-            left,
-            self.rows.row_of,
-            self.weight,
-        )
+        off = self._residuals[0]
+        return leave_one_out_error(off, left, self.rows.row_of, self.weight)
 
     @cached_property
     def outliers(self) -> dict[str, float]:
         """{row: p} of outlying rows, p the probability of that by chance in any row, below 1 %."""
         off, jacobian = self._residuals
-        found = outlying_rows(
-            off,
-            jacobian,
-            self.rank,
-            self.rows.row_of,
-            self.absolute,
-        )
+        found = outlying_rows(off, jacobian, self.rank, self.rows.row_of, self.absolute)
         return {self.rows.where[row]: p for row, p in found.items()}
 
     @cached_property
@@ -364,10 +322,7 @@ class Calibration(Plotted):
         p = self.p.copy()
         for name, value in held.items():
             p[PLACE[name]] = value
-        p = self._fitted(
-            [name for name in self.unknown if name not in held],
-            p,
-        )
+        p = self._fitted([name for name in self.unknown if name not in held], p)
         off = residuals(p, self.rows, self.assembly, derive=False)[0] * self.weight
         return float(np.nan_to_num(off @ off, nan=np.inf))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 from numpy import ndarray
 from scipy.optimize import least_squares
@@ -18,29 +20,19 @@ from .measured_robot import (
 )
 
 SUSPECT = 5e-3  # of a mean bar: where the legs miss the points by more, something is wrong
-MUCH = 8.0  # rad: while it is measured, a motor of a five-bar turns no more
-COUNTS_PER_TURN = tuple(
-    int(word)
-    for word in (
-        "400 500 512 600 800 1000 1024 1200 1600 2000 2048 2400 2500 3200 3600 4000 4096 5000 6400"
-        " 8000 8192 10000 12800 16384 20000 32768 36000 40000 65536"
-    ).split()
-)
 
 
 def begin(task: Task, far: bool = True) -> ndarray:
     """Return values (13,) to begin with, by the points alone; a bad row or two do not matter.
 
-    Where the start leads nowhere, usual encoders are tried for free ratios, and with `far` a whole
-    turn of the free offsets.
+    Where the start leads nowhere, with `far` a whole turn of the free offsets is tried.
     """
     if task.rows.whole.sum() < 3:
-        return _shifted(task)
+        return task.start.copy()
     best = settled(task, first(task))
-    for starts in (_counted, _turned) if far else (_counted,):
-        if doubt(task, best) > SUSPECT * task.bar and (tried := starts(task)):
-            other = settled(task, _least_doubtful(task, tried))
-            best = _least_doubtful(task, [best, other])
+    if far and doubt(task, best) > SUSPECT * task.bar and (tried := _turned(task)):
+        other = settled(task, _least_doubtful(task, tried))
+        best = _least_doubtful(task, [best, other])
     return best
 
 
@@ -119,33 +111,13 @@ def _turned(task):
     """Return starts with the free offsets all over a turn, each with its own frame."""
     turns = np.arange(0, 2 * np.pi, np.pi / 4)
     grids = [turns if f"offset{leg}" in task.names else [0.0] for leg in (1, 2)]
-    pairs = np.stack(np.meshgrid(*grids, indexing="ij"), axis=-1).reshape(-1, 2)
-    return _with_frames(task, 5, pairs[pairs.any(axis=1)])
-
-
-def _counted(task):
-    """Return starts in which readings are counts of usual encoders, where ratios are free."""
-    wide = wide_legs(task)
-    if not wide.any():
-        return []
-    ratios = [np.where(wide, 2 * np.pi / counts, 1.0) for counts in COUNTS_PER_TURN]
-    return _with_frames(task, 7, np.array(ratios) - 1)
-
-
-def wide_legs(task: Task, free: bool = True) -> ndarray:
-    """Return which legs (2,) have readings that no motor turns through; ratio free, or not."""
-    ratios_free = np.array([name in task.names for name in ("ratio1", "ratio2")])
-    return (np.ptp(task.rows.q, axis=0) > MUCH) & (ratios_free == free)
-
-
-def _with_frames(task, place_of_pair, pairs):
-    """Return the start with each pair added to two of its values, and with the frames that fit."""
-    tried = []
-    for pair in pairs:
+    starts = []
+    for offsets in product(*grids):
         start = task.start.copy()
-        start[place_of_pair : place_of_pair + 2] += pair
-        tried += [start, *_framed(task, start)]
-    return tried
+        start[5:7] += offsets
+        if any(offsets):
+            starts += [start, *_framed(task, start)]
+    return starts
 
 
 def _framed(task, start):
@@ -195,18 +167,4 @@ def _laid(rows, p, free, mode):
         )
     elif "turn" in free:
         p[PLACE["turn"]] = np.angle(np.vdot(robot, camera - p[9] - 1j * p[10]))
-    return p
-
-
-def _shifted(task):
-    """Return the start with its frame moved to the middle of the measured coordinates.
-
-    For rows of which one coordinate alone is measured.
-    """
-    p, rows = task.start.copy(), task.rows
-    noted = noted_assembly(p, rows)
-    gap = rows.points - seen(p, rows.q, np.where(noted, noted, -1), False)[0]
-    for axis, name in enumerate(("x0", "y0")):
-        if name in task.names and np.isfinite(gap[:, axis]).any():
-            p[PLACE[name]] += np.nanmedian(gap[:, axis])
     return p

@@ -88,12 +88,6 @@ class TipError(Plotted):
         return np.sqrt(np.where(count, total / np.maximum(count, 1), np.nan))
 
     @cached_property
-    def bias(self) -> ndarray:
-        """(n, 2) mean error of the drawn robots, m: 0 to first order."""
-        count = np.maximum(self._closed.sum(axis=1), 1)[:, None]
-        return np.nansum(self.drawn, axis=1) / count
-
-    @cached_property
     def _closed(self):
         return np.isfinite(self.drawn[..., 0])
 

@@ -23,13 +23,12 @@ from ...base.checks import robot as must_be_robot
 from ...base.errors import SingularityError, UnreachableError
 from ...base.presentation import Animated
 from ...base.representation import one_line
-from ...base.tables import TextFile, write
 from ...control.laws import ComputedTorque
 from ...models.geometry import dgm
 from ...models.kinematics import dkm
 from ...models.robots import Robot
 from ...planning.trajectory import Trajectory
-from ...simulation.run import Run, columns
+from ...simulation.run import Run
 from ...simulation.simulate import simulate
 from .derivatives import derivatives, spectrum
 from .logs import LATE
@@ -115,34 +114,6 @@ class Replay(Animated):
             "measured": self.measured,
             "simulated": self.simulated,
         }
-
-    def to_csv(self, path: TextFile) -> None:
-        """Write both runs at the measured times, SI units; the simulation's columns end in _sim."""
-        names = columns(self.measured.robot, False)[1:9]
-        header = [
-            "t",
-            *names,
-            *(f"{name}_sim" for name in names),
-        ]
-        table = [self.measured.t]
-        for run in self.runs.values():
-            table += [
-                *run.q.T,
-                *run.q_dot.T,
-                *run.xi.T,
-                *run.tau.T,
-            ]
-        about = {
-            "robot": self.simulated.robot.parameters,
-            "by": self.by,
-        }
-        write(
-            path,
-            "replay",
-            about,
-            header,
-            np.column_stack(table).tolist(),
-        )
 
 
 @takes(
