@@ -14,7 +14,6 @@ of two infeasible ones that of the smaller violation.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -40,23 +39,21 @@ def evolve(
     # A Latin hypercube: each coordinate is filled evenly.
     cells = np.stack([rng.permutation(size) for _ in low], axis=1)
     x = low + (high - low) * ((cells + rng.random(cells.shape)) / size)
-    f, violation = evaluate(x)
+    population = [x, *evaluate(x)]
     for _ in range(generations):
-        trial = _trial(x, low, high, rng)
-        f_trial, violation_trial = evaluate(trial)
-        better = dominates(f_trial, violation_trial, f, violation)
-        neither = ~better & ~dominates(f, violation, f_trial, violation_trial)
-        x[better], f[better] = trial[better], f_trial[better]
-        violation[better] = violation_trial[better]
-        x = np.concatenate([x, trial[neither]])
-        f = np.concatenate([f, f_trial[neither]])
-        violation = np.concatenate([violation, violation_trial[neither]])
-        kept = best(f, violation, size)
-        x = x[kept]
-        f = f[kept]
-        violation = violation[kept]
+        trial = _trial(population[0], low, high, rng)
+        trials = [trial, *evaluate(trial)]
+        better = dominates(*trials[1:], *population[1:])
+        neither = ~better & ~dominates(*population[1:], *trials[1:])
+        for old, new in zip(population, trials):
+            old[better] = new[better]
+        population = [
+            np.concatenate([old, new[neither]]) for old, new in zip(population, trials)
+        ]
+        kept = best(*population[1:], size)
+        population = [array[kept] for array in population]
         callback()
-    return x, f, violation
+    return tuple(population)
 
 
 def _trial(x, low, high, rng):
@@ -64,16 +61,8 @@ def _trial(x, low, high, rng):
     n, k = x.shape
     a, b, c = (rng.permuted(np.tile(np.arange(n), (3, 1)), axis=1)[j] for j in range(3))
     mutant = x[a] + rng.uniform(*FACTOR, (n, 1)) * (x[b] - x[c])
-    mutant = np.where(
-        mutant < low,
-        2 * low - mutant,
-        mutant,
-    )
-    mutant = np.where(
-        mutant > high,
-        2 * high - mutant,
-        mutant,
-    )
+    mutant = np.maximum(mutant, 2 * low - mutant)
+    mutant = np.minimum(mutant, 2 * high - mutant)
     new = rng.random((n, k)) < CROSSOVER
     new[np.arange(n), rng.integers(k, size=n)] = True
     return np.where(new, np.clip(mutant, low, high), x)
@@ -118,33 +107,25 @@ def thinned(f: np.ndarray, front: np.ndarray, count: int) -> list[int]:
     They are removed one by one; the best of each goal stay. The distance is the sum of the sides of
     the box between both neighbours, of three goals the product of the three smallest distances.
     """
-    front = np.asarray(front)
     g = f[front]
     g = (g - g.min(axis=0)) / np.maximum(np.ptp(g, axis=0), 1e-300)
-    two_goals = g.shape[1] <= 2
-    ends = g.argmin(axis=0)
-    if two_goals:
-        distance: Any = None
-    else:
-        distance = np.linalg.norm(
-            g[:, None] - g[None],
-            axis=2,
-        )
+    is_end = np.zeros(len(g), dtype=bool)
+    is_end[g.argmin(axis=0)] = True
+    two_goals = g.shape[1] == 2
     if two_goals:
         left = np.argsort(g[:, 0], kind="stable")
     else:
         left = np.arange(len(g))
+        distance = np.linalg.norm(g[:, None] - g, axis=2)
     while len(left) > count:
-        crowding = np.full(len(left), np.inf)
         if two_goals:
+            crowding = np.full(len(left), np.inf)
             crowding[1:-1] = np.abs(g[left[2:]] - g[left[:-2]]).sum(axis=1)
         else:
-            nearest = np.sort(distance[np.ix_(left, left)], axis=1)[:, 1 : 1 + g.shape[1]]
-            crowding = nearest.prod(axis=1)
-        inner = np.flatnonzero(~np.isin(left, ends))
-        if not len(inner):
-            inner = np.arange(len(left))
-        left = np.delete(left, inner[np.argmin(crowding[inner])])
+            nearest = np.sort(distance[np.ix_(left, left)], axis=1)
+            crowding = nearest[:, 1:4].prod(axis=1)
+        crowding[is_end[left]] = np.inf
+        left = np.delete(left, crowding.argmin())
     return front[np.sort(left)].tolist()
 
 
@@ -170,70 +151,40 @@ def refine(
     count = len(chosen)
     aim = f[chosen]
     span = np.maximum(np.ptp(aim, axis=0), 1e-300)
-    if count > f.shape[1]:
-        ends = enumerate(aim.argmin(axis=0))
-    else:
-        ends = ()
-    end_goal = {k: goal for goal, k in ends}
+    ends = aim.argmin(axis=0) if count > f.shape[1] else []
     row = np.arange(count)[:, None]
 
     def evaluate_groups(group):
         g, violation = evaluate(group.reshape(-1, group.shape[2]))
         share = (g.reshape(count, members, -1) - aim[:, None]) / span
         largest = share.max(axis=2)
-        for k, goal in end_goal.items():
+        for goal, k in enumerate(ends):
             largest[k] = share[k, :, goal]
         value = largest + 1e-4 * share.sum(axis=2)
-        return g.reshape(share.shape), violation.reshape(count, members), value
+        return [group, g.reshape(share.shape), violation.reshape(count, members), value]
 
-    distance = np.linalg.norm(
-        (aim[:, None] - f[None]) / span,
-        axis=2,
-    )
+    distance = np.linalg.norm((aim[:, None] - f) / span, axis=2)
     nearest = np.argsort(distance, axis=1)[:, :members]
-    if nearest.shape[1] < members:  # The front is small: each group begins at its own point.
-        filler = np.repeat(
-            nearest[:, :1],
-            members - nearest.shape[1],
-            axis=1,
-        )
-        nearest = np.concatenate([nearest, filler], axis=1)
+    # Where the front is small, each group is filled with its own point.
+    nearest = nearest[:, np.arange(members) * (np.arange(members) < nearest.shape[1])]
     group = x[nearest]
     group[:, 1:] += rng.normal(0, 0.01, group[:, 1:].shape) * (high - low)
-    group = np.clip(group, low, high)
-    g, violation, value = evaluate_groups(group)
+    groups = evaluate_groups(np.clip(group, low, high))
     for _ in range(generations):
+        group, _, violation, value = groups
         top = group[row, np.lexsort((value, violation))[:, :1]]
         a, b = (rng.integers(members, size=(count, members)) for _ in range(2))
         factor = rng.uniform(*FACTOR, (count, members, 1))
         pull = rng.uniform(0, 1, (count, members, 1))
         mutant = group + pull * (top - group) + factor * (group[row, a] - group[row, b])
-        too_low = mutant < low
-        too_high = mutant > high
-        mutant = np.where(
-            too_low,
-            (low + group) / 2,
-            mutant,
-        )
-        mutant = np.where(
-            too_high,
-            (high + group) / 2,
-            mutant,
-        )
-        trial = np.where(
-            rng.random(group.shape) < CROSSOVER,
-            mutant,
-            group,
-        )
-        g_trial, violation_trial, value_trial = evaluate_groups(trial)
-        infeasible = (violation > 0) | (violation_trial > 0)
-        better = np.where(
-            infeasible,
-            violation_trial < violation,
-            value_trial <= value,
-        )
-        group[better], g[better] = trial[better], g_trial[better]
-        violation[better], value[better] = violation_trial[better], value_trial[better]
+        inside = np.where(mutant < low, (low + group) / 2, mutant)
+        inside = np.where(mutant > high, (high + group) / 2, inside)
+        trials = evaluate_groups(np.where(rng.random(group.shape) < CROSSOVER, inside, group))
+        infeasible = (violation > 0) | (trials[2] > 0)
+        better = np.where(infeasible, trials[2] < violation, trials[3] <= value)
+        for old, new in zip(groups, trials):
+            old[better] = new[better]
         callback()
+    group, g, violation, value = groups
     first = row[:, 0], np.lexsort((value, violation))[:, 0]
     return group[first], g[first], violation[first]
