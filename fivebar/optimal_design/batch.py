@@ -85,11 +85,7 @@ def robot_of_design(
     names: tuple[str, ...], row: np.ndarray, robot: FiveBar | Biglide
 ) -> FiveBar | Biglide:
     """Return the robot of one design; ValueError where there is none."""
-    columns = parameters(
-        names,
-        np.asarray(row, dtype=float)[None],
-        robot,
-    )
+    columns = parameters(names, np.asarray(row, dtype=float)[None], robot)
     changes: dict[str, Any] = {name: float(column[0]) for name, column in columns.items()}
     return replace(robot, **changes)
 
@@ -97,10 +93,7 @@ def robot_of_design(
 def place_of_design(names: tuple[str, ...], rows: np.ndarray) -> np.ndarray:
     """Return the origin of each design's task, (n, 2) m."""
     columns = dict(zip(names, rows.T))
-    return np.stack(
-        [columns.get(name, np.zeros(len(rows))) for name in PLACE],
-        axis=-1,
-    )
+    return np.stack([columns.get(name, np.zeros(len(rows))) for name in PLACE], axis=-1)
 
 
 def robots_of_designs(names: tuple[str, ...], rows: np.ndarray, robot: Any) -> Robots:
@@ -109,10 +102,7 @@ def robots_of_designs(names: tuple[str, ...], rows: np.ndarray, robot: Any) -> R
     for name, column in parameters(names, rows, robot).items():
         values[name] = column[:, None]
     for name in LENGTHS:
-        values[name] = np.broadcast_to(
-            np.reshape(values[name], (-1, 1)),
-            (len(rows), 1),
-        )
+        values[name] = np.broadcast_to(values[name], (len(rows), 1))
     return Robots(**values)
 
 

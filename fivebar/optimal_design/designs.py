@@ -280,10 +280,9 @@ def _one_by_one(source, robot):
             raise ValueError(
                 f"designs[{k}] must name {', '.join(names)}, as the first does, not {shown(table)}"
             )
-    values: dict[str, list] = {name: [] for name in names}
-    for table in tables:
-        for name in names:
-            values[name].append(table[name])
+    values = {}
+    for name in names:
+        values[name] = [table[name] for table in tables]
     return columns(values)
 
 
@@ -309,13 +308,14 @@ def _from_file(path, robot):
     known = known_variables(robot)
     wanted = {}
     for name in known:
-        if name[0] in "ldr" or name in PLACE:
-            unit = METRES
-        else:
-            unit = NO_UNIT
+        unit = METRES if name[0] in "ldr" or name in PLACE else NO_UNIT
         wanted[name] = Quantity((name,), unit, needed=False)
     if path.suffix == ".npz":
-        return _from_npz(path)
+        arrays = arrays_in(path)
+        try:
+            return columns(arrays)
+        except STRANGE as error:
+            raise ValueError(f"{path}: {error}") from None
     table = read(path, wanted)
     figures = [row[0] for row in (*CLOSED, *OVER_POSES, *ONE_BY_ONE)]
     passed_over = {f"column {name!r} is not used" for name in ("design", *figures)}
@@ -325,11 +325,3 @@ def _from_file(path, robot):
         reason = unknown[0] if unknown else "no column is known"
         raise ValueError(f"{path}: {reason}; the parameters of a design are {', '.join(known)}")
     return columns(table.values)
-
-
-def _from_npz(path):
-    arrays = arrays_in(path)
-    try:
-        return columns(arrays)
-    except STRANGE as error:
-        raise ValueError(f"{path}: {error}") from None

@@ -132,10 +132,7 @@ def _code_hash(function):
         source = inspect.getsource(function)
     except (OSError, TypeError):  # written at a prompt, or compiled
         code = getattr(function, "__code__", None)
-        if code:
-            source = repr((code.co_code, code.co_consts))
-        else:
-            source = type(function).__qualname__
+        source = repr((code.co_code, code.co_consts) if code else type(function))
     return hashlib.sha256(source.encode()).hexdigest()
 
 

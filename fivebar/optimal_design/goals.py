@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,8 +16,7 @@ from .task import Task
 SENSE = {"small": "min", "large": "max"}
 
 
-@dataclass(frozen=True)
-class Limit:
+class Limit(NamedTuple):
     """An interval in which a figure must lie; -inf and inf are no limits."""
 
     figure: Figure
@@ -64,14 +62,8 @@ def _limit(figure, value):
         raise ValueError(f"{name} must have (low, high) or a number, not {shown(value)}") from None
     if low is None and high is None:
         raise ValueError(f"{name} has neither a low nor a high one")
-    if low is None:
-        low = -np.inf
-    else:
-        low = number(low, f"{name}'s low")
-    if high is None:
-        high = np.inf
-    else:
-        high = number(high, f"{name}'s high")
+    low = -np.inf if low is None else number(low, f"{name}'s low")
+    high = np.inf if high is None else number(high, f"{name}'s high")
     if low > high:
         raise ValueError(f"{name} = ({low:g}, {high:g}) is the wrong way round")
     return Limit(figure, low, high)

@@ -76,13 +76,7 @@ def _inscribed_conditioning(robot, task, place):
         return 0.0
     rho = radius * np.linspace(0, 1, RADII)
     phi = 2 * np.pi * np.arange(ANGLES) / ANGLES
-    points = np.stack(
-        [
-            np.outer(np.cos(phi), rho),
-            y + np.outer(np.sin(phi), rho),
-        ],
-        axis=-1,
-    )
+    points = np.stack([np.outer(np.cos(phi), rho), y + np.outer(np.sin(phi), rho)], axis=-1)
     pose = igm(robot, points, (1, -1), unreachable="nan")
     values = np.nan_to_num(1 / singularity_margins(pose).condition.J)
     weights = np.ones(RADII)
@@ -108,22 +102,14 @@ def _circle(robot):
         (1, -1),
         unreachable="nan",
     )
-    above = pose.assembly == pose.assembly[-1]
-    if not above.all():
-        first = len(y) - 1 - int(np.argmin(above[::-1])) + 1
-    else:
-        first = 0
-    low = y[first]
+    below = np.flatnonzero(pose.assembly != pose.assembly[-1])
+    low = y[below[-1] + 1 if len(below) else 0]
     high = top
-    while (
-        True
-    ):  # the room has a kink where it is largest: among so many heights the best has it beside
+    # The clearance has a kink where it is largest: the best of many heights is next to it.
+    while True:
         heights = np.linspace(low, high, CENTRES + 1)
-        room = locus_distance(
-            robot,
-            np.stack([0 * heights, heights], axis=-1),
-            (1, -1),
-        )[0]
+        points = np.stack([0 * heights, heights], axis=-1)
+        room = locus_distance(robot, points, (1, -1))[0]
         best = int(np.argmax(room))
         low = heights[max(best - 1, 0)]
         high = heights[min(best + 1, CENTRES)]
@@ -145,16 +131,12 @@ def _moved(robot, task, place):
 
 def _worst_torque(robot, task, place):
     moved = _moved(robot, task, place)
-    if moved is None:
-        return np.inf
-    return float(np.abs(inverse_dynamics(moved)).max())
+    return np.inf if moved is None else np.abs(inverse_dynamics(moved)).max()
 
 
 def _worst_speed(robot, task, place):
     moved = _moved(robot, task, place)
-    if moved is None:
-        return np.inf
-    return float(np.abs(moved.rates.q_dot).max())
+    return np.inf if moved is None else np.abs(moved.rates.q_dot).max()
 
 
 def _time(robot, task, place):
@@ -165,14 +147,12 @@ def _time(robot, task, place):
     if moved is None:
         return np.inf
     _, xi, xi_dot, xi_ddot = task.motion
+    s = 0.5, 1.0, 2.0
     at = [
-        inverse_dynamics(ikm2(ikm(moved.rates.pose, s * xi_dot), s * s * xi_ddot)).ravel()
-        for s in (0.5, 1.0, 2.0)
+        inverse_dynamics(ikm2(ikm(moved.rates.pose, k * xi_dot), k * k * xi_ddot)).ravel()
+        for k in s
     ]
-    a, v, c = np.linalg.solve(
-        [[0.25, 0.5, 1.0], [1.0, 1.0, 1.0], [4.0, 2.0, 1.0]],
-        at,
-    )
+    a, v, c = np.linalg.solve(np.vander(s), at)
     if np.abs(c).max() >= task.motor.torque:
         return np.inf  # it cannot even be held
     fastest = task.motor.speed / max(np.abs(moved.rates.q_dot).max(), 1e-300)

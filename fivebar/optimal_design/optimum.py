@@ -16,7 +16,7 @@ from ..models.robots import Biglide, FiveBar
 from .batch import check_variables, robot_of_design, robots_of_designs
 from .designs import limits_of
 from .evolution import dominates, evolve, refine, thinned
-from .figures import evaluate, figures_of
+from .figures import figures_of
 from .goals import SENSE, goals_of, limits_by_figure
 from .results import AT_LIMIT, Design, Front
 from .sweeping import compute_chunk
@@ -167,45 +167,38 @@ class DesignProblem:
     def rows(self, x: np.ndarray) -> np.ndarray:
         """Return designs (n, k), rounded to steps; what is next to a bound is put on it."""
         near = 1e-9 * (self.high - self.low)
-        x = np.where(
-            x <= self.low + near,
-            self.low,
-            np.where(x >= self.high - near, self.high, x),
-        )
+        x = np.where(x >= self.high - near, self.high, x)
+        x = np.where(x <= self.low + near, self.low, x)
         if self.step is None:
             return x
-        rounded = np.round(
-            np.rint(x / self.step) * self.step,
-            12,
-        )
+        rounded = np.round(np.rint(x / self.step) * self.step, 12)
         return np.where(self.stepped, rounded, x) + 0.0  # no -0
 
     def values(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """Return {figure: (n,)} of designs."""
-        if self.executor is None or all(one.kind in ("closed", "poses") for one in self.figures):
-            values = evaluate(self.figures, self.names, rows, self.robot, self.task)[0]
-        else:
-            values = self._values_by_executor(rows)
-        return {figure.name: column for figure, column in zip(self.figures, values.T)}
-
-    def _values_by_executor(self, rows):
         compute = partial(compute_chunk, self.figures, self.names, self.robot, self.task)
-        pieces = enumerate(np.array_split(rows, max(1, len(rows) // PIECE)))
+        pieces = [rows]
+        executor = None
+        if any(figure.kind in ("single", "own") for figure in self.figures):
+            executor = self.executor
+        if executor is not None:
+            pieces = np.array_split(rows, max(1, len(rows) // PIECE))
         try:
-            done = dict(compute_chunks(compute, pieces, self.executor))
+            done = dict(compute_chunks(compute, enumerate(pieces), executor, 1))
         except WorkersDied as error:
             raise RuntimeError(f"{error}; a search keeps nothing: begin it anew") from None
-        return np.concatenate([done[k].values for k in range(len(done))])
+        values = np.concatenate([done[k].values for k in range(len(done))])
+        return {figure.name: column for figure, column in zip(self.figures, values.T)}
 
     def __call__(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return (goals to be small (n, goals), violation of the limits (n,)) of designs."""
         values = self.values(self.rows(x))
         goals = np.stack([values[goal.name] for goal in self.goals], axis=1) * self.signs
         violation = np.zeros(len(x))
-        for limit in self.limits:
-            value = values[limit.figure.name]
-            size = max(abs(end) for end in (limit.low, limit.high) if np.isfinite(end)) or 1.0
-            violation += np.maximum(np.maximum(limit.low - value, value - limit.high), 0) / size
+        for figure, low, high in self.limits:
+            value = values[figure.name]
+            size = max(abs(end) for end in (low, high) if np.isfinite(end)) or 1.0
+            violation += np.maximum(np.maximum(low - value, value - high), 0) / size
         if self.on_table:  # The distance out of reach leads the search to the table.
             violation += np.maximum(-values["reach"], 0) / self.task_size
             violation += np.where(values["det_A"] > 0, 0.0, 1.0)
@@ -248,16 +241,13 @@ class DesignProblem:
             reached = around["reach"] >= 0
             inside = reached & (around["det_A"] > 0)
             if values["reach"] <= AT_LIMIT * self.task_size or not reached.all():
-                yield (
-                    f"reach = {values['reach']:.6g} is near its limit, at least 0: a corner of the"
-                    " table"
-                )
-        for limit in self.limits:
-            name = limit.figure.name
+                yield f"reach = {values['reach']:.6g} is near its limit, at least 0"
+        for figure, low, high in self.limits:
+            name = figure.name
             column = around[name][inside]
             for side, end, violated in (
-                ("at least", limit.low, column < limit.low),
-                ("at most", limit.high, column > limit.high),
+                ("at least", low, column < low),
+                ("at most", high, column > high),
             ):
                 near = abs(values[name] - end) <= AT_LIMIT * max(abs(end), 1e-12) < np.inf
                 if near or violated.any():
@@ -288,18 +278,10 @@ def _search_one(problem, rng, effort, bar):
     if free.any():
 
         def goal(x):
-            rows = np.repeat(
-                problem.low[None],
-                x.shape[1],
-                axis=0,
-            )
+            rows = np.tile(problem.low, (x.shape[1], 1))
             rows[:, free] = x.T
             goals, violation = problem(rows)
-            return np.where(
-                violation > 0,
-                PENALTY * (1 + violation),
-                goals[:, 0],
-            )
+            return np.where(violation > 0, PENALTY * (1 + violation), goals[:, 0])
 
         row[free] = differential_evolution(
             goal,
@@ -323,40 +305,22 @@ def _search_front(problem, rng, points, effort, bar):
     generations = int(np.ceil(100 * effort))
     size = max(60, 20 * int(problem.free.sum()), points)
     bounds = (problem.low, problem.high)
-    goal_count = len(problem.goals)
-    x, f, violation = evolve(
-        problem,
-        *bounds,
-        goal_count,
-        size,
-        generations,
-        rng,
-        callback=bar.update,
-    )
+    x, f, violation = evolve(problem, *bounds, size, generations, rng, bar.update)
     feasible = violation == 0
     if not feasible.any():
         _check_limits(problem, x[np.argmin(violation)])
     x = x[feasible]
     f = f[feasible]
-    chosen = np.array(thinned(f, np.arange(len(f)), min(points, len(f))))
+    chosen = thinned(f, np.arange(len(f)), points)
     x, f, violation = refine(
-        problem,
-        *bounds,
-        x,
-        f,
-        chosen,
-        20,
-        generations,
-        rng,
-        callback=bar.update,
+        problem, *bounds, x, f, chosen, 20, generations, rng, bar.update
     )
     rows = problem.rows(x[violation == 0])
     f, _ = problem(rows)
     zero = np.zeros(1)
-    best = ~dominates(f[:, None], zero, f[None], zero).any(axis=0)
-    rows = rows[best]
-    f = f[best]
-    return rows[np.unique(f.round(15), axis=0, return_index=True)[1]]
+    best = ~dominates(f[:, None], zero, f, zero).any(axis=0)
+    first = np.unique(f[best].round(15), axis=0, return_index=True)[1]
+    return rows[best][first]
 
 
 def _check_limits(problem, x):
@@ -366,11 +330,10 @@ def _check_limits(problem, x):
         return
     values = {name: column[0] for name, column in problem.values(row).items()}
     violated = []
-    for limit in problem.limits:
-        value = values[limit.figure.name]
-        if not limit.low <= value <= limit.high:
-            interval = f"{limit.low:g} to {limit.high:g}"
-            violated.append(f"{limit.figure.name} = {value:.6g}, not from {interval}")
+    for figure, low, high in problem.limits:
+        value = values[figure.name]
+        if not low <= value <= high:
+            violated.append(f"{figure.name} = {value:.6g}, not from {low:g} to {high:g}")
     if problem.on_table and values["reach"] < 0:
         violated.append(f"the table is out of reach by {-values['reach']:.6g} m")
     elif problem.on_table and not values["det_A"] > 0:

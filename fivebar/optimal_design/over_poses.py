@@ -35,16 +35,13 @@ class TaskPoses:
         self.robots = robots
         self.task = task
         nodes, self.area, self.polar = task.nodes
-        x, y = (
+        self.point = tuple(
             nodes[:, k] + place[:, k, None] if place[:, k].any() else nodes[None, :, k]
             for k in (0, 1)
         )
-        self.point = x, y
-        self.pose = task_pose(robots, (x, y), task.working)
-
-    @cached_property
-    def sines(self):
-        return self.pose.sines
+        self.pose = task_pose(robots, self.point, task.working)
+        self.sines = self.pose.sines
+        self.det_A = self.pose.det_A
 
     @cached_property
     def b(self):
@@ -52,10 +49,6 @@ class TaskPoses:
         return tuple(
             np.abs(length * s) for length, s in zip((self.robots.l11, self.robots.l21), self.sines)
         )
-
-    @cached_property
-    def det_A(self):
-        return self.pose.det_A
 
     @cached_property
     def g(self):
@@ -123,18 +116,6 @@ def _sine(poses):
 
 def _transmission(poses):
     return np.arcsin(np.clip(_det_a(poses), 0, 1))
-
-
-def _conditioning(poses):
-    return poses.least(poses.conditioning)
-
-
-def _global(poses):
-    return poses.mean(poses.conditioning, poses.area)
-
-
-def _global_polar(poses):
-    return poses.mean(poses.conditioning, poses.polar)
 
 
 def _stiffness(poses):
@@ -255,13 +236,21 @@ OVER_POSES = (
         ("table",),
         _right_angle,
     ),
-    ("conditioning", "", "large", "the least 1 / kappa(J)", _conditioning, ("table",), _one),
+    (
+        "conditioning",
+        "",
+        "large",
+        "the least 1 / kappa(J)",
+        lambda poses: poses.least(poses.conditioning),
+        ("table",),
+        _one,
+    ),
     (
         "global_conditioning",
         "",
         "large",
         "mean of 1 / kappa(J) over the area",
-        _global,
+        lambda poses: poses.mean(poses.conditioning, poses.area),
         ("table",),
         _one,
     ),
@@ -273,7 +262,7 @@ OVER_POSES = (
             "mean of 1 / kappa(J) over radius and angle of a disc, unweighted: the measure of Liu's"
             " published indices"
         ),
-        _global_polar,
+        lambda poses: poses.mean(poses.conditioning, poses.polar),
         ("disc",),
         _one,
     ),

@@ -81,13 +81,9 @@ class Design(Plotted, Paged):
         """The design, its active bounds and limits, and its gaps, line by line."""
         lines = [f"{name} = {value:.6g}" for name, value in self.parameters.items()]
         for name in self.values:
-            if name in self.goals:
-                goal = f" ({self.goals[name]})"
-            else:
-                goal = ""
+            goal = f" ({self.goals[name]})" if name in self.goals else ""
             lines.append(self._value(name) + goal)
-        reason = "its goals hold one another" if len(self.goals) > 1 else "the optimum is inside"
-        lines += self.binding or (f"no bound and no limit binds: {reason}",)
+        lines += self.binding or ("no bound and no limit binds",)
         for name, gap in self.gaps.items():
             bound = f"{name} = {self.unreached_bounds[name]:.6g}"
             lines.append(

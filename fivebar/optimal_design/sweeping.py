@@ -169,16 +169,13 @@ def _on_disk(folder, computed, chunks, bar):
             else:
                 yield number, rows
 
-    def count():
-        return f"{folder}: {len(list(folder.glob('chunk-*.npz')))} chunks"
-
     try:
         for number, part in computed(missing()):
             write_chunk(folder, number, part)
     except WorkersDied as error:
         raise RuntimeError(
-            f"{error}. What was done is in {count()}; the same call goes on from there"
+            f"{error}. What was done is in {folder}; the same call goes on from there"
         ) from None
     except OSError as error:
-        error.strerror = f"{error.strerror}; what was done stays in {count()}"
+        error.strerror = f"{error.strerror}; what was done stays in {folder}"
         raise

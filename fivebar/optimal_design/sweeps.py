@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,26 +21,20 @@ from .goals import SENSE
 from .results import robot_of_plain
 from .shards import MANIFEST, Chunk, read_chunk, read_manifest, shard, write_chunk, write_manifest
 
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
 
 @dataclass(frozen=True, eq=False)
 class Sweep(Plotted):
     """Designs and their figures, from `sweep` or `Sweep.load`.
 
     `sweep["det_A"]` is one column (n,), of a figure or of what varies. Of a folder, chunks are read
-    one at a time: `chunks()`, `to_csv` and `best` take no more memory for more designs.
+    one at a time: `chunks()` and `to_csv` take no more memory for more designs.
     """
 
     manifest: dict
     _parts: Sequence  # Chunks, or files
 
     def __repr__(self) -> str:
-        if self.count <= 10**6:
-            errors = sum(len(part.errors) for part in self.chunks())
-        else:
-            errors = 0
+        errors = len(self.errors) if self.count <= 10**6 else 0
         figures = ", ".join(self.figures)
         names = ", ".join(self.names)
         return one_line(
@@ -93,14 +86,11 @@ class Sweep(Plotted):
         return chunk
 
     def __getitem__(self, name: str) -> np.ndarray:
-        if name in self.figures:
-            k = self.figures.index(name)
-            return np.concatenate([part.values[:, k] for part in self.chunks()])
-        if name in self.names:
-            k = self.names.index(name)
-            return np.concatenate([part.rows[:, k] for part in self.chunks()])
-        known = ", ".join((*self.names, *self.figures))
-        raise KeyError(f"no column {shown(name)}; there are {known}")
+        columns = *self.names, *self.figures
+        if name not in columns:
+            raise KeyError(f"no column {shown(name)}; there are {', '.join(columns)}")
+        k = columns.index(name)
+        return np.concatenate([np.hstack(part[:2])[:, k] for part in self.chunks()])
 
     @cached_property
     def errors(self) -> tuple[tuple[int, str], ...]:
@@ -116,10 +106,6 @@ class Sweep(Plotted):
         """Return what a design names."""
         number = whole(0, self.count - 1)(number, "number")
         return {name: float(self[name][number]) for name in self.names}
-
-    def rows(self, numbers: ArrayLike) -> dict[str, np.ndarray]:
-        """Return what some designs name, as columns: designs of another sweep."""
-        return {name: self[name][np.atleast_1d(numbers)] for name in self.names}
 
     def robot_at(self, number: int) -> FiveBar | Biglide:
         """Return the robot of a design."""
@@ -155,23 +141,11 @@ class Sweep(Plotted):
         count = whole(1, 10**7)(count, "count")
         if sense is None:
             sense = SENSE[FIGURES[figure].better] if figure in FIGURES else "max"
-        if one_of("min", "max")(sense, "sense") == "min":
-            sign = 1.0
-        else:
-            sign = -1.0
-        column = self.figures.index(figure)
-        start = 0
-        kept = np.empty(0)
-        numbers = np.empty(0, dtype=int)
-        for part in self.chunks():
-            kept = np.append(kept, sign * part.values[:, column])
-            numbers = np.append(numbers, start + np.arange(len(part.rows)))
-            start += len(part.rows)
-            valid = np.flatnonzero(~np.isnan(kept))
-            order = valid[np.argsort(kept[valid], kind="stable")[:count]]
-            kept = kept[order]
-            numbers = numbers[order]
-        return numbers
+        values = self[figure]
+        valid = np.flatnonzero(~np.isnan(values))
+        if one_of("min", "max")(sense, "sense") == "max":
+            values = -values
+        return valid[np.argsort(values[valid], kind="stable")[:count]]
 
     def to_csv(self, file: TextFile) -> None:
         """Write a row per design, floats with all their digits."""

@@ -115,7 +115,7 @@ class Task:
     _given: tuple = field(default=(), repr=False)
 
     def __repr__(self) -> str:
-        return one_line("Task", *(f"{name} = {_short(v)}" for name, v in self.about.items()))
+        return one_line("Task", *(f"{name} = {shown(value)}" for name, value in self.about.items()))
 
     @cached_property
     def nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -167,16 +167,6 @@ def _sha256(array):
     return hashlib.sha256(array.tobytes()).hexdigest()
 
 
-def _short(value):
-    if isinstance(value, dict):
-        return f"({', '.join(f'{name} {_short(part)}' for name, part in value.items())})"
-    if isinstance(value, list):
-        return f"({', '.join(map(_short, value))})"
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    return shown(value)
-
-
 def _trapezium(count):
     weights = np.ones(count)
     weights[[0, -1]] = 0.5
@@ -201,10 +191,7 @@ def task_of(choices: Mapping[str, object]) -> Task:
 
 def _items(value, name, counts):
     """Return the items of a sequence, which must be so many."""
-    if hasattr(value, "__len__") and np.ndim(value):
-        items = list(value)
-    else:
-        items = []
+    items = list(value) if np.iterable(value) else []
     if len(items) not in counts:
         known = " or ".join(map(str, counts))
         raise ValueError(f"{name} must be {known} numbers, not {shown(value)}")

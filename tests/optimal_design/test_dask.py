@@ -116,7 +116,7 @@ def test_a_cluster_that_goes_away_is_said_and_what_was_done_stays(notes):
         or "takes no more work" in notes["gone"]
         or "no worker" in notes["gone"]
     )
-    assert f"What was done is in {notes['folder'] / 'gone'}: " in notes["gone"]
+    assert f"What was done is in {notes['folder'] / 'gone'}" in notes["gone"]
     assert len(list((notes["folder"] / "gone").glob("chunk-*.npz"))) > 2
 
 

@@ -58,8 +58,8 @@ def test_fronts_of_zitzler_deb_and_thiele(power):
         return np.stack([x[:, 0], g * (1 - (x[:, 0] / g) ** power)], axis=1), np.zeros(len(x))
 
     rng, low, high = np.random.default_rng(1), np.zeros(6), np.ones(6)
-    x, f, _ = evolve(problem, low, high, 2, 80, 100, rng)
-    chosen = np.array(thinned(f, np.arange(len(f)), 15))
+    x, f, _ = evolve(problem, low, high, 80, 100, rng)
+    chosen = thinned(f, np.arange(len(f)), 15)
     _, f, _ = refine(problem, low, high, x, f, chosen, 20, 120, rng)
     assert np.abs(f[:, 1] - (1 - f[:, 0] ** power)).max() < 1e-3
     assert f[:, 0].min() < 1e-3 and f[:, 0].max() > 0.999
@@ -73,8 +73,8 @@ def test_three_goals_on_the_simplex():
         return np.linalg.norm(x[:, None, :2] - corners, axis=2) + 3 * x[:, 2:], np.zeros(len(x))
 
     rng, low, high = np.random.default_rng(2), np.zeros(3), np.ones(3)
-    x, f, _ = evolve(problem, low, high, 3, 80, 80, rng)
-    chosen = np.array(thinned(f, np.arange(len(f)), 15))
+    x, f, _ = evolve(problem, low, high, 80, 80, rng)
+    chosen = thinned(f, np.arange(len(f)), 15)
     x, f, _ = refine(problem, low, high, x, f, chosen, 20, 80, rng)
     inside = np.linalg.solve(
         np.vstack([corners.T, np.ones(3)]), np.vstack([x[:, :2].T, np.ones(len(x))])

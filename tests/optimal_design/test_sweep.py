@@ -191,7 +191,7 @@ def test_a_full_disk_says_so_and_leaves_nothing_half(tmp_path):
     command = [sys.executable, "-c", FULL, tmp_path / "out"]
     run = subprocess.run([*command, "full", "400"], cwd=ROOT, capture_output=True, text=True)
     assert run.returncode == 1 and "OSError: [Errno 27]" in run.stderr
-    assert f"what was done stays in {tmp_path / 'out'}: 0 chunks" in run.stderr
+    assert f"what was done stays in {tmp_path / 'out'}" in run.stderr
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["manifest.json"]
     assert subprocess.run([*command, "roomy", "400"], cwd=ROOT).returncode == 0
     assert len(D.Sweep.load(tmp_path / "out")) == 400
@@ -262,7 +262,7 @@ def test_an_executor_that_takes_no_more(tmp_path):
     executor.shutdown()
     with pytest.raises(
         RuntimeError,
-        match="takes no more work.*What was done is in .*: 0 chunks; the same call goes on",
+        match="takes no more work.*What was done is in .*; the same call goes on",
     ):
         swept(tmp_path / "out", executor)
     with pytest.raises(
