@@ -48,7 +48,12 @@ KIND = "calibration of a five-bar"
 
 @dataclass(frozen=True, eq=False)
 class Calibration(Plotted):
-    """The result of `calibrate`; printed, it is a report.
+    """A calibrated five-bar, from `calibrate`; printed, it is a report.
+
+        true angle = ratio q + offset        measured point = (x0, y0) + scale R(turn) xi
+
+    With J the Jacobian of the measured numbers by the unknowns, each over its sigma, the covariance
+    of the unknowns is the variance of a weighted number times (J^T J)^-1 on what the data tell.
 
     Attributes
     ----------
@@ -72,6 +77,19 @@ class Calibration(Plotted):
         Unknowns at a bound.
     notes : tuple of str
         What was converted, left out or put right.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> drawn, built = fb.FiveBar(), fb.FiveBar(l11=0.0905, d=0.1185)
+    >>> where = fb.measurement_poses(drawn, 6, criterion="D")
+    >>> pose = fb.igm(built, where.xi, where.working)
+    >>> data = {"q1": pose.q[:, 0], "q2": pose.q[:, 1], "x": pose.xi[:, 0], "y": pose.xi[:, 1]}
+    >>> result = fb.calibrate(drawn, data, ("l11", "l12", "l21", "l22", "d"), sigma=1e-5)
+    >>> round(result.values["l11"], 6), round(result.robot.d, 6)
+    (0.0905, 0.1185)
+    >>> result.sd["l11"] < 1e-5, result.indistinguishable, result.fits
+    (True, (), True)
     """
 
     nominal: FiveBar

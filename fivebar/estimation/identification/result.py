@@ -44,40 +44,51 @@ class Validation:
 
 @dataclass(frozen=True, eq=False)
 class Identification(Plotted):
-    """The result of `identify`; printed, it is a report.
+    """Identified masses and friction of a robot, from `identify`; printed, it is a report.
+
+        tau = W(q, q', q'') theta
 
     Attributes
     ----------
     robot : FiveBar or Biglide
-        With the identified parameters.
+        The robot with the identified parameters.
     given : FiveBar or Biglide
-        The robot it began with.
+        The robot that the identification began with.
     values, sd : dict
-        Of the chosen parameters, by name, SI.
+        The chosen parameters and their standard deviations by name, SI units.
     chosen : tuple of str
-        In the order of the ladder.
+        The names of the chosen parameters, in the order of the ladder.
     rejected : dict
-        {name: why it was left out}.
+        {name: why the parameter was left out}.
     indistinguishable : tuple of str
-        What no motion or not this log tells.
+        Sentences on what no motion, or not this log, tells.
     notes : tuple of str
-        On the log.
+        Sentences on the log.
     noise : (2,)
-        Of a filtered row of each motor's torque, N m.
+        Standard deviation of a filtered row of each motor's torque, N m.
     misfit : float
-        Share of the torque's rms that is missed.
+        Share of the torque's rms that the model misses.
     p_value : float
-        Of all that was left out being 0.
+        Probability of what was left out, if all of it is 0.
     cutoff : float
-        Of the filters, Hz.
+        Cut-off of the filters, Hz.
     correlation : (k, k) array
-        Of the chosen parameters.
+        Correlations of the chosen parameters.
     bodies : bool
         Whether the parameters were held to those that bodies can have.
     t, tau, predicted : (n,), (n, 2) and (n, 2) arrays
-        The filtered rows, s and N m, nan where they do not count.
+        The filtered rows, s and N m; nan where a row does not count.
     validation : Validation, optional
-        Of the second run.
+        The prediction of a second run.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> robot, circle = fb.FiveBar(m=0.6), fb.circle((0.06, 0.09), 0.02, 0.5)
+    >>> log = fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), circle, step=2e-3)
+    >>> result = fb.identify(fb.FiveBar(), log, unknown=["zz1", "zz2", "m"])
+    >>> result.chosen, round(result.robot.m, 2), result.misfit < 0.01
+    (('zz1', 'zz2', 'm'), 0.6, True)
     """
 
     robot: Robot
