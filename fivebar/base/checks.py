@@ -11,7 +11,7 @@ import inspect
 import math
 import sys
 from collections.abc import Callable, Iterable
-from functools import wraps
+from functools import partial, wraps
 from numbers import Real
 from typing import ParamSpec, TypeVar
 
@@ -134,14 +134,8 @@ def positive(value: object, name: str) -> float:
     return x
 
 
-def not_negative(value: object, name: str) -> float:
-    """Rule: a finite number >= 0."""
-    return number(value, name, 0.0)
-
-
-def share(value: object, name: str) -> float:
-    """Rule: a number from 0 to 1, as the sine of an angle is."""
-    return number(value, name, 0.0, 1.0)
+not_negative = partial(number, low=0.0)  # Rule: a finite number >= 0.
+share = partial(number, low=0.0, high=1.0)  # Rule: from 0 to 1, as the sine of an angle is.
 
 
 def seconds(value: object, name: str) -> float:
@@ -171,11 +165,6 @@ def table_of(rule: Callable) -> Callable:
         return {key: rule(item, f"{name}[{key!r}]") for key, item in value.items()}
 
     return check
-
-
-def flag(value: object, name: str) -> bool:
-    """Rule: True or False; ValueError for anything else."""
-    return one_of(True, False)(value, name)
 
 
 def strings(value: object, name: str) -> list[str]:
@@ -218,14 +207,9 @@ def one_of(*known: object) -> Callable:
     return rule
 
 
-def jit(value: object, name: str) -> bool | str:
-    """Rule: False, True or "auto"; ValueError for anything else."""
-    return one_of(False, True, "auto")(value, name)
-
-
-def text(value: object, name: str) -> str:
-    """Rule: a string; TypeError for anything else."""
-    return instance(str, what="a string")(value, name)
+flag = one_of(True, False)  # Rule: True or False.
+jit = one_of(False, True, "auto")  # Rule: whether to compile.
+text = instance(str, what="a string")  # Rule: a string; TypeError for anything else.
 
 
 def a_callable(value: object, name: str) -> Callable:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy import ndarray
 from scipy.ndimage import binary_opening, median_filter
-from scipy.signal import firwin, upfirdn
+from scipy.signal import firwin, kaiserord, upfirdn
 
 RIPPLE = 60.0  # dB
 
@@ -44,12 +44,12 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
     """
     down = max(int(1 / (2.5 * cutoff * step)), 1)
     width = min(1.5 * cutoff * step, 0.9)
-    half = int(np.ceil((RIPPLE - 7.95) / (2.285 * np.pi * width) / 2))  # Kaiser's estimate
-    window = "kaiser", 0.1102 * (RIPPLE - 8.7)
+    taps, beta = kaiserord(RIPPLE, width)
+    half = taps // 2
     kernel = firwin(
         2 * half + 1,
         min(1.25 * cutoff * step * 2, 0.95),
-        window=window,
+        window=("kaiser", beta),
     )
     first = -half % down  # so that a kept row is at a sample
     parts, breaks, rows = [], [], 0

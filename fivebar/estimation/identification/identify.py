@@ -126,11 +126,11 @@ def identify(
     known = np.array([0.0 if name in sought else getattr(robot, name) for name in names])
     columns = [k for k, name in enumerate(names) if name in sought]
 
-    def prepared(at, logs):
+    def sampled(at, logs):
         found = [samples(own, held, robot, assembly, at) for own, held in logs]
         return found, _joined(found, known)
 
-    found, rows = prepared(cutoff, logs)
+    found, rows = sampled(cutoff, logs)
     _refuse_few(rows, found, 2 * len(sought))
     any_W = any_motion(robot, assembly, _working(robot, found[0]))
     base, unseen = independent(any_W, columns, EXACT)
@@ -140,7 +140,7 @@ def identify(
     if full.misfit < POOR and not all(held for _, held in logs):
         # A drive that holds its commands logs torques of whole samples, not of instants.
         held_logs = [(own, True) for own, _ in logs]
-        held_found, held_rows = prepared(cutoff, held_logs)
+        held_found, held_rows = sampled(cutoff, held_logs)
         better, count = fit(held_rows, told), rows.counts.sum(axis=0)
         if 2 * count @ np.log(full.sigma / better.sigma) > price(int(count.sum()), 1):
             logs, found, rows, full = held_logs, held_found, held_rows, better
@@ -149,7 +149,7 @@ def identify(
     for _ in range(8 if cutoff is None and full.misfit < POOR else 0):
         if bias(found, told, full).max() < BIASED:
             break
-        fewer, lower = prepared(0.7 * min(each.cutoff for each in found), logs)
+        fewer, lower = sampled(0.7 * min(each.cutoff for each in found), logs)
         if lower.counts.sum(axis=0).min() < 8 * len(columns):
             break
         found, rows = fewer, lower
