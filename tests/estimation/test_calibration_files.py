@@ -80,9 +80,9 @@ BAD = dict(q1=[0.1, 0.2], q2=[0.1, 0.2], x=[0.09, 0.09], y=[0.07, 0.07])
         (
             BAD | dict(distance=[0.1, np.nan], to=[3, np.nan]),
             {},
-            "row 1: to = 3 must be the number of another row",
+            "row 1: .* to = 3 must be a length",
         ),
-        (BAD | dict(distance=[0.1, np.nan]), {}, "row 1: distance without to"),
+        (BAD | dict(distance=[0.1, np.nan]), {}, "row 1: distance = 0.1 and to = nan must be"),
         (dict(q1=[0.1], q2=[0.2]), {}, "nothing is measured in data"),
         (BAD, dict(unknown=("l13",)), "unknown: no 'l13'; the known ones are l11"),
         (BAD, dict(unknown=("l11", "l11")), "unknown names l11 twice"),

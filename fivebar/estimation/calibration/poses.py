@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from types import MappingProxyType
 
 import numpy as np
@@ -369,7 +368,7 @@ def _for_the_tip(jacobian, chosen):
 
 
 def _tour(robot, q, modes):
-    """Return an order of short moves: the best of those that go to the nearest next, untangled."""
+    """Return an order of short moves: the best of those that always go to the nearest next."""
     n = len(q)
     cost = np.abs(robot.joint_difference(q[:, None] - q[None])).max(axis=2)
     cost = cost + 10.0 * (modes[:, None] != modes[None]).any(axis=2)  # modes change rarely
@@ -377,21 +376,7 @@ def _tour(robot, q, modes):
     for first in range(n):
         order, left = [first], set(range(n)) - {first}
         while left:
-            here = cost[order[-1]]
-            order.append(min(left, key=here.__getitem__))
+            order.append(min(left, key=cost[order[-1]].__getitem__))
             left.remove(order[-1])
         tours.append((cost[order[:-1], order[1:]].sum(), order))
-    order = min(tours, key=lambda tour: tour[0])[1]
-    improved = n > 3
-    while improved:  # 2-opt
-        improved = False
-        for i, j in combinations(range(n), 2):
-            gain = 0.0
-            if i:
-                gain += cost[order[i - 1], order[i]] - cost[order[i - 1], order[j]]
-            if j + 1 < n:
-                gain += cost[order[j], order[j + 1]] - cost[order[i], order[j + 1]]
-            if gain > 1e-12:
-                order[i : j + 1] = order[i : j + 1][::-1]
-                improved = True
-    return order
+    return min(tours)[1]

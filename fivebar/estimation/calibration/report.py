@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,25 +52,12 @@ def _fit(found):
     counted = [f"{coordinates} coordinates"] if coordinates else []
     if distances:
         counted.append(f"{distances} distances")
-    modes = Counter(
-        map(
-            tuple,
-            np.column_stack([found.working, found.assembly]).tolist(),
-        )
-    )
-    listed = ", ".join(
-        f"({left:+d}, {right:+d}) {assembly:+d}: {count}"
-        for (
-            left,
-            right,
-            assembly,
-        ), count in modes.most_common()
-    )
+    modes = np.unique(np.column_stack([found.working, found.assembly]), axis=0)
     alone = found.leave_one_out
     left_out = f"{1e3 * alone:.4g} mm" if np.isfinite(alone) else "unknown"
     lines = [
-        f"{len(found.rows)} rows with {' and '.join(counted)}, in working and assembly modes"
-        f" {listed}; {len(found.unknown)} unknowns, of which {found.rank} combinations can be told",
+        f"{len(found.rows)} rows with {' and '.join(counted)}, in {len(modes)} of 8 modes;"
+        f" {len(found.unknown)} unknowns, of which {found.rank} combinations can be told",
         f"misses, RMS: {1e3 * found.rms_before:.4g} mm before, {1e3 * found.rms:.4g} mm after,"
         f" {left_out} of rows left out",
     ]

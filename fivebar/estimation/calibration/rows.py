@@ -165,19 +165,15 @@ def _modes(column, name, where):
 def _targets(to, distance, where):
     """Return the row at the other end of each distance, from its number counted from 1."""
     n = len(to)
-    for k in range(n):
-        if np.isfinite(distance[k]) != np.isfinite(to[k]):
-            raise ValueError(
-                f"{where[k]}: distance without to, or to without distance: a distance needs the"
-                " number of the row it leads to"
-            )
-        if np.isfinite(to[k]) and (to[k] not in range(1, n + 1) or to[k] == k + 1):
-            raise ValueError(
-                f"{where[k]}: to = {to[k]:g} must be the number of another row, counted from 1 to"
-                f" {n}"
-            )
-        if distance[k] < 0:
-            raise ValueError(f"{where[k]}: distance must be >= 0, not {distance[k]:g}")
+    own = np.arange(1, n + 1)
+    good = np.isin(to, own) & (to != own) & (distance >= 0)
+    good |= np.isnan(to) & np.isnan(distance)
+    if not good.all():
+        k = int(np.argmin(good))
+        raise ValueError(
+            f"{where[k]}: distance = {distance[k]:g} and to = {to[k]:g} must be a length >= 0 and"
+            f" the number of another row, counted from 1 to {n}"
+        )
     return np.nan_to_num(to).astype(int) - 1
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy import ndarray
 from numpy.typing import ArrayLike
 
-from ...base.backend import finite_numbers, is_symbolic
+from ...base.backend import finite_numbers, unpack
 from ...base.checks import (
     instance,
     not_negative,
@@ -229,9 +229,6 @@ def tip_error(
 
 
 def _points(poses):
-    found = finite_numbers(poses, "poses") if not is_symbolic(poses) else np.empty(0)
-    if found.ndim not in (1, 2) or found.shape[-1] != 2:
-        raise ValueError(
-            f"poses must be a Pose, or points of shape (2,) or (n, 2), not {shown(poses)}"
-        )
-    return found
+    points = finite_numbers(poses, "poses")
+    unpack(points, "poses")
+    return points

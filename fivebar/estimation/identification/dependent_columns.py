@@ -52,16 +52,12 @@ def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> ndarray:
     """Return W of motions through poses all over the workspace in these modes."""
     rng = np.random.default_rng(16)
     reach = np.pi if robot.turns else sum(robot.distal) + 1e-9
-    q = np.empty((0, 2))
-    for drawn in rng.uniform(-1, 1, (20, 1200, 2)) * reach:
-        if len(q) >= 400:
-            break
-        pose = dgm(robot, drawn, assembly, unreachable="nan")
-        good = np.abs(pose.det_A) > 0.2  # False for nan
-        for mode, sine in zip(working, pose.sines):
-            good &= -mode * sine > 0.05
-        q = np.concatenate([q, drawn[good]])
-    q = q[:400]
+    drawn = rng.uniform(-1, 1, (24_000, 2)) * reach
+    pose = dgm(robot, drawn, assembly, unreachable="nan")
+    good = np.abs(pose.det_A) > 0.2  # False for nan
+    for mode, sine in zip(working, pose.sines):
+        good &= -mode * sine > 0.05
+    q = drawn[good][:400]
     if len(q) < 40:
         raise ValueError(
             f"this robot has hardly a pose in working modes {tuple(working)}, assembly mode"

@@ -90,34 +90,13 @@ def _suspicions(robot, assembly, log) -> Iterator[tuple[str, int, Robot, Log]]:
     yield "", assembly, robot, log
     efforts = f"the {robot.words.effort}s of the two motors are exchanged"
     yield efforts, assembly, robot, _exchanged(log, "tau")
-    yield (
-        f"the assembly mode is {-assembly:+d}",
-        -assembly,
-        robot,
-        log,
-    )
+    yield f"the assembly mode is {-assembly:+d}", -assembly, robot, log
     joints = f"{' and '.join(robot.words.joints)} are exchanged"
-    yield (
-        joints,
-        assembly,
-        robot,
-        _exchanged(log, "q", "q_dot"),
-    )
-    for x, y in (
-        (0.0, -9.81),
-        (0.0, 9.81),
-        (9.81, 0.0),
-        (-9.81, 0.0),
-        (0.0, 0.0),
-    ):
+    yield joints, assembly, robot, _exchanged(log, "q", "q_dot")
+    for x, y in ((0.0, -9.81), (0.0, 9.81), (9.81, 0.0), (-9.81, 0.0), (0.0, 0.0)):
         if (x, y) != robot.gravity:
-            other = replace(robot, gravity=(x, y))
-            yield (
-                f"gravity is ({x:g}, {y:g}) m/s²",
-                assembly,
-                other,
-                log,
-            )
+            words = f"gravity is ({x:g}, {y:g}) m/s²"
+            yield words, assembly, replace(robot, gravity=(x, y)), log
 
 
 def _exchanged(log, *names):
