@@ -261,18 +261,8 @@ def exciting_trajectory(
             f" {assembly:+d}, with |sines| and |det A| above {margin:g}: ask for less margin, more"
             " torque, or other modes"
         )
-    series = search.series(shape, search.amplitude(shape))
     t = np.linspace(0, period, 3000)
-    for _ in range(200):
-        if search.keeps(*series.joints(t)):
-            break
-        series = _Series(
-            robot,
-            assembly,
-            period,
-            series.centre,
-            0.98 * series.coefficients,
-        )
+    series = search.series(shape, 0.999 * search.amplitude(shape, t))
     q, q_dot, q_ddot = series.joints(t)
     pose = dgm(robot, q, assembly)
     tau = inverse_dynamics(dkm2(dkm(pose, q_dot), q_ddot))
@@ -407,12 +397,10 @@ class _Search:
                 return False
         return True
 
-    def amplitude(self, shape):
-        """Return the largest amplitude that keeps to the limits, 0 where none does."""
-        whole, centre = (
-            np.array(self.series(shape, 1.0).joints(self.t)),
-            np.zeros((3, 1, 2)),
-        )
+    def amplitude(self, shape, t):
+        """Return the largest amplitude that keeps to the limits at these times, 0 if none does."""
+        whole = np.array(self.series(shape, 1.0).joints(t))
+        centre = np.zeros((3, 1, 2))
         centre[0] = shape[:2]
 
         def keeps(amplitude):
@@ -438,7 +426,7 @@ class _Search:
         if key not in self.costs:
             self.bar.update()
             self.costs[key] = np.inf
-            amplitude = self.amplitude(shape)
+            amplitude = self.amplitude(shape, self.t)
             if amplitude > 0:
                 motion = self.series(shape, amplitude).joints(self.t)
                 size = np.sqrt(np.mean(motion[2] ** 2)) * self.period**2
