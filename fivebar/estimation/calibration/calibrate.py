@@ -143,9 +143,18 @@ def calibrate(
     absolute = sigma is not None or (not relative and bool(np.isfinite(rows.sigma).any()))
     weight = _weight(rows, sigma, relative)
     size = sizes(robot, rows.q, unknown)
-    task = Task(rows, free, p0, size, weight, _bounds(bounds, unknown), loss)
+    task = Task(
+        rows,
+        free,
+        start=p0,
+        size=size,
+        weight=weight,
+        bounds=_bounds(bounds, unknown),
+        loss=loss,
+    )
+    wrong: list[str] = []
     if mistakes == "keep":
-        wrong, p = [], begin(task)
+        p = begin(task)
     else:
         typical = float(np.median(1 / weight)) if absolute else 0.0
         wrong, task, p = find_mistakes(task, typical)

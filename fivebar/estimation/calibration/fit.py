@@ -173,9 +173,18 @@ def solve(task: Task, p: ndarray, assembly: ndarray) -> tuple[ndarray, ndarray]:
         scatter = 1.0
         if task.loss != "linear":
             scatter = max(1.4826 * np.median(np.abs(off(z))), 1e-12)
-        tolerances = dict.fromkeys(("ftol", "xtol", "gtol"), tolerance)
-        options = {"loss": task.loss, "f_scale": scatter, "max_nfev": 200}
-        return least_squares(off, z, slope, (low, high), **options, **tolerances)
+        return least_squares(
+            off,
+            z,
+            slope,
+            bounds=(low, high),
+            loss=task.loss,
+            f_scale=scatter,
+            max_nfev=200,
+            ftol=tolerance,
+            xtol=tolerance,
+            gtol=tolerance,
+        )
 
     z = np.clip((p[task.free] - task.start[task.free]) / task.size, low, high)
     if not np.isfinite(off(z)).all():
@@ -206,7 +215,8 @@ def _polish(off, slope, z):
             z, best = nearer, off(nearer)
         left, s, right, tolerance = spectrum(slope(z))
         good = s > tolerance
-        step = -right[: len(s)][good].T @ ((left[:, good].T @ best) / s[good])
+        along = (left[:, good].T @ best) / s[good]
+        step = -right[: len(s)][good].T @ along
         new = off(z + step)
         better = np.isfinite(new).all() and new @ new <= best @ best
         if better:

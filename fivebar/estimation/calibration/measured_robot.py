@@ -106,7 +106,8 @@ def as_pairs(z: ndarray) -> ndarray:
 def _cranks(p, q):
     """Return the unit vectors along the cranks and the elbows, complex (n, 2)."""
     cranks = np.exp(1j * (p[7:9].T * q + p[5:7].T))
-    return cranks, p[4:5].T / 2 * SIDES + p[0:4:2].T * cranks
+    bases = p[4:5].T / 2 * SIDES
+    return cranks, bases + p[0:4:2].T * cranks
 
 
 def place(p: ndarray, q: ndarray, assembly: ndarray) -> Placed:

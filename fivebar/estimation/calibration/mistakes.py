@@ -106,7 +106,8 @@ def _changed(task, changes):
     size = task.size.copy()
     for k, name in enumerate(task.names):
         if name.startswith("ratio"):
-            size[k] = 1 / (np.max(np.abs(rows.q[:, int(name[-1]) - 1])) or 1.0)
+            readings = rows.q[:, int(name[-1]) - 1]
+            size[k] = 1 / (np.max(np.abs(readings)) or 1.0)
     return replace(task, rows=rows, size=size)
 
 
@@ -171,10 +172,12 @@ def _wrong_modes(task, p, sigma):
         )  # of what fits nothing no modes are known
     sines = np.nan_to_num(sines_at(p, rows.q, rows.points))
     off = np.full(len(rows), np.inf)
-    off[rows.whole] = np.hypot(*bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0].T)
+    legs_off, _ = bars_off(p, rows.q[rows.whole], rows.points[rows.whole])
+    off[rows.whole] = np.hypot(*legs_off.T)
     off /= p[PLACE["scale"]]
     fits = off < max(20 * sigma, 0.02 * task.bar)
-    sure = fits[:, None] & (np.abs(sines) > np.maximum(0.05, 5 * off / task.bar)[:, None])
+    least = np.maximum(0.05, 5 * off / task.bar)
+    sure = fits[:, None] & (np.abs(sines) > least[:, None])
     real = -np.sign(sines).astype(np.int8)
     noted = np.column_stack([rows.working, rows.assembly])
     wrong = sure & (noted != 0) & (noted != real)

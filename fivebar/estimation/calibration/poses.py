@@ -319,7 +319,8 @@ def _exchanged(jacobian, n):
 def _gain(jacobian, covariance):
     """Return det(I + J C J') of each candidate, (N,)."""
     inner = np.einsum("nij,jk,nlk->nil", jacobian, covariance, jacobian)
-    return (1 + inner[:, 0, 0]) * (1 + inner[:, 1, 1]) - inner[:, 0, 1] * inner[:, 1, 0]
+    diagonal = (1 + inner[:, 0, 0]) * (1 + inner[:, 1, 1])
+    return diagonal - inner[:, 0, 1] * inner[:, 1, 0]
 
 
 def _for_the_tip(jacobian, chosen):

@@ -126,7 +126,8 @@ def repeatability(points: ArrayLike, commanded: ArrayLike | None = None) -> Repe
     [2.6804e-05]
     """
     found = finite_numbers(points, "points")
-    if found.ndim not in (2, 3) or found.shape[-1] != 2 or found.shape[-2] < 2 or not len(found):
+    pairs = found.ndim in (2, 3) and found.shape[-1] == 2
+    if not pairs or found.shape[-2] < 2 or not len(found):
         raise ValueError(
             f"points must have shape (n, 2) or (poses, n, 2) with n >= 2, not {found.shape}"
         )

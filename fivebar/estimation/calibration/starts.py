@@ -59,7 +59,8 @@ def doubt(task: Task, p: ndarray) -> float:
     points in one place: a robot without cranks would reach these at all angles.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        change = np.abs(np.log(p[:5] / task.start[:5]))[task.start[:5] > 0]
+        change = np.abs(np.log(p[:5] / task.start[:5]))
+    change = change[task.start[:5] > 0]
     strange = task.bar * np.maximum(np.nan_to_num(change, nan=np.inf) - 0.4, 0.0).max()
     points = as_pairs(unframe(p, as_complex(task.rows.points[task.rows.whole])))
     spread = np.std(points, axis=0).max()
@@ -90,7 +91,8 @@ def settled(task: Task, p: ndarray) -> ndarray:
         )
 
     def slope(z):
-        jacobian = bars_off(moved(z), q, points)[1][:, :, task.free].reshape(-1, count)
+        _, slopes = bars_off(moved(z), q, points)
+        jacobian = slopes[:, :, task.free].reshape(-1, count)
         return np.concatenate([jacobian * task.size / bar, hold * np.eye(count)])
 
     result = least_squares(
@@ -166,5 +168,6 @@ def _laid(rows, p, free, mode):
             np.median(rest.imag),
         )
     elif "turn" in free:
-        p[PLACE["turn"]] = np.angle(np.vdot(robot, camera - p[9] - 1j * p[10]))
+        rest = camera - p[9] - 1j * p[10]
+        p[PLACE["turn"]] = np.angle(np.vdot(robot, rest))
     return p

@@ -42,7 +42,8 @@ def independent(
             basis = np.column_stack([basis, v / own])
             continue
         scale = sizes[kept]
-        factors = np.linalg.lstsq(flat[:, kept] / scale, flat[:, k], rcond=None)[0] / scale
+        scaled = flat[:, kept] / scale
+        factors = np.linalg.lstsq(scaled, flat[:, k], rcond=None)[0] / scale
         counts = np.abs(factors) * scale > 1e-6 * sizes[k]
         folded[k] = {j: float(f) for j, f, used in zip(kept, factors, counts) if used}
     return kept, folded
@@ -92,6 +93,7 @@ def sentences(
         result.append(f"{', '.join(others)}: {motion} them at all")
     for k, factors in folded.items():
         if factors:
-            sums = ", ".join(f"{names[j]} {f:+.6g} {names[k]}" for j, f in factors.items())
+            terms = [f"{names[j]} {f:+.6g} {names[k]}" for j, f in factors.items()]
+            sums = ", ".join(terms)
             result.append(f"{names[k]}: {motion} it by itself, but {sums}, which are called so")
     return result

@@ -65,7 +65,8 @@ def fit(rows: Rows, columns: list[int], tau: ndarray | None = None) -> Fit:
     inverse = np.linalg.inv(R) / scales[:, None]
     bread = inverse @ inverse.T
     scores = np.einsum("nmp,nm->np", W / sigma[:, None], residual / sigma)
-    robust = bread @ _meat(scores, rows.breaks) @ bread * (free.sum() + len(columns)) / free.sum()
+    meat = _meat(scores, rows.breaks)
+    robust = bread @ meat @ bread * (free.sum() + len(columns)) / free.sum()
     more = np.sqrt(np.maximum(np.diag(robust) / np.diag(bread), 1.0))
     shares = (residual**2).sum(axis=0) / np.maximum(power, 1e-300)
     misfit = float(np.sqrt(np.mean(shares)))

@@ -224,7 +224,8 @@ def _refuse_still(motion, noise, cutoff, step, robot):
     """Refuse a motor that stands still: its inertia would be that of its encoder's noise."""
     q, _, q_ddot = (np.concatenate(parts) for parts in zip(*motion))
     rms = np.sqrt(np.nanmean(q_ddot**2, axis=0))
-    rounding = 1e-9 * (2 * np.pi * cutoff) ** 2 * np.maximum(np.nanmax(np.abs(q), axis=0), 1e-6)
+    largest = np.maximum(np.nanmax(np.abs(q), axis=0), 1e-6)
+    rounding = 1e-9 * (2 * np.pi * cutoff) ** 2 * largest
     by_noise = np.array(noise) * noise_gain(step, cutoff)
     for k in np.flatnonzero(~(rms > np.maximum(10.0 * by_noise, rounding))):
         raise ValueError(

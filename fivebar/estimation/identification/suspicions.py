@@ -171,8 +171,8 @@ def _noise(robot, sample):
     The torques' is the median of their fourth differences, in which no motion is left; of white
     noise the variance of these is 70 times its own.
     """
-    q = [own[0][counts.any(axis=1)] for own, (*_, counts) in zip(sample.motion, sample.pieces)]
-    q = np.concatenate(q)
+    used = [counts.any(axis=1) for *_, counts in sample.pieces]
+    q = np.concatenate([own[0][rows] for own, rows in zip(sample.motion, used)])
     M, _ = dynamic_model(
         dkm(
             dgm(
@@ -186,7 +186,9 @@ def _noise(robot, sample):
     by_q = np.array(sample.noise) * noise_gain(sample.step, sample.cutoff)
     tau = max((tau for _, _, tau, _ in sample.pieces), key=len)
     fourth = np.diff(tau[np.isfinite(tau).all(axis=1)], 4, axis=0)
-    noise = np.median(np.abs(fourth), axis=0) / 0.6745 / np.sqrt(70.0) if len(fourth) else 0.0
+    noise = 0.0
+    if len(fourth):
+        noise = np.median(np.abs(fourth), axis=0) / 0.6745 / np.sqrt(70.0)
     return np.hypot(
         noise * sample.rows.gain,
         np.sqrt(np.mean(M**2, axis=0)) @ by_q,

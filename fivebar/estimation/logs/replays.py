@@ -64,7 +64,9 @@ class Replay(Animated):
     def __str__(self) -> str:
         words = self.measured.robot.words
         known = self.tau_difference[np.isfinite(self.tau_difference).all(axis=1)]
-        rms = np.sqrt(np.mean(known**2, axis=0)) if len(known) else (np.nan, np.nan)
+        rms = np.full(2, np.nan)
+        if len(known):
+            rms = np.sqrt(np.mean(known**2, axis=0))
         torques = f"{words.effort}s apart {rms[0]:.3g} and {rms[1]:.3g} {words.effort_unit} rms"
         return "\n".join(
             [
