@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
 import stat
 import sys
 import time
@@ -14,34 +13,24 @@ from collections.abc import Callable
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 
 from ..base.progress import progress
-from ..models.robots import Biglide
-from .labs import Lab, find_lab, known_labs
+from .labs import Lab, find_lab
 from .plugin import Checks
 from .program import Job, NoProgram, Program
 from .report.shown import ShownReport
 from .variants import PUBLIC_SEED, parameters
-from .worker.live import Live, from_functions
+from .worker.live import from_functions
 from .worker.submission import MOST_ARCHIVE
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
 _OPTIONS = (
-    *(
-        "-c",
-        os.devnull,
-        "--noconftest",
-        "--import-mode=importlib",
-        "--assert=plain",
-        "--capture=sys",
-    ),
-    *(
-        f"-pno:{name}"
-        for name in ("terminal", "cacheprovider", "faulthandler", "warnings", "unraisableexception")
-    ),
-)
+    f"-c {os.devnull} --noconftest --import-mode=importlib --assert=plain --capture=sys"
+    " -pno:terminal -pno:cacheprovider -pno:faulthandler -pno:warnings -pno:unraisableexception"
+).split()
 OTHER_ROBOT = "The constants of your file are another robot's"
 _FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
 
@@ -69,36 +58,31 @@ def run_checks(lab: Lab, program: Program, seed: str, watched: bool = False) -> 
 @contextmanager
 def _alone(lab):
     """This process without pytest's outside settings and without an older copy of the lab."""
-    environment, bytecode = dict(os.environ), sys.dont_write_bytecode
     _forget(lab)
-    for name in _FOREIGN:
-        os.environ.pop(name, None)
-    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
-    sys.dont_write_bytecode = True
-    try:
-        yield
-    finally:
-        sys.dont_write_bytecode = bytecode
-        os.environ.clear()
-        os.environ.update(environment)
-        _forget(lab)
+    with (
+        patch.dict(os.environ, PYTEST_DISABLE_PLUGIN_AUTOLOAD="1"),
+        patch.object(sys, "dont_write_bytecode", True),
+    ):
+        for name in _FOREIGN:
+            os.environ.pop(name, None)
+        try:
+            yield
+        finally:
+            _forget(lab)
 
 
 def _forget(lab):
-    for name in [
-        n for n, m in sys.modules.items() if getattr(m, "__file__", None) == str(lab.tests)
-    ]:
-        del sys.modules[name]
+    for name, module in list(sys.modules.items()):
+        if getattr(module, "__file__", None) == str(lab.tests):
+            del sys.modules[name]
 
 
 def grade(lab: Lab, job: Job, home: bool = False, watched: bool = False) -> ShownReport:
     """Report on one file; home: the inputs are public and the report says that others exist;
     watched: `run_checks`.
     """
-    before, digest = (
-        time.perf_counter(),
-        job_hash(job),
-    )  # a file replaced from now on is graded again
+    before = time.perf_counter()
+    digest = job_hash(job)  # a file replaced from now on is graded again
     program = job.open()
     try:
         checks = run_checks(lab, program, job.seed, watched)
@@ -163,7 +147,6 @@ def _report(lab, checks, before, home, **rest):
         trouble=trouble or "",
         notes=(
             *filter(None, [program.remark]),
-            *_twice(lab, program),
             *_about_robot(lab, robot, checks),
             *_old_numpy(program),
         ),
@@ -174,23 +157,6 @@ def _report(lab, checks, before, home, **rest):
         warnings=tuple(student.notes),
         **rest,
     )
-
-
-def _twice(lab, program):
-    """Functions of the lab that the file defines again further down, as cells may that ran in
-    another order.
-    """
-    lines, counts = {}, lab.exercises()
-    for k, line in enumerate(program.source.split("\n"), 1):
-        if (found := re.match(r"def\s+(\w+)\s*\(", line)) and found[1] in counts:
-            lines.setdefault(found[1], []).append(k)
-    for name, found in lines.items():
-        if len(found) > 1:
-            *first, last = (program.where(k) for k in found)
-            yield (
-                f"{name} is defined {len(found)} times: the last one counts, {last} (not"
-                f" {', '.join(first)})."
-            )
 
 
 def _old_numpy(program):
@@ -232,27 +198,19 @@ def _absent(lab, robot, checks):
     constants = checks.program.student.constants
     absent = ", ".join(name for name in parameters(robot) if name not in constants)
     if absent and constants and any(check.reason == "value" for check in checks.found):
-        what = "session" if isinstance(checks.program.student, Live) else "file"
-        yield (
-            f"Your {what} gives no number to {absent}: it is judged as if it had the robot's; no"
-            " check sets others."
-        )
-        own = "amoro-biglide" if isinstance(robot, Biglide) else "amoro"
-        if "l" in constants and own in {lab.name for lab in known_labs()}:
-            yield f"It looks like the AMORO lab's own file: `fivebar check {own}` takes that."
+        yield f"Your program gives no number to {absent}: it is judged as if it had the robot's."
 
 
 def job_hash(job: Job) -> str:
     """SHA-256 over a job's file and those beside it that it may import, "" where the file itself is
     none.
     """
-    own = file_hash(job.path)
-    if not own or not (job.member or job.siblings):
-        return own
-    beside = [(file.member, file_hash(file.path)) for file in job.siblings]
-    return hashlib.sha256(
-        repr((own, job.member, beside)).encode("utf-8", "surrogatepass")
-    ).hexdigest()
+    digest = file_hash(job.path)
+    if not digest or not (job.member or job.siblings):
+        return digest
+    siblings = [(file.member, file_hash(file.path)) for file in job.siblings]
+    content = repr((digest, job.member, siblings))
+    return hashlib.sha256(content.encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def file_hash(path: str | Path) -> str:

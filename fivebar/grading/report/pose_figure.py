@@ -4,107 +4,68 @@ from __future__ import annotations
 
 from math import cos, hypot, isfinite, sin
 
+import numpy as np
+
 from ...models.robots import Robot
 from ..exercise import Exercise
 from ..variants import lengths
 
-WIDTH, HEIGHT, ROOM = 300, 190, 14  # of the drawing and its margin, px
-EXPECTED, CAME = "#1a7f37", "#c4320a"
+SIZE, MARGIN = np.array([300, 190]), 14  # px, of the drawing
+STYLES = (
+    'fill="none" stroke="#1a7f37" stroke-width="5"',  # as it should be
+    'fill="none" stroke="#c4320a" stroke-width="2" stroke-dasharray="7 5"',
+)
 
 
 def pose_figure(robot: Robot, exercise: Exercise, sample: dict) -> str:
-    """SVG text; "" where the exercise's names are no pose or velocity, or nothing can be drawn of
-    what came.
+    """Return SVG text, or "" where the returned values are no pose or cannot be drawn.
 
     The pose is read from the names of the arguments and the returned values: q11, q21 turn the
-    proximal bars (slide the feet), x, y or q12, q22 place the distal ones, xD, yD draw the
-    end-effector's velocity.
+    proximal bars (slide the feet), x, y or q12, q22 place the distal ones.
     """
     names = exercise.returns
-    if len(sample["expected"]) != len(names):
+    if len(sample["expected"]) != len(names) or not set(names) & {"x", "q11", "q12"}:
         return ""
-    drawn = []
+    poses = []
     for numbers in (sample["expected"], sample["came"]):
-        drawn.append(_lines(robot, sample["inputs"] | dict(zip(names, numbers))))
-    if not drawn[1] or names == ("xD", "yD") and not _arrows(sample):
-        return ""
-    if names == ("xD", "yD"):
-        drawn = [lines + arrow for lines, arrow in zip(drawn, _arrows(sample, drawn[0]))]
-    elif not set(names) & {"x", "q11", "q12"}:
-        return ""
-    return _svg(drawn)
+        poses.append(_legs(robot, sample["inputs"] | dict(zip(names, numbers))))
+    return _svg(poses) if poses[1] else ""
 
 
-def _lines(robot, at):
-    """Polylines (m) of base or foot, bars and end-effector; () where a number is missing or not
-    finite.
-    """
-    known = ("q11", "q21", *(("x", "y") if "x" in at else ("q12", "q22")))
-    if not all(name in at and isfinite(at[name]) for name in known):
-        return ()
+def _legs(robot, values):
+    """Return a polyline (m) for each leg, [] where a number is missing, not finite or too large."""
+    known = ("q11", "q21", *(("x", "y") if "x" in values else ("q12", "q22")))
+    if not all(name in values and isfinite(values[name]) for name in known):
+        return []
     legs = []
     for leg, drive, bar in zip("12", robot.drives, robot.distal):
-        q = at[f"q{leg}1"]
+        q = values[f"q{leg}1"]
         elbow = drive.pivot(drive.direction(q))
-        phi = None if "x" in at else drive.absolute(at[f"q{leg}2"], q)
-        end = (
-            (at["x"], at["y"])
-            if phi is None
-            else (elbow[0] + bar * cos(phi), elbow[1] + bar * sin(phi))
-        )
+        if "x" in values:
+            end = values["x"], values["y"]
+        else:
+            phi = drive.absolute(values[f"q{leg}2"], q)
+            end = elbow[0] + bar * cos(phi), elbow[1] + bar * sin(phi)
         legs.append(((drive.x, drive.y), elbow, end) if robot.turns else (elbow, end))
-    reach = sum(lengths(robot).values())
-    return tuple(legs) if all(hypot(*point) < 3 * reach for leg in legs for point in leg) else ()
+    reach = 3 * sum(lengths(robot).values())
+    return legs if all(hypot(*point) < reach for leg in legs for point in leg) else []
 
 
-def _arrows(sample, drawn=None):
-    """Both velocities to one scale, from the end-effector; () where one is not finite or both
-    vanish.
-    """
-    pairs = sample["expected"], sample["came"]
-    longest = max(hypot(*pair) for pair in pairs)
-    if not (isfinite(longest) and longest > 0):
-        return ()
-    if drawn is None:
-        return pairs
-    x, y = drawn[0][-1]
-    return [(((x, y), (x + 0.06 * vx / longest, y + 0.06 * vy / longest)),) for vx, vy in pairs]
-
-
-def _svg(drawn):
-    points = [point for lines in drawn for line in lines for point in line]
-    columns = list(zip(*points))
-    low = [min(column) for column in columns]
-    high = [max(column) for column in columns]
-    scale = min(
-        (WIDTH - 2 * ROOM) / (high[0] - low[0]), (HEIGHT - 2 * ROOM) / max(high[1] - low[1], 1e-3)
-    )
-    middle = [(a + b) / 2 for a, b in zip(low, high)]
-
-    def place(point):
-        x = WIDTH / 2 + scale * (point[0] - middle[0])
-        y = HEIGHT / 2 - scale * (point[1] - middle[1])
-        return f"{x:.0f},{y:.0f}"
-
+def _svg(poses):
+    points = np.concatenate([leg for legs in poses for leg in legs])
+    low, high = points.min(axis=0), points.max(axis=0)
+    scale = min((SIZE - 2 * MARGIN) / np.maximum(high - low, 1e-3))
     parts = []
-    for lines, colour, style in zip(drawn, (EXPECTED, CAME), ('5"', '2" stroke-dasharray="7 5"')):
-        for line in lines:
-            joined = " ".join(place(point) for point in line)
-            parts.append(
-                f'<polyline points="{joined}" fill="none" stroke="{colour}" stroke-width="{style}/>'
-            )
-            for x, y in (place(point).split(",") for point in line[-2:]):
-                parts.append(
-                    f'<circle cx="{x}" cy="{y}" r="4" fill="#fff" stroke="{colour}"'
-                    ' stroke-width="2"/>'
-                )
-    for start, *_ in drawn[0][:2]:  # base joints, or where the feet should be
-        x, y = place(start).split(",")
-        parts.append(
-            f'<rect x="{int(x) - 5}" y="{int(y) - 5}" width="10" height="10" fill="#444"/>'
-        )
-    label = "the robot as it should be (solid, green) and as your answer has it (dashed, red)"
+    for legs, style in zip(poses, STYLES):
+        for leg in legs:
+            pixels = SIZE / 2 + scale * (leg - (low + high) / 2) * (1, -1)
+            joined = " ".join(f"{x:.0f},{y:.0f}" for x, y in pixels)
+            parts.append(f'<polyline points="{joined}" {style}/>')
+            for x, y in pixels:
+                parts.append(f'<circle cx="{x:.0f}" cy="{y:.0f}" r="4" {style}/>')
+    width, height = SIZE
     return (
-        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" role="img"'
-        f' aria-label="{label}">' + "".join(parts) + "</svg>"
+        f'<svg viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img"'
+        ' aria-label="the robot as it should be (solid, green) and as your answer has it (dashed,'
+        f' red)">{"".join(parts)}</svg>'
     )

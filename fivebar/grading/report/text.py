@@ -34,10 +34,6 @@ def number(value: float) -> str:
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
-def off_text(off: float) -> str:
-    return f"{off:.3g}"
-
-
 def not_started(check: Check) -> bool:
     """The student has not come to it yet: a friendlier word than wrong."""
     return (
@@ -66,28 +62,19 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
         )
         return
     if not_started(check):
-        yield (
-            "task",
-            check.text.removeprefix("raised an exception: ")
-            .removeprefix("is not defined: ")
-            .removeprefix("NotImplementedError: "),
+        yield "task", check.text.removeprefix(KINDS[check.reason] + ": ").removeprefix(
+            "NotImplementedError: "
         )
     elif check.text:
         yield "why", check.text
         if check.rows > 1:
-            yield (
-                "how many",
-                (
-                    f"{check.wrong} of {check.rows}"
-                    f" calls{', the first of them:' if check.wrong > 1 else ''}"
-                ),
-            )
+            yield "how many", f"{check.wrong} of {check.rows} calls; the first:"
         if check.asked:
             yield "asked", check.asked
         if check.came and check.reason in ("value", "nan", "shape", "type", "accepted"):
             yield "came", check.came
         if check.off is not None and check.reason == "value":
-            yield "off by", off_text(check.off)
+            yield "off by", f"{check.off:.3g}"
     if check.line and not not_started(check):
         yield "where", f"{check.place}: {check.source.strip()}"
     if check.beside:
@@ -129,15 +116,10 @@ def _without_numbers(name):
 
 def same_fault(check: Check) -> tuple | None:
     """What two checks share if reading one of their explanations is enough."""
-    if (
-        check.outcome in ("right", "broken")
-        or check.reason == "withheld"
-        or check.reason in ("value", "accepted")
-        and not check.misconception
-    ):
-        return None
     if check.misconception:
         return check.function, check.misconception
+    if check.reason in ("", "broken", "withheld", "value", "accepted"):
+        return None
     return check.reason, check.text, check.line, check.reason != "import" and check.function
 
 
@@ -153,11 +135,9 @@ def check_lines(check: Check, width: int, known: dict | None = None) -> list[str
     fault = same_fault(check)
     if known is not None and fault is not None:
         if fault in known:
-            return (
-                lines
-                if not_started(check)
-                else [*lines, *_wrapped("", f'as in "{known[fault]}"', width)]
-            )
+            if not not_started(check):
+                lines += _wrapped("", f'as in "{known[fault]}"', width)
+            return lines
         known[fault] = title
     for label, text in facts(check):
         lines += _wrapped(label, printable(text), width)
@@ -165,16 +145,15 @@ def check_lines(check: Check, width: int, known: dict | None = None) -> list[str
 
 
 def _wrapped(label, text, width):
-    indent = 17 if width >= 60 else 4
-    head = f"{label:>{indent - 2}}  " if indent == 17 else f"  {label}: " if label else "    "
+    head = f"{label:>15}  "
     return textwrap.wrap(
-        text, width, initial_indent=head, subsequent_indent=" " * indent, break_on_hyphens=False
+        text, width, initial_indent=head, subsequent_indent=" " * 17, break_on_hyphens=False
     )
 
 
 def report_text(report: Report, width: int | None = None, colour: bool = False) -> str:
     """The whole report for a terminal of `width` columns (None: this one's, at most 100)."""
-    width = max(30, min(width or shutil.get_terminal_size().columns, 100))
+    width = max(60, min(width or shutil.get_terminal_size().columns, 100))
     total = f"{number(report.points)} of {number(report.max_points)} points"
     lines = [*textwrap.wrap(f"{report.lab}: {printable(report.submission)}: {total}", width), ""]
     for text in headlines(report):
