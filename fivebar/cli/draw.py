@@ -37,7 +37,6 @@ PLACE = {
     "--at X Y": "where the drawing's middle goes, m",
     "--turn-deg DEG": (0.0, "to the left"),
     "--scale K": "of the drawing (default: 1)",
-    "--largest-clearance": "turned and shifted to the largest clearance: takes seconds",
     "--fit": "as large as it fits",
     "--margin M": (0.005, "from singularities"),
     WORKING: "working modes, as -1 -1",
@@ -83,8 +82,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _draw(arguments):
-    from ..base.progress import progress
-    from ..control.matched import matched, missed, peak_acceleration, period_for
+    from ..control.matched import matched, peak_acceleration, period_for
     from ..models.geometry import igm
     from ..models.kinematics import ikm
     from ..paths import strokes
@@ -98,34 +96,25 @@ def _draw(arguments):
     path, working, share = _placed(arguments, robot, path)
     check = _checked(arguments, robot, path, working)
     proof = _proved(arguments, robot, path, working) if check.singularity_free else None
-    with progress(total=2, desc="least time", unit=" steps", leave=False) as bar:
-        motion = _timed(arguments, robot, path, working)
-        bar.set_description("simulated")
-        bar.update()
-        start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
-        limit = arguments.torque_limit
-        assembly = int(start.pose.assembly)
-        peak = peak_acceleration(motion, 0.0, motion.duration)
-        period = period_for(robot, peak) if arguments.period is None else arguments.period
-        tracker = matched(robot, peak, period, limit, assembly)
-        step = period / max(1, round(period / STEP))
-        run = simulate(
-            robot,
-            tracker,
-            motion,
-            start=start,
-            control_period=period,
-            step=step,
-            torque_limit=limit,
-        )
+    motion = _timed(arguments, robot, path, working)
+    start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
+    limit = arguments.torque_limit
+    peak = peak_acceleration(motion, 0.0, motion.duration)
+    period = period_for(robot, peak) if arguments.period is None else arguments.period
+    run = simulate(
+        robot,
+        matched(robot, peak, period, limit, int(start.pose.assembly)),
+        motion,
+        start=start,
+        control_period=period,
+        step=period / max(1, round(period / STEP)),
+        torque_limit=limit,
+    )
     table = setpoints(robot, motion, arguments.rate, working)
     down = strokes.pen_down(motion, run.t)
     error = np.linalg.norm(run.error, axis=1)
     figures = {
-        "file": str(arguments.drawing),
         "strokes": len(strokes.runs(down)),
-        "pieces": len(path.pieces),
-        "length_m": path.length,
         "drawn_m": sum(piece.length for piece, pen in zip(path.pieces, path.pen) if pen),
         "working": list(working),
         "largest_scale": share,
@@ -136,25 +125,22 @@ def _draw(arguments):
         "smallest_margin": check.min_margin,
         "certified": proof is not None and proof.proved,
         "max_error_m": float(error[down].max()),
-        "rms_error_m": float(np.sqrt(np.mean(error[down] ** 2))),
         peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
-        "setpoints": len(table.t),
     }
     size = np.ptp(run.xi_ref[down], axis=0).max()
     if figures["max_error_m"] > LARGE_ERROR * size:
         print(
-            f"fivebar: the simulated robot leaves its drawing of {1e3 * size:.3g} mm by"
-            f" {1e3 * figures['max_error_m']:.3g} mm: the motion is too fast for its tracker, which"
-            f" misses {1e3 * missed(peak, period):.2g} mm in a period of {1e3 * period:.3g} ms:"
-            " give a --duration, a larger --reserve or a shorter --period",
+            f"fivebar: the simulated robot leaves its drawing by {1e3 * figures['max_error_m']:.3g}"
+            " mm: the motion is too fast for its tracker: give a --duration, a larger --reserve or"
+            " a shorter --period",
             file=sys.stderr,
         )
     files = _written(arguments, robot, path, working, run, table, down, error)
-    place = arguments.out / "proof.json"
-    place.unlink(missing_ok=True)  # that of an earlier drawing would be false
-    if proof is not None and proof.proved:
-        files.append(place)
-        proof.to_json(place)
+    certificate = arguments.out / "proof.json"
+    certificate.unlink(missing_ok=True)  # that of an earlier drawing would be false
+    if figures["certified"]:
+        files.append(certificate)
+        proof.to_json(certificate)
     if arguments.json:
         print_json({**figures, "notes": list(path.notes), "files": files})
         return
@@ -174,13 +160,11 @@ def _read(arguments):
 
 
 def _placed(arguments, robot, path):
-    """Return the path where it is to be drawn, the working modes, and the largest scale that is
-    known to fit, or None.
+    """Return the path in its place, the working modes, and the largest scale known to fit, or
+    None.
     """
-    from ..constraints.constraints import Constraints
     from ..paths.placement import Placement
     from ..paths.placing.fitting_in import bounds, fitted_in
-    from ..paths.placing.place import place
 
     if arguments.fit and (arguments.scale or arguments.at):
         raise UsageError("--fit chooses scale and place: it goes without --scale and --at")
@@ -194,16 +178,6 @@ def _placed(arguments, robot, path):
     if not robot.turns:
         raise UsageError("a biglide's aspects have no ends to fit into: say where with --at X Y")
     scale = None if arguments.fit else scale
-    if arguments.largest_clearance:
-        placed = place(
-            robot,
-            path,
-            working=arguments.working,
-            turn=turn if arguments.turn_deg else None,
-            scale=scale,
-            constraints=Constraints(clearance=arguments.margin),
-        )
-        return placed.path, placed.working, placed.largest
     fit = fitted_in(robot, path, turn, scale, arguments.working, arguments.margin)
     return fit.placement(path), fit.aspect.working, fit.scale
 
@@ -215,12 +189,9 @@ def _modes(arguments, robot, path):
     modes = [tuple(arguments.working)] if arguments.working else MODES
     checks = {mode: check_path(robot, path.at_unit_speed, mode) for mode in modes}
     margins = {mode: check.min_margin for mode, check in checks.items() if check.singularity_free}
-    if margins:
-        return max(margins, key=margins.get)
-    for mode, check in checks.items():
-        if _may_cross(arguments, check):
-            return mode
-    return modes[0]  # `_checked` says what is in the way
+    possible = [mode for mode, check in checks.items() if _may_cross(arguments, check)]
+    # `_checked` says what is in the way where no mode is possible.
+    return max(margins, key=margins.get) if margins else [*possible, *modes][0]
 
 
 def _may_cross(arguments, check):
@@ -274,14 +245,9 @@ def _proved(arguments, robot, path, working):
     from ..paths.certificates.certify import certify
 
     proof = certify(robot, path, arguments.tolerance, working=working)
-    print_notes(
-        arguments.drawing,
-        [
-            f"from s = {1e3 * stretch.start:.6g} to {1e3 * stretch.stop:.6g} mm not proved:"
-            f" {stretch.why}"
-            for stretch in proof.unproved
-        ],
-    )
+    for stretch in proof.unproved:
+        ends = f"from s = {1e3 * stretch.start:.6g} to {1e3 * stretch.stop:.6g} mm"
+        print_notes(arguments.drawing, [f"{ends} not proved: {stretch.why}"])
     return proof
 
 
@@ -294,15 +260,13 @@ def _written(arguments, robot, path, working, run, table, down, error):
     arguments.out.mkdir(parents=True, exist_ok=True)
     files = [arguments.out / name for name in ("drawing.png", "setpoints.csv", "run.csv")]
     rows = strokes.runs(down)
-    name = Path(arguments.drawing).name
-    largest = 1e6 * error[down].max()
     picture = drawing(
         robot,
         working,
         strokes.outlines(path),
         [run.xi[row] for row in rows],
         [error[row] for row in rows],
-        f"{name}: drawn in {run.t[-1]:.4g} s, within {largest:.3g} µm",
+        f"drawn in {run.t[-1]:.4g} s, within {1e6 * error[down].max():.3g} µm",
     )
     saved(picture, files[0], dpi=150)
     table.to_csv(files[1], arguments.angles)
@@ -327,9 +291,7 @@ def _print(robot, figures):
             ("smallest margin", f"{figures['smallest_margin']:.4f} (sine of a leg, or det A)"),
             ("certified", "yes, proof.json" if figures["certified"] else "no"),
             ("largest error", length(figures["max_error_m"])),
-            ("RMS error", length(figures["rms_error_m"])),
             ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²"),
             (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
-            ("setpoints", f"{figures['setpoints']} rows"),
         ]
     )

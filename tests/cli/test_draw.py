@@ -108,18 +108,6 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
     assert "too fast for its tracker" in capsys.readouterr().err
 
 
-@pytest.mark.deep
-def test_the_roomiest_place_is_farther_from_singularities(drawing, tmp_path, capsys):
-    margins = []
-    for options in ([], ["--largest-clearance"]):
-        asked = ["draw", drawing, "--json", "--period", "0.01", "--out", str(tmp_path)]
-        assert main([*asked, *options]) == 0
-        found = json.loads(capsys.readouterr().out)
-        assert found["certified"]
-        margins.append(found["smallest_margin"])
-    assert margins[1] > margins[0]
-
-
 @pytest.mark.parametrize(
     "body, options, code, message",
     [

@@ -20,22 +20,11 @@ from ..report.text import number
 from ..results import Report
 from ..variants import id_key
 
-GRADE = {
-    "grade",
-    "note",
-    "bewertung",
-    "calificación",
-    "valutazione",
-    "nota",
-    "cijfer",
-}  # of Moodle's worksheet
-MOST = {
-    "maximum grade",
-    "note maximale",
-    "bestwertung",
-    "calificación máxima",
-    "valutazione massima",
-}
+# Titles in Moodle's worksheet.
+GRADE = "grade note bewertung calificación valutazione nota cijfer".split()
+MOST = (
+    "maximum grade,note maximale,bestwertung,calificación máxima,valutazione massima".split(",")
+)
 POSSIBLE = "points possible"  # Canvas' row
 _NUMBER = re.compile(r"\D*(\d+)")
 _COMMA = re.compile(r"\d+,\d+")
@@ -78,37 +67,34 @@ def fill_gradebook(
     rows = [row + [""] * (len(titles) - len(row)) if row else row for row in rows]
     mark = _column(path, titles, lab, column)
     most = next((k for k, title in enumerate(titles) if title.strip().casefold() in MOST), None)
-    possible = next(
-        (row[mark] for row in rows[1:] if row and row[0].strip().casefold() == POSSIBLE), ""
-    )
+    students = {k: row for k, row in enumerate(rows) if k and any(row)}
+    limit = ""
+    for k, row in list(students.items()):
+        if row[0].strip().casefold() == POSSIBLE:
+            limit = students.pop(k)[mark]
     cells = [row[k] for row in rows[1:] if row for k in (mark, most) if k is not None]
-    comma = (
-        any(_COMMA.fullmatch(cell.strip()) for cell in cells) or sign == ";"
-    )  # Excel's choice where a comma is decimal
-    count, no_row, no_program, touched = 0, [], [], set()
+    # Excel parts cells by semicolons where a comma is decimal.
+    comma = sign == ";" or any(_COMMA.fullmatch(cell.strip()) for cell in cells)
+    count, no_row, no_program = 0, [], []
     for entry, report in zip(entries, reports):
-        found = _rows_of(entry, rows)
-        if len(found) != 1:
+        matches = _rows_of(entry, rows)
+        if len(matches) != 1:
             no_row.append(entry.student)
         elif entry.trouble:
             no_program.append(entry.student)
         elif not report.ungraded:
-            row = rows[found[0]]
-            limit = _float(row[most]) if most is not None else _float(possible)
-            points = number(
-                report.points if limit is None else report.points * limit / report.max_points
-            )
+            row = rows[matches[0]]
+            scale = _float(limit if most is None else row[most])
+            share = 1.0 if scale is None else scale / report.max_points
+            points = number(report.points * share)
             row[mark] = points.replace(".", ",") if comma else points
             count += 1
-        touched |= set(found)
-    students = [
-        k for k, row in enumerate(rows) if k and any(row) and row[0].strip().casefold() != POSSIBLE
-    ]
+        for k in matches:
+            students.pop(k, None)
     file = io.StringIO(newline="")
-    csv.writer(file, delimiter=sign, lineterminator="\r\n" if "\r\n" in text else "\n").writerows(
-        rows
-    )
-    return Filled(file.getvalue(), count, no_row, no_program, len(set(students) - touched))
+    ending = "\r\n" if "\r\n" in text else "\n"
+    csv.writer(file, delimiter=sign, lineterminator=ending).writerows(rows)
+    return Filled(file.getvalue(), count, no_row, no_program, len(students))
 
 
 def _read(path):
@@ -121,19 +107,17 @@ def _read(path):
 def _column(path, titles, lab, wanted):
     plain = [title.strip().casefold() for title in titles]
     short = lab.name.split("_")[0].casefold()
-    if wanted is not None:
-        found = [k for k, title in enumerate(plain) if title == wanted.strip().casefold()]
-    else:
-        found = [k for k, title in enumerate(plain) if title in GRADE]
-        found = found or [
-            k for k, title in enumerate(plain) if re.search(rf"{short}\b", title.replace(" ", ""))
-        ]
-    if len(found) != 1:
-        name = f"{wanted!r}" if wanted is not None else f"for {lab.name}"
+    names = GRADE if wanted is None else [wanted.strip().casefold()]
+    columns = [k for k, title in enumerate(plain) if title in names]
+    if not columns and wanted is None:
+        lab_title = re.compile(rf"{short}\b")
+        columns = [k for k, title in enumerate(plain) if lab_title.search(title.replace(" ", ""))]
+    if len(columns) != 1:
+        name = f"for {lab.name}" if wanted is None else repr(wanted)
         raise UsageError(
-            f"{path} has {len(found)} columns {name}: give --column one of {', '.join(titles)}"
+            f"{path} has {len(columns)} columns {name}: give --column one of {', '.join(titles)}"
         )
-    return found[0]
+    return columns[0]
 
 
 def _rows_of(entry, rows):
