@@ -54,6 +54,11 @@ class Leg:
     names: tuple[str, str, str, str]  # drive's body, bar's body, drive's joint, passive joint
 
     @property
+    def crank(self) -> float:
+        """Length of the proximal bar, m; 0 for a slider."""
+        return self.proximal or 0.0
+
+    @property
     def thin(self) -> float:
         """Of the distal bar where it is drawn as a box, m."""
         return self.distal / 20

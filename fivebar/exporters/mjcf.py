@@ -46,19 +46,23 @@ TEXT = """\
 </mujoco>
 """
 LEG = """\
-    <body name="{drive}" pos="{base!r} {foot!r} 0" euler="0 0 {turn!r}">
-      <joint name="{joint}" {kind} ref="{q!r}"{friction}/>
+    <body name="{leg.names[0]}" pos="{leg.base!r} {foot!r} 0" euler="0 0 {turn!r}">
+      <joint name="{leg.names[2]}" {kind} ref="{q!r}"{friction}/>
       <inertial {first}/>
       <geom type="{shape}" size="{size}" rgba="{colour}" mass="0"/>
-      <body name="{bar}" pos="{elbow!r} 0 0" euler="0 0 {passive!r}">
-        <joint name="{other}" type="hinge" axis="0 0 1" ref="{passive!r}"{slack}/>
+      <body name="{leg.names[1]}" pos="{leg.crank!r} 0 0" euler="0 0 {passive!r}">
+        <joint name="{leg.names[3]}" type="hinge" axis="0 0 1" ref="{passive!r}"{slack}/>
         <inertial {second}/>
-        <geom type="capsule" size="{thin!r}" fromto="0 0 0 {distal!r} 0 0" rgba="{colour}"
+        <geom type="capsule" size="{thin!r}" fromto="0 0 0 {leg.distal!r} 0 0" rgba="{colour}"
           mass="0"/>
-        <site name="tip{number}" pos="{distal!r} 0 0" size="{thin!r}"/>
+        <site name="tip{leg.number}" pos="{leg.distal!r} 0 0" size="{thin!r}"/>
       </body>
     </body>
 """
+INERTIAL = (
+    'pos="{0.x!r} {0.y!r} 0" mass="{0.mass!r}"'
+    ' diaginertia="{0.inertia!r} {0.inertia!r} {0.inertia!r}"'
+)
 MOTOR = '    <motor name="{joint}" joint="{joint}" gear="1"/>\n'
 LEAST = 1e-15
 COLOURS = "0 0.447 0.698 1", "0.835 0.369 0 1"  # left, right
@@ -99,38 +103,33 @@ def mjcf(robot: FiveBar | Biglide, name: str, start: Pose, step: float = 0.001) 
 
 
 def _leg(leg, q, passive, constant):
-    drive, bar, joint, other = leg.names
     thin = leg.distal / 40
-    turns = leg.proximal is not None
-    shape = f'capsule" fromto="0 0 0 {leg.proximal!r} 0 0' if turns else "box"
+    if leg.proximal is None:
+        turn, foot = 0.0, q
+        kind = 'type="slide" axis="0 1 0"'
+        shape = "box"
+        size = f"{2 * thin!r} {3 * thin!r} {thin!r}"
+    else:
+        turn, foot = q, 0.0
+        kind = 'type="hinge" axis="0 0 1"'
+        shape = f'capsule" fromto="0 0 0 {leg.proximal!r} 0 0'
+        size = repr(1.5 * thin)
     return LEG.format(
-        drive=drive,
-        bar=bar,
-        joint=joint,
-        other=other,
-        number=leg.number,
-        base=leg.base,
+        leg=leg,
         q=q,
         passive=passive,
-        foot=0.0 if turns else q,
-        turn=q if turns else 0.0,
-        elbow=leg.proximal if turns else 0.0,
-        kind='type="hinge" axis="0 0 1"' if turns else 'type="slide" axis="0 1 0"',
-        distal=leg.distal,
+        foot=foot,
+        turn=turn,
+        kind=kind,
         thin=thin,
         shape=shape,
-        size=repr(1.5 * thin) if turns else f"{2 * thin!r} {3 * thin!r} {thin!r}",
+        size=size,
         colour=COLOURS[leg.number - 1],
-        first=_inertial(leg.drive),
-        second=_inertial(leg.bar),
+        first=INERTIAL.format(leg.drive),
+        second=INERTIAL.format(leg.bar),
         friction=_dynamics(leg.viscous[0], leg.coulomb, constant),
         slack=_dynamics(leg.viscous[1], 0.0, constant),
     )
-
-
-def _inertial(body):
-    j = repr(body.inertia)
-    return f'pos="{body.x!r} {body.y!r} 0" mass="{body.mass!r}" diaginertia="{j} {j} {j}"'
 
 
 def _dynamics(viscous, coulomb, constant):

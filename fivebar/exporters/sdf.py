@@ -56,36 +56,41 @@ TEXT = """\
 </sdf>
 """
 LEG = """\
-      <link name="{drive}">
-        <pose>{base!r} {foot!r} 0 0 0 {turn!r}</pose>
+      <link name="{leg.names[0]}">
+        <pose>{leg.base!r} {foot!r} 0 0 0 {turn!r}</pose>
         <inertial>{first}</inertial>
-        <visual name="{drive}">
-          <pose>{middle!r} 0 0 0 0 0</pose><geometry><box><size>{boxed}</size></box></geometry>
+        <visual name="{leg.names[0]}">
+          <pose>{middle!r} 0 0 0 0 0</pose><geometry><box><size>{leg.box}</size></box></geometry>
         </visual>
       </link>
-      <link name="{bar}">
+      <link name="{leg.names[1]}">
         <pose>{x!r} {y!r} 0 0 0 {phi!r}</pose>
         <inertial>{second}</inertial>
-        <visual name="{bar}">
+        <visual name="{leg.names[1]}">
           <pose>{half!r} 0 0 0 0 0</pose>
-          <geometry><box><size>{distal!r} {thin!r} {thin!r}</size></box></geometry>
+          <geometry><box><size>{leg.distal!r} {leg.thin!r} {leg.thin!r}</size></box></geometry>
         </visual>
       </link>
-      <joint name="{joint}" type="{kind}">
-        <parent>world</parent><child>{drive}</child>
+      <joint name="{leg.names[2]}" type="{kind}">
+        <parent>world</parent><child>{leg.names[0]}</child>
         <axis>
           <xyz expressed_in="__model__">{axis}</xyz>
           <limit><lower>-1e16</lower><upper>1e16</upper><effort>-1</effort></limit>{friction}
         </axis>
       </joint>
-      <joint name="{other}" type="revolute">
-        <parent>{drive}</parent><child>{bar}</child>
+      <joint name="{leg.names[3]}" type="revolute">
+        <parent>{leg.names[0]}</parent><child>{leg.names[1]}</child>
         <axis>
           <xyz>0 0 1</xyz>
           <limit><lower>-1e16</lower><upper>1e16</upper><effort>0</effort></limit>{slack}
         </axis>
       </joint>
 """
+INERTIAL = (
+    "<pose>{0.x!r} {0.y!r} 0 0 0 0</pose><mass>{0.mass!r}</mass>"
+    "<inertia><ixx>{0.inertia!r}</ixx><iyy>{0.inertia!r}</iyy><izz>{0.inertia!r}</izz>"
+    "<ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia>"
+)
 CONSTRAINT = """\
       <drake:ball_constraint>
         <drake:ball_constraint_body_A>{bars[0]}</drake:ball_constraint_body_A>
@@ -145,40 +150,23 @@ def sdf(
 
 
 def _leg(leg, q, passive):
-    drive, bar, joint, other = leg.names
     turns = leg.proximal is not None
-    length, turn, foot = (leg.proximal, q, 0.0) if turns else (0.0, 0.0, q)
+    turn, foot = (q, 0.0) if turns else (0.0, q)
     return LEG.format(
-        drive=drive,
-        bar=bar,
-        joint=joint,
-        other=other,
-        base=leg.base,
+        leg=leg,
         foot=foot,
         turn=turn,
-        x=leg.base + length * math.cos(turn),
-        y=foot + length * math.sin(turn),
+        x=leg.base + leg.crank * math.cos(turn),
+        y=foot + leg.crank * math.sin(turn),
         phi=turn + passive,
-        middle=length / 2,
-        boxed=leg.box,
+        middle=leg.crank / 2,
         half=leg.distal / 2,
-        distal=leg.distal,
-        thin=leg.thin,
         kind="revolute" if turns else "prismatic",
         axis="0 0 1" if turns else "0 1 0",
-        first=_inertial(leg.drive),
-        second=_inertial(leg.bar),
+        first=INERTIAL.format(leg.drive),
+        second=INERTIAL.format(leg.bar),
         friction=_dynamics(leg.viscous[0], leg.coulomb),
         slack=_dynamics(leg.viscous[1], 0.0),
-    )
-
-
-def _inertial(body):
-    j = repr(body.inertia)
-    return (
-        f"<pose>{body.x!r} {body.y!r} 0 0 0"
-        f" 0</pose><mass>{body.mass!r}</mass><inertia><ixx>{j}</ixx><iyy>{j}</iyy>"
-        f"<izz>{j}</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia>"
     )
 
 

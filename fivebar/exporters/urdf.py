@@ -47,37 +47,43 @@ TEXT = """\
 </robot>
 """
 LEG = """\
-  <link name="{drive}">
+  <link name="{leg.names[0]}">
     <inertial>{first}</inertial>
-    <visual><origin xyz="{middle!r} 0 0"/><geometry><box size="{boxed}"/></geometry></visual>
+    <visual><origin xyz="{middle!r} 0 0"/><geometry><box size="{leg.box}"/></geometry></visual>
   </link>
-  <link name="{bar}">
+  <link name="{leg.names[1]}">
     <inertial>{second}</inertial>
     <visual>
-      <origin xyz="{half!r} 0 0"/><geometry><box size="{distal!r} {thin!r} {thin!r}"/></geometry>
+      <origin xyz="{half!r} 0 0"/>\
+<geometry><box size="{leg.distal!r} {leg.thin!r} {leg.thin!r}"/></geometry>
     </visual>
   </link>
-  <link name="tip{number}">{nothing}</link>
-  <joint name="{joint}" {kind}
-    <parent link="world"/><child link="{drive}"/><origin xyz="{base!r} 0 0"/>{friction}
+  <link name="tip{leg.number}">{nothing}</link>
+  <joint name="{leg.names[2]}" {kind}
+    <parent link="world"/><child link="{leg.names[0]}"/><origin xyz="{leg.base!r} 0 0"/>{friction}
   </joint>
-  <joint name="{other}" type="continuous">
-    <parent link="{drive}"/><child link="{bar}"/><origin xyz="{elbow!r} 0 0"/>
+  <joint name="{leg.names[3]}" type="continuous">
+    <parent link="{leg.names[0]}"/><child link="{leg.names[1]}"/><origin xyz="{leg.crank!r} 0 0"/>
     <axis xyz="0 0 1"/>{slack}
   </joint>
-  <joint name="tip{number}_fixed" type="fixed">
-    <parent link="{bar}"/><child link="tip{number}"/><origin xyz="{distal!r} 0 0"/>
+  <joint name="tip{leg.number}_fixed" type="fixed">
+    <parent link="{leg.names[1]}"/><child link="tip{leg.number}"/><origin xyz="{leg.distal!r} 0 0"/>
   </joint>
-  <transmission name="{joint}">
+  <transmission name="{leg.names[2]}">
     <type>transmission_interface/SimpleTransmission</type>
-    <joint name="{joint}"><hardwareInterface>EffortJointInterface</hardwareInterface></joint>
-    <actuator name="{joint}"><mechanicalReduction>1</mechanicalReduction></actuator>
+    <joint name="{leg.names[2]}"><hardwareInterface>EffortJointInterface</hardwareInterface></joint>
+    <actuator name="{leg.names[2]}"><mechanicalReduction>1</mechanicalReduction></actuator>
   </transmission>
 """
 # Written down, as some readers give a link without masses 1 kg.
 NOTHING = (
     '<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0"'
     ' iyz="0"/></inertial>'
+)
+INERTIAL = (
+    '<origin xyz="{0.x!r} {0.y!r} 0"/><mass value="{0.mass!r}"/>'
+    '<inertia ixx="{0.inertia!r}" iyy="{0.inertia!r}" izz="{0.inertia!r}"'
+    ' ixy="0" ixz="0" iyz="0"/>'
 )
 CRANK = 'type="continuous"><axis xyz="0 0 1"/>'
 # A prismatic joint must have limits, and these guides have no ends.
@@ -111,34 +117,16 @@ def urdf(robot: FiveBar | Biglide, name: str, start: Pose) -> str:
 
 
 def _leg(leg):
-    drive, bar, joint, other = leg.names
     return LEG.format(
-        drive=drive,
-        bar=bar,
-        joint=joint,
-        other=other,
-        number=leg.number,
-        base=leg.base,
-        elbow=leg.proximal or 0.0,
-        middle=(leg.proximal or 0.0) / 2,
-        boxed=leg.box,
+        leg=leg,
+        middle=leg.crank / 2,
         half=leg.distal / 2,
-        distal=leg.distal,
-        thin=leg.thin,
         nothing=NOTHING,
         kind=CRANK if leg.proximal else SLIDER,
-        first=_inertial(leg.drive),
-        second=_inertial(leg.bar),
+        first=INERTIAL.format(leg.drive),
+        second=INERTIAL.format(leg.bar),
         friction=_dynamics(leg.viscous[0], leg.coulomb),
         slack=_dynamics(leg.viscous[1], 0.0),
-    )
-
-
-def _inertial(body):
-    j = repr(body.inertia)
-    return (
-        f'<origin xyz="{body.x!r} {body.y!r} 0"/><mass value="{body.mass!r}"/>'
-        f'<inertia ixx="{j}" iyy="{j}" izz="{j}" ixy="0" ixz="0" iyz="0"/>'
     )
 
 
