@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,31 +31,16 @@ from ..base.errors import SingularityError
 from ..models.dyads import RRP, RRR, SINGULAR, cross, dot
 
 if TYPE_CHECKING:
+    from typing import TypeAlias
+
     import casadi
 
+    from .five_bar import Carried
+
     Number = float | np.ndarray | casadi.SX
-
-
-class Point(Protocol):
-    """What can be asked of a point: its position and its derivatives, pairs of components."""
-
-    @property
-    def p(self) -> tuple: ...
-    @property
-    def v(self) -> tuple: ...
-    @property
-    def a(self) -> tuple: ...
-
-
-class Heading(Protocol):
-    """What can be asked of a heading: its unit vector, and the derivatives of its angle."""
-
-    @property
-    def u(self) -> tuple: ...
-    @property
-    def rate(self) -> Number: ...
-    @property
-    def acceleration(self) -> Number: ...
+    # A point has p, v and a; a heading has u, rate and acceleration.
+    Point: TypeAlias = "Fixed | Reach | Closure"
+    Heading: TypeAlias = "Still | Turned | Bar | Slot | Carried"
 
 
 @dataclass(frozen=True, eq=False)

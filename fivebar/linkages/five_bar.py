@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -88,7 +88,7 @@ class FiveBarLinkage:
         q: ArrayLike,
         q_dot: ArrayLike,
         q_ddot: ArrayLike,
-        branch: int,
+        branch: Any,
     ) -> Motion:
         given = [_pair(x, name) for x, name in ((q, "q"), (q_dot, "q_dot"), (q_ddot, "q_ddot"))]
         if not any(is_symbolic(x) for pair in given for x in pair) and any(

@@ -72,7 +72,7 @@ class FourBar:
         """Ground, crank, coupler, rocker, m."""
         return self.ground, self.crank, self.coupler, self.rocker
 
-    def chain(self, q: Number, branch: Number) -> Chain:
+    def chain(self, q: Number, branch: Any) -> Chain:
         a = Fixed(self.base)
         heading = Turned(Still(), q)
         b = Reach(a, heading, self.crank)
@@ -128,7 +128,7 @@ class FourBar:
             near = []
         return near + ([self.tilt + math.pi] if abs(g + a - b - c) <= tolerance else [])
 
-    def crank_limits(self, branch: int) -> list[float]:
+    def crank_limits(self, branch: Any) -> list[float]:
         """Crank angles, rad, at which coupler and rocker are in line."""
         return four_bar_limits(self.tilt, *self.sides)
 

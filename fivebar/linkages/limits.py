@@ -108,7 +108,7 @@ def crank_range(linkage: CrankLinkage, branch: int | tuple[int, int] | None = No
         [low + share * (high - low) for share in (0.5, 0.38)],
         axis=1,
     )
-    closes = np.isfinite(np.asarray(linkage.chain(places, branch).found)).any(axis=1)
+    closes = np.any(np.isfinite(np.asarray(linkage.chain(places, branch).found)), axis=1)
     kept: list[tuple[float, float]] = []
     for piece, good in zip(pieces, closes.tolist()):
         if good and kept and kept[-1][1] == piece[0]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,9 +17,17 @@ from .chain import Reach, Slot, angle
 from .checks import check, pair
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator
+    from typing import TypeAlias
 
     from .chain import Heading, Number, Point
+    from .five_bar import FiveBarLinkage
+    from .four_bar import FourBar
+    from .six_bar_press import SixBarPress
+    from .slider_crank import SliderCrank
+
+    CrankLinkage: TypeAlias = "FourBar | SliderCrank | SixBarPress"
+    Linkage: TypeAlias = "CrankLinkage | FiveBarLinkage"
 
 STRETCH = 8192  # poses that fit into the processor's cache
 RAIL = ("G", "H")  # names of the ends of a guide
@@ -99,27 +107,6 @@ class Chain(NamedTuple):
     def marks(self) -> set[str]:
         """Names of the points that only mark the ends of guides and blocks."""
         return {name for ends in (*self.rails, *self.blocks) for name in ends[:2]}
-
-
-class Linkage(Protocol):
-    """What `move` and `study` ask of a linkage."""
-
-    @property
-    def title(self) -> str: ...
-    @property
-    def usual_branch(self) -> int | tuple[int, int]: ...
-    def start(self, q: Any, q_dot: Any, q_ddot: Any, branch: Any) -> Motion: ...
-
-
-class CrankLinkage(Linkage, Protocol):
-    """What is asked of a linkage with one drive besides."""
-
-    @property
-    def driven(self) -> str: ...
-    @property
-    def flats(self) -> Sequence[float]: ...
-    def chain(self, q: Any, branch: Any) -> Chain: ...
-    def crank_limits(self, branch: Any) -> list[float]: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,7 +281,7 @@ def one_drive(
     q: Number,
     q_dot: Number,
     q_ddot: Number,
-    branch: int | tuple[int, int],
+    branch: Any,
 ) -> Motion:
     """The Motion of a linkage with one crank: the chain is solved in analogs."""
     return Motion(

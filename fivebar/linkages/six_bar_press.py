@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..models.robots import must_close
 from .chain import Along, Fixed, Reach, Still, Turned, meet, slide
@@ -89,7 +89,7 @@ class SixBarPress:
     def rocker_pivot(self) -> tuple[float, float]:
         return self.l11 * math.cos(self.theta11), self.l11 * math.sin(self.theta11)
 
-    def chain(self, q: Number, branch: tuple[int, int]) -> Chain:
+    def chain(self, q: Number, branch: Any) -> Chain:
         a = Fixed((0.0, 0.0))
         crank = Turned(Still(), q)
         d = Fixed(self.rocker_pivot)
@@ -135,7 +135,7 @@ class SixBarPress:
     driven = "crank"
     title = "six-bar press"
 
-    def crank_limits(self, branch: tuple[int, int]) -> list[float]:
+    def crank_limits(self, branch: Any) -> list[float]:
         """Crank angles at which coupler and rocker are in line, or bar 5 is perpendicular to the
         guide.
         """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..base.backend import EPS, is_symbolic
 from ..base.checks import instance, one_of
@@ -80,7 +80,7 @@ class SliderCrank:
                 f" {abs(self.offset) - self.crank - self.rod:.6g} m"
             )
 
-    def chain(self, q: Number, branch: Number) -> Chain:
+    def chain(self, q: Number, branch: Any) -> Chain:
         if self.held == "guide":
             return self._guide_held(q, branch)
         if self.held == "slider":
@@ -223,7 +223,7 @@ class SliderCrank:
         ends = (-0.3 * self._length, self._length)
         return {name: Reach(origin, heading, along, self.offset) for name, along in zip(RAIL, ends)}
 
-    def crank_limits(self, branch: int) -> list[float]:
+    def crank_limits(self, branch: Any) -> list[float]:
         """Angles of the driven link, rad, at which the dyad is singular."""
         if self.held == "guide":
             return guide_limits(self.crank, self.rod, self.offset)

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,10 +27,6 @@ from .moving import move
 from .quantities import evaluate, unit, usual
 from .six_bar_press import SixBarPress
 from .slider_crank import SliderCrank
-
-if TYPE_CHECKING:
-    pass
-
 
 Linkage = FourBar | SliderCrank | SixBarPress | FiveBarLinkage
 KINDS = {kind.__name__: kind for kind in Linkage.__args__}
@@ -125,12 +120,7 @@ class Study(Animated):
             raise ValueError(
                 f"{table.name}: {len(values)} rows, where its first line makes {len(again.t)}"
             )
-        columns = dict(
-            zip(
-                again.columns,
-                values[:, values.shape[1] - len(again.columns) :].T,
-            )
-        )
+        columns = dict(zip(again.columns, values[:, -len(again.columns) :].T))
         return replace(again, t=values[:, 0], columns=columns)
 
 
@@ -201,27 +191,21 @@ def study(
     shapes = [(), (2,)][:motors]
     if speed.shape not in shapes or not (np.abs(speed) > SLOWEST).all():
         raise ValueError(
-            "speed must be finite and not 0,"
-            f" {'one or two numbers' if motors == 2 else 'a number'}, not {speed}"
+            f"speed must be finite and not 0, one number for each motor, not {speed}"
         )
     if samples < 3 or turns * (samples - 1) < 0.5:
         raise ValueError(
             f"a study needs at least 3 samples a turn and 2 in all, not {samples} over {turns:g}"
             " turns"
         )
-    if (count := turns * (samples - 1)) > MOST_SAMPLES:
-        raise ValueError(
-            f"{turns:g} turns are {count:.3g} poses, which take {7e-7 * count:.2g} GB: at most 10^6"
-            " poses"
-        )
+    if turns * (samples - 1) > MOST_SAMPLES:
+        raise ValueError(f"{turns:g} turns of {samples} samples are more than 10^6 poses")
     if start is not None:
         start = finite_numbers(start, "start")
         if start.shape != shapes[-1]:
-            raise ValueError(
-                f"start must be {'two numbers' if motors == 2 else 'a number'}, rad, not {start}"
-            )
-        start = start if motors == 2 else float(start)
-    speed = speed if speed.ndim else float(speed)
+            raise ValueError(f"start must be one number for each motor, rad, not {start}")
+        start = start.tolist()
+    speed = speed.tolist()
     branch = check_branch(linkage, branch)
     if drive not in DRIVES:
         raise ValueError(f"no drive {drive!r}; the known ones are {', '.join(DRIVES)}")
@@ -235,11 +219,11 @@ def study(
     flat = getattr(linkage, "flats", ())
     motion = move(linkage, q, q_dot, q_ddot, smooth_branch(linkage, q, branch) if flat else branch)
     arguments = {
-        "speed": np.asarray(speed, dtype=float).tolist(),
+        "speed": speed,
         "turns": turns,
         "drive": drive,
         "branch": branch,
-        "start": None if start is None else np.asarray(start, dtype=float).tolist(),
+        "start": start,
         "between": between,
         "samples": samples,
         "load": load,

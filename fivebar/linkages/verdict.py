@@ -40,16 +40,14 @@ def verdict(linkage: Linkage, branch: int | tuple[int, int] | None = None) -> li
     True
     """
     branch = one_branch(linkage, branch)
-    known = {
-        FourBar: _four_bar,
-        SliderCrank: _slider_crank,
-        SixBarPress: _press,
-        FiveBarLinkage: _five,
-    }
-    for kind, words in known.items():
-        if isinstance(linkage, kind):
-            return words(linkage, branch)
-    raise TypeError(f"no verdict on a linkage of class {type(linkage).__name__}")
+    match linkage:
+        case FourBar():
+            return _four_bar(linkage, branch)
+        case SliderCrank():
+            return _slider_crank(linkage, branch)
+        case SixBarPress():
+            return _press(linkage, branch)
+    return _five(linkage, branch)
 
 
 def _four_bar(linkage, branch):

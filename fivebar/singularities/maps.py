@@ -248,13 +248,10 @@ def singularity_map(
         for layer, mode in zip(values, modes):
             layer[block] = pick(singularity_margins(close(robot, at, mode)))
     if np.isnan(values).all():
+        extent = ", ".join(f"{end:.6g}" for end in workspace_window(robot, border=0.0))
         raise ValueError(
-            _missed(
-                robot,
-                space,
-                (x_min, x_max, y_min, y_max),
-                (nx, ny),
-            )
+            f"no pose closes at the {nx} x {ny} nodes of this window of the {space} space;"
+            f" the end-effector reaches ({extent}) m: x_min, x_max, y_min, y_max"
         )
     return Map(robot, field, space, x, y, modes, values)
 
@@ -351,28 +348,3 @@ def _checked_window(window, turns):
             f" {wide * high:.3g} times: at most {MOST_TURNS}"
         )
     return x_min, x_max, y_min, y_max
-
-
-def _missed(robot, space, window, shape):
-    nodes = (
-        f"none of {shape[0]} x {shape[1]} nodes of the window"
-        f" ({', '.join(f'{w:.6g}' for w in window)})"
-    )
-    if space == "joint":
-        unit = robot.words.unit
-        pivots = robot.words.pivots
-        return (
-            f"{nodes} {unit} closes: there the {pivots} are too far apart, or too close, for the"
-            " distal bars"
-        )
-    if not robot.turns:
-        low, high = _strip(robot)
-        return (
-            f"{nodes} m is in the workspace, the strip without ends of x from {low:.6g} to"
-            f" {high:.6g} m"
-        )
-    extent = ", ".join(f"{w:.6g}" for w in workspace_window(robot, border=0.0))
-    return (
-        f"{nodes} m is in the workspace, which extends over ({extent}) m: x_min, x_max, y_min,"
-        " y_max"
-    )

@@ -102,7 +102,7 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         (["map", "--out", "map.jpeg"], 2, "--out must end in .png, .svg or .pdf"),
         (["map", "--graph", "graph.jpeg"], 2, "--graph must end in .png, .svg or .pdf"),
         (["map", "--data", "map.txt"], 2, "--data must end in .csv or .npz"),
-        (["map", "--window", "1", "2", "1", "2"], 2, "is in the workspace, which extends over"),
+        (["map", "--window", "1", "2", "1", "2"], 2, "the end-effector reaches"),
         (["map", "--nodes", "10000000"], 2, "memory"),
         (["map", "--nodes", "9", "--out", "/dev/null/map.png"], 1, "Not a directory"),
         ([*LINE, "--kp", "1e7"], 1, "m is too fast: "),

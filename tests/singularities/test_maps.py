@@ -113,14 +113,14 @@ def test_a_page_has_its_path_and_title(tmp_path):
         (dict(space="work"), 'must be "task" or "joint"'),
         (
             dict(window=(1, 2, 0, 1)),
-            "is in the workspace, which extends over .-0.121, 0.121, -0.170",
+            "the end-effector reaches .-0.121, 0.121, -0.170",
         ),
         (dict(window=(0, 1, 2)), "window must be four numbers"),
         *((dict(window=w), "finite min < max") for w in ((1, 0, 0, 1), (1, 1, 0, 1), (0, 1, 1, 1))),
         (dict(window=(0, np.nan, 0, 1)), "finite min < max"),
         (
             dict(window=(-3, -2.9, 0, 0.1), space="joint"),
-            "rad closes: there the elbows are too far apart",
+            "no pose closes at the .* of the joint space",
         ),
         (
             dict(window=(-5, 10.01 * 2 * np.pi - 5, -5, 20 * np.pi - 5), space="joint"),
