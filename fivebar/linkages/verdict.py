@@ -9,7 +9,6 @@ import numpy as np
 
 from ..base.checks import takes
 from .checks import linkage, one_branch
-from .five_bar import FiveBarLinkage
 from .four_bar import FourBar, dead_centres, time_ratio, transmission_range
 from .limits import crank_range
 from .six_bar_press import SPEED, START, SixBarPress
