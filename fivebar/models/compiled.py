@@ -159,43 +159,35 @@ def compile(
 
 
 def _choose(inputs, outputs):
-    """The input of each level, or a ValueError that says which names would fit."""
+    """Return the input of each level, None where it has none."""
     chosen = []
-    for (names, _), what in zip(LEVELS, ("position", "velocity", "acceleration")):
+    for names, _ in LEVELS:
         given = [name for name in inputs if name in names]
         if len(given) > 1:
-            raise ValueError(f"inputs have two of {what}: {' and '.join(given)}; give one")
+            raise ValueError(f"inputs {' and '.join(given)} are of one level: give one of them")
         chosen += given or [None]
-    unknown = [name for name in inputs if name not in chosen and name not in MODES]
-    if unknown:
-        raise ValueError(
-            f"no input {unknown[0]!r}; the known ones are"
-            f" {', '.join(POSITION + VELOCITY + ACCELERATION)}"
-        )
-    if chosen[0] is None or (chosen[2] and not chosen[1]):
-        raise ValueError(
-            f"inputs {', '.join(inputs) or '()'} need also one of"
-            f" {', '.join(VELOCITY if chosen[0] else POSITION)}"
-        )
-    fitting = ("assembly", "working")[chosen[0] == "xi"]
-    if wrong := [name for name in inputs if name in MODES and name != fitting]:
-        raise ValueError(f"no input {wrong[0]} beside {chosen[0]}, whose mode is {fitting}")
+    known = [*POSITION, *VELOCITY, *ACCELERATION, *MODES]
+    for name in inputs:
+        if name not in known:
+            raise ValueError(f"no input {name!r}; the known ones are {', '.join(known)}")
+    if chosen[0] is None:
+        raise ValueError("inputs need q or xi")
+    if chosen[2] and not chosen[1]:
+        raise ValueError(f"input {chosen[2]} needs q_dot or xi_dot too")
+    mode, other = ("assembly", "working") if chosen[0] == "q" else ("working", "assembly")
+    if other in inputs:
+        raise ValueError(f"no input {other} with {chosen[0]}, whose mode is {mode}")
     if not outputs:
         raise ValueError("outputs must name at least one quantity")
+    level_of = {name: level for level, (_, names) in enumerate(LEVELS) for name in names}
     for output in outputs:
-        level = next(
-            (k for k, (_, names) in enumerate(LEVELS) if output in names),
-            None,
-        )
-        if level is None:
-            known = ", ".join(name for _, names in LEVELS for name in names)
-            raise ValueError(f"no output {output!r}; the known ones are {known}")
+        if output not in level_of:
+            raise ValueError(f"no output {output!r}; the known ones are {', '.join(level_of)}")
         if output in inputs:
             raise ValueError(f"output {output} is an input already")
+        level = level_of[output]
         if chosen[level] is None:
-            raise ValueError(
-                f"output {output} needs one of {', '.join(LEVELS[level][0])} among the inputs"
-            )
+            raise ValueError(f"output {output} needs an input of {', '.join(LEVELS[level][0])}")
     return chosen
 
 

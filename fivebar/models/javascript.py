@@ -9,61 +9,12 @@ import casadi as ca
 
 from .instructions import Language, indexed, statements, variables, wrapped
 
-RESERVED = {
-    "arguments",
-    "await",
-    "break",
-    "case",
-    "catch",
-    "class",
-    "const",
-    "continue",
-    "debugger",
-    "default",
-    "delete",
-    "do",
-    "else",
-    "enum",
-    "eval",
-    "export",
-    "extends",
-    "false",
-    "finally",
-    "for",
-    "function",
-    "if",
-    "implements",
-    "import",
-    "in",
-    "instanceof",
-    "interface",
-    "let",
-    "new",
-    "null",
-    "out",
-    "package",
-    "private",
-    "protected",
-    "public",
-    "return",
-    "static",
-    "super",
-    "switch",
-    "this",
-    "throw",
-    "true",
-    "try",
-    "typeof",
-    "var",
-    "void",
-    "while",
-    "with",
-    "yield",
-    "Infinity",
-    "Math",
-    "NaN",
-    "undefined",
-}
+RESERVED = """
+    arguments await break case catch class const continue debugger default delete do else enum
+    eval export extends false finally for function if implements import in instanceof interface
+    let new null out package private protected public return static super switch this throw true
+    try typeof var void while with yield Infinity Math NaN undefined
+""".split()
 
 # As C has them: what is no number is true there and false here, Math.min gives it on, Math.pow has
 # other limits.

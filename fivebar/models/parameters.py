@@ -58,8 +58,7 @@ def _beyond(kind):
 
 
 def robot_of(parameters: dict[str, Any]) -> FiveBar | Biglide:
-    """The robot with these parameters {name: value}: of the first kind that has them all,
-    ValueError if none has.
+    """Return the robot with these parameters {name: value}, of the kind that knows them.
 
     With "links" it is a five-bar of bars as they are built, the arguments of `FiveBar.from_links`:
     each link its mass or a table of Link's arguments, with inertia_about_centre in place of inertia
@@ -67,58 +66,40 @@ def robot_of(parameters: dict[str, Any]) -> FiveBar | Biglide:
     """
     if "links" in parameters:
         return _of_links(dict(parameters))
-    for kind in KINDS:
-        if set(parameters) <= {f.name for f in fields(kind)}:
-            return kind(**parameters)
-    known = []
-    strange = []
-    for kind in KINDS:
-        names = ", ".join(f.name for f in _own(kind))
-        known.append(f"{names} ({kind.words.title})")
-        strange.append(sorted(set(parameters) - {f.name for f in fields(kind)}))
-    unknown = min(strange, key=len)
-    more = dict.fromkeys(f.name for kind in KINDS for f in _beyond(kind))
-    raise ValueError(
-        f"no parameter {', '.join(unknown)}; the known ones are {' or '.join(known)}; and beyond"
-        " these " + ", ".join(more)
-    )
+    kind = min(KINDS, key=lambda kind: len(set(parameters) - {f.name for f in fields(kind)}))
+    _refuse_unknown(f"a {kind.words.title}", parameters, [f.name for f in fields(kind)])
+    return kind(**parameters)
 
 
 def _of_links(parameters):
     known = list(signature(FiveBar.from_links).parameters)
-    if unknown := sorted(set(parameters) - set(known)):
-        raise ValueError(
-            f"no parameter {', '.join(unknown)} of a robot of links; the known ones are"
-            f" {', '.join(known)}"
-        )
-    if missing := [name for name in known[:6] if name not in parameters]:
-        raise ValueError(f"a robot of links needs {', '.join(missing)} too")
+    _refuse_unknown("a robot of links", parameters, known)
+    _refuse_missing("a robot of links", parameters, known[:6])
     links = parameters.pop("links")
     if isinstance(links, dict):
-        links = {name: _link(name, link) for name, link in links.items()}
+        links = {name: _link(f"links.{name}", link) for name, link in links.items()}
     return FiveBar.from_links(links=links, **parameters)
 
 
 def _link(name, link):
     if not isinstance(link, dict):
         return link
-    about = "inertia_about_centre"
-    known = ("mass", "x", "y", "inertia")
-    if unknown := sorted(set(link) - {*known, about}):
-        raise ValueError(
-            f"links.{name}: no {', '.join(unknown)}; the known ones are"
-            f" {', '.join((*known, about))}"
-        )
-    needs = ("mass", "x") if about in link else ("mass",)
-    if missing := [each for each in needs if each not in link]:
-        raise ValueError(f"links.{name} needs {', '.join(missing)} too")
-    if about not in link:
+    about_centre = "inertia_about_centre" in link
+    inertia = "inertia_about_centre" if about_centre else "inertia"
+    _refuse_unknown(name, link, ("mass", "x", "y", inertia))
+    _refuse_missing(name, link, ("mass", "x") if about_centre else ("mass",))
+    if not about_centre:
         return Link(**link)
-    if "inertia" in link:
-        raise ValueError(f"links.{name} has inertia and {about}: give one")
-    return Link.about_centre(
-        link["mass"],
-        link["x"],
-        link.get("y", 0.0),
-        link[about],
-    )
+    return Link.about_centre(link["mass"], link["x"], link.get("y", 0.0), link[inertia])
+
+
+def _refuse_unknown(what, given, known):
+    if unknown := sorted(set(given) - set(known)):
+        raise ValueError(
+            f"no parameter {', '.join(unknown)} of {what}; the known ones are {', '.join(known)}"
+        )
+
+
+def _refuse_missing(what, given, needed):
+    if missing := [name for name in needed if name not in given]:
+        raise ValueError(f"{what} needs {', '.join(missing)} too")

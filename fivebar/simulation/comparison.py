@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,9 +13,6 @@ from ..base.presentation import Plotted
 from ..base.representation import aligned
 from ..models.robots import Robot
 from .run import Run
-
-if TYPE_CHECKING:
-    pass
 
 COLUMNS = (
     ("rms_error_m", "RMS error (µm)", 1e6),

@@ -18,9 +18,10 @@ from ..base.checks import a_callable, bounded, instance, optional, positive, sho
 from ..base.checks import robot as must_be_robot
 from ..base.progress import progress
 from ..control.laws import PD, ComputedTorque
-from ..models.charts import CHARTS, StateChart, TaskChart, halves
+from ..models.charts import CHARTS, StateChart, halves
 from ..models.compiled import Buffered, compiled
-from ..models.kinematics import Rates, some_rates
+from ..models.geometry import igm
+from ..models.kinematics import Rates, ikm, some_rates
 from ..models.parameters import count_of, names_of, parameters_of, with_parameters
 from ..models.robots import Robot, nearest_equivalent_angle
 from .events import may_cross
@@ -151,10 +152,8 @@ def simulate_many(
     )
     parameters = np.array([parameters_of(each, loop.names) for each in robots])
     if starts is None:
-        states, modes = _at_reference(loop, parameters, reference)
-    else:
-        states, modes = _at(starts, loop.chart)
-    states = np.hstack([states, _memory(loop, parameters, states, modes)])
+        starts = _at_reference(robots, law, reference)
+    states, modes = _at(loop, starts)
     times = np.arange(periods) * (grid.block * grid.step)
     target = law.target(times, reference)
     targets = np.hstack([target.rates.pose.q, target.rates.q_dot, target.q_ddot])
@@ -241,81 +240,47 @@ def _one_law(controllers):
     return first, gains
 
 
-def _at(starts, chart):
-    """Return the states (n, size) and modes (n, 2) of starts."""
-    if isinstance(starts, Rates):
-        c, c_dot, modes = chart.coordinates(starts)
-        count = len(starts.q_dot)
-        columns = [np.broadcast_to(part, count) for part in (*c, *c_dot, *modes)]
-        both = np.stack(columns, axis=-1).astype(float)
-    else:
-        rows = [chart.coordinates(start) for start in starts]
-        both = np.array([[*c, *c_dot, *modes] for c, c_dot, modes in rows], dtype=float)
-    return both[:, :-2], both[:, -2:]
-
-
-def _at_reference(loop, parameters, reference):
-    """Return the states and modes in which each robot is at the reference's start."""
+def _at_reference(robots, law, reference):
+    """Return the Rates with which each robot is at the reference's start."""
     if reference is None:
         raise ValueError("simulate_many needs starts, or a reference that says where all begin")
     xi, xi_dot, _ = begin_of(reference)
-    at = casadi.SX.sym("at", 4)
-    p = casadi.SX.sym("parameters", parameters.shape[1])
-    robot = with_parameters(loop.kind, p, loop.names)
-    rates = TaskChart().rates(
-        robot,
-        (at[0], at[1]),
-        (at[2], at[3]),
-        loop.law.working,
-    )
-    c, c_dot, modes = loop.chart.coordinates(rates)
-    call = casadi.Function(
-        "begin",
-        [at, p],
-        [casadi.vertcat(*c, *c_dot), casadi.vertcat(*modes)],
-    )
-    states, modes = call(np.concatenate([xi, xi_dot]), parameters.T)
-    states = states.full().T
-    modes = np.broadcast_to(modes.full().T, (len(parameters), 2))
-    bad = np.flatnonzero(~np.isfinite(states).all(axis=1))
-    if len(bad):
+    starts = [ikm(igm(robot, xi, law.working, "nan"), xi_dot) for robot in robots]
+    bad = [k for k, start in enumerate(starts) if not np.isfinite(start.q_dot).all()]
+    if bad:
         first = ", ".join(map(str, bad[:5])) + " ..." * (len(bad) > 5)
         raise ValueError(
-            f"{len(bad)} of {len(states)} robots do not reach the reference's start ({xi[0]:.9g},"
+            f"{len(bad)} of {len(starts)} robots do not reach the reference's start ({xi[0]:.9g},"
             f" {xi[1]:.9g}) m: number {first}"
         )
-    return states, modes
+    return starts
 
 
-def _memory(loop, parameters, states, modes):
-    """Return what goes with the states at first, (n, memory).
+def _at(loop, starts):
+    """Return the states with their memory (n, size + memory) and the modes (n, 2) of starts.
 
-    The reading before the first is such that their difference gives the start's rate.
+    No torque is on its way. The reading before the first is such that their difference gives the
+    start's rate.
     """
-    torques = np.zeros((len(states), 2 * loop.measurement.delay))
+    if isinstance(starts, Rates):
+        rows = _columns(loop.chart, starts)
+    else:
+        rows = np.array([_columns(loop.chart, start) for start in starts])
+    states, modes, q, q_dot = np.split(rows, np.cumsum([loop.size, 2, 2]), axis=1)
+    memory = [np.zeros((len(rows), 2 * loop.measurement.delay))]
     resolution = loop.measurement.encoder_resolution
-    if resolution is None:
-        return torques
-    state = casadi.SX.sym("state", loop.size)
-    mode = casadi.SX.sym("modes", 2)
-    p = casadi.SX.sym("parameters", parameters.shape[1])
-    robot = with_parameters(loop.kind, p, loop.names)
-    row = observation(
-        loop.chart.rates(
-            robot,
-            *halves(state, loop.chart),
-            (mode[0], mode[1]),
-        )
-    )
-    observe = casadi.Function("observe", [state, mode, p], [row])
-    rows = observe(states.T, modes.T, parameters.T).full().T
-    before = np.round(rows[:, Q] / resolution) * resolution
-    return np.hstack(
-        [
-            torques,
-            before - loop.grid.block * loop.grid.step * rows[:, Q_DOT],
-        ]
-    )
+    if resolution is not None:
+        reading = np.round(q / resolution) * resolution
+        memory.append(reading - loop.grid.block * loop.grid.step * q_dot)
+    return np.hstack([states, *memory]), modes
+
+
+def _columns(chart, start):
+    """Return state, modes, q and q' (*batch, size + 6) of a start."""
+    c, c_dot, modes = chart.coordinates(start)
+    q = [leg.q for leg in start.pose.legs]
+    columns = np.broadcast_arrays(*c, *c_dot, *modes, *q, *start.components[0])
+    return np.stack(columns, axis=-1).astype(float)
 
 
 def _called(loop, jit, targets, inputs):

@@ -177,10 +177,10 @@ def test_gravity_may_be_a_vector_of_symbols():
 
 
 @pytest.mark.parametrize("change, words", [
-    (dict(links={"11": {"mass": 1, "length": 2}}), "links.11: no length; the known ones are mass, x, y, inertia, "),
+    (dict(links={"11": {"mass": 1, "length": 2}}), "no parameter length of links.11; the known ones are mass, x, y, inertia"),
     (dict(links={"11": {"x": 1}}), "links.11 needs mass too"),
     (dict(links={"11": {"mass": 1, "inertia_about_centre": 1}}), "links.11 needs x too"),
-    (dict(links={"11": {"mass": 1, "x": 0, "inertia": 1, "inertia_about_centre": 1}}), "has inertia and inertia_about"),
+    (dict(links={"11": {"mass": 1, "x": 0, "inertia": 1, "inertia_about_centre": 1}}), "no parameter inertia of links.11"),
     (dict(links=5), 'links must be a table of "11", "12", "21" and "22", not 5'),
     (dict(colour=5, links={}), "no parameter colour of a robot of links; the known ones are l11, l12"),
     (dict(rotor=5, links={}), r"rotor must be two inertias, or \\(inertia, gear ratio\\) pairs, not 5"),
