@@ -27,10 +27,8 @@ def boundaries(robot: FiveBar, working: tuple[int, int], constraints: Constraint
     Lines, circles and coupler curves are exact. Curves along which links touch are traced on a
     grid, and each of their points is moved onto the curve by bisection.
     """
-    curves = [
-        *_of_lines(robot, constraints),
-        *_of_joints(robot, working, constraints),
-    ]
+    curves = list(_of_lines(robot, constraints))
+    curves += _of_joints(robot, working, constraints)
     if constraints.det_A or constraints.sin:
         circles = LegCircles(robot, constraints.sin)
         if constraints.sin:
@@ -51,7 +49,8 @@ def facing(arcs: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
             off = 0.02 * np.abs(np.diff(arc.z)).max()
         else:
             off = OFF * size
-        counts = np.ceil(np.abs(np.diff(arc.z)) / (0.002 * size))
+        chords = np.abs(np.diff(arc.z))
+        counts = np.ceil(chords / (0.002 * size))
         s = divided(arc.s, np.maximum(counts, 1).astype(int))
         state = _sides(arc, s, off, allowed)
         k = np.flatnonzero((state[1:] != state[:-1]).any(axis=1))
@@ -114,7 +113,8 @@ def _of_lines(robot, constraints) -> Iterator[Locus]:
 
 def _line(a, b):
     def curve(s):
-        return a + s * (b - a), np.full(np.shape(s), complex(b - a))
+        way = complex(b - a)
+        return a + s * way, np.full(np.shape(s), way)
 
     ends = np.array([0.0, 1.0])
     points = pairs(curve(ends)[0])
@@ -136,7 +136,8 @@ def _of_joints(robot, working, constraints) -> Iterator[Locus]:
         drive = robot.drives[leg]
         bar = robot.distal[leg]
         for q in limits or ():
-            elbow = drive.x + 1j * drive.y + drive.length * np.exp(1j * q)
+            base = drive.x + 1j * drive.y
+            elbow = base + drive.length * np.exp(1j * q)
 
             def curve(t, elbow=elbow, bar=bar):
                 arm = bar * np.exp(1j * np.asarray(t))
@@ -157,8 +158,9 @@ def _of_bars(robot, working, constraints) -> list[Locus]:
 
     left = robot.l11 + robot.l12
     right = robot.l21 + robot.l22
-    low = -min(left - robot.drives[0].x, right - robot.drives[1].x)
-    high = min(left + robot.drives[0].x, right + robot.drives[1].x)
+    half_base = robot.d / 2
+    low = -min(left + half_base, right - half_base)
+    high = min(left - half_base, right + half_base)
     top = min(left, right)
     x = np.linspace(low, high, GRID)
     y = np.linspace(-top, top, GRID)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.backend import finite_numbers
+from ..base.backend import finite_numbers, wrap
 from ..base.checks import instance, not_negative, number, share, shown
 from ..base.representation import one_line
 from ..models.geometry import Pose
@@ -230,7 +230,7 @@ def _range_clearance(limits, q, turns):
         return np.minimum(q - low, high - q)
     middle = (low + high) / 2
     half = (high - low) / 2
-    turned = np.mod(q - middle + np.pi, 2 * np.pi) - np.pi
+    turned = wrap(q - middle)
     return half - np.abs(turned)
 
 
@@ -279,12 +279,12 @@ def _half_planes(planes, name):
     if not values.size:
         values = np.empty((0, 3))
     are_triples = values.ndim == 2 and values.shape[1] == 3
-    if not are_triples or not np.hypot(values[:, 0], values[:, 1]).all():
+    lengths = np.hypot(values[:, 0], values[:, 1]) if are_triples else np.zeros(1)
+    if not lengths.all():
         raise ValueError(
             f"{name} must be (a, b, c) each, a x + b y >= c, a or b not 0, not {shown(planes)}"
         )
     # Of unit normals a x + b y - c is a distance.
-    lengths = np.hypot(values[:, 0], values[:, 1])
     values = values / lengths[:, None]
     return tuple(map(tuple, values.tolist()))
 

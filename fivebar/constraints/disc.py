@@ -126,7 +126,8 @@ def _largest_kept_radius(aspect, z, clearance):
 
     Traced boundaries end short of the limit of reach, so the rings are sampled.
     """
-    ring = np.exp(1j * np.linspace(0, 2 * np.pi, 721)[:-1])
+    angles = np.linspace(0, 2 * np.pi, 721)[:-1]
+    ring = np.exp(1j * angles)
     radii = clearance * np.append(1 - 1e-9, np.linspace(0.99, 0, 100))
 
     def is_allowed(radius):
@@ -175,7 +176,8 @@ def clearance_at(aspect: Aspect, z: complex) -> float:
     clearance = min(sampled + np.abs(punctures(aspect) - z).tolist())
     for arc, least in zip(arcs, sampled):
         if least - 0.51 * arc.step <= clearance:
-            clearance = min(clearance, arc.nearest(np.array([z]))[1][0])
+            _, distance = arc.nearest(np.array([z]))
+            clearance = min(clearance, distance[0])
     return float(clearance)
 
 
@@ -184,7 +186,8 @@ def _polished(aspect, z):
 
     It has equal distances to two or three feet on the exact curves.
     """
-    samples = np.concatenate([punctures(aspect), *(arc.z for arc in arcs_of(aspect))])
+    arcs = [arc.z for arc in arcs_of(aspect)]
+    samples = np.concatenate([punctures(aspect), *arcs])
     clearance = clearance_at(aspect, z)
     for _ in range(4):
         before = clearance

@@ -101,11 +101,12 @@ class LinkCollisions:
             bars, bases = _ends(pose)
             for one, other in self.pairs(pose.robot.d):
                 distance = segment_distance(*bars[one], *bars[other])
-                result[f"bars {one} and {other}"] = distance - half[one] - half[other]
+                name = f"bars {one} and {other}"
+                result[name] = distance - half[one] - half[other]
             for k, bar in self.posted(pose.robot.d):
                 distance = point_segment_distance(bases[k], *bars[bar])
-                side = ("left", "right")[k]
-                result[f"bar {bar} and the {side} post"] = distance - self.posts - half[bar]
+                name = f"bar {bar} and the {('left', 'right')[k]} post"
+                result[name] = distance - self.posts - half[bar]
         return result
 
     @property
@@ -130,7 +131,8 @@ class LinkCollisions:
         result = []
         for k in (0, 1) if self.posts else ():
             for bar, layer in zip(BARS, self.layers):
-                on_axle = bar == f"{k + 1}1" or (d == 0 and bar[1] == "1")
+                proximal = bar[1] == "1"
+                on_axle = proximal and (bar[0] == str(k + 1) or d == 0)
                 if layer in self.post_layers and not on_axle:
                     result.append((k, bar))
         return result
@@ -152,18 +154,14 @@ class LinkCollisions:
             u = pose.u2[leg]
             base = ca.vertcat(drive.x, drive.y)
             elbow = tip - length * ca.vertcat(*u)
-            ends[f"{leg + 1}1"], ends[f"{leg + 1}2"] = (
-                (base, elbow),
-                (elbow, tip),
-            )
+            ends[f"{leg + 1}1"] = base, elbow
+            ends[f"{leg + 1}2"] = elbow, tip
             bases.append(base)
 
         def distance(z, a, b):
             way = b - a
-            share = ca.fmin(
-                ca.fmax(ca.dot(z - a, way) / ca.dot(way, way), 0),
-                1,
-            )
+            share = ca.dot(z - a, way) / ca.dot(way, way)
+            share = ca.fmin(ca.fmax(share, 0), 1)
             offset = z - a - share * way
             return ca.sqrt(ca.dot(offset, offset) + SMOOTHING)
 
@@ -193,7 +191,8 @@ class LinkCollisions:
             )
             clearances.append(signed - half[one] - half[other])
         for k, bar in self.posted(pose.robot.d):
-            clearances.append(distance(bases[k], *ends[bar]) - self.posts - half[bar])
+            centre = distance(bases[k], *ends[bar])
+            clearances.append(centre - self.posts - half[bar])
         return clearances
 
 

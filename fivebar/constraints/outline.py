@@ -85,7 +85,8 @@ class Outline:
 
     @cached_property
     def spacing(self) -> float:
-        return sum(np.abs(np.diff(piece.z)).sum() for piece, _ in self.pieces) / SAMPLES
+        lengths = [np.abs(np.diff(piece.z)).sum() for piece, _ in self.pieces]
+        return sum(lengths) / SAMPLES
 
     @cached_property
     def samples(self) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -94,7 +95,8 @@ class Outline:
         for piece, _ in self.pieces:
             counts = np.ceil(np.abs(np.diff(piece.z)) / self.spacing)
             counts = np.maximum(counts, 1).astype(int)
-            z, tangent = piece.curve(divided(piece.s, counts)[1:-1])
+            s = divided(piece.s, counts)[1:-1]
+            z, tangent = piece.curve(s)
             normal = 1j * tangent / np.abs(tangent)
             samples.append((z, z + self.margin * normal))
         return samples
@@ -114,7 +116,8 @@ class Outline:
         circle = np.exp(2j * np.pi * np.linspace(0, 1, count))
         around_ends = (self.ends[:, None] + self.margin * circle).ravel()
         z = np.concatenate([around_ends, *(z for _, z in self.samples)])
-        z = z[self.tree.query(pairs(z))[0] >= self.margin - self.spacing]
+        distance, _ = self.tree.query(pairs(z))
+        z = z[distance >= self.margin - self.spacing]
         return z[np.argsort(z.imag)]
 
     @cached_property
@@ -239,7 +242,8 @@ def _turns(arc, part):
 
 def rectangle_distance(z: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return the distance of points (n,) from a rectangle, negative inside."""
-    x = np.maximum(v[0] - z.real, z.real - v[1])
-    y = np.maximum(v[2] - z.imag, z.imag - v[3])
+    x_min, x_max, y_min, y_max = v
+    x = np.maximum(x_min - z.real, z.real - x_max)
+    y = np.maximum(y_min - z.imag, z.imag - y_max)
     beyond_corner = (x > 0) & (y > 0)
     return np.where(beyond_corner, np.hypot(x, y), np.maximum(x, y))

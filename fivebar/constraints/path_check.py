@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -146,7 +146,8 @@ def check_path(
     True
     """
     refuse_others(constraints, "check_path", ON_POSES)
-    tolerance = max(EXACT, float(getattr(path, "error", 0.0))) if tolerance is None else tolerance
+    if tolerance is None:
+        tolerance = max(EXACT, float(getattr(path, "error", 0.0)))
     path = _finite(path)
     start, stop, largest = _times(path)
     working = check_modes(working, "working")
@@ -173,48 +174,51 @@ def check_path(
         margin, margin_time = _smallest(robot, path, modes, inner)
         if constraints:
             violated = broken(robot, path, modes, constraints, inner)
-    result = PathCheck(
-        reachable=leaving is None,
-        singularity_free=True,
-        leaves=leaving,
-        time=None,
-        pose=None,
-        type=Singularity.NONE,
-        touching=False,
-        criterion=None,
-        criterion_holds=None,
-        min_margin=margin,
-        min_margin_time=margin_time,
-        broken=violated,
-    )
     first = min(
         (some[0] for some in zeros if some),
         key=lambda zero: zero.time,
         default=None,
     )
     if first is None:
-        return result
+        return PathCheck(
+            reachable=True,
+            singularity_free=True,
+            leaves=None,
+            time=None,
+            pose=None,
+            type=Singularity.NONE,
+            touching=False,
+            criterion=None,
+            criterion_holds=None,
+            min_margin=margin,
+            min_margin_time=margin_time,
+            broken=violated,
+        )
     kind = Singularity.NONE
     for k, some in enumerate(zeros):
         if some and some[0].time - first.time <= 1e-9 * (stop - start):
             kind |= Singularity.PARALLEL if k == len(reaches) else Singularity.SERIAL
     pose = _pose_at(robot, path, modes, first.time)
-    criterion = holds = None
+    criterion = None
+    holds = None
     if kind & Singularity.PARALLEL:
         _, velocity, acceleration = path(np.array([first.time]))
-        criterion = float(cross(pose.u2[0], force_at(pose, velocity[0], acceleration[0])))
-        holds = abs(criterion) <= tolerance * largest_force(robot, path, modes, largest)
-    return replace(
-        result,
+        force = force_at(pose, velocity[0], acceleration[0])
+        criterion = float(cross(pose.u2[0], force))
+        holds = bool(abs(criterion) <= tolerance * largest_force(robot, path, modes, largest))
+    return PathCheck(
+        reachable=leaving is None,
         singularity_free=False,
+        leaves=leaving,
         time=first.time,
         pose=pose,
         type=kind,
         touching=first.touching,
         criterion=criterion,
-        criterion_holds=None if holds is None else bool(holds),
+        criterion_holds=holds,
         min_margin=0.0,
         min_margin_time=first.time,
+        broken=violated,
     )
 
 
@@ -246,7 +250,8 @@ def _reach(
 
     The margin is a difference of squares, so it is smooth through the limit.
     """
-    scale = max(abs(distance) for distance, _ in drive.limits(bar)) ** 2
+    farthest = max(abs(distance) for distance, _ in drive.limits(bar))
+    scale = farthest**2
     sign = -1 if outer else 1
 
     def margin(t):
@@ -255,7 +260,8 @@ def _reach(
             xi[:, 0],
             xi[:, 1],
         )
-        value = sign * (x * x + y * y - limit * limit) / scale
+        excess = x * x + y * y - limit * limit
+        value = sign * excess / scale
         approach = x * velocity[:, 0] + y * velocity[:, 1]
         return value, sign * 2 * approach / scale
 
@@ -443,10 +449,11 @@ def _smallest(robot, path, modes, t):
     for k, values in enumerate(margins(t)):
         i = int(np.nanargmin(values))
         minima.append((float(values[i]), float(t[i])))
-        bounds = t[max(i - 1, 0)], t[min(i + 1, SAMPLES - 1)]
+        before = t[max(i - 1, 0)]
+        after = t[min(i + 1, SAMPLES - 1)]
         refined = minimize_scalar(
             lambda s, k=k: margins(np.array([s]))[k, 0],
-            bounds=bounds,
+            bounds=(before, after),
         )
         if np.isfinite(refined.fun):
             minima.append((float(refined.fun), float(refined.x)))

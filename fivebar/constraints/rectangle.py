@@ -114,11 +114,14 @@ def _starts(outline):
     starts = []
     for k in order:
         v = rectangles[k]
-        if _area(v) < 0.9 * _area(rectangles[order[0]]) or len(starts) == CANDIDATES:
+        if _area(v) < 0.9 * _area(rectangles[order[0]]):
+            break
+        if len(starts) == CANDIDATES:
             break
         if all(np.abs(v - other).max() > 0.05 * _half_rim(other) for other in starts):
             starts.append(_around(outline, outline.seeds[k], rounds=4))
-    starts = [v for v in starts if _area(v) > 0.98 * max(map(_area, starts))]
+    largest = max(map(_area, starts), default=0.0)
+    starts = [v for v in starts if _area(v) > 0.98 * largest]
     # A square fits wherever a disc does.
     z, clearance = _point_of_largest_clearance(outline)
     if clearance <= outline.margin:
@@ -143,7 +146,8 @@ def _point_of_largest_clearance(outline):
     if outline.allowed:
         if not len(outline.seeds):
             return z, 0.0
-        z = outline.seeds[outline.tree.query(pairs(outline.seeds))[0].argmax()]
+        distance, _ = outline.tree.query(pairs(outline.seeds))
+        z = outline.seeds[distance.argmax()]
     return z, clearance_at(outline.aspect, z)
 
 
@@ -165,11 +169,14 @@ def _around(outline, seed, rounds=1):
     for half in (above, below):
         x = half.real
         y = half.imag
-        left = np.maximum.accumulate(np.append(left_end, np.where(x < 0, x, -np.inf)))
-        right = np.minimum.accumulate(np.append(right_end, np.where(x >= 0, x, np.inf)))
+        on_left = np.where(x < 0, x, -np.inf)
+        on_right = np.where(x >= 0, x, np.inf)
+        left = np.maximum.accumulate(np.append(left_end, on_left))
+        right = np.minimum.accumulate(np.append(right_end, on_right))
         passes = np.count_nonzero(right - left > outline.spacing)
         halves.append((y, left, right))
-        windows.append((0.0, np.append(0.0, y)[min(passes, len(y))]))
+        heights = np.append(0.0, y)
+        windows.append((0.0, heights[min(passes, len(y))]))
     for _ in range(rounds):
         levels = []
         ends = []
@@ -180,7 +187,9 @@ def _around(outline, seed, rounds=1):
         (upper_left, upper_right), (lower_left, lower_right) = ends
         low = np.maximum(upper_left[:, None], lower_left)
         high = np.minimum(upper_right[:, None], lower_right)
-        area = np.maximum(high - low, 0) * (levels[0][:, None] + levels[1])
+        width = np.maximum(high - low, 0)
+        height = levels[0][:, None] + levels[1]
+        area = width * height
         best = np.unravel_index(np.argmax(area), area.shape)
         windows = []
         for level, i in zip(levels, best):
@@ -214,11 +223,15 @@ def _fitted(outline, start):
         # Without a margin the rim would be singular where it touches.
         tolerance = 1e-15 if outline.margin else 1e-11
         new = outline.shrunk(new, tolerance * scale.max())
-        if new is not None and np.abs((new - v) / scale).max() < 1e-9:
-            break
+        if new is not None:
+            change = np.abs((new - v) / scale).max()
+            if change < 1e-9:
+                break
         if new is not None and _area(new) > _area(v):
             v = new
-        elif (reach := reach / 4) < 1e-4:
+        else:
+            reach = reach / 4
+        if reach < 1e-4:
             break
     return v
 
@@ -247,12 +260,15 @@ def _grown(
 
     @lru_cache(maxsize=4)
     def clearances(u):
-        values, gradients = zip(*(rule(v + scale * u) for rule in rules))
+        borders = v + scale * u
+        values, gradients = zip(*(rule(borders) for rule in rules))
         clearance = (np.array(values) - outline.margin) / height
         return clearance, np.array(gradients) * scale / height
 
     def sides(u):
-        return 1 + u[1] - u[0], 1 + u[3] - u[2]
+        width = 1 + u[1] - u[0]
+        height = 1 + u[3] - u[2]
+        return width, height
 
     def shrinking(u):
         width, height = sides(u)

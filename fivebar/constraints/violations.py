@@ -57,22 +57,15 @@ def broken(
         times = t
         lowest = known
         with np.errstate(invalid="ignore"):  # of samples without a pose
-            steps = np.abs(
-                np.diff(
-                    known,
-                    prepend=known[0],
-                    append=known[-1],
-                )
-            )
-            near = known <= NEAR * np.fmax(steps[:-1], steps[1:])
+            steps = np.abs(np.diff(known, prepend=known[0], append=known[-1]))
+            largest_step = np.fmax(steps[:-1], steps[1:])
+            near = known <= NEAR * largest_step
         least = near & (known >= 0)
         least &= known <= np.append(np.inf, known[:-1])
         least &= known <= np.append(known[1:], np.inf)
         options = {"xatol": 1e-12 * (t[-1] - t[0])}
-        for k in {
-            *np.flatnonzero(least).tolist(),
-            int(np.argmin(known)),
-        }:
+        least[np.argmin(known)] = True
+        for k in np.flatnonzero(least).tolist():
             before = t[max(k - 1, 0)]
             after = t[min(k + 1, len(t) - 1)]
             best = minimize_scalar(
