@@ -18,9 +18,9 @@ TESTS = (
 
 @pytest.mark.deep
 @pytest.mark.parametrize(
-    "distributed", [(), ("-n", "2", "--dist", "loadfile")], ids=["plain", "xdist"]
+    "ci, status, kind, distributed",
+    [("", 0, "skipped", ("-n", "2", "--dist", "loadfile")), ("true", 1, "error", ())],
 )
-@pytest.mark.parametrize("ci, status, kind", [("", 0, "skipped"), ("true", 1, "error")])
 def test_what_is_missing_is_said_once(ci, status, kind, distributed, tmp_path):
     command = [
         sys.executable,

@@ -2,6 +2,7 @@
 
 import io
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,10 +30,15 @@ def crossing(robot, plan):
     return brentq(lambda s: float(plan.accelerations(s).rates.pose.det_A), t[k], t[k + 1])
 
 
+@cache
+def plan_across(robot):
+    return fb.plan(robot, HOME, ACROSS, 2.0, collocation=fb.Collocation(max_time=120.0))
+
+
 @pytest.mark.deep
 @pytest.mark.parametrize("robot", [LAB, HEAVY, RUBS])
 def test_a_plan_crosses_type_2_and_the_plant_follows_it(robot):
-    plan = fb.plan(robot, HOME, ACROSS, 2.0, collocation=fb.Collocation(max_time=120.0))
+    plan = plan_across(robot)
     found = fb.check_path(robot, plan)
     assert found.type == fb.Singularity.PARALLEL and found.criterion_holds
     run = fb.simulate(
@@ -50,7 +56,7 @@ def test_a_plan_crosses_type_2_and_the_plant_follows_it(robot):
 @pytest.mark.deep
 def test_the_criterion_under_gravity_is_not_the_inertial_one():
     """On the plan the inertial force has a part along t_s, that of the weight: exactly what gravity balances."""
-    plan = fb.plan(LAB, HOME, ACROSS, 2.0, collocation=fb.Collocation(max_time=120.0))
+    plan = plan_across(LAB)
     t = crossing(LAB, plan)
     acc = plan.accelerations(t)
     ux, uy = acc.rates.pose.u2[0]
