@@ -137,6 +137,8 @@ def test_counts_of_an_encoder():
         LAB, counts, (*GEOMETRY, "ratio1", "ratio2"), start={k: 1.01 * v for k, v in start.items()}
     )
     assert off(found, true | start) < 1e-11
+    alone = fb.calibrate(LAB, counts, (*GEOMETRY, "ratio1", "ratio2"))  # usual encoders are tried
+    assert off(alone, true | start) < 1e-11 and alone.notes == ()
     assert np.allclose(
         found.angles([[4096.0, 2000.0]]), 2 * np.pi + np.array([true["offset1"], true["offset2"]])
     )

@@ -22,17 +22,13 @@ from .starts import (
     doubt,
     first,
     median_error,
+    radians_per_count,
     settled,
 )
 
 DEG = np.pi / 180
 FALLS = 0.15  # to this share the errors fall where a mistake is found
 MOST = 20  # changes that are looked at closely
-MUCH = 8.0  # rad: while it is measured, a motor of a five-bar turns no more
-COUNTS_PER_TURN = (
-    "400 500 512 600 800 1000 1024 1200 1600 2000 2048 2400 2500 3200 3600 4000 4096 5000 6400 8000"
-    " 8192 10000 12800 16384 20000 32768 36000 40000 65536"
-)
 
 
 def _readings(*factors):
@@ -152,14 +148,11 @@ def _turned_by(task, p):
 
 def _counts(task):
     """Return the changes of readings that are counts of usual encoders."""
-    legs = np.ptp(task.rows.q, axis=0) > MUCH
-    if not legs.any():
-        return {}
-    names = " and ".join(np.array(["q1", "q2"])[legs])
-    return {
-        f"{names} in counts, {counts} a turn": _readings(*np.where(legs, 2 * np.pi / counts, 1.0))
-        for counts in map(int, COUNTS_PER_TURN.split())
-    }
+    changes = {}
+    for counts, ratios in radians_per_count(task, free=False).items():
+        names = " and ".join(np.array(["q1", "q2"])[ratios != 1.0])
+        changes[f"{names} in counts, {counts} a turn"] = _readings(*ratios)
+    return changes
 
 
 def _wrong_modes(task, p, sigma):

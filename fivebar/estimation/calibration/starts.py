@@ -20,19 +20,26 @@ from .measured_robot import (
 )
 
 SUSPECT = 5e-3  # of a mean bar: where the legs miss the points by more, something is wrong
+MUCH = 8.0  # rad: while it is measured, a motor of a five-bar turns no more
+COUNTS_PER_TURN = (
+    "400 500 512 600 800 1000 1024 1200 1600 2000 2048 2400 2500 3200 3600 4000 4096 5000 6400 8000"
+    " 8192 10000 12800 16384 20000 32768 36000 40000 65536"
+)
 
 
 def begin(task: Task, far: bool = True) -> ndarray:
     """Return values (13,) to begin with, by the points alone; a bad row or two do not matter.
 
-    Where the start leads nowhere, with `far` a whole turn of the free offsets is tried.
+    Where the start leads nowhere, usual encoders are tried for free ratios, and with `far` a whole
+    turn of the free offsets.
     """
     if task.rows.whole.sum() < 3:
         return task.start.copy()
     best = settled(task, first(task))
-    if far and doubt(task, best) > SUSPECT * task.bar and (tried := _turned(task)):
-        other = settled(task, _least_doubtful(task, tried))
-        best = _least_doubtful(task, [best, other])
+    for starts in (_counted, _turned) if far else (_counted,):
+        if doubt(task, best) > SUSPECT * task.bar and (tried := starts(task)):
+            other = settled(task, _least_doubtful(task, tried))
+            best = _least_doubtful(task, [best, other])
     return best
 
 
@@ -113,13 +120,36 @@ def _turned(task):
     """Return starts with the free offsets all over a turn, each with its own frame."""
     turns = np.arange(0, 2 * np.pi, np.pi / 4)
     grids = [turns if f"offset{leg}" in task.names else [0.0] for leg in (1, 2)]
-    starts = []
-    for offsets in product(*grids):
+    return _with_frames(task, 5, [pair for pair in product(*grids) if any(pair)])
+
+
+def _counted(task):
+    """Return starts in which readings are counts of usual encoders, where ratios are free."""
+    ratios = radians_per_count(task, free=True).values()
+    return _with_frames(task, 7, [pair - 1 for pair in ratios])
+
+
+def radians_per_count(task: Task, free: bool) -> dict[int, ndarray]:
+    """Return ratios (2,) by counts a turn, of legs whose readings no motor turns through.
+
+    Of legs whose ratio is free, or of the others; {} where there is no such leg.
+    """
+    is_free = np.array([name in task.names for name in ("ratio1", "ratio2")])
+    wide = (np.ptp(task.rows.q, axis=0) > MUCH) & (is_free == free)
+    if not wide.any():
+        return {}
+    counts = map(int, COUNTS_PER_TURN.split())
+    return {count: np.where(wide, 2 * np.pi / count, 1.0) for count in counts}
+
+
+def _with_frames(task, place_of_pair, pairs):
+    """Return the start with each pair added to two of its values, and with the frames that fit."""
+    tried = []
+    for pair in pairs:
         start = task.start.copy()
-        start[5:7] += offsets
-        if any(offsets):
-            starts += [start, *_framed(task, start)]
-    return starts
+        start[place_of_pair : place_of_pair + 2] += pair
+        tried += [start, *_framed(task, start)]
+    return tried
 
 
 def _framed(task, start):
