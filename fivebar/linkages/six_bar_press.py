@@ -19,6 +19,7 @@ from .chain import Along, Fixed, Reach, Still, Turned, meet, slide
 from .checks import check, check_lengths, coordinate
 from .limits import four_bar_limits
 from .motion import BLOCK, RAIL, Body, Chain, MovingLink, one_drive
+from .slider_crank import block
 
 if TYPE_CHECKING:
     from .chain import Number
@@ -100,23 +101,22 @@ class SixBarPress:
         e, bar = slide(
             c, d.p, (0.0, 1.0), self.l5, branch[1], "bar 5 is perpendicular to the slider's guide"
         )
+        up = Still((0.0, 1.0))
         links = {
             "crank": MovingLink(a, crank, self.l2, Body(self.m2, self.j2)),
             "coupler": MovingLink(b, coupler, self.l3, Body(self.m3, self.j3)),
             "rocker": MovingLink(d, rocker, self.l4, Body(self.m4, self.j4)),
             "bar": MovingLink(c, bar, self.l5, Body(self.m5, self.j5)),
-            "slider": MovingLink(e, Still((0.0, 1.0)), 0.0, Body(self.m6)),
+            "slider": MovingLink(e, up, 0.0, Body(self.m6)),
         }
-        along = Still((0.0, 1.0))
         share = branch[1] * (self.l4 + self.l5)
         x, y = d.p
         rail = {
             RAIL[0]: Fixed((x, y + 0.4 * share)),
             RAIL[1]: Fixed((x, y + 1.1 * share)),
         }
-        block = {name: Reach(e, along, size * self.l5) for name, size in zip(BLOCK, (-0.06, 0.06))}
         return Chain(
-            points={"A": a, "B": b, "C": c, "D": d, "E": e, **rail, **block},
+            points={"A": a, "B": b, "C": c, "D": d, "E": e, **rail, **block(e, up, self.l5)},
             links=links,
             coordinates={
                 "S6": Along(e, d.p, (0.0, -1.0), self.l12),

@@ -14,7 +14,7 @@ from .limits import ends_of, guide_limits
 from .motion import BLOCK, RAIL, Body, Chain, MovingLink, one_drive
 
 if TYPE_CHECKING:
-    from .chain import Number
+    from .chain import Heading, Number, Point
 
 HELD = {
     "guide": "the slider-crank of engines and pumps; the crank is driven",
@@ -133,7 +133,7 @@ class SliderCrank:
             RAIL[1]: Fixed((length, y)),
         }
         return Chain(
-            points={"O": o, "A": a, "B": b, **rail, **_block(b, Still(), length)},
+            points={"O": o, "A": a, "B": b, **rail, **block(b, Still(), length)},
             links=links,
             coordinates={"slide": Along(b, (0.0, y), (1.0, 0.0))},
             dyads=(b.dyad,),
@@ -194,9 +194,9 @@ class SliderCrank:
         # Block and guide turn as one; the block's own centre is its pin.
         links["guide"] = MovingLink(o, guide, 0.0, self.guide_body)
         links["slider"] = MovingLink(b, guide, 0.0, self.slider_body)
-        block = _block(b, guide, self._length)
+        ends = block(b, guide, self._length)
         return Chain(
-            points={"O": o, "A": a, "B": b, **self._rail(o, guide), **block},
+            points={"O": o, "A": a, "B": b, **self._rail(o, guide), **ends},
             links=links,
             coordinates={"slide": _Slide(guide)},
             dyads=(guide,),
@@ -246,6 +246,6 @@ class _Slide:
     a = property(lambda self: self.guide.slide_acceleration)
 
 
-def _block(pin, heading, length):
-    """The ends of a sliding block."""
+def block(pin: Point, heading: Heading, length: float) -> dict[str, Reach]:
+    """Return the ends of a sliding block."""
     return {name: Reach(pin, heading, along * length) for name, along in zip(BLOCK, (-0.06, 0.06))}

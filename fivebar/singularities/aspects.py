@@ -213,15 +213,12 @@ def aspect(robot: FiveBar, number: int) -> Aspect:
     (-1, -1)
     """
     found = aspects(robot)
-    if (
-        isinstance(number, bool)
-        or not isinstance(number, (int, np.integer))
-        or not 1 <= number <= len(found)
-    ):
-        raise ValueError(
-            f"number: no aspect {shown(number)}: this robot has {len(found)}, numbered from 1"
-        )
-    return found[number - 1]
+    for part in found:
+        if part.number == number:
+            return part
+    raise ValueError(
+        f"number: no aspect {shown(number)}: this robot has {len(found)}, numbered from 1"
+    )
 
 
 def numbered(found: Iterable[Any]) -> tuple[Any, ...]:
@@ -273,28 +270,11 @@ def parts(
         for assembly, area, boundary, punctures in _in_mode(
             robot, pieces, touches, working, **levels
         ):
-            yield kind(
-                robot,
-                0,
-                working,
-                assembly,
-                area,
-                boundary,
-                pairs(punctures),
-                **levels,
-            )
-            image = mirror.loops(boundary)
+            yield kind(robot, 0, working, assembly, area, boundary, pairs(punctures), **levels)
             other = (-working[0], -working[1])
-            yield kind(
-                robot,
-                0,
-                other,
-                -assembly,
-                area,
-                image,
-                pairs(punctures.conj()),
-                **levels,
-            )
+            image = mirror.loops(boundary)
+            mirrored = pairs(punctures.conj())
+            yield kind(robot, 0, other, -assembly, area, image, mirrored, **levels)
 
 
 def _in_mode(

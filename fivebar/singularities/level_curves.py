@@ -59,14 +59,11 @@ class LevelCurves:
     def _of_chain(self, kind, chain, working):
         t, vertices = self._cuts(kind, chain, working)
         period = chain.motion.period
+        spans = [(0.0, period)]
+        ends = [()]
         if t:
             spans = [*zip(t, [*t[1:], t[0] + period])]
-        else:
-            spans = [(0.0, period)]
-        if t:
             ends = [*zip(vertices, [*vertices[1:], vertices[0]])]
-        else:
-            ends = [()]
         sines = chain.sines(np.array([(low + high) / 2 for low, high in spans]))[:2]
         signed = -np.array(working)[:, None] * sines
         inside = (signed > self.circles.sin + 64 * EPS).all(axis=0)

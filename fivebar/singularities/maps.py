@@ -330,16 +330,13 @@ def _memory():
 def _checked_window(window, turns):
     try:
         x_min, x_max, y_min, y_max = map(float, window)
+        if not (-HUGE < x_min < x_max < HUGE and -HUGE < y_min < y_max < HUGE):
+            raise ValueError
     except (TypeError, ValueError, OverflowError):
         raise ValueError(
-            f"window must be four numbers (x_min, x_max, y_min, y_max), not {window!r}"
+            "window must be four numbers (x_min, x_max, y_min, y_max) with finite min < max,"
+            f" not {window!r}"
         ) from None
-    if not (
-        (np.abs([x_min, x_max, y_min, y_max]) < HUGE).all() and x_min < x_max and y_min < y_max
-    ):
-        raise ValueError(
-            f"window must be (x_min, x_max, y_min, y_max) with finite min < max, not {window!r}"
-        )
     wide = (x_max - x_min) / (2 * np.pi)
     high = (y_max - y_min) / (2 * np.pi)
     if turns and wide * high > MOST_TURNS * (1 + 1e-6):
