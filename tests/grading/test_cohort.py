@@ -246,7 +246,7 @@ def test_a_file_replaced_while_it_is_graded_is_graded_again(labs, folder, tmp_pa
     cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
     run = graded.run_checks
     monkeypatch.setattr(graded, "run_checks", lambda *a: entry.path.write_text(RIGHT) and run(*a))
-    report = grade(cohort.lab, Job(entry.path, "a", "s", cohort.robot(entry)))
+    report = grade(cohort.lab, Job(entry.path, "a", "s", cohort.job(entry).robot))
     written(cohort.file(entry, ".json"), json.dumps(report.as_json()))
     assert report.points < report.max_points and cohort.done(entry) is None
     entry.path.write_text(SHIFTED)

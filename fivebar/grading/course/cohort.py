@@ -17,7 +17,6 @@ from ...base.errors import UsageError
 from ...base.progress import progress
 from ...base.representation import printable
 from ...base.tables import STRANGE
-from ...models.robots import Robot
 from ..grade import OTHER_ROBOT, job_hash
 from ..intake.cohort_folder import Entry
 from ..labs import Lab
@@ -44,15 +43,12 @@ class Cohort:
     limit: float | None
     hints_from: str = ""
 
-    def robot(self, entry: Entry) -> Robot:
-        return robot_for(entry.student, self.secret, self.lab.robot())
-
     def job(self, entry: Entry) -> Job:
         return Job(
             entry.path,
             entry.student,
             self.seed,
-            self.robot(entry),
+            robot_for(entry.student, self.secret, self.lab.robot()),
             self.isolate,
             self.limit,
             entry.trouble,
@@ -72,21 +68,11 @@ class Cohort:
             )
         except (OSError, *STRANGE):
             return None  # none yet, or no result: graded again
+        job = self.job(entry)
         key = report.student, report.submission_hash, report.lab_hash, report.seed, report.robot
-        now = (
-            entry.student,
-            job_hash(self.job(entry)),
-            self.lab.hash(),
-            self.seed,
-            self.robot(entry).parameters,
-        )
-        kept = (
-            key == now
-            and report.submission_hash
-            and not report.faults
-            and report.hints_from == self.hints_from
-        )
-        return report if kept else None
+        now = job.student, job_hash(job), self.lab.hash(), job.seed, job.robot.parameters
+        kept = key == now and report.submission_hash and report.hints_from == job.hints_from
+        return report if kept and not report.faults else None
 
 
 def begin(
@@ -141,21 +127,17 @@ class _Shown:
     """What a run shows of its course."""
 
     def __init__(self, bar):
-        self.bar, self.troubles, self.full, self.seen = bar, 0, 0, set()
+        self.bar, self.seen = bar, set()
 
     def add(self, entry, report):
-        for (
-            warning
-        ) in report.warnings:  # the machine is the same for all, though each has a user of its own
+        for warning in report.warnings:
+            # The machine is the same for all, though each has a user of its own.
             if (kind := re.sub(r"\d+", "", warning)) not in self.seen:
                 self.bar.write(warning, file=sys.stderr)
                 self.seen.add(kind)
         if trouble := trouble_of(report):
-            self.troubles += 1
             text = f"{printable(entry.student)}: {printable(trouble)}"
             self.bar.write(textwrap.shorten(text, 160, placeholder=" ..."), file=sys.stderr)
-        self.full += not report.ungraded and report.points == report.max_points
-        self.bar.set_postfix_str(f"all points {self.full}, in trouble {self.troubles}")
         self.bar.update()
 
 
@@ -198,10 +180,7 @@ def _one(cohort, entry, workers):
         try:
             answer = workers.ask(cohort.job(entry), cohort.lab)
         except EOFError:
-            why = (
-                f"the grader's own process was killed, {TRIES} times: was the machine out of"
-                " memory?"
-            )
+            why = f"the grader's own process was killed, {TRIES} times: was memory short?"
             continue
         if "error" in answer:
             raise GraderError(f"{entry.path.name}: {answer['error']}")

@@ -22,9 +22,7 @@ from ..variants import id_key
 
 # Titles in Moodle's worksheet.
 GRADE = "grade note bewertung calificación valutazione nota cijfer".split()
-MOST = (
-    "maximum grade,note maximale,bestwertung,calificación máxima,valutazione massima".split(",")
-)
+MOST = "maximum grade,note maximale,bestwertung,calificación máxima,valutazione massima".split(",")
 POSSIBLE = "points possible"  # Canvas' row
 _NUMBER = re.compile(r"\D*(\d+)")
 _COMMA = re.compile(r"\d+,\d+")

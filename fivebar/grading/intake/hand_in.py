@@ -85,7 +85,7 @@ def _look(path, name, depth, programs, left):
         elif path.suffix.lower() == ARCHIVE:
             _look_into_zip(path, name, programs, left)
         else:
-            left.append(Left(name, _no_program(path.suffix)))
+            left.append(Left(name, "no program"))
     except OSError as error:
         left.append(Left(name, f"cannot be opened: {error.strerror}"))
 
@@ -93,10 +93,8 @@ def _look(path, name, depth, programs, left):
 def _look_into_zip(path, name, programs, left):
     try:
         with opened_archive(path) as archive:
-            members = {
-                info.filename: info for info in archive.infolist() if info.filename.strip("/")
-            }
-            members = {name: info for name, info in members.items() if not info.is_dir()}
+            files = [info for info in archive.infolist() if not info.is_dir()]
+            members = {info.filename: info for info in files if info.filename}
     except SubmissionError as error:
         left.append(Left(name, str(error)))
         return
@@ -107,18 +105,13 @@ def _look_into_zip(path, name, programs, left):
         elif suffix == ARCHIVE:
             left.append(Left(inner, "a zip in a zip"))
         elif suffix not in PROGRAMS:
-            left.append(Left(inner, _no_program(suffix)))
+            left.append(Left(inner, "no program"))
         elif info.flag_bits & 1:
             left.append(Left(inner, "locked by a password"))
         else:
             programs.append(ProgramFile(path, member, inner))
     if len(members) > MOST_FILES:
         left.append(Left(name, f"only {MOST_FILES} files are looked at"))
-
-
-def _no_program(suffix):
-    packed = suffix.lower() in (".rar", ".7z", ".tar", ".gz", ".tgz", ".bz2", ".xz")
-    return "not opened: of archives only .zip is" if packed else "no program"
 
 
 def functions_of(lab: Lab) -> frozenset[str]:
@@ -226,5 +219,5 @@ def _source(program):
 
 
 def _listed(programs):
-    names = [str(program).partition("/")[2] or str(program) for program in programs]
-    return ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
+    names = [str(program).partition("/")[2] or str(program) for program in programs[:5]]
+    return ", ".join(names)

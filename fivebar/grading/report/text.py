@@ -62,8 +62,11 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
         )
         return
     if not_started(check):
-        yield "task", check.text.removeprefix(KINDS[check.reason] + ": ").removeprefix(
-            "NotImplementedError: "
+        yield (
+            "task",
+            check.text.removeprefix(KINDS[check.reason] + ": ").removeprefix(
+                "NotImplementedError: "
+            ),
         )
     elif check.text:
         yield "why", check.text
