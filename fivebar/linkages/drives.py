@@ -80,9 +80,7 @@ def law(
                 f"unreachable: the {linkage.driven} cannot turn: from {math.degrees(start):.9g}"
                 " deg at "
                 f"{math.degrees(speed):.9g} deg/s it locks at {math.degrees(lock[0]):.9g} deg after"
-                f" {lock[1]:.9g} s; "
-                f'it may turn {allowed} (drive "until-lock" runs up to there, "swing" goes to and'
-                " fro)",
+                f' {lock[1]:.9g} s; drives "until-lock" and "swing" stay inside its range',
                 math.nan,
             )
         t = np.linspace(0.0, lock[1], len(t))[:-1]  # at the lock itself rates have no limit

@@ -165,16 +165,11 @@ def _sides(four_bar):
 
 def _grashof(excess):
     if excess == 0:
-        relation = "equal to"
+        relation, turns = "equal to", "a change point"
+    elif excess < 0:
+        relation, turns = f"{-excess:.6g} m less than", "one link can turn fully"
     else:
-        relation = f"{abs(excess):.6g} m {'more' if excess > 0 else 'less'} than"
-    turns = (
-        "one link can turn fully"
-        if excess < 0
-        else "a change point"
-        if excess == 0
-        else "no link can turn fully"
-    )
+        relation, turns = f"{excess:.6g} m more than", "no link can turn fully"
     return f"shortest + longest is {relation} the two others together: {turns}"
 
 

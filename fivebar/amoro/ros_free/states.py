@@ -1,26 +1,17 @@
 """What the lab's messages say of a state: active and passive joints, and the end-effector."""
 
-from typing import NamedTuple
+from collections import namedtuple
 
 import numpy as np
 
 from ...models.dynamics import forward_dynamics
 
 
-class LabState(NamedTuple):
-    """q, passive: continuous joint coordinates, each with rates and accelerations (2,); xi, xi_dot,
-    xi_ddot (2,).
-    """
-
-    q: np.ndarray
-    q_dot: np.ndarray
-    q_ddot: np.ndarray
-    passive: np.ndarray
-    passive_dot: np.ndarray
-    passive_ddot: np.ndarray
-    xi: np.ndarray
-    xi_dot: np.ndarray
-    xi_ddot: np.ndarray
+# Continuous joint coordinates q and passive, and the end-effector's xi, with rates and
+# accelerations: (2,) each.
+LabState = namedtuple(
+    "LabState", "q q_dot q_ddot passive passive_dot passive_ddot xi xi_dot xi_ddot"
+)
 
 
 def lab_state(plant, tau, before, period, exact):

@@ -103,8 +103,9 @@ class World:
             plant.advance((self.since_reset + 1) * STEP, tau)
         except ArithmeticError as error:
             self.failure = ArithmeticError(
-                f"apply_efforts at t = {self.time:g} s: {_in_words(tau, plant.robot)} drive the"
-                f" robot faster than can be followed ({error})"
+                f"apply_efforts at t = {self.time:g} s: efforts {tau}"
+                f" {plant.robot.words.effort_unit} drive the robot faster than can be followed"
+                f" ({error})"
             )
             raise self.failure from None
         self.efforts.append(tau)
@@ -124,19 +125,13 @@ class World:
             return True
         self.idle += 1
         if self.idle > MOST_IDLE:
-            self.stop(
-                f"data_updated() was called {MOST_IDLE} times with no new state: {self._why_idle()}"
-            )
+            why = f"the last apply_efforts was at t = {self.time:g} s"
+            if not self.started:
+                why = "start_robot(robot) was never called"
+            elif not self.steps:
+                why = "the script never called apply_efforts (or start_oscillate)"
+            self.stop(f"data_updated() was called {MOST_IDLE} times with no new state: {why}")
         return False
-
-    def _why_idle(self):
-        if not self.started:
-            return "start_robot(robot) was never called"
-        if not self.steps:
-            return "the script never called apply_efforts (or start_oscillate), so nothing moves"
-        return (
-            f"the last apply_efforts was at t = {self.time:g} s, and without another nothing moves"
-        )
 
     def _over(self):
         """Whether the time is over; KeyboardInterrupt, then Stopped, in the main thread, where
@@ -192,9 +187,3 @@ def _number(value, side, world):
     if not math.isfinite(number):
         raise ValueError(f"{where} is {number}")
     return number
-
-
-def _in_words(tau, robot):
-    left, right = tau
-    words = robot.words
-    return f"{words.effort}s {left:.6g} (left), {right:.6g} (right) {words.effort_unit}"
