@@ -34,7 +34,6 @@ OPTIONS = JSON | {
     "--out DIR": "a folder of results; a second run goes on there",
     "--workers N": "processes (default: one per processor)",
     "--dask ADDRESS": "a Dask scheduler, tcp://host:8786, or its .json file",
-    "--chunk N": "designs computed at a time",
     "--best N": (10, "designs to list"),
     "--csv FILE": "write a row per design",
     "--plot FILE": "draw the first figure: .png, .svg or .pdf",
@@ -78,7 +77,6 @@ def _sweep(arguments):
                 executor,
                 arguments.out,
                 robot=robot,
-                chunk=arguments.chunk,
                 workers=arguments.workers,
                 **choices,
             )
@@ -137,22 +135,18 @@ def _show(arguments, swept, best):
     if arguments.out:
         print(arguments.out, file=sys.stderr)
     rows = zip(best.tolist(), *table.values())
+    names = "design", *columns
     if arguments.json:
-        names = ("design", *columns)
         designs = []
         for row in rows:
             finite = [value if math.isfinite(value) else None for value in row]
             designs.append(dict(zip(names, finite)))
         print_json({"designs": swept.count, "errors": len(swept.errors), "best": designs})
         return
-    widths = [max(12, len(name) + 2) for name in columns]
-    print(f"{'design':>8}" + "".join(f"{name:>{w}}" for name, w in zip(columns, widths)))
-    for number, *values in rows:
-        cells = (f"{value:{width}.6g}" for value, width in zip(values, widths))
-        print(f"{number:8d}" + "".join(cells))
+    print("".join(f"{name:>{len(name) + 9}}" for name in names))
+    for row in rows:
+        print("".join(f"{value:{len(name) + 9}.6g}" for name, value in zip(names, row)))
     if not len(best):
         print(f"no design has a {swept.figures[0]}", file=sys.stderr)
     for k, text in swept.errors[:3]:
         print(f"design {k}: {text}", file=sys.stderr)
-    if len(swept.errors) > 3:
-        print(f"... {len(swept.errors)} errors in {swept.count} designs", file=sys.stderr)
