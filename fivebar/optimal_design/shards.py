@@ -66,8 +66,8 @@ def read_manifest(folder: Path) -> dict:
         strings([figure["name"] for figure in known["figures"]], "figures")
         if not all(isinstance(known[name], dict) for name in ("robot", "choices", "designs")):
             raise ValueError("its robot, choices and designs are no tables")
-        for count in known.get("done", {}).values():
-            whole(0, 10**15)(count, "done")
+        for name in ("chunks", "designs") if "done" in known else ():
+            whole(0, 10**15)(known["done"][name], name)
         return known
     except FileNotFoundError:
         raise ValueError(f"{folder} holds no sweep: there is no {MANIFEST}") from None

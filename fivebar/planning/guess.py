@@ -56,16 +56,9 @@ def first_guess(
     blend = sigma**3 * (10 - 15 * sigma + 6 * sigma**2)
     motions = []
     for path in paths:
-        along = np.insert(
-            np.cumsum(np.ones(len(path) - 1) if even else _steps(path)),
-            0,
-            0.0,
-        )
-        xi = _interpolated(
-            blend * along[-1],
-            along,
-            path,
-        )
+        steps = np.ones(len(path) - 1) if even else _steps(path)
+        along = np.append(0.0, np.cumsum(steps))
+        xi = _interpolated(blend * along[-1], along, path)
         xi_dot = np.gradient(xi, sigma, axis=0)
         motions.append((xi, xi_dot, np.gradient(xi_dot, sigma, axis=0)))
     durations = shares / shares.sum()
@@ -118,15 +111,17 @@ def _time_needed(problem, motion, duration):
     third = np.gradient(acc.xi_ddot, duration / 200, axis=0)
     effort = np.mean(np.sum(tau**2, axis=1)) * duration
     jerk = np.mean(np.sum(third**2, axis=1)) * duration
-    factors = [1e-3]
+    factors = [
+        1e-3,
+        (3 * weights["effort"] * effort / weights["time"] / duration) ** 0.25,
+        (5 * weights["jerk"] * jerk / weights["time"] / duration) ** (1 / 6),
+    ]
     if limits.torque is not None:
         factors.append(np.sqrt(np.quantile(np.abs(tau) / limits.torque, 0.95)))
     if limits.joint_speed is not None:
         factors.append(np.quantile(np.abs(acc.rates.q_dot) / limits.joint_speed, 0.95))
     if limits.acceleration is not None:
         factors.append(np.sqrt(np.linalg.norm(acc.xi_ddot, axis=1).max() / limits.acceleration))
-    factors.append((3 * weights["effort"] * effort / weights["time"] / duration) ** 0.25)
-    factors.append((5 * weights["jerk"] * jerk / weights["time"] / duration) ** (1 / 6))
     return max(factors)
 
 
@@ -146,14 +141,8 @@ def _path(problem, a, b):
     # Edges from each node to its eight neighbours.
     number = np.arange(GRID**2).reshape(GRID, GRID)
     firsts = number[1:], number[:, 1:], number[1:, 1:], number[1:, :-1]
-    seconds = (
-        number[:-1],
-        number[:, :-1],
-        number[:-1, :-1],
-        number[:-1, 1:],
-    )
-    i = np.concatenate([np.ravel(some) for some in firsts])
-    j = np.concatenate([np.ravel(some) for some in seconds])
+    seconds = number[:-1], number[:, :-1], number[:-1, :-1], number[:-1, 1:]
+    i, j = (np.concatenate([*map(np.ravel, ends)]) for ends in (firsts, seconds))
     between = np.maximum(_blocked(problem, (nodes[i] + nodes[j]) / 2), 0.0)
     excess = blocked[i] + blocked[j] + between
     cost = np.linalg.norm(nodes[i] - nodes[j], axis=1) + 100 * problem.length * excess
@@ -175,12 +164,8 @@ def _path(problem, a, b):
             f" ({worst[0]:.4g}, {worst[1]:.4g}) m",
             {"reach": gap},
         )
-    along = np.insert(np.cumsum(_steps(path)), 0, 0.0)
-    path = _interpolated(
-        np.linspace(0, along[-1], 101),
-        along,
-        path,
-    )
+    along = np.append(0.0, np.cumsum(_steps(path)))
+    path = _interpolated(np.linspace(0, along[-1], 101), along, path)
     allowed = np.maximum(_blocked(problem, path), 0.0)
     for _ in range(SMOOTHINGS):
         smooth = path.copy()

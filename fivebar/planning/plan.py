@@ -31,7 +31,6 @@ from .collocation import LIMITS, METHODS, scheme
 from .guess import first_guess, guess_again
 from .plans import Plan, PlanMesh
 from .problem import (
-    LOOKED_AT,
     PlanError,
     Problem,
     checked_stops,
@@ -260,7 +259,7 @@ def _best(problems, collocation, began):
         points = len(problem.scheme.c)
         work += points * sum(each.intervals * each.iterations for each in search.meshes)
         if solution.solved:
-            candidates.append(_Candidate(tried, length, search, mesh, solution, plan))
+            candidates.append(_Candidate(length, search, mesh, solution, plan))
         if last is None:
             reason = f"IPOPT did not converge ({solution.status})"
             last = search.failure(plan, reason, solution.status)
@@ -268,14 +267,11 @@ def _best(problems, collocation, began):
     # by more than BETTER.
     current = None
     while candidates:
-        ranks = [
-            (
-                one.plan.objective * (1 - BETTER * (one is current)),
-                one.number,
-            )
-            for one in candidates
-        ]
-        current = candidates[min(range(len(ranks)), key=ranks.__getitem__)]
+        before = current
+        current = min(
+            candidates,
+            key=lambda one: one.plan.objective * (1 - BETTER * (one is before)),
+        )
         parts = current.search.parts(current.plan)
         if parts is None:
             return replace(current.plan, tried=tried)
@@ -292,7 +288,6 @@ def _best(problems, collocation, began):
 class _Candidate:
     """A solution from one first guess, on the mesh that it was last refined to."""
 
-    number: int
     length: float
     search: _PlanSearch
     mesh: list
@@ -316,15 +311,9 @@ class _PlanSearch:
         """Return (durations, guess), with gravity from motions under ever more of it."""
         for share in LIFTS if self.problem.fall else ():
             robot = self.problem.robot
-            lighter = replace(
-                robot,
-                gravity=tuple(share * g for g in robot.gravity),
-            )
-            search = _PlanSearch(
-                replace(self.problem, robot=lighter),
-                self.collocation,
-                self.began,
-            )
+            lighter = replace(robot, gravity=tuple(share * g for g in robot.gravity))
+            problem = replace(self.problem, robot=lighter)
+            search = _PlanSearch(problem, self.collocation, self.began)
             found, plan = search.solve(mesh, durations, guess, iterations=GUESSING)
             self.meshes += search.meshes
             if found.solved:
@@ -343,10 +332,7 @@ class _PlanSearch:
         """Return into how many parts to divide each interval; None where the plan is accurate."""
         excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes
         for name, value in plan._exceeded.items():
-            excess = np.fmax(
-                excess,
-                value.max(axis=1) / self.problem.unit(name),
-            )
+            excess = np.fmax(excess, value.max(axis=1) / self.problem.unit(name))
         order = len(self.problem.scheme.c)  # of the defect between nodes
         needed = np.ceil((2 * excess / self.tolerance) ** (1 / order))
         parts = np.clip(needed, 2, MOST_PARTS).astype(int)
@@ -371,26 +357,12 @@ class _PlanSearch:
 
     def solve(self, mesh, durations, guess, elastic=False, iterations=None):
         left = self.collocation.max_time - self.worked
-        found = solve(
-            self.problem,
-            mesh,
-            durations,
-            guess,
-            left,
-            elastic,
-            iterations,
-        )
+        found = solve(self.problem, mesh, durations, guess, left, elastic, iterations)
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
-        intervals = len(plan.pieces.xi)
-        done = PlanMesh(
-            intervals,
-            found.iterations,
-            found.objective,
-            plan.error,
-            self.elapsed,
-        )
-        self.meshes.append(done)
-        plan = replace(plan, meshes=tuple(self.meshes), solve_time=self.elapsed)
+        done = len(plan.pieces.xi), found.iterations, found.objective, plan.error
+        seconds = time.perf_counter() - self.began[0]  # what a user waits
+        self.meshes.append(PlanMesh(*done, seconds))
+        plan = replace(plan, meshes=tuple(self.meshes), solve_time=seconds)
         if found.solved and not elastic:
             self.best = plan
         if self.worked > self.collocation.max_time:
@@ -398,7 +370,6 @@ class _PlanSearch:
             raise self.failure(self.best or plan, reason, found.status)
         return found, plan
 
-    elapsed = property(lambda self: time.perf_counter() - self.began[0])  # what a user waits
     worked = property(lambda self: time.thread_time() - self.began[1])
 
     def recover(self, mesh, failed, plan):
@@ -422,48 +393,16 @@ class _PlanSearch:
 
     def failure(self, plan, reason, status, names=(*LIMITS, "reach")):
         broken = {name: value for name, value in plan.violations.items() if name in names}
-        why = f"{reason}{self.problem.listed(broken)}{self.unbounded(plan)}"
-        if self.problem.constraints and self.problem.constraints.collisions:
-            why += (
-                "; bars that must not meet may leave no way between the ends, or one that points of"
-                " via have to show"
-            )
+        why = f"{reason}{self.problem.listed(broken)}"
         words = f"plan: {why}; the best motion found is attached as .plan"
         return PlanError(words, broken, plan, status)
-
-    def unbounded(self, plan):
-        """Return a sentence if the motion crosses Type 2 and nothing bounds its torque there."""
-        if self.problem.weights["effort"] or self.problem.constraints.torque is not None:
-            return ""
-        t = np.linspace(
-            plan.start,
-            plan.start + plan.duration,
-            LOOKED_AT,
-        )
-        with np.errstate(all="ignore"):
-            det_a = self.problem.accelerations(plan.motion(t)).rates.pose.det_A
-        count = np.count_nonzero(np.diff(np.sign(det_a[np.isfinite(det_a)])))
-        if not count:
-            return ""
-        return (
-            f"; it crosses Type 2 ({count} times), where without a torque limit or a weight on"
-            ' "effort" the torque has no bound: give one of them, or a det_A among the constraints'
-        )
 
 
 def _refined(mesh, parts):
     """Divide each interval into so many parts."""
+    ends = np.cumsum([len(knots) - 1 for knots in mesh])
     finer = []
-    k = 0
-    for knots in mesh:
-        own = parts[k : k + len(knots) - 1]
-        k += len(own)
-        place = np.concatenate([[0], np.cumsum(own)])
-        finer.append(
-            np.interp(
-                np.arange(place[-1] + 1),
-                place,
-                knots,
-            )
-        )
+    for knots, own in zip(mesh, np.split(parts, ends)):
+        place = np.append(0, np.cumsum(own))
+        finer.append(np.interp(np.arange(place[-1] + 1), place, knots))
     return finer

@@ -120,7 +120,7 @@ class Problem:
     def side(self) -> float:
         """Return the sign of det A at the start, which a limit on it keeps."""
         at = np.array(self.stops[0][0][0])
-        motion = np.concatenate([at, np.zeros(2 * len(at))])
+        motion = np.append(at, np.zeros(2 * len(at)))
         return float(np.sign(self.accelerations(motion).rates.pose.det_A)) or 1.0
 
     def signed_sines(self, pose: Pose) -> tuple:
@@ -176,16 +176,14 @@ class Problem:
         units = {
             "torque": own.effort_unit,
             "joint_speed": f"{own.unit}/s",
+            "acceleration": "m/s²",
+            "reach": "m",
         }
-        units |= {"acceleration": "m/s²", "reach": "m"}
         words = []
         for name, value in violations.items():
             if value > 1e-6 * self.unit(name):
                 limit = getattr(self.constraints, name, None)
-                if limit is None:
-                    bound = ""
-                else:
-                    bound = f" (limit {np.max(limit):.6g})"
+                bound = "" if limit is None else f" (limit {np.max(limit):.6g})"
                 quantity = own.effort if name == "torque" else name
                 words.append(f"{quantity} by {value:.4g} {units.get(name, '')}".rstrip() + bound)
         return f"; violated: {', '.join(words)}" if words else ""
@@ -314,17 +312,15 @@ def checked_stops(
     stops = []
     for name, t, point in timed(start, goal, duration, via):
         if not isinstance(point, dict):
-            if name.startswith("via"):
-                point = {0: point}
-            else:
-                point = {0: point, 1: (0.0, 0.0)}
+            point = {0: point} | ({} if name.startswith("via") else {1: (0.0, 0.0)})
         if 0 not in point or not set(point) <= {0, 1, 2}:
             raise ValueError(
                 f"plan: {name} needs a position under order 0, and no other orders than 1 and 2"
             )
-        conditions = {}
-        for order, value in point.items():
-            conditions[order] = two_numbers(value, f"plan: {name}, order {order},")
+        conditions = {
+            order: two_numbers(value, f"plan: {name}, order {order},")
+            for order, value in point.items()
+        }
         stops.append((conditions, t))
     if duration is None and all(conditions[0] == stops[0][0][0] for conditions, _ in stops):
         raise ValueError("plan: start and goal are the same point: a free duration would be 0")

@@ -146,14 +146,7 @@ class NonlinearProgram:
         widths = ca.MX(ca.DM(np.concatenate([np.diff(knots) for knots in mesh])))
         self.h = (widths * phases[np.repeat(np.arange(len(mesh)), sizes).tolist(), 0]).T
         at_points = _point(self).map(points)(*self.at_points)
-        (
-            self.dynamics,
-            self.tau,
-            self.sines,
-            self.q_dot,
-            self.xi_ddot,
-            self.kept,
-        ) = at_points
+        self.dynamics, self.tau, self.sines, self.q_dot, self.xi_ddot, self.kept = at_points
         self.constraints = []
         self.lower = []
         self.upper = []
@@ -165,16 +158,12 @@ class NonlinearProgram:
         """
         if limit is not None and self.elastic:
             slack = self.slack[LIMITS.index(limit)]
-            self.keep(
-                expression - slack,
-                -np.inf,
-                high,
-            )
+            self.keep(expression - slack, -np.inf, high)
             self.keep(expression + slack, low, np.inf)
             return
         self.constraints.append(ca.vec(expression))
-        for bounds, bound in ((self.lower, low), (self.upper, high)):
-            bounds.append(np.broadcast_to(bound, expression.shape[::-1]).ravel())
+        self.lower.append(np.full(expression.numel(), low))
+        self.upper.append(np.full(expression.numel(), high))
 
     def keep_motion(self):
         """Add continuity between intervals, their polynomials at the points, and the dynamics."""
@@ -203,35 +192,15 @@ class NonlinearProgram:
         limits = self.problem.constraints
         rule = self.rule
         if limits.sin:
-            self.keep(
-                self.sines[:2, :],
-                limits.sin,
-                np.inf,
-                "sin",
-            )
+            self.keep(self.sines[:2, :], limits.sin, np.inf, "sin")
         if limits.det_A:
-            self.keep(
-                self.sines[2, :],
-                limits.det_A,
-                np.inf,
-                "det_A",
-            )
+            self.keep(self.sines[2, :], limits.det_A, np.inf, "det_A")
         if limits.torque is not None:
             unit = ca.diag(self.torque / ca.DM(limits.torque))
-            self.keep(
-                unit @ self.rows(rule.to_bezier, self.tau),
-                -1.0,
-                1.0,
-                "torque",
-            )
+            self.keep(unit @ self.rows(rule.to_bezier, self.tau), -1.0, 1.0, "torque")
         if limits.joint_speed is not None:
             unit = ca.diag(1 / (self.time * ca.DM(limits.joint_speed)))
-            self.keep(
-                unit @ self.q_dot,
-                -1.0,
-                1.0,
-                "joint_speed",
-            )
+            self.keep(unit @ self.q_dot, -1.0, 1.0, "joint_speed")
         if limits.acceleration is not None:
             unit = self.length / self.time**2 / limits.acceleration
             part = self.rows(rule.to_bezier, self.xi_ddot) * unit
@@ -289,54 +258,29 @@ class NonlinearProgram:
             "jerk": integral(self.rule.square_slope, self.xi_ddot, 1 / self.h),
         }
         weights = self.problem.weights
-        units = self.cost_units
-        cost = sum(weights[name] * units[name] * terms[name] for name in terms if weights[name])
-        return cost / self.cost_unit
-
-    @property
-    def cost_units(self):
-        return {
+        units = {
             "effort": self.torque**2 * self.time,
             "time": self.time,
             "jerk": self.length**2 / self.time**5,
         }
-
-    @property
-    def cost_unit(self):
-        return sum(self.problem.weights[name] * unit for name, unit in self.cost_units.items())
+        self.cost_unit = sum(weights[name] * unit for name, unit in units.items())
+        cost = sum(weights[name] * units[name] * terms[name] for name in terms if weights[name])
+        return cost / self.cost_unit
 
     def values(self, durations, guess):
         """Return the guess as one column; n columns of a matrix are n rows here."""
         own = self.coordinates.units(self.problem)
         size = self.coordinates.size
         control = np.full(2, self.coordinates.control(self))
-        units = np.concatenate(
-            [
-                own,
-                own / self.time,
-                own / self.time**2,
-                control,
-            ]
-        )
+        units = np.concatenate([own, own / self.time, own / self.time**2, control])
         knots = knots_of(self.mesh, durations)
-        borders = (size, 2 * size, 3 * size)
-        at_knots = np.split(
-            guess(knots) / units,
-            borders,
-            axis=1,
-        )
+        at_knots = guess(knots) / units
         at_points = np.split(
-            guess(self.rule.nodes(knots)) / units,
-            borders,
-            axis=1,
+            guess(self.rule.nodes(knots)) / units, (size, 2 * size, 3 * size), axis=1
         )
-        parts = [
-            *at_knots[:2],
-            *at_points,
-            np.asarray(durations) / self.time,
-        ]
         slack = np.full(len(LIMITS), float(self.elastic))
-        return np.concatenate([*map(np.ravel, parts), slack])
+        parts = at_knots[:, :size], at_knots[:, size : 2 * size], *at_points
+        return np.concatenate([*map(np.ravel, parts), durations / self.time, slack])
 
     def bounds(self):
         sides = []
@@ -356,7 +300,7 @@ class NonlinearProgram:
             else:
                 # So B stays regular.
                 parts[-1][:, LIMITS.index("sin")] = 0.9 * self.problem.constraints.sin
-            sides.append(np.concatenate([*map(np.ravel, parts)]))
+            sides.append(np.concatenate([part.ravel() for part in parts]))
         return sides
 
     def in_si(self, solution):
@@ -397,12 +341,7 @@ def _interval(rule, size):
     _, single, double = rule.powers(places)
     xs = [x + h * (sigma * v + h * (a @ ca.DM(row))) for sigma, row in zip(places, double)]
     vs = [v + h * (a @ ca.DM(row)) for row in single]
-    outputs = [
-        ca.horzcat(*xs[:-1]),
-        ca.horzcat(*vs[:-1]),
-        xs[-1],
-        vs[-1],
-    ]
+    outputs = [ca.horzcat(*xs[:-1]), ca.horzcat(*vs[:-1]), xs[-1], vs[-1]]
     return ca.Function("interval", [x, v, h, a], outputs)
 
 
@@ -417,15 +356,13 @@ def _point(program):
     controls = ca.SX.sym("controls", 2)
     in_si = [units / time**k * symbol for k, symbol in enumerate(c)]
     residual, tau, acc = own.point(program, in_si, controls)
-    sines = ca.vertcat(*problem.signed_sines(acc.rates.pose))
-    clearances = problem.constraints.smooth(acc.rates.pose, length)
-    motion = (
+    pose = acc.rates.pose
+    outputs = [
+        residual,
+        tau / program.torque,
+        ca.vertcat(*problem.signed_sines(pose)),
         time * acc.rates.q_dot,
         acc.xi_ddot * (time**2 / length),
-        ca.vertcat(*clearances),
-    )
-    return ca.Function(
-        "point",
-        [*c, controls],
-        ca.cse([residual, tau / program.torque, sines, *motion]),
-    )
+        ca.vertcat(*problem.constraints.smooth(pose, length)),
+    ]
+    return ca.Function("point", [*c, controls], ca.cse(outputs))
