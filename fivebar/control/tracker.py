@@ -170,12 +170,9 @@ class Tracker:
         self.speed_limit = _same(constraints.joint_speed, "joint_speed")
         self.inertia = moved(robot)
         self.scale = ARM * self.inertia  # of the torques among the QP's unknowns
-        if encoder_resolution is None:
-            measured = EXACT
-            walk = WALK
-        else:
-            measured = encoder_resolution / math.sqrt(12), 1e3
-            walk = WALK_ROUNDED
+        measured, walk = EXACT, WALK
+        if encoder_resolution is not None:
+            measured, walk = (encoder_resolution / math.sqrt(12), 1e3), WALK_ROUNDED
         noise = *measured, TORQUE_NOISE * self.scale, walk * self.scale
         self.lengths = stage_lengths(horizon, period, seconds)
         edges = np.concatenate([[0.0], np.cumsum(self.lengths)])
@@ -202,28 +199,23 @@ class Tracker:
             ) from None
         # Of a joint speed over its limit, per rad/s: more than tracking errors of the robot's size.
         self.price = sum(self.lengths) / period * (position * max(robot.distal)) ** 2
-        self._bounds(2 * horizon)
-        self.levers = [drive.length for drive in robot.drives]
-        predicted = _differentiable(robot, max(self.lengths))
-        self.lift = _lift(robot)
-        self.model = Model(predicted, self.lengths, jit)
-        self.estimator = Estimator(predicted, period, noise, self.scale, assembly, jit)
-        self.reset()
-
-    def _bounds(self, n):
-        """Make the QP. A limit on the speed adds one unknown, the excess over it."""
+        n = 2 * horizon
         soft = self.speed_limit is not None
+        # A limit on the speed adds one unknown, the excess over it.
         self.qp = QP(n + soft, 2 * n * soft)
         self.high = np.full(n + soft, self.torque_limit / self.scale)
         self.low = -self.high
         self.rows = np.zeros((2 * n * soft, n + soft))
         self.upper = np.zeros(2 * n * soft)
         if soft:
-            self.low[-1], self.high[-1], self.rows[:, -1] = (
-                0.0,
-                np.inf,
-                -1.0,
-            )
+            self.low[-1], self.high[-1] = 0.0, np.inf
+            self.rows[:, -1] = -1.0
+        self.levers = [drive.length for drive in robot.drives]
+        predicted = _differentiable(robot, max(self.lengths))
+        self.lift = _lift(robot)
+        self.model = Model(predicted, self.lengths, jit)
+        self.estimator = Estimator(predicted, period, noise, self.scale, assembly, jit)
+        self.reset()
 
     def reset(self) -> None:
         """Forget the motion, the disturbance and the log."""
@@ -259,10 +251,9 @@ class Tracker:
             self.tau = self._clip(self.scale * plan[:2])
             self.guess = plan[: 2 * self.horizon].reshape(-1, 2)[self.shift].ravel()
         else:
-            margins = self.estimator.margins
-            assembly = self.estimator.assembly
+            known = self.estimator
             call = t, q, q_dot, reference
-            safe = safe_torque(self.robot, self.inertia, margins, assembly, call)
+            safe = safe_torque(self.robot, self.inertia, known.margins, known.assembly, call)
             self.tau = self._clip(safe)
             self.guess = None
         self.sent.append(self.tau)
@@ -284,10 +275,8 @@ class Tracker:
 
     def _clip(self, tau):
         """Return the torque within its limit, on it where it differs by rounding error."""
-        edge = self.torque_limit * (1 - 1e-12)
-        return np.array(
-            [math.copysign(self.torque_limit, x) if abs(x) >= edge else x for x in tau.tolist()]
-        )
+        limit = self.torque_limit
+        return np.where(np.abs(tau) >= limit * (1 - 1e-12), np.copysign(limit, tau), tau)
 
     def _plan(self, t, reference):
         """Return (scaled torques over the horizon, QP iterations, status)."""
@@ -318,11 +307,8 @@ class Tracker:
             limit = min(self.torque_limit, self.scale + self.lift)
             guesses.append(np.clip(tau - known.disturbance, -limit, limit).ravel() / self.scale)
             predicted.append(self._predict(state, guesses[-1], target))
-        best = min(range(len(guesses)), key=lambda k: predicted[k][-1])
-        self.guess, (states, AB, error, C, ends, _) = (
-            guesses[best],
-            predicted[best],
-        )
+        self.guess, prediction = min(zip(guesses, predicted), key=lambda pair: pair[1][-1])
+        states, AB, error, C, ends, _ = prediction
         if ends < LEAST_STAGES:
             return None, 0, Status.NOT_FINITE
         for array in (error, AB, C):
@@ -362,10 +348,7 @@ class Tracker:
         turns = np.abs(states[:, CHART.size :]).max(axis=1) * self.lengths
         holds = (turns < FARTHEST) & np.isfinite(AB).all(axis=(1, 2))
         ends = int(np.argmin(np.append(holds, False)))
-        if ends < N:
-            farthest = np.inf
-        else:
-            farthest = np.hypot(*error[:, :2].T).max()
+        farthest = np.inf if ends < N else np.hypot(*error[:, :2].T).max()
         return states, AB, error, C.reshape(N, 4, SIZE), ends, farthest
 
     def _limit_speed(self, H, g, speeds):
