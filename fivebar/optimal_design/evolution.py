@@ -46,9 +46,7 @@ def evolve(
         neither = ~better & ~dominates(*population[1:], *trials[1:])
         for old, new in zip(population, trials):
             old[better] = new[better]
-        population = [
-            np.concatenate([old, new[neither]]) for old, new in zip(population, trials)
-        ]
+        population = [np.concatenate([old, new[neither]]) for old, new in zip(population, trials)]
         kept = best(*population[1:], size)
         population = [array[kept] for array in population]
         callback()

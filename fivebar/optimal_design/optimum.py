@@ -312,9 +312,7 @@ def _search_front(problem, rng, points, effort, bar):
     x = x[feasible]
     f = f[feasible]
     chosen = thinned(f, np.arange(len(f)), points)
-    x, f, violation = refine(
-        problem, *bounds, x, f, chosen, 20, generations, rng, bar.update
-    )
+    x, f, violation = refine(problem, *bounds, x, f, chosen, 20, generations, rng, bar.update)
     rows = problem.rows(x[violation == 0])
     f, _ = problem(rows)
     zero = np.zeros(1)

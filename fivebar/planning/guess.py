@@ -58,7 +58,11 @@ def first_guess(
     for path in paths:
         steps = np.ones(len(path) - 1) if even else _steps(path)
         along = np.append(0.0, np.cumsum(steps))
-        xi = _interpolated(blend * along[-1], along, path)
+        xi = _interpolated(
+            blend * along[-1],
+            along,
+            path,
+        )
         xi_dot = np.gradient(xi, sigma, axis=0)
         motions.append((xi, xi_dot, np.gradient(xi_dot, sigma, axis=0)))
     durations = shares / shares.sum()
@@ -165,7 +169,11 @@ def _path(problem, a, b):
             {"reach": gap},
         )
     along = np.append(0.0, np.cumsum(_steps(path)))
-    path = _interpolated(np.linspace(0, along[-1], 101), along, path)
+    path = _interpolated(
+        np.linspace(0, along[-1], 101),
+        along,
+        path,
+    )
     allowed = np.maximum(_blocked(problem, path), 0.0)
     for _ in range(SMOOTHINGS):
         smooth = path.copy()

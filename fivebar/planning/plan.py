@@ -332,7 +332,10 @@ class _PlanSearch:
         """Return into how many parts to divide each interval; None where the plan is accurate."""
         excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes
         for name, value in plan._exceeded.items():
-            excess = np.fmax(excess, value.max(axis=1) / self.problem.unit(name))
+            excess = np.fmax(
+                excess,
+                value.max(axis=1) / self.problem.unit(name),
+            )
         order = len(self.problem.scheme.c)  # of the defect between nodes
         needed = np.ceil((2 * excess / self.tolerance) ** (1 / order))
         parts = np.clip(needed, 2, MOST_PARTS).astype(int)
@@ -357,7 +360,15 @@ class _PlanSearch:
 
     def solve(self, mesh, durations, guess, elastic=False, iterations=None):
         left = self.collocation.max_time - self.worked
-        found = solve(self.problem, mesh, durations, guess, left, elastic, iterations)
+        found = solve(
+            self.problem,
+            mesh,
+            durations,
+            guess,
+            left,
+            elastic,
+            iterations,
+        )
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         done = len(plan.pieces.xi), found.iterations, found.objective, plan.error
         seconds = time.perf_counter() - self.began[0]  # what a user waits

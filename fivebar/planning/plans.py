@@ -265,11 +265,9 @@ class Plan(Animated):
 
         The problem, the knots and the solution's data are in a comment line.
         """
-        pieces, rule, problem = (
-            self.pieces,
-            self.pieces.scheme,
-            self.problem,
-        )
+        pieces = self.pieces
+        rule = pieces.scheme
+        problem = self.problem
         about = {
             "robot": self.robot.parameters,
             "stops": [[list(c.items()), t] for c, t in problem.stops],
@@ -331,10 +329,7 @@ class Plan(Animated):
             values = values[1:-1]
         if np.abs(values[:, 0] - problem.scheme.nodes(knots)).max() > 1e-9 * knots[-1]:
             raise ValueError(f"{table.name}: the times are not those that its first line speaks of")
-        if in_bars:
-            accelerations = values[:, 9:]
-        else:
-            accelerations = values[:, 5:7]
+        accelerations = values[:, 9:] if in_bars else values[:, 5:7]
         tau = values[:, 7:9]
         start, start_rate = np.hsplit(begins, 2)
         pieces = Pieces(

@@ -146,7 +146,14 @@ class NonlinearProgram:
         widths = ca.MX(ca.DM(np.concatenate([np.diff(knots) for knots in mesh])))
         self.h = (widths * phases[np.repeat(np.arange(len(mesh)), sizes).tolist(), 0]).T
         at_points = _point(self).map(points)(*self.at_points)
-        self.dynamics, self.tau, self.sines, self.q_dot, self.xi_ddot, self.kept = at_points
+        (
+            self.dynamics,
+            self.tau,
+            self.sines,
+            self.q_dot,
+            self.xi_ddot,
+            self.kept,
+        ) = at_points
         self.constraints = []
         self.lower = []
         self.upper = []
@@ -158,7 +165,11 @@ class NonlinearProgram:
         """
         if limit is not None and self.elastic:
             slack = self.slack[LIMITS.index(limit)]
-            self.keep(expression - slack, -np.inf, high)
+            self.keep(
+                expression - slack,
+                -np.inf,
+                high,
+            )
             self.keep(expression + slack, low, np.inf)
             return
         self.constraints.append(ca.vec(expression))
@@ -192,15 +203,31 @@ class NonlinearProgram:
         limits = self.problem.constraints
         rule = self.rule
         if limits.sin:
-            self.keep(self.sines[:2, :], limits.sin, np.inf, "sin")
+            self.keep(
+                self.sines[:2, :],
+                limits.sin,
+                np.inf,
+                "sin",
+            )
         if limits.det_A:
-            self.keep(self.sines[2, :], limits.det_A, np.inf, "det_A")
+            self.keep(
+                self.sines[2, :],
+                limits.det_A,
+                np.inf,
+                "det_A",
+            )
         if limits.torque is not None:
             unit = ca.diag(self.torque / ca.DM(limits.torque))
-            self.keep(unit @ self.rows(rule.to_bezier, self.tau), -1.0, 1.0, "torque")
+            share = unit @ self.rows(rule.to_bezier, self.tau)
+            self.keep(share, -1.0, 1.0, "torque")
         if limits.joint_speed is not None:
             unit = ca.diag(1 / (self.time * ca.DM(limits.joint_speed)))
-            self.keep(unit @ self.q_dot, -1.0, 1.0, "joint_speed")
+            self.keep(
+                unit @ self.q_dot,
+                -1.0,
+                1.0,
+                "joint_speed",
+            )
         if limits.acceleration is not None:
             unit = self.length / self.time**2 / limits.acceleration
             part = self.rows(rule.to_bezier, self.xi_ddot) * unit
@@ -272,11 +299,20 @@ class NonlinearProgram:
         own = self.coordinates.units(self.problem)
         size = self.coordinates.size
         control = np.full(2, self.coordinates.control(self))
-        units = np.concatenate([own, own / self.time, own / self.time**2, control])
+        units = np.concatenate(
+            [
+                own,
+                own / self.time,
+                own / self.time**2,
+                control,
+            ]
+        )
         knots = knots_of(self.mesh, durations)
         at_knots = guess(knots) / units
         at_points = np.split(
-            guess(self.rule.nodes(knots)) / units, (size, 2 * size, 3 * size), axis=1
+            guess(self.rule.nodes(knots)) / units,
+            (size, 2 * size, 3 * size),
+            axis=1,
         )
         slack = np.full(len(LIMITS), float(self.elastic))
         parts = at_knots[:, :size], at_knots[:, size : 2 * size], *at_points
@@ -341,7 +377,12 @@ def _interval(rule, size):
     _, single, double = rule.powers(places)
     xs = [x + h * (sigma * v + h * (a @ ca.DM(row))) for sigma, row in zip(places, double)]
     vs = [v + h * (a @ ca.DM(row)) for row in single]
-    outputs = [ca.horzcat(*xs[:-1]), ca.horzcat(*vs[:-1]), xs[-1], vs[-1]]
+    outputs = [
+        ca.horzcat(*xs[:-1]),
+        ca.horzcat(*vs[:-1]),
+        xs[-1],
+        vs[-1],
+    ]
     return ca.Function("interval", [x, v, h, a], outputs)
 
 

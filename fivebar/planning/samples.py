@@ -184,24 +184,15 @@ def _spline(t, points, smoothing):
                 for values in points.T
             ]
     except RuntimeWarning:
-        what = (
+        raise ValueError(
             f"from_csv: no spline of degree 5 keeps smoothing = {smoothing:g} m; 0 goes through all"
             " samples"
-        )
-        raise ValueError(what) from None
+        ) from None
     except ValueError as error:  # SciPy's, of times that are too close to one another
         raise ValueError(
             f"from_csv: no spline of degree 5 is found, {_steps(t)}: {error}"
         ) from None
-    x, y = splines
-    columns = [
-        x,
-        y,
-        x.derivative(1),
-        y.derivative(1),
-        x.derivative(2),
-        y.derivative(2),
-    ]
+    columns = [spline.derivative(order) for order in range(3) for spline in splines]
     return lambda times: np.stack([spline(times) for spline in columns], axis=-1)
 
 

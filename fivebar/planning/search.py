@@ -122,10 +122,7 @@ def _stops(paths, times):
     for path in paths[1:]:
         moved.append(path + (moved[-1][-1] - path[0]))
     for k, (path, t) in enumerate(zip(moved, times[1:]), start=1):
-        if k == len(moved):
-            at_rest = {1: np.zeros(4)}
-        else:
-            at_rest = {}
+        at_rest = {1: np.zeros(4)} if k == len(moved) else {}
         stops.append(({0: path[-1], **at_rest}, t))
     return tuple(stops), moved
 
@@ -176,12 +173,11 @@ def _at(robot, passage: Passage, aspect):
     if passage.leg is None:
         return bars(igm(robot, passage.xi, aspect.working, unreachable="nan"))
     own = passage.leg
-    other = 1 - passage.leg
+    other = 1 - own
     drive = robot.drives[other]
-    bar = robot.distal[other]
     dyad = drive.close(
         tuple(passage.xi.tolist()),
-        bar,
+        robot.distal[other],
         aspect.working[other],
     )
     q, (x, y) = drive.coordinate(drive.held(dyad)), drive.bar(dyad)
@@ -261,13 +257,7 @@ def _lengths(robot, a):
         np.diff(_embedded(robot, a)[0], axis=-2),
         axis=-1,
     )
-    return np.concatenate(
-        [
-            np.zeros((*steps.shape[:-1], 1)),
-            np.cumsum(steps, axis=-1),
-        ],
-        axis=-1,
-    )
+    return np.insert(np.cumsum(steps, axis=-1), 0, 0.0, axis=-1)
 
 
 def _even(robot, path):

@@ -79,10 +79,8 @@ class Trajectory:
 def refuse_nan(t: np.ndarray) -> None:
     """Raise ValueError if a time is nan, with its index."""
     if np.isnan(t).any():
-        index = ", ".join(map(str, np.argwhere(np.isnan(t))[0]))
-        raise ValueError(
-            f"t must be a number of seconds, but t{f'[{index}]' if index else ''} is nan"
-        )
+        index = np.argwhere(np.isnan(t))[0].tolist()
+        raise ValueError(f"t must be a number of seconds, but t{index or ''} is nan")
 
 
 def polynomial(
@@ -236,14 +234,8 @@ def circle(center: ArrayLike, radius: float, period: float) -> Trajectory:
     omega = 2 * math.pi / period
 
     def motion(t):
-        u = np.stack(
-            [np.cos(omega * t), np.sin(omega * t)],
-            axis=-1,
-        )
-        v = np.stack(
-            [-u[..., 1], u[..., 0]],
-            axis=-1,
-        )
+        u = np.stack([np.cos(omega * t), np.sin(omega * t)], axis=-1)
+        v = np.stack([-u[..., 1], u[..., 0]], axis=-1)
         return np.concatenate(
             [
                 center + radius * u,
