@@ -47,7 +47,7 @@ def evolve(
         for old, new in zip(population, trials):
             old[better] = new[better]
         population = [np.concatenate([old, new[neither]]) for old, new in zip(population, trials)]
-        kept = best(*population[1:], size)
+        kept = best(population[1], population[2], size)
         population = [array[kept] for array in population]
         callback()
     return tuple(population)

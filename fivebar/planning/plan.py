@@ -256,8 +256,8 @@ def _best(problems, collocation, began):
         except PlanError as error:
             last = error
             break
-        points = len(problem.scheme.c)
-        work += points * sum(each.intervals * each.iterations for each in search.meshes)
+        intervals = sum(each.intervals * each.iterations for each in search.meshes)
+        work += len(problem.scheme.c) * intervals
         if solution.solved:
             candidates.append(_Candidate(length, search, mesh, solution, plan))
         if last is None:
@@ -276,7 +276,12 @@ def _best(problems, collocation, began):
         if parts is None:
             return replace(current.plan, tried=tried)
         try:
-            refined = current.search.refine(current.mesh, current.solution, current.plan, parts)
+            refined = current.search.refine(
+                current.mesh,
+                current.solution,
+                current.plan,
+                parts,
+            )
             current.mesh, current.solution, current.plan = refined
         except PlanError as error:
             last = error

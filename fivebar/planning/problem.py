@@ -272,9 +272,10 @@ def refuse_broken(plan: Plan, tolerance: float) -> Plan:
 
 def stop_names(count: int) -> list[str]:
     """Return the names of so many stops."""
+    between = [f"via[{k}]" for k in range(count - 2)]
     return [
         "start",
-        *(f"via[{k}]" for k in range(count - 2)),
+        *between,
         "goal",
     ]
 
@@ -292,14 +293,14 @@ def timed(
         raise ValueError(
             f"plan: via must be [(time or None, point), ...], not {shown(via)}"
         ) from None
-    found: list[tuple] = [("start", 0.0, start)]
+    stops: list[tuple] = [("start", 0.0, start)]
     last = 0.0
     for name, (t, point) in zip(stop_names(len(via) + 2)[1:], [*via, (duration, goal)]):
         if t is not None:
             words = "plan: duration" if name == "goal" else f"plan: the time of {name}"
             t = last = number(positive(t, words), words, last, above=True)
-        found.append((name, t, point))
-    return found
+        stops.append((name, t, point))
+    return stops
 
 
 def checked_stops(

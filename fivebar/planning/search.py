@@ -193,10 +193,9 @@ def _at(robot, passage: Passage, aspect):
         x, y = passage.xi - (robot.drives[own].x, robot.drives[own].y)
         proximal = robot.drives[own].length
         distal = robot.distal[own]
-        angle = np.arctan2(y, x)
         reach = np.hypot(x, y)
         stretched = abs(proximal + distal - reach) < abs(abs(proximal - distal) - reach)
-        q = angle + np.pi * (not stretched and distal > proximal)
+        q = np.arctan2(y, x) + np.pi * (not stretched and distal > proximal)
         pairs[own] = q, q + np.pi * (not stretched)
     return np.array([*pairs[0], *pairs[1]])
 
@@ -282,16 +281,14 @@ def _pulled(robot, paths):
             0,
         )
         pulled = []
-        for q, phi, drive in zip(
+        for q, column, drive in zip(
             (q1, q2),
-            (paths[..., 1], paths[..., 3]),
+            (1, 3),
             robot.drives,
         ):
             x, y = drive.pivot(drive.direction(q))
-            pulled += [
-                q,
-                _nearest(atan2(xi[1] - y, xi[0] - x), phi),
-            ]
+            phi = atan2(xi[1] - y, xi[0] - x)
+            pulled += [q, _nearest(phi, paths[..., column])]
         ends = paths[:, [0, -1]]
         paths = _closed(
             robot,
