@@ -159,9 +159,7 @@ class Constraints:
             result += [clearance / length for clearance in self.collisions.smooth(pose)]
         return result
 
-    def _sides_of_convex_region(
-        self,
-    ) -> list[tuple[float, float, float]]:
+    def _sides_of_convex_region(self) -> list[list[float]]:
         """Return the half-planes (a, b, c) of a convex region's sides; [] if it is not convex."""
         if not self.region:
             return []
@@ -170,18 +168,11 @@ class Constraints:
         turns = (sides.conj() * np.roll(sides, -1)).imag
         if (turns < 0).any() and (turns > 0).any():
             return []
-        if turns.sum() > 0:
-            inwards = 1j
-        else:
-            inwards = -1j
+        inwards = 1j * np.sign(turns.sum())
         normals = inwards * sides / np.abs(sides)
         offsets = (normals.conj() * corners).real
-        planes = zip(
-            normals.real.tolist(),
-            normals.imag.tolist(),
-            offsets.tolist(),
-        )
-        return list(planes)
+        planes = np.stack([normals.real, normals.imag, offsets], axis=1)
+        return planes.tolist()
 
     def satisfied(self, pose: Pose) -> np.ndarray:
         """Return whether all constraints on poses hold, bool (*batch,), False for poses of nan."""

@@ -70,16 +70,10 @@ class LinkCollisions:
         widths = tuple(not_negative(width, "LinkCollisions: widths") for width in widths.tolist())
         object.__setattr__(self, "widths", widths)
         object.__setattr__(self, "layers", layers)
-        object.__setattr__(
-            self,
-            "posts",
-            not_negative(self.posts, "LinkCollisions: posts"),
-        )
-        object.__setattr__(
-            self,
-            "post_layers",
-            _whole_numbers(self.post_layers, "post_layers"),
-        )
+        posts = not_negative(self.posts, "LinkCollisions: posts")
+        object.__setattr__(self, "posts", posts)
+        post_layers = _whole_numbers(self.post_layers, "post_layers")
+        object.__setattr__(self, "post_layers", post_layers)
 
     def clearances(self, pose: Any) -> dict[str, np.ndarray]:
         """Return the distances, m, between links that must not meet.
@@ -116,15 +110,14 @@ class LinkCollisions:
     def pairs(self, d: float) -> list[tuple[str, str]]:
         """Return the bars that must not meet, of a robot whose bases are d apart."""
         layer = dict(zip(BARS, self.layers))
-        if d == 0:
-            joined = JOINED | {("11", "21")}
-        else:
-            joined = JOINED
-        return [
-            (one, other)
-            for one, other in combinations(BARS, 2)
-            if layer[one] == layer[other] and (one, other) not in joined
-        ]
+        pairs = []
+        for one, other in combinations(BARS, 2):
+            joined = (one, other) in JOINED
+            if d == 0 and (one, other) == ("11", "21"):
+                joined = True
+            if layer[one] == layer[other] and not joined:
+                pairs.append((one, other))
+        return pairs
 
     def posted(self, d: float) -> list[tuple[int, str]]:
         """Return (post 0 or 1, bar) of those that must not meet."""
@@ -172,15 +165,10 @@ class LinkCollisions:
 
         clearances = []
         for one, other in self.pairs(pose.robot.d):
-            (a, b), (c, d) = ends[one], ends[other]
-            first = ca.fmin(
-                distance(a, c, d),
-                distance(b, c, d),
-            )
-            second = ca.fmin(
-                distance(c, a, b),
-                distance(d, a, b),
-            )
+            a, b = ends[one]
+            c, d = ends[other]
+            first = ca.fmin(distance(a, c, d), distance(b, c, d))
+            second = ca.fmin(distance(c, a, b), distance(d, a, b))
             least = ca.fmin(first, second)
             divides = side(a, b, c) * side(a, b, d) < 0
             is_divided = side(c, d, a) * side(c, d, b) < 0

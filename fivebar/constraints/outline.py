@@ -127,22 +127,16 @@ class Outline:
         They are so close that the largest rectangle has some of them inside.
         """
         corners = np.concatenate(self.aspect.polygons)
-        if self.allowed:
-            least = 0.0
-        else:
-            least = 0.6 * (self.aspect.clearance - self.margin)
-        step = max(least, np.sqrt(self.aspect.area / SEEDS))
-        axes = [
-            np.arange(low + step / 2, high, step)
-            for low, high in zip(corners.min(axis=0), corners.max(axis=0))
-        ]
-        lattice = np.stack(np.meshgrid(*axes), axis=-1)
-        points = np.concatenate(
-            [
-                lattice[self.aspect.contains(lattice)],
-                [self.aspect.point],
-            ]
-        )
+        step = np.sqrt(self.aspect.area / SEEDS)
+        if not self.allowed:
+            step = max(step, 0.6 * (self.aspect.clearance - self.margin))
+        low = corners.min(axis=0) + step / 2
+        high = corners.max(axis=0)
+        x = np.arange(low[0], high[0], step)
+        y = np.arange(low[1], high[1], step)
+        lattice = np.stack(np.meshgrid(x, y), axis=-1)
+        inner = lattice[self.aspect.contains(lattice)]
+        points = np.concatenate([inner, [self.aspect.point]])
         distance, _ = self.tree.query(points)
         far = distance > self.margin + 2 * self.spacing
         z = points[far] @ (1, 1j)
@@ -169,9 +163,8 @@ class Outline:
         if self.allowed:
             # Where links touch, traced arcs end short of the limit of reach: the rim is sampled.
             starts = corners[[0, 1, 3, 2]]
-            ends = corners[[1, 3, 2, 0]]
-            rim = [np.linspace(a, b, RIM) for a, b in zip(starts, ends)]
-            if not self.allowed(np.concatenate(rim)).all():
+            rim = np.linspace(starts, np.roll(starts, -1), RIM)
+            if not self.allowed(rim.ravel()).all():
                 return False
         if least == 0:
             return True

@@ -174,11 +174,8 @@ def check_path(
         margin, margin_time = _smallest(robot, path, modes, inner)
         if constraints:
             violated = broken(robot, path, modes, constraints, inner)
-    first = min(
-        (some[0] for some in zeros if some),
-        key=lambda zero: zero.time,
-        default=None,
-    )
+    firsts = [some[0] for some in zeros if some]
+    first = min(firsts, key=lambda zero: zero.time, default=None)
     if first is None:
         return PathCheck(
             reachable=True,
@@ -289,7 +286,8 @@ def _parallel(robot, path, modes):
             )
             for b in pose.b
         ]
-        q_dot = tuple(dot(u, velocity) / each for u, each in zip(pose.u2, b))
+        along = (dot(u, velocity) for u in pose.u2)
+        q_dot = tuple(speed / each for speed, each in zip(along, b))
         return cross(*pose.u2), Rates(pose, q_dot, velocity).margin_rates[2]
 
     return margin
