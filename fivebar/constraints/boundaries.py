@@ -37,7 +37,11 @@ def boundaries(robot: FiveBar, working: tuple[int, int], constraints: Constraint
             curves += LevelCurves(robot, constraints.det_A, circles).pieces(working)
     if constraints.collisions:
         curves += _of_bars(robot, working, constraints)
-    return [Arc(curve, *curve.interval) for curve in curves if len(curve.points) > 1]
+    arcs = []
+    for curve in curves:
+        if len(curve.points) > 1:
+            arcs.append(Arc(curve, *curve.interval))
+    return arcs
 
 
 def facing(arcs: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
@@ -53,12 +57,14 @@ def facing(arcs: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
         counts = np.ceil(chords / (0.002 * size))
         s = divided(arc.s, np.maximum(counts, 1).astype(int))
         state = _sides(arc, s, off, allowed)
-        k = np.flatnonzero((state[1:] != state[:-1]).any(axis=1))
+        changes = (state[1:] != state[:-1]).any(axis=1)
+        k = np.flatnonzero(changes)
         low = s[k]
         high = s[k + 1]
         for _ in range(STEPS if len(k) else 0):
             middle = (low + high) / 2
-            same = (_sides(arc, middle, off, allowed) == state[k]).all(axis=1)
+            there = _sides(arc, middle, off, allowed)
+            same = (there == state[k]).all(axis=1)
             low = np.where(same, middle, low)
             high = np.where(same, high, middle)
         cuts = [
@@ -180,7 +186,8 @@ def _of_bars(robot, working, constraints) -> list[Locus]:
             z = np.asarray(line) @ (1, 1j)
             points, sound = _put(clearance, z, 1j * np.gradient(z))
             # At the limit of reach a contour ends somewhere in its cell.
-            for part in np.split(np.arange(len(z)), np.flatnonzero(~sound)):
+            breaks = np.flatnonzero(~sound)
+            for part in np.split(np.arange(len(z)), breaks):
                 part = part[sound[part]]
                 if len(part) > 2:
                     curves.append(_polyline(points[part]))
@@ -226,4 +233,5 @@ def _put(clearance, z, across):
         same = clearance(z + middle * across) * at_low > 0
         low = np.where(same, middle, low)
         high = np.where(same, high, middle)
-    return z + (low + high) / 2 * across, at_low * at_high < 0
+    middle = (low + high) / 2
+    return z + middle * across, at_low * at_high < 0

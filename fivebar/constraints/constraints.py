@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -94,7 +94,11 @@ class Constraints:
     @property
     def named(self) -> tuple[str, ...]:
         """Names of the constraints that are not free."""
-        return tuple(f.name for f in fields(self) if getattr(self, f.name) != f.default)
+        names = []
+        for field in fields(self):
+            if getattr(self, field.name) != field.default:
+                names.append(field.name)
+        return tuple(names)
 
     def clearances(self, pose: Pose) -> dict[str, np.ndarray]:
         """Return how far each constraint on poses is from being violated.
@@ -124,10 +128,12 @@ class Constraints:
             corners = np.array(self.region) @ (1, 1j)
             result["region"] = distance_inside(corners, x + 1j * y)
         if self.det_A:
-            result[f"|det A| >= {self.det_A:g}"] = np.abs(pose.det_A) - self.det_A
+            name = f"|det A| >= {self.det_A:g}"
+            result[name] = np.abs(pose.det_A) - self.det_A
         if self.sin:
             smallest = np.abs(pose.sines).min(axis=0)
-            result[f"|sin q_i2| >= {self.sin:g}"] = smallest - self.sin
+            name = f"|sin q_i2| >= {self.sin:g}"
+            result[name] = smallest - self.sin
         if self.collisions:
             result |= self.collisions.clearances(pose)
         return result
@@ -154,7 +160,9 @@ class Constraints:
                 q = pose.legs[leg].q
                 result += [(q - low) / length, (high - q) / length]
         planes = [*self.half_planes, *self._sides_of_convex_region()]
-        result += [(a * x + b * y - c) / length for a, b, c in planes]
+        for a, b, c in planes:
+            distance = a * x + b * y - c
+            result.append(distance / length)
         if self.collisions:
             result += [clearance / length for clearance in self.collisions.smooth(pose)]
         return result
@@ -247,15 +255,21 @@ def _joints(joints, name):
     if not isinstance(joints, tuple | list) or len(joints) != 2:
         raise ValueError(f"{name} must be two ranges (low, high) or None, not {shown(joints)}")
     left, right = joints
-    return _range(left, f"{name} of q11"), _range(right, f"{name} of q21")
+    return (
+        _range(left, f"{name} of q11"),
+        _range(right, f"{name} of q21"),
+    )
 
 
 def _range(limits, name):
     if limits is None:
         return None
     values = finite_numbers(limits, name)
-    is_range = values.shape == (2,)
-    if not is_range or not 0 < values[1] - values[0] <= 2 * math.pi:
+    is_range = False
+    if values.shape == (2,):
+        low, high = values
+        is_range = 0 < high - low <= 2 * math.pi
+    if not is_range:
         raise ValueError(
             f"{name} must be (low, high), low < high and at most a full turn apart, not"
             f" {shown(limits)}"
@@ -270,8 +284,9 @@ def _half_planes(planes, name):
     if not values.size:
         values = np.empty((0, 3))
     are_triples = values.ndim == 2 and values.shape[1] == 3
-    lengths = np.hypot(values[:, 0], values[:, 1]) if are_triples else np.zeros(1)
-    if not lengths.all():
+    if are_triples:
+        lengths = np.hypot(values[:, 0], values[:, 1])
+    if not are_triples or not lengths.all():
         raise ValueError(
             f"{name} must be (a, b, c) each, a x + b y >= c, a or b not 0, not {shown(planes)}"
         )
@@ -288,18 +303,23 @@ def _polygon(region, name):
             f"{name} must be the corners (n, 2) of a polygon, n >= 3, not {shown(region)}"
         )
     z = corners @ (1, 1j)
-    if np.abs(np.roll(z, -1) - z).min() == 0:
-        raise ValueError(f"{name} has the same corner twice in a row")
     ends = np.roll(z, -1)
+    if (ends == z).any():
+        raise ValueError(f"{name} has the same corner twice in a row")
     for k in range(len(z)):
         for m in range(k + 2, len(z) - (k == 0)):
-            distance = segment_distance(z[k], ends[k], z[m], ends[m])
+            distance = segment_distance(
+                z[k],
+                ends[k],
+                z[m],
+                ends[m],
+            )
             if distance <= 0:
                 raise ValueError(f"Constraints: sides {k + 1} and {m + 1} of the region meet")
     return tuple(map(tuple, corners.tolist()))
 
 
-CHECKS = {
+CHECKS: dict[str, Callable] = {
     **dict.fromkeys(PER_JOINT, _per_joint),
     **dict.fromkeys(OF_END_EFFECTOR, _limit),
     **dict.fromkeys(MARGINS, share),

@@ -128,12 +128,16 @@ def _largest_kept_radius(aspect, z, clearance):
     """
     angles = np.linspace(0, 2 * np.pi, 721)[:-1]
     ring = np.exp(1j * angles)
-    radii = clearance * np.append(1 - 1e-9, np.linspace(0.99, 0, 100))
+    shares = np.append(1 - 1e-9, np.linspace(0.99, 0, 100))
+    radii = clearance * shares
 
     def is_allowed(radius):
         return aspect.allowed(z + radius * ring).all()
 
-    violated = [k for k, radius in enumerate(radii[:-1]) if not is_allowed(radius)]
+    violated = []
+    for k, radius in enumerate(radii[:-1]):
+        if not is_allowed(radius):
+            violated.append(k)
     if not violated:
         return clearance
     high = radii[violated[-1]]
@@ -173,7 +177,8 @@ def clearance_at(aspect: Aspect, z: complex) -> float:
     # No point of an arc is nearer than its samples by more than half a step.
     arcs = arcs_of(aspect)
     sampled = [np.abs(arc.z - z).min() for arc in arcs]
-    clearance = min(sampled + np.abs(punctures(aspect) - z).tolist())
+    of_punctures = np.abs(punctures(aspect) - z)
+    clearance = min(sampled + of_punctures.tolist())
     for arc, least in zip(arcs, sampled):
         if least - 0.51 * arc.step <= clearance:
             _, distance = arc.nearest(np.array([z]))
@@ -186,8 +191,9 @@ def _polished(aspect, z):
 
     It has equal distances to two or three feet on the exact curves.
     """
-    arcs = [arc.z for arc in arcs_of(aspect)]
-    samples = np.concatenate([punctures(aspect), *arcs])
+    samples = punctures(aspect)
+    for arc in arcs_of(aspect):
+        samples = np.append(samples, arc.z)
     clearance = clearance_at(aspect, z)
     for _ in range(4):
         before = clearance
@@ -215,8 +221,11 @@ def _polished(aspect, z):
 
 def _feet(aspect, z, within, most=6):
     """Return (distance, arc, parameter), or (distance, None, point), of the nearest points."""
-    feet = [(abs(point - z), None, complex(point)) for point in punctures(aspect)]
-    feet = [foot for foot in feet if foot[0] <= within]
+    feet = []
+    for point in punctures(aspect):
+        distance = abs(point - z)
+        if distance <= within:
+            feet.append((distance, None, complex(point)))
     for arc in arcs_of(aspect):
         for s, distance in zip(*arc.feet(z, within)):
             feet.append((distance, arc, float(s)))
@@ -254,7 +263,9 @@ def _equidistant(z, clearance, feet):
             residuals.append(abs(way) - v[2])
             ways.append(way)
         if len(feet) == 2:
-            residuals.append((ways[0] * ways[1].conjugate()).imag / clearance)
+            one, other = ways
+            turn = (one * other.conjugate()).imag
+            residuals.append(turn / clearance)
         return np.array(residuals)
 
     v = np.array(
@@ -265,7 +276,8 @@ def _equidistant(z, clearance, feet):
             *(feet[k][1] for k in curves),
         ]
     )
-    steps = 1e-6 * np.array([clearance, clearance, clearance, *(1.0 for _ in curves)])
+    steps = 1e-6 * np.ones(3 + len(curves))
+    steps[:3] *= clearance
     for _ in range(12):
         columns = [
             (residual(v + h) - residual(v - h)) / (2 * step)
@@ -278,7 +290,8 @@ def _equidistant(z, clearance, feet):
             rcond=1e-9,
         )[0]
         v = v + change
-        if not abs(complex(v[0], v[1]) - z) < clearance:
+        center = complex(v[0], v[1])
+        if not abs(center - z) < clearance:
             return z
         if np.abs(change / steps).max() < 1e-8:
             break

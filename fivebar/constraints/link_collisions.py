@@ -193,7 +193,8 @@ def _whole_numbers(values, name):
 
 def _ends(pose):
     """Return {bar: its two ends} and the base joints, as complex numbers."""
-    z = np.asarray(pose.point[0]) + 1j * np.asarray(pose.point[1])
+    x, y = pose.point
+    z = np.asarray(x) + 1j * np.asarray(y)
     bars = {}
     bases = []
     for leg in (0, 1):

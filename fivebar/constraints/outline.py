@@ -46,8 +46,10 @@ class Outline:
         loops = [arc for loop in self.aspect.boundary for arc in loop]
         if not self.allowed:
             return loops
-        size = np.ptp(loops[0].z.real) + np.ptp(loops[0].z.imag)
-        return loops + facing(self.aspect.walls, self.within, size)
+        outer = loops[0].z
+        size = np.ptp(outer.real) + np.ptp(outer.imag)
+        walls = facing(self.aspect.walls, self.within, size)
+        return loops + walls
 
     def within(self, z: np.ndarray) -> np.ndarray:
         """Return whether points (n,) are in the aspect and keep all constraints."""
@@ -64,7 +66,9 @@ class Outline:
         """
         pieces = []
         for arc in self.arcs:
-            turns = sorted([*_turns(arc, np.real), *_turns(arc, np.imag)])
+            turns = _turns(arc, np.real)
+            turns += _turns(arc, np.imag)
+            turns.sort()
             if arc.end < arc.start:
                 turns.reverse()
             cuts = [arc.start, *turns, arc.end]
@@ -85,15 +89,18 @@ class Outline:
 
     @cached_property
     def spacing(self) -> float:
-        lengths = [np.abs(np.diff(piece.z)).sum() for piece, _ in self.pieces]
-        return sum(lengths) / SAMPLES
+        length = 0.0
+        for piece, _ in self.pieces:
+            length += np.abs(np.diff(piece.z)).sum()
+        return length / SAMPLES
 
     @cached_property
     def samples(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return points (n,) of each piece, and where their clearance ends."""
         samples = []
         for piece, _ in self.pieces:
-            counts = np.ceil(np.abs(np.diff(piece.z)) / self.spacing)
+            chords = np.abs(np.diff(piece.z))
+            counts = np.ceil(chords / self.spacing)
             counts = np.maximum(counts, 1).astype(int)
             s = divided(piece.s, counts)[1:-1]
             z, tangent = piece.curve(s)
@@ -113,7 +120,8 @@ class Outline:
     def obstacles(self) -> np.ndarray:
         """Return points (n,) of the border of all that keeps the clearance, by y."""
         count = 1 + int(min(7 * self.margin / self.spacing, 360))
-        circle = np.exp(2j * np.pi * np.linspace(0, 1, count))
+        angles = 2 * np.pi * np.linspace(0, 1, count)
+        circle = np.exp(1j * angles)
         around_ends = (self.ends[:, None] + self.margin * circle).ravel()
         z = np.concatenate([around_ends, *(z for _, z in self.samples)])
         distance, _ = self.tree.query(pairs(z))
@@ -176,7 +184,9 @@ class Outline:
 
         They move by `least`, m, or that times a power of 2; None where that leaves nothing.
         """
-        while least < min(v[1] - v[0], v[3] - v[2]) / 2:
+        x_min, x_max, y_min, y_max = v
+        half = min(x_max - x_min, y_max - y_min) / 2
+        while least < half:
             smaller = v + least * INWARDS
             if self.keeps(smaller):
                 return smaller
@@ -187,7 +197,9 @@ class Outline:
         """Return what is nearer than the clearance, by more than slack: pieces k, ends -1 - k."""
         limit = self.margin - slack
         of_ends = rectangle_distance(self.ends, v)
-        result = {-1 - k for k in np.flatnonzero(of_ends < limit).tolist()}
+        result = set()
+        for k in np.flatnonzero(of_ends < limit).tolist():
+            result.add(-1 - k)
         for k, (z, _) in enumerate(self.samples):
             if rectangle_distance(z, v).min(initial=np.inf) < limit:
                 result.add(k)
@@ -202,8 +214,13 @@ class Outline:
 
     def _nearest_piece(self, corner, sides):
         """Return the distance and number of the nearest piece that limits a corner."""
-        facing = [(k, arc) for k, (arc, limited) in enumerate(self.pieces) if limited == sides]
-        sampled = [np.abs(arc.z - corner).min() for _, arc in facing]
+        facing = []
+        for k, (arc, limited) in enumerate(self.pieces):
+            if limited == sides:
+                facing.append((k, arc))
+        sampled = []
+        for _, arc in facing:
+            sampled.append(np.abs(arc.z - corner).min())
         distances = []
         for (k, arc), least in zip(facing, sampled):
             if least - 0.51 * arc.step <= min(sampled):
@@ -215,7 +232,8 @@ class Outline:
 def _turns(arc, part):
     """Return parameters at which an arc's tangent is upright (part np.real) or level (np.imag)."""
     slope = part(arc.tangent(arc.s))
-    k = np.flatnonzero(slope[:-1] * slope[1:] < 0)
+    changes = slope[:-1] * slope[1:] < 0
+    k = np.flatnonzero(changes)
     sign = -np.sign(slope[k])
 
     def rising(i, t):
@@ -239,4 +257,8 @@ def rectangle_distance(z: np.ndarray, v: np.ndarray) -> np.ndarray:
     x = np.maximum(x_min - z.real, z.real - x_max)
     y = np.maximum(y_min - z.imag, z.imag - y_max)
     beyond_corner = (x > 0) & (y > 0)
-    return np.where(beyond_corner, np.hypot(x, y), np.maximum(x, y))
+    return np.where(
+        beyond_corner,
+        np.hypot(x, y),
+        np.maximum(x, y),
+    )

@@ -88,7 +88,8 @@ class PathCheck:
             words.append("finite torque" if self.criterion_holds else "torque diverges")
         if self.singularity_free:
             words.append("free of singularities")
-        words += [f"breaks {one.what} from {one.time:.6g} s" for one in self.broken]
+        for one in self.broken:
+            words.append(f"breaks {one.what} from {one.time:.6g} s")
         margin = f"least margin {self.min_margin:.3g} at {self.min_margin_time:.6g} s"
         return one_line("PathCheck", *words, margin)
 
@@ -202,7 +203,8 @@ def check_path(
         _, velocity, acceleration = path(np.array([first.time]))
         force = force_at(pose, velocity[0], acceleration[0])
         criterion = float(cross(pose.u2[0], force))
-        holds = bool(abs(criterion) <= tolerance * largest_force(robot, path, modes, largest))
+        allowed = tolerance * largest_force(robot, path, modes, largest)
+        holds = bool(abs(criterion) <= allowed)
     return PathCheck(
         reachable=leaving is None,
         singularity_free=False,
@@ -332,15 +334,14 @@ def _zeros(
         first = i
         last = i + 1
         if at[i]:
-            last = i + int(np.argmin(np.append(at[i:], False)))
+            still_at = np.append(at[i:], False)
+            last = i + int(np.argmin(still_at))
             if i == 0:  # it starts there
                 yield _Zero(float(t[0]), True)
                 continue
             if last == len(t):
-                yield _Zero(
-                    float(t[i + np.argmin(np.abs(value[i:]))]),
-                    True,
-                )
+                nearest = i + np.argmin(np.abs(value[i:]))
+                yield _Zero(float(t[nearest]), True)
                 continue
             first = i - 1
         zero = _zero_between(
@@ -404,7 +405,8 @@ def _zero_between(
         at_b,
     )
     # Else it jumps: a leg of equal bars passes its base joint.
-    if abs(margin(np.array([time]))[0][0]) < 1e-6:
+    (value,), _ = margin(np.array([time]))
+    if abs(value) < 1e-6:
         return _Zero(time, False)
     return None
 

@@ -95,7 +95,8 @@ def largest_rectangle(aspect: Aspect, constraints: Constraints | None = None) ->
 
 
 def _area(v):
-    return (v[1] - v[0]) * (v[3] - v[2])
+    x_min, x_max, y_min, y_max = v
+    return (x_max - x_min) * (y_max - y_min)
 
 
 def _starts(outline):
@@ -118,8 +119,9 @@ def _starts(outline):
             break
         if len(starts) == CANDIDATES:
             break
-        if all(np.abs(v - other).max() > 0.05 * _half_rim(other) for other in starts):
-            starts.append(_around(outline, outline.seeds[k], rounds=4))
+        if any(_alike(v, other) for other in starts):
+            continue
+        starts.append(_around(outline, outline.seeds[k], rounds=4))
     largest = max(map(_area, starts), default=0.0)
     starts = [v for v in starts if _area(v) > 0.98 * largest]
     # A square fits wherever a disc does.
@@ -127,14 +129,14 @@ def _starts(outline):
     if clearance <= outline.margin:
         return starts
     half = np.sqrt(0.5) * (clearance - outline.margin)
-    return [
-        *starts,
-        np.array([z.real, z.real, z.imag, z.imag]) - half * INWARDS,
-    ]
+    center = np.array([z.real, z.real, z.imag, z.imag])
+    return [*starts, center - half * INWARDS]
 
 
-def _half_rim(v):
-    return np.ptp(v[:2]) + np.ptp(v[2:])
+def _alike(v, other):
+    """Return whether no border is 5 % of the other's half rim away."""
+    half_rim = np.ptp(other[:2]) + np.ptp(other[2:])
+    return np.abs(v - other).max() <= 0.05 * half_rim
 
 
 def _point_of_largest_clearance(outline):
