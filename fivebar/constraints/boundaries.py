@@ -67,9 +67,10 @@ def facing(arcs: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
             same = (there == state[k]).all(axis=1)
             low = np.where(same, middle, low)
             high = np.where(same, high, middle)
+        middle = (low + high) / 2
         cuts = [
             s[0],
-            *((low + high) / 2),
+            *middle,
             s[-1],
         ]
         states = state[np.append(k, -1)]

@@ -279,10 +279,10 @@ def _equidistant(z, clearance, feet):
     steps = 1e-6 * np.ones(3 + len(curves))
     steps[:3] *= clearance
     for _ in range(12):
-        columns = [
-            (residual(v + h) - residual(v - h)) / (2 * step)
-            for h, step in zip(np.diag(steps), steps)
-        ]
+        columns = []
+        for h, step in zip(np.diag(steps), steps):
+            change = residual(v + h) - residual(v - h)
+            columns.append(change / (2 * step))
         jacobian = np.stack(columns, axis=1)
         change = np.linalg.lstsq(
             jacobian,

@@ -125,7 +125,8 @@ class LinkCollisions:
         for k in (0, 1) if self.posts else ():
             for bar, layer in zip(BARS, self.layers):
                 proximal = bar[1] == "1"
-                on_axle = proximal and (bar[0] == str(k + 1) or d == 0)
+                of_this_motor = d == 0 or bar[0] == str(k + 1)
+                on_axle = proximal and of_this_motor
                 if layer in self.post_layers and not on_axle:
                     result.append((k, bar))
         return result

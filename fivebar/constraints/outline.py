@@ -245,10 +245,8 @@ def _turns(arc, part):
         arc.s[k + 1],
         np.zeros(len(k)),
     )
-    return [
-        *s,
-        *arc.s[1:-1][slope[1:-1] == 0],
-    ]
+    at_samples = slope[1:-1] == 0
+    return [*s, *arc.s[1:-1][at_samples]]
 
 
 def rectangle_distance(z: np.ndarray, v: np.ndarray) -> np.ndarray:

@@ -175,7 +175,9 @@ def check_path(
         margin, margin_time = _smallest(robot, path, modes, inner)
         if constraints:
             violated = broken(robot, path, modes, constraints, inner)
-    firsts = [some[0] for some in zeros if some]
+    firsts = []
+    for some in zeros:
+        firsts += some[:1]
     first = min(firsts, key=lambda zero: zero.time, default=None)
     if first is None:
         return PathCheck(

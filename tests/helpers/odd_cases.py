@@ -362,7 +362,9 @@ CASES = {
         fb.Calibration,
         {
             name: getattr(CALIBRATED, name)
-            for name in ("nominal", "unknown", "rows", "assembly", "start", "p", "weight", "absolute")
+            for name in (
+                "nominal", "unknown", "rows", "assembly", "start", "p", "weight", "absolute", "loss", "held",
+            )
         }, nan=True,
     ),
     "measurement_poses": Case(

@@ -6,7 +6,6 @@ import numpy as np
 
 from ...models.dynamics import forward_dynamics
 
-
 # Continuous joint coordinates q and passive, and the end-effector's xi, with rates and
 # accelerations: (2,) each.
 LabState = namedtuple(
