@@ -25,7 +25,7 @@ Vector = Any  # (2,) numbers or CasADi symbols
 
 
 # Checks of what controllers have besides their gains.
-CHECKS = {
+CHECKS: dict[str, Callable] = {
     "working": modes(2),
     "assembly": modes(1),
     "gravity": flag,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import NamedTuple
@@ -274,7 +274,7 @@ def _tolerances(value, name):
     return {key: not_negative(size, f"{name}[{key}]") for key, size in value.items()}
 
 
-_RULES = {
+_RULES: dict[str, Callable] = {
     "table": _table,
     "disc": _disc,
     "poses": _poses,
