@@ -109,13 +109,15 @@ def _of_lines(robot, constraints) -> Iterator[Locus]:
     for a, b, c in constraints.half_planes:
         foot = c * complex(a, b)
         if abs(foot) < reach:
+            half = reach * complex(-b, a)
             yield _line(
-                foot - reach * complex(-b, a),
-                foot + reach * complex(-b, a),
+                foot - half,
+                foot + half,
             )
     if constraints.region:
         corners = np.array(constraints.region) @ (1, 1j)
-        yield from map(_line, corners, np.roll(corners, -1))
+        ends = np.roll(corners, -1)
+        yield from map(_line, corners, ends)
 
 
 def _line(a, b):

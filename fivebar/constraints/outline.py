@@ -138,10 +138,10 @@ class Outline:
         step = np.sqrt(self.aspect.area / SEEDS)
         if not self.allowed:
             step = max(step, 0.6 * (self.aspect.clearance - self.margin))
-        low = corners.min(axis=0) + step / 2
-        high = corners.max(axis=0)
-        x = np.arange(low[0], high[0], step)
-        y = np.arange(low[1], high[1], step)
+        x_min, y_min = corners.min(axis=0) + step / 2
+        x_max, y_max = corners.max(axis=0)
+        x = np.arange(x_min, x_max, step)
+        y = np.arange(y_min, y_max, step)
         lattice = np.stack(np.meshgrid(x, y), axis=-1)
         inner = lattice[self.aspect.contains(lattice)]
         points = np.concatenate([inner, [self.aspect.point]])
@@ -176,8 +176,10 @@ class Outline:
                 return False
         if least == 0:
             return True
-        clearances = [clearance_at(self.aspect, corner) for corner in corners]
-        return min(clearances) >= least
+        for corner in corners:
+            if clearance_at(self.aspect, corner) < least:
+                return False
+        return True
 
     def shrunk(self, v: np.ndarray, least: float) -> np.ndarray | None:
         """Return the rectangle, its borders moved inwards until it keeps the clearance.
@@ -254,6 +256,7 @@ def rectangle_distance(z: np.ndarray, v: np.ndarray) -> np.ndarray:
     x_min, x_max, y_min, y_max = v
     x = np.maximum(x_min - z.real, z.real - x_max)
     y = np.maximum(y_min - z.imag, z.imag - y_max)
+    # In a corner's quadrant the corner is the nearest point.
     beyond_corner = (x > 0) & (y > 0)
     return np.where(
         beyond_corner,

@@ -90,8 +90,9 @@ class PathCheck:
             words.append("free of singularities")
         for one in self.broken:
             words.append(f"breaks {one.what} from {one.time:.6g} s")
-        margin = f"least margin {self.min_margin:.3g} at {self.min_margin_time:.6g} s"
-        return one_line("PathCheck", *words, margin)
+        margin = f"{self.min_margin:.3g} at {self.min_margin_time:.6g} s"
+        words.append(f"least margin {margin}")
+        return one_line("PathCheck", *words)
 
 
 @takes(
@@ -196,8 +197,12 @@ def check_path(
         )
     kind = Singularity.NONE
     for k, some in enumerate(zeros):
-        if some and some[0].time - first.time <= 1e-9 * (stop - start):
-            kind |= Singularity.PARALLEL if k == len(reaches) else Singularity.SERIAL
+        if not some or some[0].time - first.time > 1e-9 * (stop - start):
+            continue
+        if k == len(reaches):
+            kind |= Singularity.PARALLEL
+        else:
+            kind |= Singularity.SERIAL
     pose = _pose_at(robot, path, modes, first.time)
     criterion = None
     holds = None
@@ -257,13 +262,12 @@ def _reach(
 
     def margin(t):
         xi, velocity, _ = path(t)
-        x, y = drive.apart(
-            xi[:, 0],
-            xi[:, 1],
-        )
+        x, y = xi.T
+        x, y = drive.apart(x, y)
         excess = x * x + y * y - limit * limit
         value = sign * excess / scale
-        approach = x * velocity[:, 0] + y * velocity[:, 1]
+        vx, vy = velocity.T
+        approach = x * vx + y * vy
         return value, sign * 2 * approach / scale
 
     return margin
@@ -440,11 +444,8 @@ def _smallest(robot, path, modes, t):
 
     def margins(t):
         xi = path(t)[0]
-        pose = task_pose(
-            robot,
-            (xi[:, 0], xi[:, 1]),
-            modes,
-        )
+        x, y = xi.T
+        pose = task_pose(robot, (x, y), modes)
         return np.abs(np.stack([*pose.sines, pose.det_A]))
 
     minima = []
@@ -479,9 +480,8 @@ def _finite(path):
             finite = np.isfinite(value).all(axis=1)
             if not finite.all():
                 k = int(np.argmin(finite))
-                raise ValueError(
-                    f"path: at t = {t[k]:.12g} s its {name} is {value[k].tolist()}, not finite"
-                )
+                found = value[k].tolist()
+                raise ValueError(f"path: at t = {t[k]:.12g} s its {name} is {found}, not finite")
         return values
 
     motion.start = getattr(path, "start", 0.0)
