@@ -23,7 +23,7 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
         *angle_slips(kind),
         *per_leg(
             "u instead of v for the distal bar",
-            "Which vector keeps the passive rate best?",
+            "For which unit vector is the coefficient of the passive rate largest?",
             "v",
             lambda j: j.u2,
             v,
