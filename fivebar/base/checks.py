@@ -178,7 +178,7 @@ def strings(value: object, name: str) -> list[str]:
 
 
 def optional(rule: Callable) -> Callable:
-    """The rule for what may also be None."""
+    """Return the rule for what may also be None."""
     return lambda value, name: None if value is None else rule(value, name)
 
 

@@ -42,7 +42,7 @@ CONVERSION = "only 0-dimensional arrays can be converted to Python scalars"
 
 
 def refused(message):
-    """Whether an error's message is about what NumPy once took."""
+    """Return whether an error's message is about what NumPy once took."""
     dropped = any(
         f"'numpy' has no attribute '{name}'" in message or f"np.{name}`" in message
         for name in DROPPED
@@ -68,20 +68,20 @@ def install():
 
 
 def is_single(value):
-    """Whether this is an array of one element, but not a number."""
+    """Return whether this is an array of one element, but not a number."""
     np = sys.modules.get("numpy")
     return np is not None and isinstance(value, np.ndarray) and value.size == 1 and value.ndim > 0
 
 
 def loosen(value):
-    """The number in an array of one element; within lists and tuples too; all else as it is."""
+    """Return the number in an array of one element, in lists and tuples too, or the value itself."""
     if is_single(value):
         return value.item()
     return type(value)(map(loosen, value)) if type(value) in (list, tuple) else value
 
 
 def lenient(thing):
-    """What is called, or written into, or printed with %, in its lenient form."""
+    """Return what is called, or written into, or printed with %, in its lenient form."""
     np = sys.modules.get("numpy")
     if np is not None:
         if isinstance(thing, np.ndarray):
@@ -159,10 +159,10 @@ class Rewriter(ast.NodeTransformer):
 
 
 def rewritten(tree):
-    """The syntax tree of a source, rewritten."""
+    """Return the syntax tree of a source, rewritten."""
     return ast.fix_missing_locations(Rewriter().visit(tree))
 
 
 def compiled(source, path):
-    """The code of a module's source, rewritten."""
+    """Return the code of a module's source, rewritten."""
     return compile(rewritten(ast.parse(source, path)), path, "exec")

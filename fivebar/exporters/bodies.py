@@ -90,8 +90,8 @@ def _moments(robot):
 
 
 def legs_of(robot: FiveBar | Biglide) -> tuple[Leg, Leg]:
-    """Both legs of bodies with positive masses and inertias that together are the robot, exactly;
-    ValueError if none.
+    """Return both legs of bodies with positive masses and inertias that together are the robot,
+    exactly; ValueError if none.
 
     A bar of mass m2 with its centre at (x, y) and inertia J about its pivot is a mass m2 - s at the
     pivot, s = m2 x / l at the end-effector, J - s l^2 that turns with it and m2 y across it. So s_1
@@ -156,8 +156,8 @@ def _leg(robot, k, share, own):
 
 
 def start_of(robot: FiveBar | Biglide, start: Pose | None) -> Pose:
-    """The pose in which a file shows the robot: the given one, else q = (0, 0), else the most
-    regular of a grid.
+    """Return the pose in which a file shows the robot: the given one, else q = (0, 0), else the
+    most regular of a grid.
     """
     if start is not None:
         if start.robot != robot:
@@ -181,12 +181,12 @@ def start_of(robot: FiveBar | Biglide, start: Pose | None) -> Pose:
 
 
 def angles_of(pose: Pose) -> tuple[tuple[float, float], ...]:
-    """Per leg the coordinates of the drive's joint and of the passive one."""
+    """Return per leg the coordinates of the drive's joint and of the passive one."""
     return tuple(zip(pose.q.tolist(), pose.q_passive.tolist()))
 
 
 def angles_told(legs: tuple[Leg, Leg], pose: Pose) -> str:
-    """All joints' coordinates by their names."""
+    """Return all joints' coordinates by their names."""
     pairs = []
     for leg, values in zip(legs, angles_of(pose)):
         pairs += [f"{name} = {value!r}" for name, value in zip(leg.names[2:], values)]

@@ -54,8 +54,8 @@ LANGUAGE = Language(
 
 
 def to_c(function: ca.Function, name: str, about: str = "", safe: bool = False) -> str:
-    """A static C function of this name: its inputs, then its outputs, vectors as x[n], matrices as
-    x[rows][columns].
+    """Return a static C function of this name: its inputs, then its outputs, vectors as x[n],
+    matrices as x[rows][columns].
 
     It returns 0, or 1 where a result is not finite, which with safe is then 0. about: for the
     comment above it.

@@ -92,8 +92,8 @@ COULOMB = """\
 
 
 def header(robot: FiveBar | Biglide, name: str, functions: Iterable[str] | None = None) -> str:
-    """The robot's models as C; functions: which of NAMES (None: all that a robot of its masses
-    has).
+    """Return the robot's models as C; functions: which of NAMES (None: all that a robot of its
+    masses has).
 
     name: what the names of all begin with.
     """
@@ -136,7 +136,7 @@ def header(robot: FiveBar | Biglide, name: str, functions: Iterable[str] | None 
 
 
 def _is_of(robot, physics, name):
-    """Whether there is anything in this function for a robot of these masses."""
+    """Return whether there is anything in this function for a robot of these masses."""
     if name == "forward_dynamics":
         return physics.heavy or all(robot.inertias)
     dynamic = name == CONTROLLER or MODELS[name][3]

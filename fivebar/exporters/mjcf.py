@@ -69,8 +69,8 @@ COLOURS = "0 0.447 0.698 1", "0.835 0.369 0 1"  # left, right
 
 
 def mjcf(robot: FiveBar | Biglide, name: str, start: Pose, step: float = 0.001) -> str:
-    """The robot as MJCF, its joints' coordinates those of the robot; loaded it stands in the pose
-    start, closed.
+    """Return the robot as MJCF, its joints' coordinates those of the robot; loaded it stands in the
+    pose start, closed.
 
     step: s, the time step; the constraint's time constant is four of them.
     """

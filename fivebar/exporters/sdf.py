@@ -119,8 +119,8 @@ def sdf(
     closure: str = "constraint",
     step: float = 0.001,
 ) -> str:
-    """The robot as an SDF world. closure: "constraint" for Drake, joints counted as the robot's;
-    "joint" for Gazebo.
+    """Return the robot as an SDF world. closure: "constraint" for Drake, joints counted as the
+    robot's; "joint" for Gazebo.
 
     start: the pose in which a world with the loop's joint begins, from which its joints count, and
     which is told otherwise. step: s, of the world's physics.

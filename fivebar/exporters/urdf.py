@@ -94,8 +94,8 @@ SLIDER = (
 
 
 def urdf(robot: FiveBar | Biglide, name: str, start: Pose) -> str:
-    """The opened robot as URDF, its joints' coordinates those of the robot; start: the pose told in
-    its comment.
+    """Return the opened robot as URDF, its joints' coordinates those of the robot; start: the pose
+    told in its comment.
     """
     legs = legs_of(robot)
     (gx, gy), bars = robot.gravity, [leg.names[1] for leg in legs]

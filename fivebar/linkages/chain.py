@@ -178,7 +178,7 @@ class Closure:
         return self._solve(*along)
 
     def _solve(self, first, second):
-        """The vector with these components along the dyad's two directions."""
+        """Return the vector with these components along the dyad's two directions."""
         (x1, y1), (x2, y2), inverse = self.dyad.first, self.dyad.second, self._inverse
         return (y2 * first - y1 * second) * inverse, (x1 * second - x2 * first) * inverse
 
@@ -289,7 +289,7 @@ def meet(
     branch: Number,
     name: str,
 ) -> tuple[Closure, Bar, Bar]:
-    """(joint, bar 1, bar 2) of an RRR dyad; branch +1: the joint is on the left of first ->
+    """Return (joint, bar 1, bar 2) of an RRR dyad; branch +1: the joint is on the left of first ->
     second.
     """
     dyad = RRR(minus(second.p, first.p), r1, r2, branch)
@@ -310,8 +310,8 @@ def slide(
     branch: Number,
     name: str,
 ) -> tuple[Closure, Bar]:
-    """(slider, bar) of an RRP dyad on a fixed guide; branch +1: the slider is ahead of `first`
-    along the guide.
+    """Return (slider, bar) of an RRP dyad on a fixed guide; branch +1: the slider is ahead of
+    `first` along the guide.
     """
     dyad = RRP(minus(origin, first.p), r1, guide, branch)
     joint = Closure((first, Fixed(origin)), dyad, (1 / r1, 0), name)

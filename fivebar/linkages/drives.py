@@ -47,8 +47,8 @@ def law(
     start: float | None,
     between: tuple[float, float] | None,
 ) -> Law:
-    """The motion of a linkage's crank: Law. UnreachableError where a turning crank locks, with
-    angle and time.
+    """Return the motion of a linkage's crank: Law. UnreachableError where a turning crank locks,
+    with angle and time.
     """
     allowed = crank_range(linkage, branch)
     if not allowed.intervals:
@@ -94,8 +94,8 @@ def law(
 
 
 def usual_start(linkage: CrankLinkage, allowed: CrankRange) -> float:
-    """Where a crank starts that was not told: as the linkage says, else at 0 or in the middle of
-    its last range.
+    """Return where a crank starts that was not told: as the linkage says, else at 0 or in the
+    middle of its last range.
 
     Half a degree off 0 where it passes flat poses, which have no rates: the usual samples then miss
     them.
@@ -108,8 +108,8 @@ def usual_start(linkage: CrankLinkage, allowed: CrankRange) -> float:
 
 
 def smooth_branch(linkage: Any, q: np.ndarray, branch: Any) -> np.ndarray:
-    """The branch at each of the angles q as the linkage moves through its flat poses: there it
-    passes to the other one.
+    """Return the branch at each of the angles q as the linkage moves through its flat poses: there
+    it passes to the other one.
 
     The one given is that of the start. Where it stayed, rates would jump: a parallelogram would
     cross its bars.
@@ -121,8 +121,8 @@ def smooth_branch(linkage: Any, q: np.ndarray, branch: Any) -> np.ndarray:
 
 
 def _inside(allowed, start, between, flats):
-    """The range between two angles, or else the one around the start; where an end is a lock, a bit
-    before it.
+    """Return the range between two angles, or else the one around the start; where an end is a
+    lock, a bit before it.
     """
     if allowed.full:
         if between is None:
@@ -165,7 +165,7 @@ def two_motors(
     branch: Any,
     start: ArrayLike | None,
 ) -> Law:
-    """The motion of a five-bar's two motors: Law; `speed` a number for both or a pair.
+    """Return the motion of a five-bar's two motors: Law; `speed` a number for both or a pair.
 
     "turn": both turn evenly; "swing": both go to and fro about the start, a quarter period apart,
     by AMPLITUDE or the half, quarter ... of it that closes.

@@ -242,8 +242,8 @@ class FiveBarLinkage:
         return 1 if self._flatness(pose) > 0 else -1
 
     def _flatness(self, pose):
-        """Signed area of the passive joints' triangle over the sum of its squared sides: > 0 on
-        branch +1.
+        """Return signed area of the passive joints' triangle over the sum of its squared sides: > 0
+        on branch +1.
         """
         half = self.robot.d / 2
         left, right = (
@@ -354,7 +354,7 @@ class Carried:
 
 
 def _pair(x, name):
-    """Two components of what two motors are given, one number for both included."""
+    """Return two components of what two motors are given, one number for both included."""
     if isinstance(x, float):
         return x, x
     return unpack(x, name)

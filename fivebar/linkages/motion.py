@@ -147,8 +147,8 @@ class Motion:
         return self._build()
 
     def stretches(self) -> Iterator[tuple[slice | None, Motion]]:
-        """(part of the flat batch, Motion) for stretches of a large batch with one drive; else
-        (None, itself).
+        """Yield (part of the flat batch, Motion) for stretches of a large batch with one drive;
+        else (None, itself).
 
         What is computed in one is forgotten in the next, so that all of it stays in the processor's
         cache.
@@ -174,15 +174,15 @@ class Motion:
         return tuple(self.chain.coordinates)
 
     def position(self, point: str) -> np.ndarray:
-        """(*batch, 2) m."""
+        """Return (*batch, 2) m."""
         return self._full(*self._point(point).p)
 
     def velocity(self, point: str) -> np.ndarray:
-        """(*batch, 2) m/s."""
+        """Return (*batch, 2) m/s."""
         return self._full(*self._velocity(self._point(point)))
 
     def acceleration(self, point: str) -> np.ndarray:
-        """(*batch, 2) m/s^2."""
+        """Return (*batch, 2) m/s^2."""
         return self._full(*self._acceleration(self._point(point)))
 
     def angle(self, link: str) -> np.ndarray:
@@ -199,7 +199,7 @@ class Motion:
         return self._full(self._second(heading.rate, heading.acceleration))
 
     def coordinate(self, name: str) -> tuple[np.ndarray, ...]:
-        """(value, rate, acceleration) of a scalar coordinate such as a slider's way: each
+        """Return (value, rate, acceleration) of a scalar coordinate such as a slider's way: each
         (*batch,), m and s.
         """
         c = _named(self.chain.coordinates, name, "coordinate")
@@ -267,7 +267,7 @@ class Motion:
         return self.q if isinstance(self.q, tuple) else (self.q,)
 
     def _full(self, *components):
-        """Components as a result of the batch's shape, what does not move included."""
+        """Return components as a result of the batch's shape, what does not move included."""
         if any(is_symbolic(x) for x in (*components, *self._moving_in)):
             return pack(*components) if len(components) > 1 else components[0]
         components = [np.broadcast_to(x, self._shape) for x in components]
@@ -283,7 +283,7 @@ def one_drive(
     q_ddot: Number,
     branch: Any,
 ) -> Motion:
-    """The Motion of a linkage with one crank: the chain is solved in analogs."""
+    """Return the Motion of a linkage with one crank: the chain is solved in analogs."""
     return Motion(
         linkage,
         q,
@@ -296,8 +296,8 @@ def one_drive(
 
 
 def stretch(x: Any, shape: tuple[int, ...], part: slice) -> Any:
-    """The part of what is given for a flat batch; a number, or a pair of branches, is that of every
-    part.
+    """Return the part of what is given for a flat batch; a number, or a pair of branches, is that
+    of every part.
     """
     if isinstance(x, np.ndarray):
         return np.broadcast_to(x, shape).reshape(-1)[part]

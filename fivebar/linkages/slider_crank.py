@@ -219,12 +219,12 @@ class SliderCrank:
         return (("O", RAIL[0]),) if is_symbolic(self.offset) or self.offset else ()
 
     def _rail(self, origin, heading):
-        """The ends of a moving guide."""
+        """Return the ends of a moving guide."""
         ends = (-0.3 * self._length, self._length)
         return {name: Reach(origin, heading, along, self.offset) for name, along in zip(RAIL, ends)}
 
     def crank_limits(self, branch: Any) -> list[float]:
-        """Angles of the driven link, rad, at which the dyad is singular."""
+        """Return angles of the driven link, rad, at which the dyad is singular."""
         if self.held == "guide":
             return guide_limits(self.crank, self.rod, self.offset)
         if self.held == "slider":

@@ -79,13 +79,13 @@ class Study(Animated):
         )
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """A quantity (n,) by its name, of the table or not; angles are continuous."""
+        """Return a quantity (n,) by its name, of the table or not; angles are continuous."""
         if name in self.columns:
             return self.columns[name]
         return _column(self.motion, name, self._arguments["load"], self._arguments["gravity"])
 
     def points(self) -> np.ndarray:
-        """Positions of all points, (n, k, 2) m, in the order of `motion.points`."""
+        """Return positions of all points, (n, k, 2) m, in the order of `motion.points`."""
         return np.stack([self.motion.position(name) for name in self.motion.points], axis=1)
 
     def to_csv(self, path: TextFile) -> None:
@@ -190,9 +190,7 @@ def study(
     speed = finite_numbers(speed, "speed")
     shapes = [(), (2,)][:motors]
     if speed.shape not in shapes or not (np.abs(speed) > SLOWEST).all():
-        raise ValueError(
-            f"speed must be finite and not 0, one number for each motor, not {speed}"
-        )
+        raise ValueError(f"speed must be finite and not 0, one number for each motor, not {speed}")
     if samples < 3 or turns * (samples - 1) < 0.5:
         raise ValueError(
             f"a study needs at least 3 samples a turn and 2 in all, not {samples} over {turns:g}"
@@ -258,12 +256,12 @@ def _header(q, columns):
 
 
 def _repeated(about):
-    """The study that the first line of its file speaks of."""
+    """Return the study that the first line of its file speaks of."""
     return study(_linkage(about.pop("linkage")), **about)
 
 
 def _linkage(about):
-    """The linkage of a table of its parameters, as read from JSON."""
+    """Return the linkage of a table of its parameters, as read from JSON."""
     kind = KINDS[about.pop("kind")]
     for name, value in about.items():
         if name.endswith("_body"):

@@ -33,8 +33,8 @@ class BarAngles:
         return bars_rates(robot, c, c_dot)
 
     def turned(self, robot, c, c_dot, modes):
-        """Rates with the same accelerations: a robot of cranks seen from its left distal bar has
-        three directions.
+        """Return rates with the same accelerations: a robot of cranks seen from its left distal bar
+        has three directions.
 
         Not under gravity, which has a direction of its own.
         """
@@ -92,7 +92,7 @@ class JointChart(Minimal):
         return accelerations._q_ddot
 
     def coordinates(self, rates):
-        """(c, c', modes) of this chart for a motion known in another."""
+        """Return (c, c', modes) of this chart for a motion known in another."""
         return tuple(leg.q for leg in rates.pose.legs), rates._q_dot, (rates.pose.assembly, 0)
 
 
@@ -129,7 +129,7 @@ StateChart = BarAngles | TaskChart | JointChart
 
 
 def halves(state: Any, chart: StateChart) -> tuple[tuple, tuple]:
-    """(c, c') of a state of the chart, symbols, on components."""
+    """Return (c, c') of a state of the chart, symbols, on components."""
     parts = tuple(state[k] for k in range(2 * chart.size))
     return parts[: chart.size], parts[chart.size :]
 

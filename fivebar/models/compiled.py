@@ -192,7 +192,7 @@ def _choose(inputs, outputs):
 
 
 def compiled(function, jit):
-    """The function itself, or with jit=True or "auto" its machine code."""
+    """Return the function itself, or with jit=True or "auto" its machine code."""
     if not jit:
         return function
     from .machine_code import machine_code  # here, as it brings in what compiling needs
@@ -201,7 +201,7 @@ def compiled(function, jit):
 
 
 def minimized(name: str, problem: dict, options: dict, **given: Any) -> tuple[dict, dict]:
-    """(what IPOPT found, CasADi's word on it) of a nonlinear program; given: x0 and bounds.
+    """Return (what IPOPT found, CasADi's word on it) of a nonlinear program; given: x0 and bounds.
 
     KeyboardInterrupt where it was interrupted: CasADi would keep that for itself.
     """
@@ -247,8 +247,8 @@ class Buffered:
 
 
 def batch(function, *arrays):
-    """The outputs of a function of `compile` for batches: arrays (n, 2) in, (n, 2) or (n, 2, 2) or
-    (n,) out; nan where there is no pose.
+    """Return the outputs of a function of `compile` for batches: arrays (n, 2) in, (n, 2) or (n, 2,
+    2) or (n,) out; nan where there is no pose.
     """
     arrays = [np.ascontiguousarray(array, dtype=float) for array in arrays]
     count = len(arrays[0])

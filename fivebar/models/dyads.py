@@ -231,7 +231,7 @@ class Crank(NamedTuple):
         return -self.length * cosine, self.length * sine
 
     def close(self, xi, bar, working):
-        """The dyad of the leg that reaches xi."""
+        """Return the dyad of the leg that reaches xi."""
         return RRR(
             (xi[0] - self.x, xi[1] - self.y),
             self.length,
@@ -245,17 +245,17 @@ class Crank(NamedTuple):
         return dyad.first
 
     def bar(self, dyad):
-        """Unit vector along the distal bar in that dyad."""
+        """Return unit vector along the distal bar in that dyad."""
         return dyad.last
 
     def limits(self, bar):
-        """((limit of the distance `apart`, whether it is the outer one), ...) of what the leg
-        reaches, m.
+        """Return ((limit of the distance `apart`, whether it is the outer one), ...) of what the
+        leg reaches, m.
         """
         return (self.length + bar, True), (self.length - bar, False)
 
     def apart(self, x, y):
-        """The vector whose length `limits` limit."""
+        """Return the vector whose length `limits` limit."""
         return x - self.x, y - self.y
 
     def relative(self, absolute, own):
@@ -265,7 +265,7 @@ class Crank(NamedTuple):
         return absolute - own
 
     def absolute(self, passive, own):
-        """The inverse of `relative`."""
+        """Return the inverse of `relative`."""
         return passive + own
 
 

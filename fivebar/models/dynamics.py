@@ -232,7 +232,7 @@ def forward_dynamics(rates: Rates, tau: ArrayLike) -> Accelerations:
 
 
 def _lab_dynamics(rates, tau, model):
-    """(Accelerations, bar forces over m) of a robot without loads."""
+    """Return (Accelerations, bar forces over m) of a robot without loads."""
     _refuse_no_inertia(rates.pose.robot, model)
     return by_bar_forces(rates, tau, partial(_refuse_corner, model))
 
@@ -244,7 +244,7 @@ def slipping_dynamics(
     model: str = "slipping_dynamics",
 ) -> Accelerations:
     """`forward_dynamics` of a robot with loads, on components, where it is known how the drives
-    slip (`asked_for`).
+    slip (`forces_and_torques`).
     """
     robot = rates.pose.robot
     refuse_weightless(robot, model)
@@ -256,7 +256,9 @@ def slipping_dynamics(
 
 
 def held_by(rates: Rates, tau: tuple, slip: tuple) -> tuple[Accelerations, tuple]:
-    """(Accelerations, friction that each drive that sticks needs to stay, N m), on components."""
+    """Return (Accelerations, friction that each drive that sticks needs to stay, N m), on
+    components.
+    """
     acc = slipping_dynamics(rates, tau, slip)
     forces = bar_forces_under(acc, tau, slip)
     _, torques = forces_and_torques(acc, slip)
@@ -266,8 +268,8 @@ def held_by(rates: Rates, tau: tuple, slip: tuple) -> tuple[Accelerations, tuple
 
 
 def _slip(rates, tau):
-    """How the drives slip: by their rates, or what holds them where they stand; None: there is
-    nothing to know.
+    """Return how the drives slip: by their rates, or what holds them where they stand; None: there
+    is nothing to know.
     """
     if not loads_of(rates.pose.robot).sticks or any(
         map(is_symbolic, (*rates._q_dot, *tau, *rates.pose.point))
@@ -285,8 +287,8 @@ def _refuse_no_inertia(robot, model):
 
 
 def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
-    """Forces (*batch, 2) in N of the distal bars on the end-effector, under torques tau; regular as
-    `forward_dynamics`.
+    """Return forces (*batch, 2) in N of the distal bars on the end-effector, under torques tau;
+    regular as `forward_dynamics`.
 
     A bar that pushes has a positive one: m xi'' = A^T lambda.
     """
@@ -312,7 +314,7 @@ def bar_force_dynamics(accelerations: Accelerations, forces: tuple) -> tuple:
 
 
 def drives_forces(accelerations: Accelerations, tau: tuple) -> tuple:
-    """What the drives say of the bar forces, B^-1 (tau - Z q''), N, on components; of Type 1
+    """Return what the drives say of the bar forces, B^-1 (tau - Z q''), N, on components; of Type 1
     nothing.
     """
     drives = zip(

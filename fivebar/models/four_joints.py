@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
 
 def four_joint_pose(robot: Robot, q: tuple, q_passive: tuple) -> Pose:
-    """The pose with all four joint angles given, on components; the end-effector is the left leg's
-    (AMORO eq. 4).
+    """Return the pose with all four joint angles given, on components; the end-effector is the left
+    leg's (AMORO eq. 4).
     """
     phi = (drive.absolute(passive, own) for drive, own, passive in zip(robot.drives, q, q_passive))
     return _pose(robot, q, phi)
 
 
 def bars_pose(robot: Robot, a: tuple) -> Pose:
-    """The pose in which the bars are at a = (q1, phi1, q2, phi2), rad (q in m for sliders), on
-    components.
+    """Return the pose in which the bars are at a = (q1, phi1, q2, phi2), rad (q in m for sliders),
+    on components.
     """
     return _pose(
         robot,
@@ -77,8 +77,8 @@ class FourJointRates(Rates):
 
 
 def four_joint_rates(pose: Pose, q_dot: tuple, q_passive_dot: tuple) -> FourJointRates:
-    """Rates of which the four joints' are known, on components; the end-effector's velocity is not
-    to be read.
+    """Return rates of which the four joints' are known, on components; the end-effector's velocity
+    is not to be read.
     """
     turns = tuple(
         drive.absolute(p, q) for drive, p, q in zip(pose.robot.drives, q_passive_dot, q_dot)
@@ -87,8 +87,8 @@ def four_joint_rates(pose: Pose, q_dot: tuple, q_passive_dot: tuple) -> FourJoin
 
 
 def bars_rates(robot: Robot, a: tuple, a_dot: tuple) -> FourJointRates:
-    """Rates in which the bars are as in `bars_pose`, and turn at a_dot; that they close the loop is
-    not checked.
+    """Return rates in which the bars are as in `bars_pose`, and turn at a_dot; that they close the
+    loop is not checked.
     """
     return _rates(bars_pose(robot, a), a_dot)
 
@@ -105,7 +105,7 @@ def _rates(pose, a_dot):
 
 
 def bars_of(rates: Rates) -> tuple:
-    """(a, a') of a motion known in any other way, on components."""
+    """Return (a, a') of a motion known in any other way, on components."""
     legs = zip(rates.pose.legs, rates._q_dot, rates.phi_dot)
     (q1, phi1, *first), (q2, phi2, *second) = (
         (leg.q, atan2(leg.distal[1], leg.distal[0]), q_dot, turn) for leg, q_dot, turn in legs
@@ -114,7 +114,7 @@ def bars_of(rates: Rates) -> tuple:
 
 
 def _columns(pose):
-    """Per leg the end-effector's velocity for q_i' = 1, P_i', and for phi_i' = 1, l_i2 v_i2."""
+    """Return per leg the end-effector's velocities P_i' for q_i' = 1 and l_i2 v_i2 for phi_i' = 1."""
     legs = zip(pose.robot.drives, pose.legs, pose.robot.distal)
     return tuple(
         (
@@ -135,8 +135,8 @@ def rates_from_joint_state(
     q_dot: Any,
     xi_dot: Any,
 ) -> Rates:
-    """A motion of which joints and end-effector are both known, on components: nothing is solved
-    for, no mode asked.
+    """Return a motion of which joints and end-effector are both known, on components: nothing is
+    solved for, no mode asked.
     """
     legs = []
     for drive, own, bar in zip(robot.drives, q, robot.distal):
@@ -168,8 +168,8 @@ def closed(
     a_dot: tuple,
     free: tuple | None = None,
 ) -> tuple:
-    """(a, a', their Rates) moved the least that closes the loop: a Newton step for positions, then
-    rates tangent to it.
+    """Return (a, a', their Rates) moved the least that closes the loop: a Newton step for
+    positions, then rates tangent to it.
 
     On components. Quadratic: a gap of 1e-8 of the bars is rounding afterwards. free: per drive 1,
     or 0 where it is not to be moved.
@@ -184,7 +184,7 @@ def closed(
 
 
 def closure_columns(pose: Pose) -> tuple:
-    """Columns of d(gap) / d(q1, phi1, q2, phi2)."""
+    """Return columns of d(gap) / d(q1, phi1, q2, phi2)."""
     first, second = _columns(pose)
     return *first, *((-x, -y) for x, y in second)
 
@@ -199,7 +199,7 @@ def gap_rate(columns: tuple, a_dot: tuple) -> tuple:
 
 
 def _movable(pose, free):
-    """The columns, those of drives that are not free 0."""
+    """Return the columns, those of drives that are not free 0."""
     first, *rest = closure_columns(pose)
     if free is None:
         return first, *rest

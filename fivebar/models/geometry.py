@@ -115,7 +115,7 @@ def _close_on_elbows(robot, q, assembly):
 
 
 def _joint_xi_in_blocks(robot, q, assembly):
-    """The end-effector alone, a stretch of the batch at a time that stays in the processor's
+    """Return the end-effector alone, a stretch of the batch at a time that stays in the processor's
     cache.
     """
     flat = [np.ravel(component) for component in q]
@@ -205,13 +205,13 @@ def reach(
     bar: float,
     working,
 ) -> ReachedLeg:
-    """The leg of this drive and distal bar that ends in xi."""
+    """Return the leg of this drive and distal bar that ends in xi."""
     return ReachedLeg(drive, drive.close(xi, bar, working))
 
 
 def _with_modes(v, modes, name, count):
-    """Components of v and `count` components of its modes; floats become arrays where the modes are
-    a batch.
+    """Return components of v and `count` components of its modes; floats become arrays where the
+    modes are a batch.
     """
     plain = (modes,) if count == 1 else modes
     if (

@@ -39,8 +39,9 @@ def loaded_accelerations(
     slip: tuple | None,
     refuse_corner: Callable,
 ) -> Accelerations:
-    """Accelerations under torques tau, on components. slip: as in `asked_for`; a drive with slip 0
-    stays at rest.
+    """Return the accelerations under torques tau, on components.
+
+    slip: as in `forces_and_torques`; a drive with slip 0 stays at rest.
 
     refuse_corner(pose, determinant): raises where all bars are parallel.
     """
@@ -58,7 +59,7 @@ def loaded_accelerations(
 
 
 def _free(slip):
-    """Per drive 1, or 0 where it sticks."""
+    """Return per drive 1, or 0 where it sticks."""
     if slip is None:
         return FREE
     return tuple(each * each for each in slip)
@@ -71,8 +72,8 @@ def by_bar_forces(
     free: tuple = FREE,
     fall: tuple | None = None,
 ) -> tuple[Accelerations, tuple]:
-    """(Accelerations, mu: the bar forces over m) of `dynamics.forward_dynamics`, with xi'' = A^T mu
-    - fall.
+    """Return (Accelerations, mu: the bar forces over m) of `dynamics.forward_dynamics`, with xi'' =
+    A^T mu - fall.
     """
     pose, m, (z1, z2) = rates.pose, rates.pose.robot.m, rates.pose.robot.inertias
     (b1, b2), (u1, u2), g, square = pose.b, pose.u2, dot(*pose.u2), pose.det_A * pose.det_A
@@ -99,7 +100,7 @@ def by_bar_forces(
 
 
 def _two_forces(pose, k, right, refuse_corner=lambda pose, determinant: None):
-    """(mu with (A A^T + diag(k)) mu = right, 1 over the determinant)."""
+    """Return (mu with (A A^T + diag(k)) mu = right, 1 over the determinant)."""
     (k1, k2), (r1, r2), g = k, right, dot(*pose.u2)
     # (1 + k1)(1 + k2) - g^2, written without cancellation: 1 - g^2 = (det A)^2.
     determinant = pose.det_A * pose.det_A + (k1 + k2) + k1 * k2
@@ -188,8 +189,8 @@ def masses(rates: Rates, free: tuple = FREE) -> list[list]:
 
 
 def bar_forces_under(acc: Accelerations, tau: tuple, slip: tuple | None) -> tuple:
-    """The forces along the distal bars in a motion under tau, on components, regular as the motion:
-    least squares of all that speaks of them, which agrees.
+    """Return the forces along the distal bars in a motion under tau, on components, regular as the
+    motion: least squares of all that speaks of them, which agrees.
     """
     free = _free(slip)
     pose = acc.rates.pose
@@ -204,7 +205,7 @@ def bar_forces_under(acc: Accelerations, tau: tuple, slip: tuple | None) -> tupl
 
 
 def _antisymmetric(a, b, c, d, e, f):
-    """Rows of W from its entries 12, 13, 14, 23, 24, 34."""
+    """Return rows of W from its entries 12, 13, 14, 23, 24, 34."""
     return [
         [0.0, a, b, c],
         [-a, 0.0, d, e],

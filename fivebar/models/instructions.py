@@ -83,7 +83,7 @@ def indexed(
     row: int,
     column: int,
 ) -> str:
-    """An element of a vector or a matrix of this shape; of what is one number its name."""
+    """Return an element of a vector or a matrix of this shape; of what is one number its name."""
     if shape == (1, 1):
         return name
     if shape[1] == 1:
@@ -92,7 +92,8 @@ def indexed(
 
 
 def statements(function: ca.Function, language: Language) -> Iterator[str]:
-    """The assignments, without their semicolons, that compute a function of dense SX expressions.
+    """Yield the assignments, without their semicolons, that compute a function of dense SX
+    expressions.
 
     They use the variables of `variables`. ValueError for a function that is none, or an operation
     unknown here.
@@ -151,7 +152,7 @@ def wrapped(
 
 
 def variables(function: ca.Function) -> list[str]:
-    """Names of the variables that the statements assign to."""
+    """Return names of the variables that the statements assign to."""
     return [_variable(slot) for slot in range(function.sz_w())]
 
 

@@ -35,7 +35,7 @@ OWN = {
 
 
 def to_javascript(function: ca.Function, name: str = "", flat: bool = False) -> str:
-    """The function in JavaScript: its inputs in, an object of its outputs by name out.
+    """Return the function in JavaScript: its inputs in, an object of its outputs by name out.
 
     Vectors are arrays x[n], matrices x[rows][columns], what is 1 x 1 a number. Equal to CasADi's
     own evaluation to the bit but for sin, cos and their like, which every browser rounds in its own

@@ -20,7 +20,7 @@ def elbows(robot: Robot, q: np.ndarray) -> np.ndarray:
 
 
 def joints(robot: Robot, pivots: np.ndarray, xi: np.ndarray) -> np.ndarray:
-    """Base joint, elbow, end-effector, elbow, base joint, (m, 5, 2) m; with sliders foot,
+    """Return base joint, elbow, end-effector, elbow, base joint, (m, 5, 2) m; with sliders foot,
     end-effector, foot.
 
     pivots (m, 2, 2) m: elbows or feet; xi (m, 2) m.

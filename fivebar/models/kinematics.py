@@ -146,8 +146,8 @@ class Rates:
         return tuple(-dot(leg.dyad.span, self._xi_dot) / (bar * b) for leg, bar, b in legs)
 
     def _relative(self, swing, own):
-        """The passive joints' rates or accelerations, from l_i2 times the distal bars' and the
-        drives' own.
+        """Return the passive joints' rates or accelerations, from l_i2 times the distal bars' and
+        the drives' own.
         """
         robot = self.pose.robot
         legs = zip(robot.drives, robot.distal, swing, own)
@@ -411,8 +411,8 @@ def ikm2(rates: Rates, xi_ddot: ArrayLike) -> Accelerations:
 
 
 def solve_a(pose: Pose, along: tuple, model: str) -> tuple:
-    """The vector whose components along the two distal bars are given: A^-1, refused where A is
-    singular.
+    """Return the vector whose components along the two distal bars are given: A^-1, refused where A
+    is singular.
     """
     refuse_parallel(pose, model)
     (x1, y1), (x2, y2) = pose.u2
@@ -459,7 +459,7 @@ def _refuse(pose, margin, problem, name):
 
 
 def place_of(pose: Pose, shape: tuple, index: tuple) -> str:
-    """Where one pose of a batch of this shape is, in words."""
+    """Return where one pose of a batch of this shape is, in words."""
     q, xi = (np.broadcast_to(v, (*shape, 2))[index] for v in (pose.q, pose.xi))
     return (
         f"at q = ({q[0]:.9g}, {q[1]:.9g}) {pose.robot.words.unit}, xi = ({xi[0]:.9g},"
@@ -468,5 +468,5 @@ def place_of(pose: Pose, shape: tuple, index: tuple) -> str:
 
 
 def _reached(pose):
-    """Whether the legs are cranks with bars, closed on a given end-effector."""
+    """Return whether the legs are cranks with bars, closed on a given end-effector."""
     return pose.robot.turns and all(isinstance(leg, ReachedLeg) for leg in pose.legs)

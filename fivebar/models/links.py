@@ -85,7 +85,7 @@ class Link:
         y: float = 0.0,
         inertia: float = 0.0,
     ) -> Link:
-        """A link whose inertia, kg m^2, is about its centre of mass, as data sheets and CAD
+        """Return a link whose inertia, kg m^2, is about its centre of mass, as data sheets and CAD
         programs give it.
         """
         mass, x, y = (
@@ -101,8 +101,8 @@ class Link:
         )
 
     def of_length(self, length: float) -> tuple[float, float, float, float]:
-        """(mass, first moments along and across, inertia about the first joint) as a bar of this
-        length, m.
+        """Return (mass, first moments along and across, inertia about the first joint) as a bar of
+        this length, m.
         """
         x = length / 2 if self.x is None else self.x
         own = self.inertia
@@ -117,8 +117,8 @@ def grouped(
     payload: float,
     rotor: Sequence,
 ) -> dict[str, float]:
-    """Base parameters {name: value} of bars {"11": Link or mass, ...} of these lengths {"l11": m,
-    ...}.
+    """Return base parameters {name: value} of bars {"11": Link or mass, ...} of these lengths
+    {"l11": m, ...}.
     """
     if not isinstance(links, Mapping) or not set(links) <= set(NAMES):
         raise ValueError(f'links must be a table of "11", "12", "21" and "22", not {shown(links)}')
@@ -153,7 +153,7 @@ def _link(links, name):
 
 
 def _rotor(motor):
-    """The inertia that a motor puts on its joint."""
+    """Return the inertia that a motor puts on its joint."""
     if isinstance(motor, (tuple, list)):
         if len(motor) != 2:
             raise ValueError(

@@ -47,13 +47,13 @@ def refuse_weightless(robot: Robot, model: str) -> None:
 
 
 def has_moving_mass(robot: Robot) -> bool:
-    """Whether the distal bars push at all."""
+    """Return whether the distal bars push at all."""
     return named(robot.m) or loads_of(robot).heavy or any(map(named, loads_of(robot).elbows))
 
 
 def forces_and_torques(acc: Accelerations, slip: tuple | None = None) -> tuple[tuple, tuple]:
-    """(force on the end-effector, torques of the drives) that a motion asks for but for the forces
-    along the bars.
+    """Return (force on the end-effector, torques of the drives) that a motion asks for but for the
+    forces along the bars.
 
     On components. slip: per drive the direction in which it slips, 0 where it sticks; None: that of
     its rate.
@@ -97,15 +97,15 @@ def forces_and_torques(acc: Accelerations, slip: tuple | None = None) -> tuple[t
 
 
 def at_rest(rates: Rates) -> Accelerations:
-    """The motion's Accelerations with q'' = 0 and xi'' = 0 (which need not close the loop): what is
-    left is bias.
+    """Return the motion's Accelerations with q'' = 0 and xi'' = 0 (which need not close the loop):
+    what is left is bias.
     """
     zero = 0.0 * rates._xi_dot[0]
     return Accelerations(rates, (zero, zero), (zero, zero))
 
 
 def _weight(physics, drive, leg, i):
-    """What a drive is asked for by the weight of what it moves."""
+    """Return what a drive is asked for by the weight of what it moves."""
     (gx, gy), mx, my = physics.gravity, physics.levers[i], physics.sides[i]
     x, y = (part * (1 / drive.length) for part in drive.tangent(leg.direction))
     return my * (gx * y - gy * x) - mx * (gx * x + gy * y)
@@ -205,7 +205,7 @@ def dry_friction(robot: Robot, q_dot: np.ndarray) -> np.ndarray:
 
 
 def lost_power(rates: Rates) -> np.ndarray:
-    """What friction takes, (*batch,) W."""
+    """Return what friction takes, (*batch,) W."""
     robot, physics = rates.pose.robot, loads_of(rates.pose.robot)
     power = 0.0 * rates._q_dot[0]
     for i, (drive, q_dot) in enumerate(zip(robot.drives, rates._q_dot)):

@@ -18,7 +18,8 @@ KILLED = 3600.0  # s, after which whoever was compiling is taken for killed
 
 
 def machine_code(function, jit=True):
-    """A casadi.Function as machine code, from the cache folder or by the system's C compiler.
+    """Return a casadi.Function as machine code, from the cache folder or by the system's C
+    compiler.
 
     jit=True: RuntimeError without a C compiler, OSError where the cache folder cannot be written.
     jit="auto": then a RuntimeWarning, and the function itself.
@@ -51,7 +52,7 @@ def _load(function):
 
 
 def library(source, made_by="", flags=(), compiler=None):
-    """The shared library of a C text, compiled with FLAGS or from the cache; raises as
+    """Return the shared library of a C text, compiled with FLAGS or from the cache; raises as
     `machine_code` with jit=True.
 
     made_by: what, beside the text, machine and compiler, makes it another one. flags: more of them;
@@ -70,15 +71,15 @@ def library(source, made_by="", flags=(), compiler=None):
 
 
 def c_compiler():
-    """The system's C compiler, None if there is none."""
+    """Return the system's C compiler, None if there is none."""
     return (
         os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
     )
 
 
 def cache_folder():
-    """Where compiled models are kept: the variable FIVEBAR_CACHE, or `fivebar` in the user's cache
-    folder.
+    """Return where compiled models are kept: the variable FIVEBAR_CACHE, or `fivebar` in the user's
+    cache folder.
     """
     if chosen := os.environ.get("FIVEBAR_CACHE"):
         return Path(chosen)
@@ -95,8 +96,8 @@ def cache_folder():
 
 
 def _intact(folder):
-    """Whether a finished library is there, to the last bit: loading a damaged one would end the
-    process.
+    """Return whether a finished library is there, to the last bit: loading a damaged one would end
+    the process.
     """
     try:
         library = (folder / "model.so").read_bytes()

@@ -12,8 +12,8 @@ from .robots import KINDS, Biglide, FiveBar, Robot
 
 
 def names_of(robots: Iterable[Robot]) -> tuple[str, ...]:
-    """The parameters that any of these robots names beyond its kind's own, in the order of the
-    class.
+    """Return the parameters that any of these robots names beyond its kind's own, in the order of
+    the class.
     """
     robots = list(robots)
     asked = set().union(*(robot.parameters for robot in robots))
@@ -21,8 +21,8 @@ def names_of(robots: Iterable[Robot]) -> tuple[str, ...]:
 
 
 def parameters_of(robot: Robot, names: Iterable[str] | None = None) -> list:
-    """The robot's parameters: its kind's own in the order of the class, then those named; gravity
-    is two.
+    """Return the robot's parameters: its kind's own in the order of the class, then those named;
+    gravity is two.
     """
     names = names_of([robot]) if names is None else names
     found: list = []
@@ -33,13 +33,13 @@ def parameters_of(robot: Robot, names: Iterable[str] | None = None) -> list:
 
 
 def count_of(kind: type, names: Iterable[str] = ()) -> int:
-    """How many numbers `parameters_of` gives."""
+    """Return how many numbers `parameters_of` gives."""
     return len(_own(kind)) + sum(2 if name == "gravity" else 1 for name in names)
 
 
 def with_parameters(kind: type, p: Any, names: Iterable[str] = ()) -> FiveBar | Biglide:
-    """The robot of a kind with these parameters in the order of `parameters_of`, a CasADi vector
-    for instance.
+    """Return the robot of a kind with these parameters in the order of `parameters_of`, a CasADi
+    vector for instance.
     """
     given = {}
     k = 0

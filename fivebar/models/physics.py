@@ -15,7 +15,7 @@ NOTHING = 0.0, 0.0
 
 
 def named(value: object) -> bool:
-    """Whether a parameter is asked for: a symbol, or a number that is not 0."""
+    """Return whether a parameter is asked for: a symbol, or a number that is not 0."""
     return is_symbolic(value) or value != 0
 
 
@@ -90,12 +90,12 @@ class Smoothed:
 
 
 def smoothed(robot: Any, rate: float) -> Any:
-    """The robot itself where nothing in it needs smoothing."""
+    """Return the robot itself where nothing in it needs smoothing."""
     return Smoothed(robot, rate) if loads_of(robot).sticks else robot
 
 
 def physics_of(robot: Any) -> Physics | None:
-    """What a robot has beyond the lab's parameters; None: nothing."""
+    """Return what a robot has beyond the lab's parameters; None: nothing."""
     return getattr(robot, "physics", None)
 
 
@@ -103,5 +103,5 @@ NO_LOADS = Physics()
 
 
 def loads_of(robot: Any) -> Physics:
-    """What a robot has beyond the lab's parameters, all 0 where it has nothing."""
+    """Return what a robot has beyond the lab's parameters, all 0 where it has nothing."""
     return physics_of(robot) or NO_LOADS

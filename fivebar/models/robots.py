@@ -143,7 +143,9 @@ class Robot(Protocol):
 
 
 def nearest_equivalent_angle(robot: Robot, q, before):
-    """Joint coordinates q, which may jump by a turn, in the turn that is nearest to `before`."""
+    """Return joint coordinates q, which may jump by a turn, in the turn that is nearest to
+    `before`.
+    """
     difference = q - before
     return q - (difference - robot.joint_difference(difference))
 
@@ -241,7 +243,7 @@ class FiveBar(Named):
         coulomb: Sequence[float] = (0.0, 0.0),
         elbows: Sequence[float] = (0.0, 0.0),
     ) -> FiveBar:
-        """A robot of bars as they are built, in base parameters (`links.grouped`).
+        """Return a robot of bars as they are built, in base parameters (`links.grouped`).
 
         l11, ..., d: m, as of FiveBar.
         links: {"11": Link, "12": Link, "21": Link, "22": Link}, a number is the mass of a uniform
@@ -306,11 +308,11 @@ class FiveBar(Named):
         return found if found.asked else None
 
     def joint_difference(self, difference: Any) -> Any:
-        """The difference of two joint coordinates: of angles the one within half a turn."""
+        """Return the difference of two joint coordinates: of angles the one within half a turn."""
         return wrap(difference)
 
     def continuous(self, q: np.ndarray) -> np.ndarray:
-        """Joint coordinates (n, 2) along a motion, without the jumps of angles."""
+        """Return joint coordinates (n, 2) along a motion, without the jumps of angles."""
         return np.unwrap(q, axis=0)
 
 
@@ -408,11 +410,11 @@ class Biglide(Named):
         return found if found.asked else None
 
     def joint_difference(self, difference: Any) -> Any:
-        """The difference of two joint coordinates: lengths do not wrap."""
+        """Return the difference of two joint coordinates: lengths do not wrap."""
         return difference
 
     def continuous(self, q: np.ndarray) -> np.ndarray:
-        """Joint coordinates (n, 2) along a motion: lengths do not jump."""
+        """Return joint coordinates (n, 2) along a motion: lengths do not jump."""
         return q
 
 

@@ -19,7 +19,7 @@ def slip_of(
     held_by: Callable,
     standing: np.ndarray | None = None,
 ) -> tuple:
-    """Per drive the direction in which it slips, 0 where friction holds it, on components.
+    """Return per drive the direction in which it slips, 0 where friction holds it, on components.
 
     A drive that moves slips with its rate. One that stands is held where no more than its friction
     is needed, else it slips as its acceleration then has it; of two, both at once (the mass matrix

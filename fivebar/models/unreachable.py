@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def raise_or_nan(unreachable: object) -> str:
-    """What a model does where a pose does not close, checked."""
+    """Return what a model does where a pose does not close, checked."""
     if not isinstance(unreachable, str) or unreachable not in ("raise", "nan"):
         raise ValueError(f'unreachable must be "raise" or "nan", not {unreachable!r}')
     return unreachable

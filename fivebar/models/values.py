@@ -17,7 +17,7 @@ MAY_BE_NEGATIVE = (
 
 
 def _rule(robot, name):
-    """The rule for a field by its name."""
+    """Return the rule for a field by its name."""
     if name[0] == "l":
         return size
     if name == "d":
@@ -61,7 +61,7 @@ def check_values(robot):
 
 
 def _gravity(value):
-    """(gx, gy), numbers or symbols."""
+    """Return (gx, gy), numbers or symbols."""
     symbols = is_symbolic(value) and value.numel() == 2
     if symbols or (
         isinstance(value, (tuple, list)) and len(value) == 2 and any(map(is_symbolic, value))

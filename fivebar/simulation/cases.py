@@ -108,7 +108,7 @@ CONTROLLERS = {
 
 
 def case(name: str) -> ControlCase:
-    """One of CASES by its name: ControlCase."""
+    """Return one of CASES by its name: ControlCase."""
     return CASES[_known(name, CASES, "case")]()
 
 

@@ -103,7 +103,7 @@ class Comparison(Plotted):
 
 
 def peak_name(robot: Robot) -> str:
-    """What the figure of the motors' largest torques or forces, a list, is called."""
+    """Return what the figure of the motors' largest torques or forces, a list, is called."""
     words = robot.words
     return f"peak_{words.effort}_{words.effort_unit.replace(' ', '')}"
 

@@ -93,8 +93,8 @@ class Aspect:
         return tuple(_polygon(loop) for loop in self.boundary)
 
     def contains(self, xi: ArrayLike) -> bool | np.ndarray:
-        """Whether points xi (*batch, 2), m, are in the aspect, by its exact boundary, which is not:
-        bool (*batch,).
+        """Return whether points xi (*batch, 2), m, are in the aspect, by its exact boundary, which
+        is not: bool (*batch,).
         """
         xi = real_numbers(xi, "xi")
         if xi.ndim == 0 or xi.shape[-1] != 2:
@@ -114,7 +114,7 @@ def _polygon(loop):
 
 
 def as_kind(kind: type[Any], aspect: Aspect, *more: object) -> Any:
-    """The aspect as one of a class derived from it, with what that has more."""
+    """Return the aspect as one of a class derived from it, with what that has more."""
     return kind(
         *(getattr(aspect, each.name) for each in fields(Aspect)),
         *more,
@@ -254,8 +254,8 @@ def numbered(found: Iterable[Any]) -> tuple[Any, ...]:
 def parts(
     kind: type[Any], robot: FiveBar, active: Callable, touches: tuple, **levels: float
 ) -> Iterator[Any]:
-    """The parts of all working modes in which |det A| >= det_A and |sin q_i2| >= sin, as `kind`,
-    without numbers.
+    """Yield the parts of all working modes in which |det A| >= det_A and |sin q_i2| >= sin, as
+    `kind`, without numbers.
 
     active: working mode -> its boundaries, a list of Locus, or None where it has no part; touches:
     vertices of circles that touch; levels: det_A and sin. The modes with a left elbow of the other
@@ -285,7 +285,7 @@ def _in_mode(
     det_A=0.0,
     sin=0.0,
 ):
-    """The parts of one working mode: assembly mode, area, boundary, punctures."""
+    """Yield the parts of one working mode: assembly mode, area, boundary, punctures."""
     size = size_of(robot)
     edges = _edges(
         [piece for piece in pieces if len(piece.points) > 1],
@@ -308,8 +308,8 @@ def _proved(
     det_A,
     sin,
 ):
-    """Faces of the edges that are inside: assembly mode, area, boundary; ArithmeticError where one
-    is not wholly.
+    """Yield faces of the edges that are inside: assembly mode, area, boundary; ArithmeticError
+    where one is not wholly.
     """
     size = size_of(robot)
     levels = {}
@@ -350,8 +350,8 @@ def _proved(
 
 
 def _edges(pieces, touches):
-    """(arc, vertex where it starts, where it ends): the pieces, circles cut where others end on
-    them or touch them.
+    """Return (arc, vertex where it starts, where it ends): the pieces, circles cut where others end
+    on them or touch them.
     """
     # Where a leg is in line on a Type-2 locus all along, this is one of the circles.
     pieces = [piece for piece in pieces if piece.type != Singularity.SERIAL | Singularity.PARALLEL]
@@ -381,7 +381,7 @@ def _edges(pieces, touches):
 
 
 def _parameter(circle, z):
-    """Where a circle passes a point, None where its arc does not."""
+    """Return where a circle passes a point, None where its arc does not."""
     on, tangent = circle.curve(0.0)
     radius = tangent / 1j
     s = circle.start + (np.angle((z - on + radius) / radius) - circle.start) % (2 * np.pi)
@@ -389,7 +389,9 @@ def _parameter(circle, z):
 
 
 def _same(circle, other):
-    """Whether two closed curves are one: bases in one point can give both legs the same circle."""
+    """Return whether two closed curves are one: bases in one point can give both legs the same
+    circle.
+    """
     if not (circle.locus.closed and other.locus.closed):
         return False
     thirds = circle.z[:: len(circle.z) // 3]

@@ -163,8 +163,8 @@ class BiglideLoci:
 
 
 def _directions(across, bar):
-    """Unit vectors of a bar (of negative length: turned round) that spans `across` between guides;
-    none, one or two.
+    """Return unit vectors of a bar (of negative length: turned round) that spans `across` between
+    guides; none, one or two.
     """
     square = (1 - across / bar) * (1 + across / bar)
     if square < -FLAT:

@@ -43,7 +43,7 @@ def largest_force(
     working: tuple[int, int],
     acceleration: float,
 ) -> float:
-    """The largest of these on a path with this largest acceleration (m/s^2), N."""
+    """Return the largest of these on a path with this largest acceleration (m/s^2), N."""
     if physics_of(robot) is None:
         return robot.m * acceleration
     motion = path(np.linspace(path.start, path.start + path.duration, SAMPLES))
@@ -58,8 +58,8 @@ def largest_force(
 
 
 def crossing_acceleration(pose: Pose, xi_dot: np.ndarray, along: float) -> tuple[float, float]:
-    """The acceleration on Type 2, m/s^2, with this part along u_12, that asks for nothing along
-    t_s.
+    """Return the acceleration on Type 2, m/s^2, with this part along u_12, that asks for nothing
+    along t_s.
     """
     x, y = pose.u2[0]
     if physics_of(pose.robot) is None:

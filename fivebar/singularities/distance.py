@@ -95,8 +95,8 @@ class _Segments:
         return np.abs(self.end - self.start)
 
     def candidates(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(row, segment) of all segments on which the point nearest to points[row] may lie, rows in
-        order.
+        """Return (row, segment) of all segments on which the point nearest to points[row] may lie,
+        rows in order.
         """
         # Roughly by the squares of the distances to all starts, then each by its own length: a
         # segment that turns by less than 1 degree is hardly longer than its chord.
@@ -129,7 +129,7 @@ class _Segments:
         t: np.ndarray,
         x: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(xi - x) . dxi/dt / |dxi/dt| and |xi - x| at parameters t of segments k."""
+        """Return (xi - x) . dxi/dt / |dxi/dt| and |xi - x| at parameters t of segments k."""
         slope = np.empty(len(t))
         distance = np.empty(len(t))
         piece = self.piece[k]
@@ -145,7 +145,7 @@ class _Segments:
 
 @lru_cache(maxsize=32)
 def _active(robot, working):
-    """The pieces of the loci, and the modes that are singular everywhere, that count in this
+    """Return the pieces of the loci, and the modes that are singular everywhere, that count in this
     working mode.
     """
     loci = singularity_loci(robot)
@@ -154,7 +154,7 @@ def _active(robot, working):
 
 
 def _nearest_line(pieces, points):
-    """Distances and types of points (n,) from lines, whose tangents have length 1."""
+    """Return distances and types of points (n,) from lines, whose tangents have length 1."""
     curves = np.array([piece._curve(0.0) for piece in pieces])
     start = curves[:, 0, None]
     along = curves[:, 1, None]
@@ -189,8 +189,8 @@ def _segments(robot, working):
 
 
 def _nearest(segments, points):
-    """Distances and types of points (n,): the feet of the normals on all candidate segments, by
-    bracketing.
+    """Return distances and types of points (n,): the feet of the normals on all candidate segments,
+    by bracketing.
     """
     row, k = segments.candidates(points)
     x = points[row]

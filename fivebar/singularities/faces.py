@@ -13,8 +13,8 @@ SLIVER = 1e-12  # faces of a smaller share of the size's square are rounding err
 
 
 def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[float, tuple]]:
-    """Faces of the planar graph of arcs that meet at their ends only: (area, loops), arcs with the
-    face on their left.
+    """Return faces of the planar graph of arcs that meet at their ends only: (area, loops), arcs
+    with the face on their left.
 
     edges: (arc, the vertex where it starts, where it ends); size: of the whole, m. The first loop
     is the outer one. A hole belongs to the innermost outer loop around it.
@@ -69,8 +69,8 @@ def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[fl
 
 
 def _swept(loop):
-    """The area about one of its points, of a loop so small that integrals about the origin are
-    rounding errors.
+    """Return the area about one of its points, of a loop so small that integrals about the origin
+    are rounding errors.
     """
     z = np.concatenate([side.z[:-1] for side in loop])
     z = z - z[0]
@@ -78,8 +78,8 @@ def _swept(loop):
 
 
 def _cycles(sides, corners, size):
-    """Closed walks along the sides that keep the face on their left: at a vertex, the first side
-    clockwise.
+    """Return closed walks along the sides that keep the face on their left: at a vertex, the first
+    side clockwise.
     """
     at = {}
     for k in range(len(sides)):
@@ -101,7 +101,7 @@ def _cycles(sides, corners, size):
 
 
 def _around(sides, outgoing, size):
-    """The sides that leave a vertex, counterclockwise."""
+    """Return the sides that leave a vertex, counterclockwise."""
     if len(outgoing) < 3:
         return outgoing
     curves = [k for k in outgoing if not sides[k].locus.circle]

@@ -39,7 +39,7 @@ class CouplerCurve:
     bars: tuple
 
     def _bars(self, t, count=4):
-        """Unit vectors u11, u12, u21, u22, or the first of them, and their rates."""
+        """Return unit vectors u11, u12, u21, u22, or the first of them, and their rates."""
         directions, rates = self.motion(t)
         return [sign * directions[k] for k, sign in self.bars[:count]], [
             rates[k] for k, _ in self.bars[:count]
@@ -54,7 +54,7 @@ class CouplerCurve:
         return -robot.d / 2 + proximal + distal, 1j * (proximal * rate1 + distal * rate2)
 
     def joint(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Active angles q1 + i q2 in (-pi, pi] and their derivatives."""
+        """Return active angles q1 + i q2 in (-pi, pi] and their derivatives."""
         (u11, _, u21, _), (rate1, _, rate2, _) = self._bars(t)
         return np.angle(u11) + 1j * np.angle(u21), rate1 + 1j * rate2
 
@@ -286,8 +286,8 @@ def distal_chains(
     det_A: float = 0.0,
     sign: int = 1,
 ) -> list[tuple[str, CouplerCurve]]:
-    """(kind, CouplerCurve) of the motions in which det A is sign det_A: of 0 Type 2, self-motions
-    included.
+    """Return (kind, CouplerCurve) of the motions in which det A is sign det_A: of 0 Type 2, self-
+    motions included.
 
     side: of the distal bars, 1 where they lie back on each other, -1 where they go on in line,
         turned from there.

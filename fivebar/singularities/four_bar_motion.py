@@ -29,7 +29,7 @@ class Turning:
     period: float = 2 * math.pi
 
     def __call__(self, t: np.ndarray) -> tuple[tuple | list, tuple | list]:
-        """Directions (e1, e2, u) and their rates by t."""
+        """Return directions (e1, e2, u) and their rates by t."""
         turn = np.exp(1j * t)
         directions = [
             e * turn if turns else _as_long(t, complex(e))
@@ -98,7 +98,7 @@ class FourBarMotion:
     mirrored: bool  # the sides are those of the mirror image, with the cranks exchanged
 
     def __call__(self, t: np.ndarray) -> tuple[tuple | list, tuple | list]:
-        """Directions (e1, e2, u) and their rates by t."""
+        """Return directions (e1, e2, u) and their rates by t."""
         sides = self.base, self.r1, self.c, self.r2
         directions, rates = four_bar_directions(
             sides,
@@ -201,7 +201,7 @@ class FourBarMotion:
         return times
 
     def _times(self, w):
-        """Values of t at which the diagonal's square is w, or nearest to it."""
+        """Return values of t at which the diagonal's square is w, or nearest to it."""
         low = (self.base - self.r2) ** 2 + self.slack[0][0]
         t = math.asin(math.sqrt(min(max((w - low) / self.span, 0.0), 1.0)))
         return [
@@ -248,7 +248,7 @@ class FourBarMotion:
 
 
 def _as_long(t, value):
-    """A value at each of the parameters t (n,), or at one."""
+    """Return a value at each of the parameters t (n,), or at one."""
     if isinstance(t, np.ndarray):
         return np.full(t.shape, value)
     return value
@@ -261,8 +261,8 @@ def four_bar_directions(
     signs: tuple,
     t: Any,
 ) -> tuple[tuple, tuple]:
-    """Unit vectors e1, e2, u and their rates by t, on components, of the closed component that
-    `FourBarMotion` says.
+    """Return unit vectors e1, e2, u and their rates by t, on components, of the closed component
+    that `FourBarMotion` says.
 
     sides: base, r1, c, r2; the others as there, CasADi symbols too.
     """
@@ -311,7 +311,7 @@ def _half(s, c, slack, sign):
 
 
 def _passed(s, slack):
-    """The root of s^2 + slack, with the sign of s where there is no slack, and s over it."""
+    """Return the root of s^2 + slack, with the sign of s where there is no slack, and s over it."""
     if is_symbolic(slack):
         x = where_zero(
             slack,
@@ -326,15 +326,15 @@ def _passed(s, slack):
 
 
 def _doubled(half):
-    """The unit vector at twice the angle of a vector (x, y), and 2 x / |(x, y)|^2."""
+    """Return the unit vector at twice the angle of a vector (x, y), and 2 x / |(x, y)|^2."""
     x, y = half
     share = 2.0 * x / (x * x + y * y)
     return (x * share - 1.0, y * share), share
 
 
 def _triangle(a, b, c, tolerance):
-    """Unit vectors e with |a + b e| = c: two, one where the triangle is flat, none where it does
-    not close.
+    """Return unit vectors e with |a + b e| = c: two, one where the triangle is flat, none where it
+    does not close.
     """
     if a + b < c - tolerance or abs(a - b) > c + tolerance:
         return []
@@ -356,7 +356,8 @@ def closures(
     c: float,
     r2: float,
 ) -> list[FourBarMotion | Turning]:
-    """All motions of the closed chain base + r2 e2 = r1 e1 + c u, one for each closed component.
+    """Return all motions of the closed chain base + r2 e2 = r1 e1 + c u, one for each closed
+    component.
 
     Sides in m, any may be 0. Where two are 0 together, what remains free has two dimensions: no
     motion is given, but for base = c = 0, whose cranks turn together.

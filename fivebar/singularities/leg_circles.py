@@ -106,7 +106,7 @@ class LegCircles:
         )
 
     def _arcs(self, leg, side, corners):
-        """The arcs of a leg's circle that the other leg reaches.
+        """Return the arcs of a leg's circle that the other leg reaches.
 
         corners: {on which circles, above or below the bases: Vertex} of circles that cross, which
             this adds to.

@@ -51,7 +51,7 @@ class LevelCurves:
         return tuple((kind, chain) for kind, chain in found if not (k and _extreme(chain.motion)))
 
     def pieces(self, working: tuple[int, int]) -> list[Locus]:
-        """Those of a working mode, from circle to circle."""
+        """Return those of a working mode, from circle to circle."""
         return [
             piece for kind, chain in self.chains for piece in self._of_chain(kind, chain, working)
         ]
@@ -84,7 +84,9 @@ class LevelCurves:
         return [piece for piece in pieces if len(piece.points) > 1]
 
     def _cuts(self, kind, chain, working):
-        """Parameters at which a curve comes to a circle or passes itself, and their vertices."""
+        """Return parameters at which a curve comes to a circle or passes itself, and their
+        vertices.
+        """
         found = [(t, ()) for t in chain.motion.flat]
         circles = list(product((0, 1), (1, -1)))
         ways = [
@@ -150,7 +152,7 @@ class LevelCurves:
         m,
         period,
     ):
-        """Whether two cuts are one: a circle that is touched, or the corner of two."""
+        """Return whether two cuts are one: a circle that is touched, or the corner of two."""
         apart = (found[m][0] - found[k][0] + period / 2) % period - period / 2
         if found[k][1] == found[m][1]:
             return abs(apart) <= SHORTEST * period
@@ -165,8 +167,8 @@ class LevelCurves:
         circles,
         working,
     ):
-        """The end-effector there, from the leg that is on its circle: within its reach to the last
-        digits.
+        """Return the end-effector there, from the leg that is on its circle: within its reach to
+        the last digits.
         """
         z, (bars, _) = chain.task(t)[0], chain._bars(t)
         for k, circle in enumerate(circles):
@@ -201,8 +203,8 @@ class LevelCurves:
 
 
 def _extreme(motion):
-    """Whether the robot turns as a whole with its elbows as far apart as they can be, or as near:
-    all around det A is on one side of what it is there.
+    """Return whether the robot turns as a whole with its elbows as far apart as they can be, or as
+    near: all around det A is on one side of what it is there.
     """
     return (
         isinstance(motion, Turning)

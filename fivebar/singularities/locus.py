@@ -86,7 +86,7 @@ class Locus:
         return points
 
     def drawn(self, low: float, high: float) -> np.ndarray:
-        """Points (n, 2) to draw: all, or of an unbounded line those of two parameters."""
+        """Return points (n, 2) to draw: all, or of an unbounded line those of two parameters."""
         if self.unbounded:
             return self.at(np.array([low, high]))
         return self.points
@@ -112,19 +112,19 @@ class TypeThree:
 
 
 def values_of(mode: int) -> tuple[int, ...]:
-    """The modes that a sign stands for: both where it is 0."""
+    """Return the modes that a sign stands for: both where it is 0."""
     if mode:
         return (int(mode),)
     return (1, -1)
 
 
 def modes_of(signs: Sequence[int]) -> tuple:
-    """The working modes that two signs stand for."""
+    """Return the working modes that two signs stand for."""
     return tuple(product(*map(values_of, signs)))
 
 
 def type_of(signs: Sequence[int], own: Singularity) -> Singularity:
-    """The type of a piece: Type 3 where another pair of bars is in line all along."""
+    """Return the type of a piece: Type 3 where another pair of bars is in line all along."""
     if all(signs):
         return own
     return Singularity.SERIAL | Singularity.PARALLEL
@@ -146,7 +146,7 @@ def pieces_of(
     circle: tuple = (),
     period: float = 0.0,
 ) -> list[Locus]:
-    """The Locus of each label between its edges.
+    """Return the Locus of each label between its edges.
 
     curve: parameters (n,) -> points (n,) and their derivatives;
     edges: parameters (n + 1,) where the labels change;
@@ -216,8 +216,8 @@ def trace(
     angles: bool = False,
     period: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters t (n,), edges among them, and points z (n,) between which the curve turns by less
-    than 1 degree.
+    """Return parameters t (n,), edges among them, and points z (n,) between which the curve turns
+    by less than 1 degree.
     """
     if edges[-1] == edges[0]:
         return edges[:1], curve(edges[:1])[0]

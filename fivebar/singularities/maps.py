@@ -257,8 +257,8 @@ def singularity_map(
 
 
 def turned_into(data: Map, points: np.ndarray) -> Iterator[np.ndarray]:
-    """Points (n, 2) of joint space, shifted by those full turns that bring some into the window of
-    the Map.
+    """Yield points (n, 2) of joint space, shifted by those full turns that bring some into the
+    window of the Map.
     """
     turn = 2 * np.pi
     low = np.array([data.x[0], data.y[0]])
@@ -276,8 +276,8 @@ def _joint_range(robot):
 
 
 def workspace_window(robot: Any, border: float = 0.04) -> tuple[float, float, float, float]:
-    """(x_min, x_max, y_min, y_max), m, of all that the end-effector reaches, with a border of that
-    share around it.
+    """Return (x_min, x_max, y_min, y_max), m, of all that the end-effector reaches, with a border
+    of that share around it.
 
     Of a biglide, what it reaches and its guides across, and as much along these, about 0.
     """
@@ -296,7 +296,7 @@ def workspace_window(robot: Any, border: float = 0.04) -> tuple[float, float, fl
 
 
 def _strip(robot):
-    """(x_min, x_max), m, of what a biglide reaches, at any y."""
+    """Return (x_min, x_max), m, of what a biglide reaches, at any y."""
     sides = [(drive.x - bar, drive.x + bar) for drive, bar in zip(robot.drives, robot.distal)]
     return max(low for low, _ in sides), min(high for _, high in sides)
 

@@ -24,7 +24,7 @@ class Mirror:
         self._images: dict = {}
 
     def loops(self, boundary: tuple) -> tuple:
-        """The loops of the image, with it on their left."""
+        """Return the loops of the image, with it on their left."""
         return tuple(tuple(map(self._arc, reversed(loop))) for loop in boundary)
 
     def _arc(self, arc):
@@ -44,7 +44,7 @@ class Mirror:
         return image
 
     def _image(self, locus):
-        """The image of a locus, and by which parameter total + sign s it goes."""
+        """Return the image of a locus, and by which parameter total + sign s it goes."""
         if id(locus) not in self._images:
             self._images[id(locus)] = self._of_circle(locus) or (_turned(locus), 0.0, 1)
         return self._images[id(locus)]

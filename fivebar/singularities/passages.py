@@ -80,8 +80,8 @@ def known_aspects(robot: FiveBar) -> tuple[Aspect, ...]:
 
 @lru_cache(maxsize=8)
 def passages(robot: FiveBar) -> tuple[Passage, ...]:
-    """All passages between the aspects of a five-bar, the best of each kind between each two.
-    Raises as `aspects`.
+    """Return all passages between the aspects of a five-bar, the best of each kind between each
+    two. Raises as `aspects`.
 
     What only single poses join is none: all four bars parallel (change-point robots), a leg folded
     on its base joint where the other one is in line.
@@ -113,8 +113,8 @@ def passages(robot: FiveBar) -> tuple[Passage, ...]:
 
 
 def _shared_place(robot, one, other, leg):
-    """The place, far from other singularities, on the arcs that both have: of Type 2, or where that
-    leg is in line.
+    """Return the place, far from other singularities, on the arcs that both have: of Type 2, or
+    where that leg is in line.
     """
     wanted = Singularity.PARALLEL if leg is None else Singularity.SERIAL
     best = None
@@ -183,7 +183,7 @@ def _folds(robot, everything):
 
 
 def aspect_of(pose: Pose) -> Aspect:
-    """The aspect in which a pose is; ValueError where it is singular."""
+    """Return the aspect in which a pose is; ValueError where it is singular."""
     working = tuple(int(mode) for mode in pose.working)
     found = known_aspects(pose.robot)
     for aspect in found:
@@ -270,7 +270,7 @@ def routes(
 
 
 def groups(robot: FiveBar, types: Singularity, folds: bool = True) -> tuple[frozenset[int], ...]:
-    """The aspects' numbers, grouped by what motions join that cross these types alone."""
+    """Return the aspects' numbers, grouped by what motions join that cross these types alone."""
     left = {aspect.number: {aspect.number} for aspect in known_aspects(robot)}
     for passage in passages(robot):
         if passage.type in types and (folds or not passage.fold):

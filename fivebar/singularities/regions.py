@@ -69,7 +69,7 @@ class Arc:
         return twin
 
     def curve(self, s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points and their derivative by the parameter, turned into the running direction."""
+        """Return points and their derivative by the parameter, in the arc's direction."""
         s = np.asarray(s, dtype=float)
         z, dz = self.locus._curve(
             s.item() if s.size == 1 else s
@@ -113,7 +113,7 @@ class Arc:
         return total
 
     def dense(self, spacing: float) -> np.ndarray:
-        """Points on the arc about this far apart, its start but not its end among them."""
+        """Return points on the arc about this far apart, its start but not its end among them."""
         along = np.append(
             0.0,
             np.cumsum(np.abs(np.diff(self.z))),
@@ -126,7 +126,7 @@ class Arc:
         return self.at(np.interp(even, along, self.s))
 
     def feet(self, z: complex, within: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters and distances of the arc's points that are locally nearest to z and not
+        """Return parameters and distances of the arc's points that are locally nearest to z and not
         farther than `within`.
         """
         distance = np.abs(self.z - z)
@@ -141,8 +141,8 @@ class Arc:
         return s[distance <= within], distance[distance <= within]
 
     def nearest(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Parameters (n,) and distances (n,) of the points of the arc that are nearest to points z
-        (n,).
+        """Return parameters (n,) and distances (n,) of the points of the arc that are nearest to
+        points z (n,).
         """
         s, distance = zip(*map(self._nearest, _batches(z)))
         return np.concatenate(s), np.concatenate(distance)
@@ -176,8 +176,8 @@ class Arc:
         return part, np.abs(away - part * chord)
 
     def _feet(self, z, index):
-        """Where the tangent is across the way from z, between the neighbours of sample points of
-        these indices.
+        """Return where the tangent is across the way from z, between the neighbours of sample
+        points of these indices.
         """
         s = self.s[index]
         on, tangent = self.curve(s)
@@ -217,8 +217,8 @@ class Arc:
         return float(np.abs(self.z - self.z[0]).max())
 
     def leaves(self, radius: float) -> complex:
-        """The first point of the arc, of a circle also beyond its end, at this distance from its
-        start.
+        """Return the first point of the arc, of a circle also beyond its end, at this distance from
+        its start.
         """
         if self.locus.circle:
             step = 2 * np.arcsin(radius / self.extent)
@@ -238,8 +238,8 @@ class Arc:
 
 
 def crossings(loops: Sequence, z: np.ndarray) -> np.ndarray:
-    """Whether points z (n,) are inside the loops' polylines: whether a ray from them crosses an odd
-    number of times.
+    """Return whether points z (n,) are inside the loops' polylines: whether a ray from them crosses
+    an odd number of times.
     """
     found = np.zeros(len(z), dtype=bool)
     for loop in loops:
@@ -249,7 +249,7 @@ def crossings(loops: Sequence, z: np.ndarray) -> np.ndarray:
 
 
 def _crosses(a, b, z):
-    """Whether rays from points z (n,) along x cross an odd number of the chords from a to b."""
+    """Return whether rays from points z (n,) along x cross an odd number of chords a to b."""
     order = np.argsort(z.imag)
     first, last = (
         np.searchsorted(z.imag[order], ends(a.imag, b.imag)) for ends in (np.minimum, np.maximum)
@@ -265,8 +265,8 @@ def _crosses(a, b, z):
 
 
 def _batches(z, most=1024):
-    """Parts of points (n,), so few that the way from each of them to each chord of an arc fits into
-    memory.
+    """Return parts of points (n,), so few that the way from each of them to each chord of an arc
+    fits into memory.
     """
     if len(z) <= most:
         return [z]
@@ -274,7 +274,7 @@ def _batches(z, most=1024):
 
 
 def inside(loops: Sequence, z: np.ndarray) -> np.ndarray:
-    """Whether points z (n,) are inside the loops, exactly."""
+    """Return whether points z (n,) are inside the loops, exactly."""
     found, near = roughly_inside(loops, z)
     if near.any():
         found[near] = _left_of_nearest([arc for loop in loops for arc in loop], z[near])
@@ -282,8 +282,8 @@ def inside(loops: Sequence, z: np.ndarray) -> np.ndarray:
 
 
 def roughly_inside(loops: Sequence, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Whether points z (n,) are inside the loops' polylines, and whether they are so near that the
-    arcs may differ.
+    """Return whether points z (n,) are inside the loops' polylines, and whether they are so near
+    that the arcs may differ.
     """
     arcs = [arc for loop in loops for arc in loop]
     found = crossings(loops, z)
@@ -299,8 +299,8 @@ def roughly_inside(loops: Sequence, z: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _left_of_nearest(arcs, z):
-    """Whether points are on the left of the arc that is nearest, of all of them where the nearest
-    point is a corner.
+    """Return whether points are on the left of the arc that is nearest, of all of them where the
+    nearest point is a corner.
     """
     places = [arc.nearest(z) for arc in arcs]
     s = np.array([own for own, _ in places])
@@ -323,8 +323,8 @@ def points_of_largest_clearance(
     walls: Sequence = (),
     allowed: Callable | None = None,
 ) -> list[tuple[complex, float]]:
-    """Points inside the loops that are locally farthest from them and from the points `obstacles`:
-    (point, distance).
+    """Return points inside the loops that are locally farthest from them and from the points
+    `obstacles`: (point, distance).
 
     At most `count`, the best first, each a Voronoi vertex of about so many samples of the boundary,
     of a thin face
@@ -364,7 +364,9 @@ def points_of_largest_clearance(
 
 
 def beside(loops: tuple, size: float) -> np.ndarray:
-    """Points (n,) inside the loops, off places on each arc; at least one, however thin they are."""
+    """Return points (n,) inside the loops, off places on each arc; at least one, however thin they
+    are.
+    """
     found = [np.empty(0, dtype=complex)]
     for loop in loops:
         for arc in loop:
@@ -388,8 +390,8 @@ def beside(loops: tuple, size: float) -> np.ndarray:
 
 
 def off_border(loops: tuple, size: float) -> tuple[complex, float]:
-    """A point inside the loops, off the middle of an arc, and its distance from them: of a face
-    however thin.
+    """Return a point inside the loops, off the middle of an arc, and its distance from them: of a
+    face however thin.
     """
     arcs = sorted(
         (arc for loop in loops for arc in loop),

@@ -17,8 +17,8 @@ def rising_zeros(
     high: np.ndarray,
     rounding: np.ndarray,
 ) -> np.ndarray:
-    """Parameters (n,) at which functions rise through 0 between low (n,) and high (n,), nan where
-    they do not.
+    """Return parameters (n,) at which functions rise through 0 between low (n,) and high (n,), nan
+    where they do not.
 
     f: (indices (m,) of the functions, parameters (m,)) -> values (m,);
     rounding: (n,), up to this a value is 0.

@@ -68,7 +68,7 @@ class Session:
         self.hanging, self.done = None, False
 
     def run(self):
-        """The script, then the report; gives the exit code."""
+        """Return the script, then the report; gives the exit code."""
         signal.signal(signal.SIGINT, self._on_interrupt)
         self.world.clock.install()
         if not self.options["show"]:  # an open window waits for its user
@@ -128,7 +128,7 @@ class Session:
                 report.say(*self._place(error), *lines)
 
     def _place(self, error):
-        """Where the script was, in words."""
+        """Return where the script was, in words."""
         place = last_place(error)
         if place is None:
             return []

@@ -49,7 +49,7 @@ class SimulatedClock:
 
 
 def _waits(frame):
-    """Whether this frame is of Python's own library."""
+    """Return whether this frame is of Python's own library."""
     return _is_pythons(frame.f_code.co_filename)
 
 

@@ -77,7 +77,7 @@ class FigureCanvas(FigureCanvasAgg):
         """The same."""
 
     def buffer_rgba(self):
-        """The picture itself, for scripts that make films of it."""
+        """Return the picture itself, for scripts that make films of it."""
         if not self.is_saving():
             super().draw()
         return super().buffer_rgba()

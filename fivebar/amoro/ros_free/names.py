@@ -38,8 +38,8 @@ def install():
 
 
 def _package(name, offered):
-    """A module of these names; a package, so that what else is imported from it is asked of the
-    finder below.
+    """Return a module of these names; a package, so that what else is imported from it is asked of
+    the finder below.
     """
     module = ModuleType(name)
     vars(module).update(offered, __all__=list(offered), __path__=[])

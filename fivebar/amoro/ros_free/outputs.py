@@ -9,7 +9,7 @@ written: list[str] = []  # paths from where the run began, in order
 
 
 def picture(name):
-    """The path of a new picture."""
+    """Return the path of a new picture."""
     path = folder / f"{stem}_{name}.png"
     written.append(os.path.relpath(path, start))
     return path

@@ -62,7 +62,7 @@ class Robot:
             self._read()
 
     def data_updated(self):
-        """Whether the state is new since the last call."""
+        """Return whether the state is new since the last call."""
         return self._world.updated()
 
     def get_time(self):

@@ -14,7 +14,7 @@ MOST_COLUMNS = 4
 
 
 def figures(world, run, wall):
-    """Numbers of a finished run, as JSON has them."""
+    """Return numbers of a finished run, as JSON has them."""
     simulated = world.steps / 100
     about = {
         "robot": world.kind,
@@ -41,12 +41,12 @@ def figures(world, run, wall):
 
 
 def drawn():
-    """The scopes that were given points."""
+    """Return the scopes that were given points."""
     return [scope for scope in scopes if scope.points]
 
 
 def _difference(scope):
-    """How far apart the two curves of a scope are: tracking errors, where one of them is the
+    """Return how far apart the two curves of a scope are: tracking errors, where one of them is the
     reference.
     """
     _, first, second = np.transpose(scope.points)

@@ -14,8 +14,8 @@ LabState = namedtuple(
 
 
 def lab_state(plant, tau, before, period, exact):
-    """The plant's state now, at the end of a step under torques tau; before: the LabState at its
-    start, or None.
+    """Return the plant's state now, at the end of a step under torques tau; before: the LabState at
+    its start, or None.
 
     Joint accelerations are velocity differences over the period, as the lab has them, or with
     `exact` those of the dynamics under tau, as the end-effector's always are.

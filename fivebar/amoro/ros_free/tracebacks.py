@@ -41,7 +41,9 @@ def _steps(traceback):
 
 
 def is_users(file):
-    """Whether this source file is the user's: not Python's, not installed, not this package's."""
+    """Return whether this source file is the user's: not Python's, not installed, not this
+    package's.
+    """
     path = Path(file).resolve()
     foreign = (
         STANDARD in path.parents
@@ -52,7 +54,7 @@ def is_users(file):
 
 
 def last_place(error):
-    """(frame, line) of the last step in a file of the user's, or None."""
+    """Return (frame, line) of the last step in a file of the user's, or None."""
     places = [(step.tb_frame, step.tb_lineno) for step in _steps(error.__traceback__)]
     return next(
         (place for place in reversed(places) if is_users(place[0].f_code.co_filename)), None

@@ -11,7 +11,7 @@ FULL, NONE, POINTS = 1e-3, 20e-3, 20  # largest errors that are worth all points
 
 
 def reference(task, t):
-    """The task's points at times t, (n, 2), m."""
+    """Return the task's points at times t, (n, 2), m."""
     start, goal, duration = TASKS[task]
     s = np.clip(t / duration, 0, 1)
     return np.array(start) + np.outer(s**3 * (10 - 15 * s + 6 * s**2), np.subtract(goal, start))

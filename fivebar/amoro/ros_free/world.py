@@ -88,8 +88,8 @@ class World:
         self._to_home()
 
     def step(self, efforts):
-        """One step of the simulation under two efforts; gives them as floats, or None where the
-        time is over.
+        """Return one step of the simulation under two efforts; gives them as floats, or None where
+        the time is over.
         """
         if self._over():
             return None
@@ -117,7 +117,7 @@ class World:
         return tau.tolist()
 
     def updated(self):
-        """Whether the state is new since the last call."""
+        """Return whether the state is new since the last call."""
         if self._over():
             return False
         if self.fresh and self.started:
@@ -134,8 +134,8 @@ class World:
         return False
 
     def _over(self):
-        """Whether the time is over; KeyboardInterrupt, then Stopped, in the main thread, where
-        Ctrl-C goes.
+        """Return whether the time is over; KeyboardInterrupt, then Stopped, in the main thread,
+        where Ctrl-C goes.
         """
         if self.steps < self.until:
             return False
@@ -166,8 +166,8 @@ class World:
         raise Stopped(why)
 
     def run(self):
-        """The Run since the last reset, or if there was no step since, the one before; None where
-        there is none.
+        """Return the Run since the last reset, or if there was no step since, the one before; None
+        where there is none.
         """
         if not self.since_reset:
             return self.motion
@@ -177,7 +177,7 @@ class World:
 
 
 def _number(value, side, world):
-    """An effort as a float: a number, or an array of one."""
+    """Return an effort as a float: a number, or an array of one."""
     array = np.asarray(value)
     where = f"apply_efforts at t = {world.time:g} s: the {side} effort"
     if array.size != 1 or array.dtype.kind not in "iuf":

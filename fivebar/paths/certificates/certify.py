@@ -196,7 +196,7 @@ def certify(
 
 
 def _stretches(found):
-    """Parts that follow on each other, with one verdict, as one."""
+    """Return parts that follow on each other, with one verdict, as one."""
     joined = []
     for each in found:
         if (
@@ -211,7 +211,7 @@ def _stretches(found):
 
 
 def _parted(claim, piece):
-    """Where to part a piece, u from 0 to 1, and the parts of which nothing could be proved."""
+    """Return where to part a piece, u from 0 to 1, and the parts without a proof."""
     parts = [0.0]
     failed = []
     left = [(0.0, 1.0)]
@@ -232,8 +232,8 @@ def _parted(claim, piece):
 
 
 def _broken(claim, piece, u):
-    """Whether a robot within the tolerances breaks the claim at a point, how, and the lengths of
-    that robot.
+    """Return whether a robot within the tolerances breaks the claim at a point, how, and the
+    lengths of that robot.
     """
     nominal = claim["robot"]
     tolerances = claim["tolerances"]
@@ -257,7 +257,7 @@ def _broken(claim, piece, u):
 
 
 def _kept(claim, piece, u, lengths):
-    """(name, quantity, its least value) of what is claimed at a point, as far as that is
+    """Yield (name, quantity, its least value) of what is claimed at a point, as far as that is
     reached.
     """
     zero = _ball(0)
@@ -312,7 +312,7 @@ def _tolerances(robot, tolerances):
 
 
 def _assembly(robot, path, working):
-    """The assembly mode in which a path begins, as far as it is reached."""
+    """Return the assembly mode in which a path begins, as far as it is reached."""
     found = igm(
         robot,
         path(np.linspace(0.0, path.length, 65))[0],

@@ -117,7 +117,7 @@ def proved(
     last,
     on=iv,
 ):
-    """Whether the claim holds on a part of a piece."""
+    """Return whether the claim holds on a part of a piece."""
     whole = [on.mpf((first, last))]
     middle = [on.mpf((first + last) / 2)]
     free = [0]

@@ -66,7 +66,7 @@ class Clearance:
         return np.concatenate([arc.dense(self.spacing) for arc in loop])
 
     def _neighbours(self, loops, boundaries, way):
-        """Points one further along the border, way = 1, or one back, way = -1."""
+        """Return points one further along the border, way = 1, or one back, way = -1."""
         neighbours = [np.roll(z, -way) for z in loops]
         for z in boundaries:
             at = np.arange(len(z)) + way

@@ -34,8 +34,8 @@ class Fit:
 
 
 def bounds(path: Path) -> np.ndarray:
-    """((x low, y low), (x high, y high)), m: the box that holds a path, of polynomials by control
-    points.
+    """Return ((x low, y low), (x high, y high)), m: the box that holds a path, of polynomials by
+    control points.
     """
     corners = []
     for piece in path.pieces:
@@ -70,7 +70,7 @@ def fitted_in(
     working: tuple[int, int] | None = None,
     margin: float = 0.005,
 ) -> Fit:
-    """The drawing in the middle of an aspect's largest upright rectangle: Fit.
+    """Return the drawing in the middle of an aspect's largest upright rectangle: Fit.
 
     scale: of the drawing; None: as large as it fits. working: in these modes alone. margin: m, from
         all singularities.
@@ -141,7 +141,7 @@ def fitted_in(
 
 
 def _legs_cross(robot, aspect):
-    """Whether bars of both legs cross where the aspect is roomiest."""
+    """Return whether bars of both legs cross where the aspect is roomiest."""
     pose = igm(robot, aspect.point, aspect.working)
     base = np.array([-0.5, 0.5]) * robot.d
     elbow = pose.elbows @ (1, 1j)

@@ -205,7 +205,7 @@ class Search:
         return self.exactly(found, least)[0] > least
 
     def rough(self, which: tuple[int, ...], z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Signed distances of the paths' samples from their borders, and their gradients."""
+        """Return signed distances of the paths' samples from their borders, and their gradients."""
         own = np.array(which)[self.owner]
         away = np.empty(len(z))
         normal = np.empty(len(z), dtype=complex)
@@ -377,7 +377,7 @@ def _larger(one, other):
 
 
 def _samples(path, count):
-    """Points of a path, its corners among them."""
+    """Return points of a path, its corners among them."""
     corners = np.array([stop.s for stop in path.stops])
     corners = corners[:: math.ceil(len(corners) / CORNERS)]
     return path(np.union1d(np.linspace(0, path.length, count), corners))[0] @ (1, 1j)

@@ -118,7 +118,7 @@ class Draft:
 
 
 def listed(lines: Iterable[int | None]) -> str:
-    """(line 3), (lines 3, 4, 9, ...) or nothing."""
+    """Return (line 3), (lines 3, 4, 9, ...) or nothing."""
     known = sorted({line for line in lines if line is not None})
     words = ", ".join(map(str, known[:LISTED])) + ", ..." * (len(known) > LISTED)
     if known:
@@ -138,7 +138,7 @@ def _ends(shape):
 
 
 def _extent(shape):
-    """How long a shape is, roughly."""
+    """Return how long a shape is, roughly."""
     if isinstance(shape, Bezier):
         return float(np.abs(shape.control - shape.control[0]).max())
     if isinstance(shape, Ellipse):

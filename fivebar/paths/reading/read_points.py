@@ -24,8 +24,8 @@ COLUMNS = {
 
 
 def read_csv(file: TextFile, units: Mapping[str, str] | Sequence[str] = ()) -> Draft:
-    """The Draft of a CSV file with columns x, y and perhaps pen (1 down, 0 up, on the way to the
-    row's point).
+    """Return the Draft of a CSV file with columns x, y and perhaps pen (1 down, 0 up, on the way to
+    the row's point).
     """
     table = read(file, COLUMNS, units)
     refuse_unclear_lengths(table)
@@ -48,7 +48,7 @@ def read_csv(file: TextFile, units: Mapping[str, str] | Sequence[str] = ()) -> D
 
 
 def read_points(points: object) -> Draft:
-    """The Draft of points (n, 2) m, of strokes, a list of such, or of pieces."""
+    """Return the Draft of points (n, 2) m, of strokes, a list of such, or of pieces."""
     draft = Draft("path")
     if isinstance(points, Line | Arc | Polynomial):
         points = [points]

@@ -116,7 +116,7 @@ class Bernstein(NamedTuple):
 
 
 def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> dict[str, Series]:
-    """{name: Series}, of two terms less than the place.
+    """Return {name: Series}, of two terms less than the place.
 
     D (det A), a1, a2, b1, ..., f2 of the equation above (v, f and c where the robot has them); q1,
     q2, p1, p2 (first and second derivative of q); w0, w1, w2 (squares of |xi_s|, q1 and q2); g, m,

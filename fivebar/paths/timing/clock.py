@@ -111,7 +111,7 @@ class Clock:
         )
 
     def along(self, t: np.ndarray) -> tuple[np.ndarray, ...]:
-        """(stretch, s from the stretch's begin, s', s'') at times t (*batch)."""
+        """Return (stretch, s from the stretch's begin, s', s'') at times t (*batch)."""
         if not self.smooth:
             return self._plain(t)
         s, speed, push, _ = self._mean(t)

@@ -76,7 +76,7 @@ def refuse_crossing(motion: TimedPath) -> None:
 
 
 def smoothed(motion: TimedPath, duration: float | None = None) -> TimedPath:
-    """The motion with its jerk limit kept, in `duration` s if it is given."""
+    """Return the motion with its jerk limit kept, in `duration` s if it is given."""
     refuse_crossing(motion)
     tried: dict[float, TimedPath] = {}
 

@@ -84,14 +84,14 @@ class Mesh:
         return where(self.path, self.s[k])
 
     def share(self, name: str, k: int) -> float:
-        """How large a factor of the torques is at node k, of its largest size on the path."""
+        """Return the size of a factor of the torques at node k over its largest on the path."""
         found = [self.found[f"{name}{leg}"] for leg in (1, 2) if f"{name}{leg}" in self.found]
         largest = max((np.abs(each.first).max() for each in found), default=0.0)
         return max((float(abs(each.first[k])) for each in found), default=0.0) / (largest or 1.0)
 
     def layer(self, k: int) -> float:
-        """How far from node k on Type 2, m, a torque's factor a of u changes by as much as it is
-        there.
+        """Return how far from node k on Type 2, m, a torque's factor a of u changes by as much as
+        it is there.
 
         Almost along the bars a is small, and the criterion's s'^2 = -(a / b) s'' holds in a thin
         layer alone.
@@ -162,7 +162,7 @@ def _sign(value):
 
 
 def _over_distance(value, after, before):
-    """A function that is 0 at t = 0 (after) or t = 1 (before) over t or 1 - t."""
+    """Return a function that is 0 at t = 0 (after) or t = 1 (before) over t or 1 - t."""
     near = np.where(before, value.last, value.first)
     steep = 2 * (value.middle - near)
     whole = np.where(before, value.first, value.last) - near
@@ -178,8 +178,9 @@ def _over_distance(value, after, before):
 
 
 def mesh_of(robot: Robot, path: Path, working: tuple[int, int]) -> Mesh:
-    """The first mesh. UnreachableError where the path leaves what the legs reach, SingularityError
-    where it touches Type 1, or Type 2 without crossing it; all with s and the place.
+    """Return the first mesh. UnreachableError where the path leaves what the legs reach,
+    SingularityError where it touches Type 1, or Type 2 without crossing it; all with s and the
+    place.
     """
     stretches = _first(path)
     refuse_unreachable(robot, path, stretches, working)

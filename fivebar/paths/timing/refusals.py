@@ -21,7 +21,7 @@ TOUCH = 1e-9  # of det A, as in `singularity`
 
 
 def where(path: Path, s: float) -> str:
-    """A place of a path, in words."""
+    """Return a place of a path, in words."""
     x, y = path(s)[0]
     return f"s = {s:.9g} m of {path.length:.6g}, xi = ({x:.9g}, {y:.9g}) m"
 

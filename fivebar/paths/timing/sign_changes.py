@@ -101,7 +101,7 @@ def _values(
     s,
     names,
 ):
-    """{name: (values, derivatives)} at single places."""
+    """Return {name: (values, derivatives)} at single places."""
     xi = place_series(path, piece, s, s, TERMS - 1)
     found = asked(robot, xi, working)
     return {name: (found[name].m[0], found[name].m[1]) for name in names}

@@ -26,8 +26,8 @@ def slowed(
     gap: float,
     until: float,
 ) -> tuple[Mesh, Solved]:
-    """The mesh and a motion that takes `wanted` s of moving: limits on torques and accelerations
-    times the least share.
+    """Return the mesh and a motion that takes `wanted` s of moving: limits on torques and
+    accelerations times the least share.
 
     The share is found by halving; the last step between two motions, one a little too fast and one
     a little too slow, is a mixture x = (1 - w) x_1 + w x_2 of their squares of the speed. Torques
@@ -79,8 +79,8 @@ def _solved(mesh, limits):
 
 
 def _slower(mesh, fast, wanted):
-    """The motion at a slower pace: all that grows with the speed becomes smaller; it must be held
-    at rest, too.
+    """Return the motion at a slower pace: all that grows with the speed becomes smaller; it must be
+    held at rest, too.
     """
     has_gravity = any(name in mesh.found for name in ("c1", "c2"))
     if has_gravity and mesh.crossing.any():

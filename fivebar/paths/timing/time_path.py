@@ -173,7 +173,7 @@ def time_path(
 
 
 def _ample(mesh, limits, wanted):
-    """Torques in which the motion takes about half of the time that is wanted."""
+    """Return torques in which the motion takes about half of the time that is wanted."""
     hold = 1.0
     if (physics := physics_of(mesh.robot)) is not None and physics.has_gravity:
         ends = [

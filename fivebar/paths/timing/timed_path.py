@@ -143,7 +143,7 @@ class TimedPath(Plotted):
         return self.clock.times * self.pace
 
     def along(self, t: ArrayLike) -> tuple[np.ndarray, ...]:
-        """(stretch, s from the stretch's begin, s', s'') at times t (*batch)."""
+        """Return (stretch, s from the stretch's begin, s', s'') at times t (*batch)."""
         t = np.asarray(t, dtype=float)
         refuse_nan(t)
         k, gone, speed, push = self.clock.along(t / self.pace)
@@ -168,18 +168,18 @@ class TimedPath(Plotted):
         return xi, xi_s * speed, xi_ss * speed * speed + xi_s * push
 
     def accelerations(self, t: ArrayLike) -> Accelerations:
-        """The motion as `Accelerations`, with pose and rates."""
+        """Return the motion as `Accelerations`, with pose and rates."""
         xi, xi_dot, xi_ddot = self(t)
         return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
 
     def joints(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """Active joints' coordinates and rates (*batch, 2): rad, rad/s."""
+        """Return active joints' coordinates and rates (*batch, 2): rad, rad/s."""
         rates = self.accelerations(t).rates
         return rates.pose.q, rates.q_dot
 
     def tau(self, t: ArrayLike) -> np.ndarray:
-        """Torques (*batch, 2) of the motion, N m, finite on Type 2; before and after, those that
-        hold the robot.
+        """Return torques (*batch, 2) of the motion, N m, finite on Type 2; before and after, those
+        that hold the robot.
         """
         k, gone, speed, push = self.along(t)
         if self.crossing.any():
@@ -211,7 +211,7 @@ class TimedPath(Plotted):
         return inverse_dynamics(ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot))
 
     def pen(self, t: ArrayLike) -> np.ndarray:
-        """Whether the pen is down at times t."""
+        """Return whether the pen is down at times t."""
         return np.array(self.path.pen)[self.piece[self.along(t)[0]]]
 
     def to_csv(self, path: TextFile, rate: float = 1000.0) -> None:

@@ -159,7 +159,9 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
 
 
 def _panels(key, runs, columns, names, unit, several):
-    """The plots of a quantity: one with all its parts, or with several runs one for each part."""
+    """Return the plots of a quantity: one with all its parts, or with several runs one for each
+    part.
+    """
     title = QUANTITIES[key].title
     step = key == "tau"
     known = {run.torque_limit for run in runs.values() if step} - {None}
@@ -185,7 +187,7 @@ def _panels(key, runs, columns, names, unit, several):
 
 
 def _checked(runs, show):
-    """The names of what is shown; refuses names and references that are not there."""
+    """Return the names of what is shown; refuses names and references that are not there."""
     if not runs:
         raise ValueError("a page needs at least one run")
     for name, run in runs.items():

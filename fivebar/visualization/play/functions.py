@@ -57,7 +57,7 @@ FLAT = (
 
 @lru_cache(maxsize=1)
 def models() -> str:
-    """All of the page's functions in JavaScript."""
+    """Return all of the page's functions in JavaScript."""
     return script([*_poses(), *_loci(), *_motion(), *mechanisms()[0]], FLAT)
 
 
@@ -110,8 +110,8 @@ def _poses():
 
 
 def _clearances(robot, point):
-    """How far the end-effector is inside the limits of the left and right leg: outer and inner of
-    each, m.
+    """Return how far the end-effector is inside the limits of the left and right leg: outer and
+    inner of each, m.
     """
     found = []
     for drive, bar in zip(robot.drives, robot.distal):
@@ -130,7 +130,7 @@ def _jacobian(pose):
 
 
 def _loci():
-    """Closed four-bars over their parameter, and what a five-bar with these bars in line is."""
+    """Yield four-bars over their parameter, and what a five-bar with these bars in line is."""
     t, sides, span, slack, signs, mirrored = _symbols(
         t=1, sides=4, span=1, slack=4, signs=2, mirrored=1
     )
@@ -185,7 +185,7 @@ def _loci():
 
 
 def _motion():
-    """The state of all four bars: how it begins, its slope, its closure, its energy."""
+    """Yield the state of all four bars: how it begins, its slope, its closure, its energy."""
     p, point, modes, velocity, state, tau = _symbols(
         p=5, point=2, modes=2, velocity=2, state=8, tau=2
     )

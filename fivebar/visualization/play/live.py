@@ -170,7 +170,7 @@ def _parameters(robot, pose):
 
 
 def _start(robot):
-    """A pose far from singularities, in the lab's modes where they can be."""
+    """Return a pose far from singularities, in the lab's modes where they can be."""
     best, found = -1.0, None
     q = np.stack(
         np.meshgrid(*[np.linspace(-np.pi, np.pi, 61)[:-1]] * 2),
@@ -200,7 +200,7 @@ def _start(robot):
 
 @lru_cache(maxsize=4)
 def _page(content):
-    """The page around this JSON; only a script of this very text is run by the browser."""
+    """Return the page around this JSON; only a script of this very text is run by the browser."""
     shared = Path(pages.__file__).parent
     parts = (
         "",

@@ -54,7 +54,7 @@ class Kind:
 
 
 def _of_symbols(kind, **parameters):
-    """A linkage of symbols: what its class checks of numbers is not asked."""
+    """Return a linkage of symbols: what its class checks of numbers is not asked."""
     linkage = object.__new__(kind)
     for field in fields(kind):
         object.__setattr__(linkage, field.name, parameters.get(field.name, field.default))
@@ -229,5 +229,5 @@ def address_of(
 
 
 def digits(x: float) -> str:
-    """A number for an address: all its digits, without the + that would be read as a space."""
+    """Return a number for an address: all digits, without the + that would be a space."""
     return repr(float(x)).replace("e+", "e").removesuffix(".0")

@@ -154,6 +154,6 @@ def _unknowns(axes, result):
 
 
 def _round_down(factor):
-    """The next of 1, 2, 5 times a power of ten below."""
+    """Return the next of 1, 2, 5 times a power of ten below."""
     power = 10.0 ** np.floor(np.log10(max(factor, 1e-9)))
     return power * (5 if factor >= 5 * power else 2 if factor >= 2 * power else 1)

@@ -44,7 +44,7 @@ LOCI = {
 
 
 def _styles():
-    """The style sheet: {group.kind: style}."""
+    """Return the style sheet: {group.kind: style}."""
     sheet = tomllib.loads((Path(__file__).parent / "styles.toml").read_text("utf-8"))
     styles = {}
     for group, kinds in sheet.items():

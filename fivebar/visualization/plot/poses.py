@@ -126,8 +126,8 @@ def _film(scene, path, writer, per_second, most, dpi):
 
 
 def _heading(scene):
-    """The title and the machines' names, without Matplotlib's mathematics and short enough for a
-    heading.
+    """Return the title and the machines' names, without Matplotlib's mathematics and short enough
+    for a heading.
     """
     text = scene.title + (f": {' | '.join(scene.names)}" if scene.names else "")
     text = " ".join(text.split()).replace("$", r"\$")
@@ -188,7 +188,7 @@ def _draw(axes, scene, time):
 
 
 def _place(x=0.0, y=0.0, angle=0.0, scale=(1.0, 1.0)):
-    """The matrix of a place, a turn and a scale in the plane."""
+    """Return the matrix of a place, a turn and a scale in the plane."""
     c = np.cos(angle)
     s = np.sin(angle)
     return np.array(
@@ -223,7 +223,7 @@ def _is_shown(part, time):
 
 
 def _areas(meshes, place, share):
-    """(height, corners, colour) of each outline; of a band the first share."""
+    """Yield (height, corners, colour) of each outline; of a band the first share."""
     for mesh in meshes:
         material = mesh["material"]
         opacity = material["opacity"] if material.get("transparent") else 1.0
@@ -240,7 +240,7 @@ def _areas(meshes, place, share):
 
 
 def _between(t, values, time):
-    """Values at a time, linearly between the frames; one value holds."""
+    """Return values at a time, linearly between the frames; one value holds."""
     if time <= t[0] or len(values) == 1:
         return values[0]
     k = min(int(np.searchsorted(t, time)), len(t) - 1)

@@ -113,7 +113,7 @@ def grid(duration: float) -> np.ndarray:
 
 
 def _nearest(t, times):
-    """Indices of the samples nearest to these times; all where there are no more of them."""
+    """Return indices of the samples nearest to these times; all where there are no more of them."""
     if len(t) <= len(times):
         return np.arange(len(t))
     after = np.clip(np.searchsorted(t, times), 1, len(t) - 1)

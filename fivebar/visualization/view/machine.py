@@ -307,7 +307,7 @@ def _shaded(colour, share):
 
 
 def _beam(ends, longer, *size_and_colour):
-    """A box from one end to the other, longer by so much."""
+    """Return a box from one end to the other, longer by so much."""
     start, end = ends
     dx, dy = end - start
     length = np.hypot(dx, dy) + longer

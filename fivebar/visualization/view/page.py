@@ -114,7 +114,7 @@ def page(scene: Scene) -> str:
 
 @lru_cache(maxsize=1)
 def _packed_viewer(viewer):
-    """The viewer's script, compressed: a quarter of its size, even in letters."""
+    """Return the viewer's script, compressed: a quarter of its size, even in letters."""
     return _in_letters((viewer / "dist" / "main.min.js").read_bytes(), 9)
 
 

@@ -124,8 +124,8 @@ class Scene(WebPage):
         return self.png
 
     def _repr_html_(self):
-        """The page in a frame that covers the picture of poses: where frames are stripped, the
-        picture is seen.
+        """Return the page in a frame that covers the picture of poses: where frames are stripped,
+        the picture is seen.
         """
         title = html.escape(self.title)
         picture = b64encode(self.png).decode()

@@ -92,7 +92,7 @@ def _reference(source):
 
 
 def _loci(source):
-    """The loci of each pair of working modes while the motion is in it, by their dashes."""
+    """Yield the loci of each pair of working modes while the motion is in it, by their dashes."""
     longest = max(source.robot.distal)
     dot = 0.017 * sum(source.robot.distal)
     heights = np.append(source.elbows[..., 1], source.xi[:, 1])
@@ -139,7 +139,7 @@ def _elbow_circles(source):
 
 
 def _arrows(name, colour, unit, *words_and_sign):
-    """The item of arrows at the traced point; words and sign of each of them."""
+    """Yield the item of arrows at the traced point; words and sign of each of them."""
     attribute = name.replace("-", "_")
 
     def arrows(source):

@@ -248,7 +248,7 @@ class ReferenceSource(RobotSource):
         self._rows = np.ones(len(self.xi), dtype=bool)
 
     def _pose_at(self, times, xi, unreachable):
-        """Where modes change on the way, the plan knows the bars."""
+        """Return where modes change on the way, the plan knows the bars."""
         if self.modes is None:
             return self.reference.accelerations(times).rates.pose
         return igm(self.robot, xi, self.modes, unreachable=unreachable)
