@@ -74,7 +74,7 @@ def is_single(value):
 
 
 def loosen(value):
-    """Return the number in an array of one element, in lists and tuples too, or the value itself."""
+    """Return the number in an array of one element, also within lists, or the value itself."""
     if is_single(value):
         return value.item()
     return type(value)(map(loosen, value)) if type(value) in (list, tuple) else value

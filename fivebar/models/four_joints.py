@@ -114,7 +114,7 @@ def bars_of(rates: Rates) -> tuple:
 
 
 def _columns(pose):
-    """Return per leg the end-effector's velocities P_i' for q_i' = 1 and l_i2 v_i2 for phi_i' = 1."""
+    """Return per leg the end-effector's velocity for q_i' = 1, P_i', and phi_i' = 1, l_i2 v_i2."""
     legs = zip(pose.robot.drives, pose.legs, pose.robot.distal)
     return tuple(
         (
