@@ -191,9 +191,9 @@ class QP:
         low: np.ndarray,
         high: np.ndarray,
     ) -> tuple[np.ndarray, int, Status]:
-        """(v, iterations, status). DAQP's own count does not come through CasADi; it begins with no
-        bound in force and adds at most one in each iteration, so given is the least: the bounds in
-        force at the solution, and one.
+        """Return (v, iterations, status). DAQP's own count does not come through CasADi; it begins
+        with no bound in force and adds at most one in each iteration, so given is the least: the
+        bounds in force at the solution, and one.
         """
         none, zero, multipliers, empty = self.cold
         try:
@@ -235,9 +235,9 @@ def optimality(
     v: np.ndarray,
     forces: np.ndarray,
 ) -> float:
-    """How far v is from optimal, 0 at the solution, nan where it is nan: the length of a projected
-    gradient step, and of the least of each row's gap and multiplier (`forces`), relative to the
-    largest unknown or multiplier.
+    """Return how far v is from optimal, 0 at the solution, nan where it is nan: the length of a
+    projected gradient step, and of the least of each row's gap and multiplier (`forces`), relative
+    to the largest unknown or multiplier.
     """
     slope = H @ v
     slope += g

@@ -43,8 +43,8 @@ def _lens(r1, r2, d):
 
 
 def _workspace_area(robots):
-    """Both rings have in common what both outer discs have, less what an inner disc takes, plus
-    what both take.
+    """Return both rings have in common what both outer discs have, less what an inner disc takes,
+    plus what both take.
     """
     (o1, i1), (o2, i2) = (
         (p + q, abs(p - q)) for p, q in ((robots.l11, robots.l12), (robots.l21, robots.l22))

@@ -26,7 +26,7 @@ CENTRES = 400  # along the axis, among which the largest circle is searched
 
 
 def _regions(robot, task):
-    """The parts of the task's working mode without singularity, or those that keep det_A and
+    """Return the parts of the task's working mode without singularity, or those that keep det_A and
     sin.
     """
     if task.det_A or task.sin:
@@ -41,8 +41,8 @@ def _dexterous_area(robot, task, place):
 
 
 def _of_parts(measure, most):
-    """The largest over the parts, 0 where none has room for the margin; most: what a part of an
-    area has at most.
+    """Return the largest over the parts, 0 where none has room for the margin; most: what a part of
+    an area has at most.
     """
 
     def of(robot, task, place):
@@ -85,8 +85,8 @@ def _inscribed_conditioning(robot, task, place):
 
 
 def _circle(robot):
-    """(y, radius) of Liu's MIC, on a symmetric robot's axis, above its stretched locus, in the
-    modes (1, -1).
+    """Return (y, radius) of Liu's MIC, on a symmetric robot's axis, above its stretched locus, in
+    the modes (1, -1).
     """
     if robot.l11 != robot.l21 or robot.l12 != robot.l22:
         raise ValueError(
@@ -118,7 +118,7 @@ def _circle(robot):
 
 
 def _moved(robot, task, place):
-    """Accelerations at the samples of the motion; None where it cannot be done in the modes."""
+    """Return accelerations at the samples of the motion; None where it cannot be done in the modes."""
     _, xi, xi_dot, xi_ddot = task.motion
     try:
         pose = igm(robot, xi + place, task.working)
@@ -162,7 +162,7 @@ def _time(robot, task, place):
 
 
 def _path_time(robot, task, place):
-    """The upper bound, within a thousandth of the lower one; inf where the path cannot be
+    """Return the upper bound, within a thousandth of the lower one; inf where the path cannot be
     followed.
     """
     moved = Placement(tuple(place.tolist()))(task.path)
@@ -182,7 +182,7 @@ def _path_time(robot, task, place):
 
 
 def _first_root(a, v, c):
-    """The least s > 0 with a s^2 + v s + c = 0 in any row, inf where there is none."""
+    """Return the least s > 0 with a s^2 + v s + c = 0 in any row, inf where there is none."""
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(v * v - 4 * a * c)  # nan where there is none
         q = -(v + np.copysign(root, v)) / 2
@@ -192,7 +192,7 @@ def _first_root(a, v, c):
 
 
 def _regions_bound(robots, task):
-    """A disc in a ring of the width 2 min(l_i1, l_i2) that a leg sweeps."""
+    """Return a disc in a ring of the width 2 min(l_i1, l_i2) that a leg sweeps."""
     return np.minimum(np.minimum(robots.l11, robots.l12), np.minimum(robots.l21, robots.l22))[:, 0]
 
 
@@ -201,7 +201,7 @@ def _area_bound(robots, task):
 
 
 def _square_bound(robots, task):
-    """The square in the smaller of the two outer discs."""
+    """Return the square in the smaller of the two outer discs."""
     return 2 * np.minimum(robots.l11 + robots.l12, robots.l21 + robots.l22)[:, 0] ** 2
 
 

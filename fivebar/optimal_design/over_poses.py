@@ -63,12 +63,12 @@ class TaskPoses:
             return low * high > 0
 
     def least(self, values):
-        """(n,) the least over the nodes, 0 where not all are reached."""
+        """Return (n,) the least over the nodes, 0 where not all are reached."""
         with np.errstate(invalid="ignore"):
             return np.where(self.reaches, values.min(axis=1), 0.0)
 
     def most(self, values):
-        """(n,) the largest over the nodes, inf where not all are reached."""
+        """Return (n,) the largest over the nodes, inf where not all are reached."""
         with np.errstate(invalid="ignore"):
             return np.where(
                 self.reaches,
@@ -136,8 +136,8 @@ def _tip_force(poses):
 
 
 def _tip_error(poses):
-    """A dxi = b_i dq_i + cos q_i2 dl_i1 + dl_i2 -+ x_i2 dd / 2 to first order; the worst is at a
-    corner of the box.
+    """Return a dxi = b_i dq_i + cos q_i2 dl_i1 + dl_i2 -+ x_i2 dd / 2 to first order; the worst is
+    at a corner of the box.
     """
     t = {"q": 0.0, "l": 0.0, "d": 0.0} | poses.task.tolerances
     own = [

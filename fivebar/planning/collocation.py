@@ -65,12 +65,12 @@ class Scheme:
         return tuple(terms @ self.to_power for terms in (acceleration, velocity, position))
 
     def points(self, intervals: int) -> np.ndarray:
-        """Indices (intervals, s) of every interval's points among all points of the mesh."""
+        """Return indices (intervals, s) of every interval's points among all points of the mesh."""
         s = len(self.c)
         return np.arange(intervals)[:, None] * (s - self.shared) + np.arange(s)
 
     def nodes(self, knots: np.ndarray) -> np.ndarray:
-        """Times of all points, by the times of the knots."""
+        """Return times of all points, by the times of the knots."""
         own = self.c[:-1] if self.shared else self.c
         times = (knots[:-1, None] + np.diff(knots)[:, None] * own).ravel()
         if self.shared:

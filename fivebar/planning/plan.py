@@ -348,7 +348,7 @@ class _PlanSearch:
         return parts if parts.max() > 1 else None
 
     def refine(self, mesh, found, plan, parts):
-        """(mesh, PlanSolution, Plan) on the divided mesh."""
+        """Return (mesh, PlanSolution, Plan) on the divided mesh."""
         self.refinements += 1
         if parts.sum() > MOST_INTERVALS or self.refinements == REFINEMENTS:
             reason = (
