@@ -16,13 +16,15 @@ from .motion_steps import turned
 from .right import Kind, dynamic_model, forward_dynamics, inverse_dynamics
 
 
-def solved(*cases: tuple[str, str, Callable]) -> tuple[Slip, ...]:
-    return tuple(Slip(name, hint, {"solve": solve}) for name, hint, solve in cases)
+def in_step(key: str, *cases: tuple[str, str, Callable]) -> tuple[Slip, ...]:
+    """Return the slips of each case in one step: its name, its hint and the wrong step."""
+    return tuple(Slip(name, hint, {key: wrong}) for name, hint, wrong in cases)
 
 
 SPEED = "At constant motor speed the end-effector still accelerates. Which torque does that need?"
 STAR = "* multiplies arrays element by element. How does one write the product of two matrices?"
-DKM_ENDS = solved(
+DKM_ENDS = in_step(
+    "solve",
     ("A and B exchanged", "Solve A xi' = B q' for xi'.", lambda A, B: inverse(B) @ A),
     (
         "A not inverted",
@@ -45,7 +47,8 @@ DKM_ENDS = solved(
     ("A forgotten", "Solve A xi' = B q' for xi'.", lambda A, B: B + 0 * A),
     ("the other sign", "Solve A xi' = B q' for xi'.", lambda A, B: -inverse(A) @ B),
 )
-IKM_ENDS = solved(
+IKM_ENDS = in_step(
+    "solve",
     ("A and B exchanged", "Solve A xi' = B q' for q'.", lambda A, B: inverse(A) @ B),
     ("B not inverted", "B stands beside q'. What brings it to the other side?", lambda A, B: B @ A),
     (
@@ -64,15 +67,10 @@ IKM_ENDS = solved(
 )
 
 
-def ended(*cases: tuple[str, str, Callable]) -> tuple[Slip, ...]:
-    return tuple(Slip(name, hint, {"finish": finish}) for name, hint, finish in cases)
-
-
-SOLVE_DKM2, SOLVE_IKM2 = (
-    "A xi'' = B q'' + d: solve it for xi''.",
-    "A xi'' = B q'' + d: solve it for q''.",
-)
-DKM2_ENDS = ended(
+SOLVE_DKM2 = "A xi'' = B q'' + d: solve it for xi''."
+SOLVE_IKM2 = "A xi'' = B q'' + d: solve it for q''."
+DKM2_ENDS = in_step(
+    "finish",
     ("d not multiplied by the inverse of A", SOLVE_DKM2, lambda A, B, d, q: inverse(A) @ B @ q + d),
     ("A not inverted", SOLVE_DKM2, lambda A, B, d, q: A @ (B @ q + d)),
     ("A forgotten", SOLVE_DKM2, lambda A, B, d, q: B @ q + d),
@@ -100,8 +98,8 @@ DKM2_ENDS = ended(
         lambda A, B, d, q: B @ inverse(A) @ q + inverse(A) @ d,
     ),
 )
-DKM2_ENDS += ()
-IKM2_ENDS = ended(
+IKM2_ENDS = in_step(
+    "finish",
     ("d not divided by B", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ A @ x - d),
     ("d added instead of subtracted", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ (A @ x + d)),
     ("B not inverted", SOLVE_IKM2, lambda A, B, d, x: B @ (A @ x - d)),
@@ -162,13 +160,13 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
         ("c = d", lambda m, J, A, B, d, M: d),
     )
     height = np.array([[0.0], [9.81]])
-    weights = [
+    weights = (
         ("gravity added in c", lambda m, J, A, B, d, M: m * turned(J) @ (inverse(A) @ d + height)),
         (
             "gravity subtracted in c",
             lambda m, J, A, B, d, M: m * turned(J) @ (inverse(A) @ d - height),
         ),
-    ]
+    )
     own = "An inertia belongs to one drive. Which element of M is that?"
     Zs = [
         ("one inertia for both legs", lambda robot: robot.inertias[0] * np.eye(2)),

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable
-
 import numpy as np
 
 from ..exercise import Slip
 from .motion_steps import (
     bias,
     dot,
+    in_legs,
     parts_of,
     per_leg,
     turned,
+    usual,
 )
 from .right import Kind
-
-
-def usual(function: Callable, step: str) -> Callable:
-    return inspect.signature(function).parameters[step].default
 
 
 def angle_slips(kind: Kind) -> tuple[Slip, ...]:
@@ -135,20 +130,21 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
     ]
     if kind.turns:
         slips += [
-            *per_leg("lengths forgotten in B", length, "b", lambda j: dot(j.u2, j.v1), entry),
-            *per_leg(
-                "u instead of v for the proximal bar in B",
-                v1,
-                "b",
-                lambda j: j.proximal * dot(j.u2, j.u1),
-                entry,
-            ),
-            *per_leg(
-                "minus sign of v forgotten in B",
-                "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?",
-                "b",
-                lambda j: j.proximal * dot(j.u2, j.v1 * [-1, 1]),
-                entry,
+            *in_legs(
+                parts_of,
+                ("lengths forgotten in B", length, "b", lambda j: dot(j.u2, j.v1)),
+                (
+                    "u instead of v for the proximal bar in B",
+                    v1,
+                    "b",
+                    lambda j: j.proximal * dot(j.u2, j.u1),
+                ),
+                (
+                    "minus sign of v forgotten in B",
+                    "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?",
+                    "b",
+                    lambda j: j.proximal * dot(j.u2, j.v1 * [-1, 1]),
+                ),
             ),
             *per_leg(
                 "length of the distal bar in B",
@@ -179,7 +175,7 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
 
 
 def d_slips(kind: Kind) -> tuple[Slip, ...]:
-    near, far, turning = (usual(bias, step) for step in ("near", "far", "turning"))
+    near, far = usual(bias, "near"), usual(bias, "far")
     square, unit_ = (
         "Which unit has a length times a rate? An acceleration is asked.",
         "Which unit has rate^2?",
@@ -198,33 +194,27 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
             "The first row belongs to the left leg.",
             {"of_d": lambda near, far: (-near - far)[:, ::-1]},
         ),
-        *per_leg(
-            f"rate of the {bar} not squared in d",
-            square,
-            "far",
-            lambda j, rate: j.distal * rate,
-            far,
-        ),
-        *per_leg(
-            f"length of the {bar} forgotten in d",
-            unit_,
-            "far",
-            lambda j, rate: rate**2 + 0 * j.distal,
-            far,
-        ),
-        *per_leg(
-            f"centripetal term of the {bar} missing",
-            "What does u12 . u12 give?",
-            "far",
-            lambda j, rate: 0 * rate,
-            far,
-        ),
-        *per_leg(
-            "centripetal term of the distal bar of the wrong sign",
-            sign,
-            "far",
-            lambda j, rate: -far(j, rate),
-            far,
+        *in_legs(
+            bias,
+            (f"rate of the {bar} not squared in d", square, "far", lambda j, rate: j.distal * rate),
+            (
+                f"length of the {bar} forgotten in d",
+                unit_,
+                "far",
+                lambda j, rate: rate**2 + 0 * j.distal,
+            ),
+            (
+                f"centripetal term of the {bar} missing",
+                "What does u12 . u12 give?",
+                "far",
+                lambda j, rate: 0 * rate,
+            ),
+            (
+                "centripetal term of the distal bar of the wrong sign",
+                sign,
+                "far",
+                lambda j, rate: -far(j, rate),
+            ),
         ),
     ]
     if not kind.turns:
@@ -257,68 +247,57 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
                 "far": lambda j, rate: j.distal * rate,
             },
         ),
-        *per_leg(
-            "rate of the proximal bar not squared in d",
-            square,
-            "near",
-            lambda j, rate: j.proximal * rate * dot(j.u2, j.u1),
-            near,
-        ),
-        *per_leg(
-            "length of the proximal bar forgotten in d",
-            unit_,
-            "near",
-            lambda j, rate: rate**2 * dot(j.u2, j.u1),
-            near,
-        ),
-        *per_leg(
-            "centripetal term of the proximal bar missing",
-            "Differentiate l11 q11' v11 once more.",
-            "near",
-            lambda j, rate: 0 * rate,
-            near,
-        ),
-        *per_leg(
-            "centripetal term of the proximal bar of the wrong sign",
-            sign,
-            "near",
-            lambda j, rate: -near(j, rate),
-            near,
-        ),
-        *per_leg(
-            "proximal centripetal term not projected",
-            "Which part of it lies along u12?",
-            "near",
-            lambda j, rate: j.proximal * rate**2,
-            near,
-        ),
-        *per_leg(
-            "v in place of u in the proximal centripetal term",
-            "Which way does the elbow's acceleration point when q11' is constant?",
-            "near",
-            lambda j, rate: j.proximal * rate**2 * dot(j.u2, j.v1),
-            near,
-        ),
-        *per_leg(
-            "q12' where q11' + q12' belongs",
-            fixed,
-            "turning",
-            lambda own, passive, turns: passive,
-            turning,
-        ),
-        *per_leg(
-            "q11' where q11' + q12' belongs",
-            fixed,
-            "turning",
-            lambda own, passive, turns: own,
-            turning,
-        ),
-        *per_leg(
-            "sum of squares instead of square of the sum",
-            "(a + b)^2 has a third term.",
-            "turning",
-            lambda own, passive, turns: np.hypot(own, passive),
-            turning,
+        *in_legs(
+            bias,
+            (
+                "rate of the proximal bar not squared in d",
+                square,
+                "near",
+                lambda j, rate: j.proximal * rate * dot(j.u2, j.u1),
+            ),
+            (
+                "length of the proximal bar forgotten in d",
+                unit_,
+                "near",
+                lambda j, rate: rate**2 * dot(j.u2, j.u1),
+            ),
+            (
+                "centripetal term of the proximal bar missing",
+                "Differentiate l11 q11' v11 once more.",
+                "near",
+                lambda j, rate: 0 * rate,
+            ),
+            (
+                "centripetal term of the proximal bar of the wrong sign",
+                sign,
+                "near",
+                lambda j, rate: -near(j, rate),
+            ),
+            (
+                "proximal centripetal term not projected",
+                "Which part of it lies along u12?",
+                "near",
+                lambda j, rate: j.proximal * rate**2,
+            ),
+            (
+                "v in place of u in the proximal centripetal term",
+                "Which way does the elbow's acceleration point when q11' is constant?",
+                "near",
+                lambda j, rate: j.proximal * rate**2 * dot(j.u2, j.v1),
+            ),
+            (
+                "q12' where q11' + q12' belongs",
+                fixed,
+                "turning",
+                lambda own, passive, turns: passive,
+            ),
+            ("q11' where q11' + q12' belongs", fixed, "turning", lambda own, passive, turns: own),
+            (
+                "sum of squares instead of square of the sum",
+                "(a + b)^2 has a third term.",
+                "turning",
+                lambda own, passive, turns: np.hypot(own, passive),
+            ),
         ),
     ]
     return tuple(slips)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -109,16 +111,8 @@ def first_order(robot: Robot, *row: Array, solve: Callable, **steps: Any) -> Col
     return times(solve(A, B), *row[4:])
 
 
-def dkm_steps(
-    robot: Robot, *row: Array, solve: Callable = lambda A, B: inverse(A) @ B, **steps: Any
-) -> Columns:
-    return first_order(robot, *row, solve=solve, **steps)
-
-
-def ikm_steps(
-    robot: Robot, *row: Array, solve: Callable = lambda A, B: inverse(B) @ A, **steps: Any
-) -> Columns:
-    return first_order(robot, *row, solve=solve, **steps)
+dkm_steps = partial(first_order, solve=lambda A, B: inverse(A) @ B)
+ikm_steps = partial(first_order, solve=lambda A, B: inverse(B) @ A)
 
 
 def second_order(
@@ -136,22 +130,8 @@ def second_order(
     return tuple(finish(A, B, bias(j, row[4:8], **others)[..., None], given)[..., 0].T)
 
 
-def dkm2_steps(
-    robot: Robot,
-    *row: Array,
-    finish: Callable = lambda A, B, d, q: inverse(A) @ (B @ q + d),
-    **steps: Any,
-) -> Columns:
-    return second_order(robot, *row, finish=finish, **steps)
-
-
-def ikm2_steps(
-    robot: Robot,
-    *row: Array,
-    finish: Callable = lambda A, B, d, x: inverse(B) @ (A @ x - d),
-    **steps: Any,
-) -> Columns:
-    return second_order(robot, *row, finish=finish, **steps)
+dkm2_steps = partial(second_order, finish=lambda A, B, d, q: inverse(A) @ (B @ q + d))
+ikm2_steps = partial(second_order, finish=lambda A, B, d, x: inverse(B) @ (A @ x - d))
 
 
 def turned(matrix: Array) -> Array:
@@ -176,23 +156,7 @@ def dynamic_steps(
     return mass, c(robot.m, jacobian, A, B, d, mass)[..., 0]
 
 
-def passive_rates(
-    robot: Robot,
-    *row: Array,
-    angles: Callable = same,
-    v: Callable = lambda j: j.v2,
-    drag: Callable = lambda j, v: j.proximal * dot(v, j.v1),
-    own: Callable = lambda q, j: q if j.turns else 0 * q,
-    per: Callable = lambda value, j: value / j.distal,
-    take: Callable = lambda end, drag: end - drag,
-) -> Columns:
-    """AMORO eq. 14: l12 (q11' + q12') = v12 . (xi' - l11 q11' v11)."""
-    j = Joints(robot, *angles(row[:4]))
-    q, x = np.stack(row[4:6], -1), np.stack(row[6:], -1)[:, None]
-    return tuple((per(take(dot(v(j), x), drag(j, v(j)) * q), j) - own(q, j)).T)
-
-
-def passive_accelerations(
+def passive_motion(
     robot: Robot,
     *row: Array,
     angles: Callable = same,
@@ -205,11 +169,15 @@ def passive_accelerations(
         j.proximal * own**2 * dot(v, j.u1) if j.turns else 0.0
     ),
 ) -> Columns:
-    """AMORO eq. 19."""
-    j = Joints(robot, *angles(row[:4]))
-    rate, passive = np.stack(row[4:8:2], -1), np.stack(row[5:8:2], -1)
-    q, x = np.stack(row[8:10], -1), np.stack(row[10:], -1)[:, None]
-    end = take(dot(v(j), x), drag(j, v(j)) * q) + pull(j, v(j), rate, passive)
+    """Return the rates (AMORO eq. 14) or, of rows with rates before them, accelerations (eq. 19).
+
+    l12 (q11' + q12') = v12 . (xi' - l11 q11' v11).
+    """
+    j, rates = Joints(robot, *angles(row[:4])), row[4:-4]
+    q, x = np.stack(row[-4:-2], -1), np.stack(row[-2:], -1)[:, None]
+    end = take(dot(v(j), x), drag(j, v(j)) * q)
+    if rates:
+        end = end + pull(j, v(j), np.stack(rates[::2], -1), np.stack(rates[1::2], -1))
     return tuple((per(end, j) - own(q, j)).T)
 
 
@@ -225,15 +193,20 @@ def only(leg: int, wrong: Callable, usual: Callable) -> Callable:
 
 
 def per_leg(name: str, hint: str, key: str, wrong: Callable, usual: Callable) -> tuple[Slip, ...]:
+    """Return the slip in both legs, in the left one and in the right one."""
+    left, right = only(0, wrong, usual), only(1, wrong, usual)
     return (
         Slip(name, hint, {key: wrong}),
-        *(
-            Slip(f"{name}, in the {at} leg", hint, {key: only(k, wrong, usual)})
-            for k, at in enumerate(("left", "right"))
-        ),
+        Slip(f"{name}, in the left leg", hint, {key: left}),
+        Slip(f"{name}, in the right leg", hint, {key: right}),
     )
 
 
-def copied(leg: int, usual: Callable) -> Callable:
-    """The other leg's value in this leg, too."""
-    return lambda *arguments: np.asarray(usual(*arguments))[:, [1 - leg, 1 - leg]]
+def usual(function: Callable, step: str) -> Callable:
+    """Return the right step of a derivation."""
+    return inspect.signature(function).parameters[step].default
+
+
+def in_legs(function: Callable, *cases: tuple[str, str, str, Callable]) -> list[Slip]:
+    """Return the slips of each case: its name, its hint, the step and the wrong step."""
+    return [slip for case in cases for slip in per_leg(*case, usual(function, case[2]))]

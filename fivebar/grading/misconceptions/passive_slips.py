@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from ..exercise import Slip
-from .motion_slips import angle_slips, usual
-from .motion_steps import dot, passive_accelerations, passive_rates, per_leg
+from .motion_slips import angle_slips
+from .motion_steps import dot, in_legs, passive_motion, per_leg, usual
 from .right import Kind
 
 
 def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
     """Of dkm_passive, or of dkm2_passive."""
-    model = passive_accelerations if accelerations else passive_rates
-    v, drag, own, per, take = (usual(model, step) for step in ("v", "drag", "own", "per", "take"))
+    drag, own = usual(passive_motion, "drag"), usual(passive_motion, "own")
     word, unit_ = ("acceleration", "m/s²") if accelerations else ("rate", "m/s")
     pivot = kind.words.pivots
     away = (
@@ -21,36 +20,33 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
     length = f"{unit_} is no unit of a passive {word}. Which length lies between?"
     slips = [
         *angle_slips(kind),
-        *per_leg(
-            "u instead of v for the distal bar",
-            "For which unit vector is the coefficient of the passive rate largest?",
-            "v",
-            lambda j: j.u2,
-            v,
-        ),
-        *per_leg(
-            "+90 degrees turned the other way",
-            "Turn (1, 0) by +90 degrees. Is it (0, 1) or (0, -1)?",
-            "v",
-            lambda j: -j.v2,
-            v,
-        ),
-        *per_leg(
-            "sine and cosine exchanged in v",
-            "v12 is u12 turned by +90 degrees.",
-            "v",
-            lambda j: j.v2[..., ::-1],
-            v,
-        ),
-        *per_leg(
-            f"share of the {pivot} forgotten", away, "drag", lambda j, v: 0 * drag(j, v), drag
-        ),
-        *per_leg(
-            f"share of the {pivot} not projected",
-            "Which part of it lies along v12?",
-            "drag",
-            lambda j, v: j.proximal + 0 * drag(j, v),
-            drag,
+        *in_legs(
+            passive_motion,
+            (
+                "u instead of v for the distal bar",
+                "For which unit vector is the coefficient of the passive rate largest?",
+                "v",
+                lambda j: j.u2,
+            ),
+            (
+                "+90 degrees turned the other way",
+                "Turn (1, 0) by +90 degrees. Is it (0, 1) or (0, -1)?",
+                "v",
+                lambda j: -j.v2,
+            ),
+            (
+                "sine and cosine exchanged in v",
+                "v12 is u12 turned by +90 degrees.",
+                "v",
+                lambda j: j.v2[..., ::-1],
+            ),
+            (f"share of the {pivot} forgotten", away, "drag", lambda j, v: 0 * drag(j, v)),
+            (
+                f"share of the {pivot} not projected",
+                "Which part of it lies along v12?",
+                "drag",
+                lambda j, v: j.proximal + 0 * drag(j, v),
+            ),
         ),
         Slip(
             f"share of the {pivot} added instead of subtracted",
@@ -58,15 +54,15 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
             {"take": lambda end, drag: end + drag},
         ),
         Slip("the other sign of both", away, {"take": lambda end, drag: drag - end}),
-        *per_leg(
-            "length of the bar forgotten", length, "per", lambda value, j: value + 0 * j.distal, per
-        ),
-        *per_leg(
-            "multiplied by the length instead of divided",
-            length,
-            "per",
-            lambda value, j: value * j.distal,
-            per,
+        *in_legs(
+            passive_motion,
+            ("length of the bar forgotten", length, "per", lambda value, j: value + 0 * j.distal),
+            (
+                "multiplied by the length instead of divided",
+                length,
+                "per",
+                lambda value, j: value * j.distal,
+            ),
         ),
     ]
     if kind.turns:
@@ -88,37 +84,29 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
         ]
         solve = "The distal bar turns at q11' + q12'. Solve that for q12'."
         slips += [
-            *per_leg(
-                "v of the proximal bar in place of the distal one's",
-                "With which vector do you multiply?",
-                "v",
-                lambda j: j.v1,
-                v,
-            ),
-            *per_leg(
-                "length of the proximal bar forgotten",
-                length,
-                "drag",
-                lambda j, v: dot(v, j.v1),
-                drag,
-            ),
-            *per_leg(
-                "u instead of v for the proximal bar",
-                "Which way does the elbow move?",
-                "drag",
-                lambda j, v: j.proximal * dot(v, j.u1),
-                drag,
-            ),
-            *per_leg(
-                "divided by the length of the proximal bar",
-                "Which bar turns at the rate that you look for?",
-                "per",
-                lambda value, j: value / j.proximal,
-                per,
-            ),
-            *per_leg(f"absolute {word} instead of relative", solve, "own", lambda q, j: 0 * q, own),
-            *per_leg(
-                f"active {word} added instead of subtracted", solve, "own", lambda q, j: -q, own
+            *in_legs(
+                passive_motion,
+                (
+                    "v of the proximal bar in place of the distal one's",
+                    "With which vector do you multiply?",
+                    "v",
+                    lambda j: j.v1,
+                ),
+                ("length of the proximal bar forgotten", length, "drag", lambda j, v: dot(v, j.v1)),
+                (
+                    "u instead of v for the proximal bar",
+                    "Which way does the elbow move?",
+                    "drag",
+                    lambda j, v: j.proximal * dot(v, j.u1),
+                ),
+                (
+                    "divided by the length of the proximal bar",
+                    "Which bar turns at the rate that you look for?",
+                    "per",
+                    lambda value, j: value / j.proximal,
+                ),
+                (f"absolute {word} instead of relative", solve, "own", lambda q, j: 0 * q),
+                (f"active {word} added instead of subtracted", solve, "own", lambda q, j: -q),
             ),
         ]
     else:
@@ -134,7 +122,7 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
 
 def _pulls(kind):
     """What becomes of the centripetal term of the proximal bar."""
-    usual_pull = usual(passive_accelerations, "pull")
+    usual_pull = usual(passive_motion, "pull")
     kept = "You multiply by v12. What is left there of a vector along u12?"
 
     def all_of(own, passive, j):

@@ -28,8 +28,7 @@ from .motion_steps import (
     ikm2_steps,
     ikm_steps,
     parts_of,
-    passive_accelerations,
-    passive_rates,
+    passive_motion,
 )
 from .passive_slips import passive_slips
 from .right import Kind
@@ -85,10 +84,10 @@ def _table(kind: Kind) -> dict[str, tuple]:
         "compute_A_B": (A_B_steps, AB, ()),
         "dkm": (dkm_steps, (*DKM_ENDS, *AB), MATRICES),
         "ikm": (ikm_steps, (*IKM_ENDS, *AB), MATRICES),
-        "dkm_passive": (passive_rates, passive_slips(kind, False), ()),
+        "dkm_passive": (passive_motion, passive_slips(kind, False), ()),
         "dkm2": (dkm2_steps, (*DKM2_ENDS, *second), MATRICES),
         "ikm2": (ikm2_steps, (*IKM2_ENDS, *second), MATRICES),
-        "dkm2_passive": (passive_accelerations, passive_slips(kind, True), ()),
+        "dkm2_passive": (passive_motion, passive_slips(kind, True), ()),
         "dynamic_model": (dynamic_steps, (*dynamic_slips(kind), *d, *AB), MATRICES),
         "inverse_dynamics": (right.inverse_dynamics, (), MODEL),
         "forward_dynamics": (right.forward_dynamics, (), MODEL),
