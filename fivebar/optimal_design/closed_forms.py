@@ -43,8 +43,9 @@ def _lens(r1, r2, d):
 
 
 def _workspace_area(robots):
-    """Return both rings have in common what both outer discs have, less what an inner disc takes,
-    plus what both take.
+    """Return the area that both rings have in common.
+
+    It is that of both outer discs, less what an inner disc takes, plus what both take.
     """
     (o1, i1), (o2, i2) = (
         (p + q, abs(p - q)) for p, q in ((robots.l11, robots.l12), (robots.l21, robots.l22))

@@ -118,7 +118,7 @@ def _circle(robot):
 
 
 def _moved(robot, task, place):
-    """Return accelerations at the samples of the motion; None where it cannot be done in the modes."""
+    """Return accelerations at the samples of the motion; None where the modes cannot do it."""
     _, xi, xi_dot, xi_ddot = task.motion
     try:
         pose = igm(robot, xi + place, task.working)
