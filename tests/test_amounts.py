@@ -28,7 +28,7 @@ FOUR_BAR = fb.linkages.FourBar(0.2, 0.06, 0.16, 0.14)
         (lambda: fb.simulate(ROBOT, CONTROLLER, LINE, step=1e-9), r"1e\+09 steps of 1e-09 s: at most 1e\+07.* 400 GB"),
         (lambda: fb.Tracker(ROBOT, 10**20), "horizon must be at most 500"),
         (lambda: fb.Tracker(ROBOT, delay=10**9), "delay must be at most 1000"),
-        (lambda: fb.linkages.study(FOUR_BAR, turns=1e6), "3.6e.08 poses, which take 2.5e.02 GB: at most"),
+        (lambda: fb.linkages.study(FOUR_BAR, turns=1e6), r"are more than 10\^6 poses"),
         (lambda: fb.linkages.coupler_curves(FOUR_BAR, samples=10**12), "samples must be at most 1000000"),
         (lambda: fb.simulate_many([ROBOT] * 100, CONTROLLER, LINE, step=1e-6, control_period=1e-3),
          r"100 runs of 1000000 steps are 1e\+08 rows: at most 3e\+07.* 18 GB"),

@@ -258,7 +258,7 @@ COVERS = {
     "linkages.study:from_csv": "Study", "paths.certificates.checker:check": "certificate", 
     "planning.plans:from_csv": "Plan", "simulation.run:from_csv": "Run", "singularities.maps:from_npz": "Map",
     "study.speed_accuracy.store:__init__": "partial", "study.speed_accuracy.store:_parsed": "partial",
-    "base.tables:about": "Run", "base.tables:opened": "from_csv",
+    "base.tables:about": "Run",
     "cli.grade_folder:hand_out": "ids",
     "optimal_design.results:_load": "Design", "optimal_design.shards:read_chunk": "chunk",
     "optimal_design.shards:read_manifest": "manifest",
@@ -300,6 +300,7 @@ READING = {
     "loadtxt",
     "genfromtxt",
     "ZipFile",
+    "Table",
     "opened",
     "fdopen",
 }
