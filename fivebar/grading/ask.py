@@ -14,7 +14,7 @@ from .diagnosis import consistent
 from .exercise import Exercise, Misconception
 from .following import modelled
 from .judge import TOLERANCE, Verdict, came_text, judge
-from .questions import Questions, rows_of, with_answers
+from .questions import Questions, rows_from, rows_of, with_answers
 
 
 class Wrong(AssertionError):
@@ -80,9 +80,7 @@ class Ask(Questions):
         exercise, own = self._exercises[name], robot is None
         robot = robot or self._robot
         wanted = self._set_for(robot)
-        replies = self._replies(
-            name, list(zip(*(c.tolist() for c in columns))), wanted | (constants or {}), limit
-        )
+        replies = self._replies(name, rows_from(columns), wanted | (constants or {}), limit)
         if own and robot != self._standard:
             exercise = replace(
                 exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._standard))
@@ -163,9 +161,7 @@ class Ask(Questions):
         """
         for robot, constants in (self._with_others(silent), (self._robot, {})):
             kept = with_answers(exercise, robot, columns)
-            replies = self._replies(
-                exercise.name, list(zip(*(c.tolist() for c in kept))), constants, limit
-            )
+            replies = self._replies(exercise.name, rows_from(kept), constants, limit)
             own = self._own(exercise, robot, kept, tolerance, constants)
             found = judge(
                 exercise, robot, kept, replies, tolerance, own=own, deep=not constants
@@ -206,7 +202,7 @@ class Ask(Questions):
                 or follow.function not in self._exercises
             ):
                 continue
-            rows = list(zip(*(np.asarray(c).tolist() for c in columns[: follow.first])))
+            rows = rows_from(columns[: follow.first])
             lines = {
                 reply.line
                 for reply in self._replies(follow.function, rows, {}, limit)
@@ -265,19 +261,13 @@ class Ask(Questions):
         if not 0 <= share <= 1:
             raise ValueError(f"a verdict's share must lie in 0..1, not {share!r}")
         off = None if off is None else float(off)
-        self._keep(
-            Asked(
-                Verdict(
-                    share, "" if share == 1 else "value", reason, asked=asked, came=came, off=off
-                )
-            )
-        )
+        kind = "" if share == 1 else "value"
+        self._keep(Asked(Verdict(share, kind, reason, asked=asked, came=came, off=off)))
 
     def _keep(self, asked):
         __tracebackhide__ = True
-        v = asked.verdict
         self.record.append(asked)
-        if v.share < 1:
+        if asked.verdict.share < 1:
             raise Wrong(asked.verdict)
 
 

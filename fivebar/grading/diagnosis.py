@@ -215,8 +215,7 @@ def _of_called(answers):
 def _in_parts(answers):
     """Return a known mistake in some parts of the answer, where the others are right."""
     exercise, starts = answers.exercise, _starts(answers)
-    exact = answers.difference(answers.came, answers.expected) <= answers.limits
-    right = _by_parts(exact | answers.refused[:, None], starts)
+    right = _right_parts(answers, starts)
     owners = [name for name in exercise.returns for _ in range(int(np.prod(exercise.shape(name))))]
     for misconception in exercise.wrong:
         alike = answers.alike(answers.outcome(misconception.model), misconception.turn)
@@ -251,6 +250,11 @@ def _starts(answers):
     return np.cumsum([0, *widths[:-1]])
 
 
+def _right_parts(answers, starts):
+    exact = answers.difference(answers.came, answers.expected) <= answers.limits
+    return _by_parts(exact | answers.refused[:, None], starts)
+
+
 def _by_parts(true, starts):
     """Per part whether all its numbers (n, numbers) are true in all rows."""
     return np.logical_and.reduceat(np.all(true, axis=0), starts)
@@ -263,8 +267,7 @@ def _pair(answers):
     exercise, starts = answers.exercise, _starts(answers)
     if not exercise.slips:
         return None
-    exact = answers.difference(answers.came, answers.expected) <= answers.limits
-    wrong = ~_by_parts(exact | answers.refused[:, None], starts)
+    wrong = ~_right_parts(answers, starts)
     promising = [
         slip
         for slip in exercise.slips

@@ -18,7 +18,6 @@ from .exercise import Exercise
 from .judge import Verdict
 from .labs import Lab
 from .program import Program
-from .variants import parameters
 from .worker.live import Live
 from .worker.replies import Reply
 from .worker.student import LIMIT
@@ -61,7 +60,7 @@ class Helped:
     def ask(
         self, function: str, rows: list, constants: dict | None = None, limit: float | None = None
     ) -> list[Reply]:
-        known = parameters(self.robot)
+        known = self.robot.parameters
         robot = replace(self.robot, **{k: v for k, v in (constants or {}).items() if k in known})
         given = {name: self._right(name, robot) for name in self.exercises}
         return self.student.ask(function, rows, constants, PATIENCE * (limit or LIMIT), given)

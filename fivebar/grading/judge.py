@@ -97,7 +97,7 @@ def judge(
     if np.any(unanswered):
         raise ValueError(f"the right {exercise.name} has no answer in row {np.argmax(unanswered)}")
     angles = exercise.is_angle()
-    limits = np.asarray(tolerance)[..., None] * np.where(angles, 1.0, largest(expected))
+    limits = _limits(exercise, expected, tolerance)
     came, reasons, texts, remarks = _outcomes(exercise, replies, refuse)
     errors = difference(came, expected, angles)
     for i in np.flatnonzero([not reason for reason in reasons]):
@@ -137,7 +137,8 @@ def judge(
     with np.errstate(all="ignore"):
         if follows := followed(answers):
             return Verdict(1.0, rows=n, remarks=(*remarks, follows.name), beside=beside)
-    first = _first_wrong(good, reasons, refuse)
+    # A refusal that is only not counted tells less than a wrong answer.
+    first = next(i for i in np.flatnonzero(~good) if reasons[i] not in ("", "refused"))
     reply, text = replies[first], texts[first]
     if forfeited and np.any(refused):
         text += " (refusing counts only beside a right answer in the same check)"
@@ -192,9 +193,7 @@ def answered(
         return None, False
     with np.errstate(all="ignore"):
         expected = exercise.outcome(exercise.answer, robot, columns)
-    limits = np.asarray(tolerance)[..., None] * np.where(
-        exercise.is_angle(), 1.0, largest(expected)
-    )
+    limits = _limits(exercise, expected, tolerance)
     same = difference(came, expected, exercise.is_angle()) <= limits
     return came, bool(np.all(same | np.isnan(expected) & np.isnan(came)))
 
@@ -206,8 +205,14 @@ def rows_right(
     came = _outcomes(exercise, replies, np.zeros(len(replies), bool))[0]
     with np.errstate(all="ignore"):
         expected = exercise.outcome(exercise.answer, robot, columns)
-    limits = tolerance[:, None] * np.where(exercise.is_angle(), 1.0, largest(expected))
+    limits = _limits(exercise, expected, tolerance)
     return np.all(difference(came, expected, exercise.is_angle()) <= limits, axis=1)
+
+
+def _limits(exercise, expected, tolerance):
+    """Return the largest error allowed: of an angle in radians, else of the largest answer."""
+    scale = np.where(exercise.is_angle(), 1.0, largest(expected))
+    return np.asarray(tolerance)[..., None] * scale
 
 
 def _beside(came, expected, angles, threshold):
@@ -255,12 +260,6 @@ def _outcomes(exercise, replies, refuse):
         reasons.append(reason)
         texts.append(text)
     return came, reasons, texts, tuple(remarks)
-
-
-def _first_wrong(good, reasons, refuse):
-    """A refusal that is only not counted tells less than a wrong answer."""
-    wrong = [i for i in np.flatnonzero(~good) if reasons[i] not in ("", "refused")]
-    return wrong[0]
 
 
 def _where(exercise, off):

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +19,6 @@ from .judge import Verdict, answered, judge
 from .labs import Lab
 from .program import Program
 from .second_look import CHANGES, changing, typed, with_other_masses
-from .variants import parameters
 from .worker.replies import Reply
 
 CLOSE = (
@@ -88,7 +88,7 @@ class Questions:
         """
         exercise, wanted = self._exercises[name], self._set_for(robot)
         rows, tolerance = with_answers(exercise, robot, columns), np.max(tolerance)
-        replies = self._replies(name, list(zip(*(c.tolist() for c in rows))), wanted, None)
+        replies = self._replies(name, rows_from(rows), wanted, None)
         verdict = judge(exercise, robot, rows, replies, tolerance, deep=True)
         return self._settled(
             verdict, rows_of(exercise, robot, rows, tolerance, None, wanted), replies, None
@@ -108,12 +108,10 @@ class Questions:
         known = [np.asarray(column)[asked] for column in rows.columns]
         came = [replies[i] for i in asked]
         found = None
-        if not own and set(parameters(rows.robot)) == set(parameters(self._robot)):
+        if not own and rows.robot.parameters.keys() == self._robot.parameters.keys():
             found = typed(exercise, rows.robot, self._robot, known, came, rows.tolerance[asked])
         if found is None and any(reply.kind == "value" for reply in came):
-            again = self._replies(
-                exercise.name, list(zip(*(c.tolist() for c in known))), rows.constants, limit
-            )
+            again = self._replies(exercise.name, rows_from(known), rows.constants, limit)
             found = CHANGES if changing(came, again) else None
         return replace(verdict, diagnosis=found)
 
@@ -128,9 +126,7 @@ class Questions:
         ]
         if np.array_equal(*outcomes, equal_nan=True):
             return None
-        replies = self._replies(
-            exercise.name, list(zip(*(np.asarray(c).tolist() for c in columns))), wanted, limit
-        )
+        replies = self._replies(exercise.name, rows_from(columns), wanted, limit)
         own = self._own(exercise, other, columns, rows.tolerance)
         return judge(
             exercise, other, columns, replies, rows.tolerance, rows.refuse, own=own, deep=False
@@ -157,23 +153,17 @@ class Questions:
         """Gives what a function that the exercise builds on answers to the same rows, where that is
         not all right.
         """
-        known = {}
 
+        @cache
         def ask(follow):
-            if follow in known:
-                return known[follow]
-            known[follow] = None
             called = self._exercises.get(follow.function)
             if called is None or follow.function not in self._program.student.names:
                 return None
             rows = columns[: follow.first]
             set_ = self._set_for(robot) if constants is None else constants
-            replies = self._replies(
-                follow.function, list(zip(*(np.asarray(c).tolist() for c in rows))), set_, None
-            )
+            replies = self._replies(follow.function, rows_from(rows), set_, None)
             numbers, right = answered(called, robot, rows, replies, tolerance)
-            known[follow] = None if right or numbers is None else called.parts(numbers)
-            return known[follow]
+            return None if right or numbers is None else called.parts(numbers)
 
         return ask
 
@@ -183,8 +173,13 @@ class Questions:
         return (
             {}
             if robot is self._robot
-            else {k: v for k, v in parameters(robot).items() if k in known}
+            else {k: v for k, v in robot.parameters.items() if k in known}
         )
+
+
+def rows_from(columns: Sequence) -> list[tuple]:
+    """Return the rows of columns as tuples of plain numbers."""
+    return list(zip(*(np.asarray(column).tolist() for column in columns)))
 
 
 def rows_of(exercise, robot, columns, tolerance, refuse, constants):

@@ -41,7 +41,7 @@ def _exchanged(answers, known):
         return None
     for order in permutations(range(len(names))):
         moved = [names[k] for k, place in enumerate(order) if k != place]
-        if len(moved) == 2 and _alike(answers, answers.expected[:, list(order)], known).all():
+        if len(moved) == 2 and answers.alike(answers.expected[:, list(order)])[known].all():
             return Misconception(
                 f"{moved[0]} and {moved[1]} exchanged",
                 f"In which order does the task ask for {' and '.join(moved)}?",
@@ -53,7 +53,7 @@ def _exchanged(answers, known):
 def _by_name(answers, known):
     """Return the sign, factor or offset of each returned name that is wrong."""
     exercise, sentences, first = answers.exercise, [], 0
-    exact = _alike(answers, answers.expected, known)
+    exact = answers.alike(answers.expected)[known]
     for name in exercise.returns:
         part = slice(first, first + int(np.prod(exercise.shape(name))))
         first = part.stop
@@ -76,7 +76,7 @@ def _one_relation(answers, known, part, angle):
     def holds(outcome):
         trial = answers.expected.copy()
         trial[np.ix_(known, np.arange(trial.shape[1])[part])] = outcome
-        return _alike(answers, trial, known)[:, part].all()
+        return answers.alike(trial)[known][:, part].all()
 
     if holds(-expected):
         return "the sign of {} is wrong in every row"
@@ -88,7 +88,3 @@ def _one_relation(answers, known, part, angle):
     if not angle and holds(factor * expected):
         return "{} is " + f"{factor:.4g} times the right one in every row"
     return None
-
-
-def _alike(answers, outcome, known):
-    return answers.alike(outcome)[known]

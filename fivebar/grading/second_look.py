@@ -14,7 +14,6 @@ from ..models.robots import Robot
 from .columns import Columns
 from .exercise import Exercise, Misconception
 from .judge import rows_right
-from .variants import parameters
 from .worker.replies import Reply
 
 CHANGES = Misconception(
@@ -62,9 +61,9 @@ def _groups(exercise, robot, own, columns) -> Iterator[tuple[str, ...]]:
     """Names of which the answers depend and in which the two robots differ, first alone, then
     together.
     """
-    mine, names = parameters(own), []
+    mine, names = own.parameters, []
     right = exercise.outcome(exercise.answer, robot, columns)
-    for name, value in parameters(robot).items():
+    for name, value in robot.parameters.items():
         if value != mine[name]:
             changed = exercise.outcome(
                 exercise.answer, replace(robot, **{name: mine[name]}), columns
@@ -77,7 +76,7 @@ def _groups(exercise, robot, own, columns) -> Iterator[tuple[str, ...]]:
 
 def with_other_masses(robot: Robot) -> Robot:
     """The robot with its masses and inertias changed, each by another factor."""
-    masses = [name for name in parameters(robot) if name[0] not in "ld"]
+    masses = [name for name in robot.parameters if name[0] not in "ld"]
     return replace(
         robot, **{name: (1.3 + 0.1 * k) * getattr(robot, name) for k, name in enumerate(masses)}
     )
