@@ -44,18 +44,18 @@ def columns_of(name: str, acc: Accelerations) -> Columns:
     rates, pose = acc.rates, acc.rates.pose
     four = joints(pose)
     return {
-        "dgm": lambda: (*pose.q.T, pose.assembly),
-        "igm": lambda: (*pose.xi.T, *pose.working.T),
-        "dgm_passive": lambda: (*pose.q.T, pose.assembly),
-        "compute_A_B": lambda: four,
-        "dkm": lambda: (*four, *rates.q_dot.T),
-        "ikm": lambda: (*four, *rates.xi_dot.T),
-        "dkm_passive": lambda: (*four, *rates.q_dot.T, *rates.xi_dot.T),
-        "dkm2": lambda: (*joint_motion(rates), *acc.q_ddot.T),
-        "ikm2": lambda: (*joint_motion(rates), *acc.xi_ddot.T),
-        "dkm2_passive": lambda: (*joint_motion(rates), *acc.q_ddot.T, *acc.xi_ddot.T),
-        "dynamic_model": lambda: joint_motion(rates),
-    }[name]()
+        "dgm": (*pose.q.T, pose.assembly),
+        "igm": (*pose.xi.T, *pose.working.T),
+        "dgm_passive": (*pose.q.T, pose.assembly),
+        "compute_A_B": four,
+        "dkm": (*four, *rates.q_dot.T),
+        "ikm": (*four, *rates.xi_dot.T),
+        "dkm_passive": (*four, *rates.q_dot.T, *rates.xi_dot.T),
+        "dkm2": (*joint_motion(rates), *acc.q_ddot.T),
+        "ikm2": (*joint_motion(rates), *acc.xi_ddot.T),
+        "dkm2_passive": (*joint_motion(rates), *acc.q_ddot.T, *acc.xi_ddot.T),
+        "dynamic_model": joint_motion(rates),
+    }[name]
 
 
 def motions(robot: Robot, draw: np.random.Generator, n: int) -> Accelerations:

@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +17,10 @@ from ..exercise import Slip
 from .right import Kind
 
 
-def own(step: Callable | tuple, leg: int, usual: Callable) -> Callable:
-    """The step of one leg: a pair's part, or what both have."""
-    return (step[leg] or usual) if isinstance(step, tuple) else step
+def steps_of_leg(right_steps: dict, steps: dict, leg: int) -> SimpleNamespace:
+    """Return the steps of one leg; a pair of steps holds None where a leg's is right."""
+    own = {key: step[leg] if isinstance(step, tuple) else step for key, step in steps.items()}
+    return SimpleNamespace(**right_steps | {key: step for key, step in own.items() if step})
 
 
 def each_leg(name: str, hint: str, **steps: Callable) -> tuple[Slip, ...]:
@@ -45,13 +48,14 @@ def proximal(robot: Robot, leg: int, q: Array) -> Array:
     return drive.length * np.exp(1j * q) if robot.turns else 1j * q
 
 
+PIVOT = {"base": base_x, "bars": proximal}
+
+
 def foot(robot: Robot, leg: int, span: Array) -> Array:
     """Distance of the height's foot from the pivot (dgm) in a triangle of this base."""
     near, far = robot.distal[leg], robot.distal[1 - leg]
     return (np.abs(span) ** 2 + near**2 - far**2) / (2 * np.abs(span))
 
-
-_foot = foot
 
 # What is made of a wrong distance a from a pivot to the height's foot: AMORO's h/a times the right
 # vector; h times the right direction; or another foot, too.
@@ -72,26 +76,24 @@ def dgm_steps(
     q21: Array,
     mode: Array,
     robot_of: Callable = right,
-    base: Callable = base_x,
-    bars: Callable = proximal,
     to_h: Callable = right,
-    foot: Callable = foot,
+    from_pivot: Callable = foot,
     ahead: Callable = lambda half, a, e: (half, half / a),
     height: Callable = height,
     scale: Callable = right,
     turn: Callable = lambda e: 1j * e,
     sign: Callable = right,
     end: Callable = lambda h, up: h + up,
+    **pivot_steps: Any,
 ) -> Columns:
     """AMORO eq. 1 to 3: from A22 along the line of the pivots to H, and from there up."""
-    robot = robot_of(robot)
-    points = [
-        own(base, k, base_x)(robot, k) + own(bars, k, proximal)(robot, k, q)
-        for k, q in enumerate((q11, q21))
-    ]
+    robot, points = robot_of(robot), []
+    for leg, q in enumerate((q11, q21)):
+        step = steps_of_leg(PIVOT, pivot_steps, leg)
+        points.append(step.base(robot, leg) + step.bars(robot, leg, q))
     line = points[0] - points[1]
-    size, a = np.abs(line), foot(robot, 1, line)
-    half, direction = ahead(_foot(robot, 1, line) * line / size, a, line / size)
+    size, a = np.abs(line), from_pivot(robot, 1, line)
+    half, direction = ahead(foot(robot, 1, line) * line / size, a, line / size)
     up = sign(mode) * scale(height(robot.distal[1], a), a, size) * turn(direction)
     found = end(points[1] + to_h(half, line), up)
     return found.real, found.imag
@@ -213,7 +215,7 @@ def bases_moved(kind: Kind, key: str = "base") -> tuple[Slip, ...]:
             {key: lambda robot, leg: base_x(robot, leg) + robot.d / 2},
         ),
         *each_leg(f"{word} forgotten", where, **{key: at(0)}),
-        *each_leg(f"sign of the {word}'s x", where, **{key: at(-1)})[:1],
+        Slip(f"sign of the {word}'s x", where, {key: at(-1)}),
         Slip("the right arm's offset used for the left arm", where, {key: (at(-1), None)}),
         Slip("the left arm's offset used for the right arm", where, {key: (None, at(-1))}),
         *each_leg(
@@ -272,7 +274,11 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
     slips += [Slip(name, hint, {"turn": turn}) for name, hint, turn in TURNS]
     slips += [Slip(name, hint, {"height": root}) for name, hint, root in SQUARES]
     slips += [
-        Slip(name, hint, {"foot": lambda robot, leg, line, find=find: find(None, line), **ahead})
+        Slip(
+            name,
+            hint,
+            {"from_pivot": lambda robot, leg, line, find=find: find(None, line), **ahead},
+        )
         for name, hint, find in feet_of("H")
         for ahead in AHEAD
     ]
@@ -281,7 +287,7 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
             "distance of H from the other pivot",
             "Make l22 shorter in a drawing: does H come nearer to A22 or go away from it?",
             {
-                "foot": lambda robot, leg, line: np.abs(line) - foot(robot, leg, line),
+                "from_pivot": lambda robot, leg, line: np.abs(line) - foot(robot, leg, line),
                 **AHEAD[2],
             },
         )
@@ -299,11 +305,11 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
                 "cos q11 has no unit.",
                 bars=lambda robot, leg, q: np.exp(1j * q),
             ),
-            *each_leg(
+            Slip(
                 "angles taken as degrees",
                 "What do sin and cos expect?",
-                bars=lambda robot, leg, q: proximal(robot, leg, np.radians(q)),
-            )[:1],
+                {"bars": lambda robot, leg, q: proximal(robot, leg, np.radians(q))},
+            ),
         ]
     else:
         slips += each_leg(

@@ -5,6 +5,7 @@ step.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from ..columns import Array, Columns
 from ..exercise import Slip
 from .geometry_steps import (
     AHEAD,
+    PIVOT,
     SQUARES,
     TURNS,
     base_x,
@@ -21,9 +23,9 @@ from .geometry_steps import (
     feet_of,
     height,
     lengths_changed,
-    own,
     proximal,
     right,
+    steps_of_leg,
 )
 from .right import Kind, dgm
 
@@ -38,6 +40,17 @@ def own_mode(leg: int, gamma1: Array, gamma2: Array) -> Array:
     return (gamma1, gamma2)[leg]
 
 
+IGM = {
+    "base": base_x,
+    "foot": leg_foot,
+    "ahead": lambda half, a, e: (half, half / a),
+    "height": height,
+    "sign": own_mode,
+    "elbow": lambda m, up, robot, leg: m + up,
+    "read": np.angle,
+}
+
+
 def igm_steps(
     robot: Robot,
     x: Array,
@@ -45,49 +58,30 @@ def igm_steps(
     gamma1: Array,
     gamma2: Array,
     robot_of: Callable = right,
-    base: Callable = base_x,
-    foot: Callable = leg_foot,
-    ahead: Callable = lambda half, a, e: (half, half / a),
-    height: Callable = height,
     scale: Callable = right,
     turn: Callable = lambda e: 1j * e,
     to_m: Callable = right,
-    sign: Callable = own_mode,
-    elbow: Callable = lambda m, up, robot, leg: m + up,
-    read: Callable = np.angle,
     lift: Callable = right,
+    **leg_steps: Any,
 ) -> Columns:
     """AMORO eq. 7 to 9: by way of M, then up or down to the elbow; a foot is straight above or
     below.
     """
     robot, found = robot_of(robot), []
     for leg, bar in enumerate(robot.distal):
-        line = x - own(base, leg, base_x)(robot, leg) + 1j * y
-        mode = own(sign, leg, own_mode)(leg, gamma1, gamma2)
-        root = own(height, leg, _height)
+        step = steps_of_leg(IGM, leg_steps, leg)
+        line = x - step.base(robot, leg) + 1j * y
+        mode = step.sign(leg, gamma1, gamma2)
         if not robot.turns:
-            found.append(lift(y) + mode * root(bar, line.real))
+            found.append(lift(y) + mode * step.height(bar, line.real))
             continue
-        size, a = np.abs(line), own(foot, leg, leg_foot)(robot, leg, line)
-        half, direction = own(ahead, leg, _ahead)(
-            leg_foot(robot, leg, line) * line / size, a, line / size
-        )
-        up = mode * scale(root(robot.drives[leg].length, a), a, size) * turn(direction)
-        found.append(
-            own(read, leg, np.angle)(own(elbow, leg, _sum)(to_m(half, line), up, robot, leg))
-        )
+        size, a = np.abs(line), step.foot(robot, leg, line)
+        middle = leg_foot(robot, leg, line) * line / size
+        half, direction = step.ahead(middle, a, line / size)
+        rise = scale(step.height(robot.drives[leg].length, a), a, size)
+        elbow = step.elbow(to_m(half, line), mode * rise * turn(direction), robot, leg)
+        found.append(step.read(elbow))
     return tuple(found)
-
-
-_height = height
-
-
-def _ahead(half, a, e):
-    return half, half / a
-
-
-def _sum(m, up, robot, leg):
-    return m + up
 
 
 def igm_slips(kind: Kind) -> tuple[Slip, ...]:
@@ -197,6 +191,13 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
     return tuple(slips)
 
 
+PASSIVE = {
+    **PIVOT,
+    "read": np.angle,
+    "off": lambda robot, angle, q, other: angle - q if robot.turns else angle,
+}
+
+
 def passive_steps(
     robot: Robot,
     q11: Array,
@@ -204,29 +205,18 @@ def passive_steps(
     mode: Array,
     end: Columns | None = None,
     robot_of: Callable = right,
-    base: Callable = base_x,
-    bars: Callable = proximal,
-    read: Callable = np.angle,
-    off: Callable | None = None,
     sign: Callable = right,
+    **leg_steps: Any,
 ) -> Columns:
     """AMORO eq. 5 and 6. end: what the student's own dgm gave, x and y (n,)."""
     robot = robot_of(robot)
     x, y = dgm(robot, q11, q21, sign(mode)) if end is None else end
-    found, both = [], (q11, q21)
-    for leg, q in enumerate(both):
-        pivot = own(base, leg, base_x)(robot, leg) + own(bars, leg, proximal)(robot, leg, q)
-        angle = own(read, leg, np.angle)(x + 1j * y - pivot)
-        found.append(
-            own(off, leg, _relative)(robot, angle, q, both[1 - leg])
-            if off
-            else _relative(robot, angle, q)
-        )
-    return tuple(found)
-
-
-def _relative(robot, angle, q, other=None):
-    return angle - q if robot.turns else angle
+    angles = []
+    for leg, (q, other) in enumerate(((q11, q21), (q21, q11))):
+        step = steps_of_leg(PASSIVE, leg_steps, leg)
+        pivot = step.base(robot, leg) + step.bars(robot, leg, q)
+        angles.append(step.off(robot, step.read(x + 1j * y - pivot), q, other))
+    return tuple(angles)
 
 
 def passive_slips(kind: Kind) -> tuple[Slip, ...]:

@@ -113,20 +113,16 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
             "Does the left leg's equation hold the right motor's rate?",
             {"B": lambda b, j: b[..., None] * np.ones((2, 2))},
         ),
-        *per_leg(
+        Slip(
             "B multiplied by the distal bar",
             "Which length did the vectors have that you multiplied with?",
-            "b",
-            lambda j: entry(j) * j.distal,
-            entry,
-        )[:1],
-        *per_leg(
+            {"b": lambda j: entry(j) * j.distal},
+        ),
+        Slip(
             "absolute value in B",
             "Does B keep its sign in all working modes?",
-            "b",
-            lambda j: abs(entry(j)),
-            entry,
-        )[:1],
+            {"b": lambda j: abs(entry(j))},
+        ),
     ]
     if kind.turns:
         slips += [
@@ -146,13 +142,11 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
                     lambda j: j.proximal * dot(j.u2, j.v1 * [-1, 1]),
                 ),
             ),
-            *per_leg(
+            Slip(
                 "length of the distal bar in B",
                 "Which bar carries the elbow?",
-                "b",
-                lambda j: j.distal * dot(j.u2, j.v1),
-                entry,
-            )[:1],
+                {"b": lambda j: j.distal * dot(j.u2, j.v1)},
+            ),
             *per_leg(
                 "direction of the distal bar in place of the angle between the bars in B",
                 "u12 . v11 depends on the angle between two bars only.",
