@@ -12,14 +12,9 @@ import numpy as np
 from ...models.robots import FiveBar, Robot
 from ..columns import Array, Columns, inverse, times
 from ..exercise import Misconception, Slip
+from .geometry_steps import in_step
 from .motion_steps import turned
 from .right import Kind, dynamic_model, forward_dynamics, inverse_dynamics
-
-
-def in_step(key: str, *cases: tuple[str, str, Callable]) -> tuple[Slip, ...]:
-    """Return the slips of each case in one step: its name, its hint and the wrong step."""
-    return tuple(Slip(name, hint, {key: wrong}) for name, hint, wrong in cases)
-
 
 SPEED = "At constant motor speed the end-effector still accelerates. Which torque does that need?"
 STAR = "* multiplies arrays element by element. How does one write the product of two matrices?"
@@ -188,17 +183,19 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
             ),
         ]
     which = "Which mass moves with which part?"
+
+    def named(key, hint, cases):
+        hints = [STAR if "element" in name else hint for name, _ in cases]
+        return tuple(Slip(name, text, {key: wrong}) for (name, wrong), text in zip(cases, hints))
+
     return (
-        *(Slip(name, own, {"Z": Z}) for name, Z in Zs),
-        *(Slip(name, which, {"robot_of": change}) for name, change in masses),
-        *(
-            Slip(name, "The robot's plane lies flat. Which way does its weight pull?", {"c": c})
-            for name, c in weights
-        ),
-        *(Slip(name, STAR if "element" in name else jacobian, {"J": J}) for name, J in Js),
-        *(Slip(name, STAR if "element" in name else energy, {"M": M}) for name, M in Ms),
+        *named("Z", own, Zs),
+        *named("robot_of", which, masses),
+        *named("c", "The robot's plane lies flat. Which way does its weight pull?", weights),
+        *named("J", jacobian, Js),
+        *named("M", energy, Ms),
         Slip("c forgotten", SPEED, {"c": lambda m, J, A, B, d, M: 0 * d}),
-        *(Slip(name, STAR if "element" in name else power, {"c": c}) for name, c in cs),
+        *named("c", power, cs),
     )
 
 

@@ -34,6 +34,11 @@ def each_leg(name: str, hint: str, **steps: Callable) -> tuple[Slip, ...]:
     )
 
 
+def in_step(key: str, *cases: tuple[str, str, Callable]) -> tuple[Slip, ...]:
+    """Return the slips of each case in one step: its name, its hint and the wrong step."""
+    return tuple(Slip(name, hint, {key: wrong}) for name, hint, wrong in cases)
+
+
 def right(thing: object, *_: object) -> object:
     return thing
 
@@ -130,7 +135,7 @@ SQUARES = (
 
 
 def feet_of(word: str) -> tuple[tuple[str, str, Callable], ...]:
-    """(name, hint, foot(right foot, line)) of what becomes of the distance from a pivot to the foot
+    """(name, hint, foot(robot, leg, line)) of what becomes of the distance from a pivot to the foot
     of the height.
     """
     pythagoras = "A distance in the plane has two components. What did Pythagoras say?"
@@ -138,12 +143,12 @@ def feet_of(word: str) -> tuple[tuple[str, str, Callable], ...]:
         (
             f"distance of {word} taken along x only",
             pythagoras,
-            lambda along, line: np.abs(line.real) / 2,
+            lambda robot, leg, line: np.abs(line.real) / 2,
         ),
         (
             f"{word} not in the middle: the factor 1/2 forgotten in its distance",
             f"How far is {word} from either end?",
-            lambda along, line: np.abs(line),
+            lambda robot, leg, line: np.abs(line),
         ),
     )
 
@@ -271,13 +276,12 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
         ),
     ]
     slips += [*bases_moved(kind), *lengths_changed(kind)]
-    slips += [Slip(name, hint, {"turn": turn}) for name, hint, turn in TURNS]
-    slips += [Slip(name, hint, {"height": root}) for name, hint, root in SQUARES]
+    slips += [*in_step("turn", *TURNS), *in_step("height", *SQUARES)]
     slips += [
         Slip(
             name,
             hint,
-            {"from_pivot": lambda robot, leg, line, find=find: find(None, line), **ahead},
+            {"from_pivot": find, **ahead},
         )
         for name, hint, find in feet_of("H")
         for ahead in AHEAD

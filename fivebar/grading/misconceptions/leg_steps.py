@@ -22,6 +22,7 @@ from .geometry_steps import (
     each_leg,
     feet_of,
     height,
+    in_step,
     lengths_changed,
     proximal,
     right,
@@ -121,11 +122,9 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
         s
         for name, hint, find in feet_of("M")
         for ahead in AHEAD
-        for s in each_leg(
-            name, hint, foot=lambda robot, leg, line, find=find: find(None, line), **ahead
-        )
+        for s in each_leg(name, hint, foot=find, **ahead)
     ]
-    slips += [Slip(name, hint, {"turn": turn}) for name, hint, turn in TURNS]
+    slips += in_step("turn", *TURNS)
     length = "A direction times b has length b only if the direction has length 1."
     once = (
         "A11A12 begins in A11 already. What is the angle of that vector, and what do you put into"
