@@ -138,7 +138,8 @@ def judge(
         if follows := followed(answers):
             return Verdict(1.0, rows=n, remarks=(*remarks, follows.name), beside=beside)
     # A refusal that is only not counted tells less than a wrong answer.
-    first = next(i for i in np.flatnonzero(~good) if reasons[i] not in ("", "refused"))
+    wrong = np.flatnonzero(~good).tolist()
+    first = next(i for i in wrong if reasons[i] not in ("", "refused"))
     reply, text = replies[first], texts[first]
     if forfeited and np.any(refused):
         text += " (refusing counts only beside a right answer in the same check)"
