@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -202,6 +202,7 @@ def per_leg(name: str, hint: str, key: str, wrong: Callable, usual: Callable) ->
     )
 
 
+@cache
 def usual(function: Callable, step: str) -> Callable:
     """Return the right step of a derivation."""
     return inspect.signature(function).parameters[step].default
