@@ -66,7 +66,10 @@ def robot_of(parameters: dict[str, Any]) -> FiveBar | Biglide:
     """
     if "links" in parameters:
         return _of_links(dict(parameters))
-    kind = min(KINDS, key=lambda kind: len(set(parameters) - {f.name for f in fields(kind)}))
+    counts = []
+    for kind in KINDS:
+        counts.append(len(set(parameters) - {f.name for f in fields(kind)}))
+    kind = KINDS[counts.index(min(counts))]
     _refuse_unknown(f"a {kind.words.title}", parameters, [f.name for f in fields(kind)])
     return kind(**parameters)
 
