@@ -8,6 +8,8 @@ import math
 from argparse import _SubParsersAction
 from dataclasses import replace
 
+import numpy as np
+
 from ..base.errors import UsageError
 from ..linkages import (
     GRAVITY,
@@ -23,6 +25,7 @@ from ..linkages import (
 )
 from ..linkages.checks import check_branch
 from ..linkages.drives import DRIVES
+from ..linkages.quantities import unit
 from ..linkages.six_bar_press import SPEED
 from ..models.robots import FiveBar
 from .options import (
@@ -122,16 +125,21 @@ def _run(arguments, build):
     if options.get("drive") != "swing":
         options.pop("between", None)
     lines = verdict(linkage, branch) + extra
+    ranges = {}
     files = []
     if not arguments.json:
         print(*lines, sep="\n", flush=True)
     if used_options(arguments, "plot", "csv", "html", "page"):
-        files = _write(study(linkage, branch=branch, **options), arguments)
+        result = study(linkage, branch=branch, **options)
+        ranges = _ranges(result)
+        files = _write(result, arguments)
+        if not arguments.json:
+            _print_ranges(result, ranges)
     if arguments.live:
         _live(linkage, branch, arguments.live)
         files.append(arguments.live)
     if arguments.json:
-        print_json({"verdict": lines, "files": files})
+        print_json({"verdict": lines, "ranges": ranges, "files": files})
     else:
         print_files(files)
 
@@ -205,3 +213,24 @@ def _write(result, arguments):
     for path, write in writers.items():
         write(path)
     return list(writers)
+
+
+def _ranges(result):
+    """Return {quantity: [least, largest]} of finite values, [None, None] where there is none."""
+    ranges = {}
+    for name, values in result.columns.items():
+        finite = values[np.isfinite(values)]
+        ranges[name] = [float(finite.min()), float(finite.max())] if len(finite) else [None, None]
+    return ranges
+
+
+def _print_ranges(result, ranges):
+    from ..visualization.style import of_unit
+
+    print(f"{len(result.t)} samples over {result.t[-1]:.6g} s, least and largest:")
+    if result.lock:
+        angles = ", ".join(f"{angle:.6f}" for angle in np.degrees(np.atleast_1d(result.lock[0])))
+        print(f"the run ends before the lock at {angles} deg, {result.lock[1]:.6f} s")
+    for name, (least, largest) in ranges.items():
+        if least is not None:
+            print(f"  {name:<24} {least + 0.0:>14.6g} {largest + 0.0:>14.6g} {of_unit(unit(name))}")

@@ -43,6 +43,7 @@ PROBLEM = {
     "--workspace X0 X1 Y0 Y1": "to stay in, m",
     "--serial-margin SINE": "least |sin q_i2|",
     "--parallel-margin SINE": "least |det A|: no Type 2 is crossed",
+    "--max-time S": (30.0, "of the search"),
 }
 OUTPUT = JSON | {
     "--rate HZ": (1000.0, "of the setpoints"),
@@ -68,7 +69,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 def _plan(arguments):
     from ..constraints.constraints import Constraints
-    from ..planning.plan import LEAST_SIN, plan
+    from ..planning.plan import LEAST_SIN, Collocation, plan
 
     robot = chosen_robot(arguments)
     if arguments.working and (arguments.from_working or arguments.to_working):
@@ -94,6 +95,7 @@ def _plan(arguments):
             via=[(None, point) for point in zip(arguments.via[::2], arguments.via[1::2])],
             objective=arguments.objective or ("effort" if arguments.duration else "time"),
             constraints=Constraints(**limits),
+            collocation=Collocation(max_time=arguments.max_time),
         )
     figures = _figures(robot, result)
     files = _written(arguments, robot, result) if arguments.out else []
@@ -125,6 +127,8 @@ def _figures(robot, plan):
         "singularity_crossings": sorted(crossings),
         "working_at_the_end": [int(mode) for mode in pose.working[-1]],
         "relative_error": plan.error,
+        "intervals": len(plan.pieces.xi),
+        "solve_time_s": plan.solve_time,
     }
 
 
@@ -151,6 +155,7 @@ def _print(robot, figures):
             ("objective", f"{figures['objective']:.6g} (SI)"),
             (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
             ("modes at the end", ", ".join(f"{mode:+d}" for mode in figures["working_at_the_end"])),
+            ("solved", f"on {figures['intervals']} intervals in {figures['solve_time_s']:.2f} s"),
         ]
     )
     for t, kind in figures["singularity_crossings"]:
