@@ -57,6 +57,7 @@ def seen(folder, env):
     }
     told, end = json.JSONDecoder().raw_decode(out)
     return told | {
+        "real_time_factor": None,
         "others": out[end:].encode("ascii", "backslashreplace"),
         **files,
     }

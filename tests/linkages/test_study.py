@@ -309,7 +309,11 @@ def test_cli_study_with_files(monkeypatch, capsys, tmp_path):
         == 0
     )
     printed = capsys.readouterr()
-    assert printed.err == "" and printed.out.splitlines()[-3:] == files
+    assert (
+        printed.err == ""
+        and printed.out.splitlines()[-3:] == files
+        and "rocker.rate" in printed.out
+    )
     run = Study.from_csv(files[1])
     assert run.linkage.point == (0.1, 0.05) and run.t[-1] == pytest.approx(4 * np.pi / 3)
     assert run["rocker.angle"].max() < 0  # the other branch
@@ -332,7 +336,7 @@ def test_cli_study_with_files(monkeypatch, capsys, tmp_path):
 def test_cli_studies(argv, monkeypatch, capsys, tmp_path):
     assert run_cli([*argv, "--csv", str(tmp_path / "a.csv"), "--json"], monkeypatch) == 0
     data = json.loads(capsys.readouterr().out)
-    assert data["files"] == [str(tmp_path / "a.csv")] and data["verdict"]
+    assert data["files"] == [str(tmp_path / "a.csv")] and data["verdict"] and data["ranges"]
     run = Study.from_csv(tmp_path / "a.csv")
     if "straight-line" in argv:  # the whole usual stroke, but where its end is a lock
         mechanism = straight_line(argv[1])

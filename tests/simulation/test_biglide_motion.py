@@ -321,7 +321,7 @@ def test_track_on_the_command_line(tmp_path, capsys):
     figures = json.loads(capsys.readouterr().out)
     assert (
         figures["max_error_m"] < 0.02
-        and len(figures["peak_force_N"]) == 2
+        and len(figures["peak_force_N"]) == len(figures["max_joint_error_m"]) == 2
     )
     assert cli.main(["track", "--robot", "biglide", *line, "--out", str(tmp_path)]) == 0
     out = capsys.readouterr().out
