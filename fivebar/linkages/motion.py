@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from .six_bar_press import SixBarPress
     from .slider_crank import SliderCrank
 
-    CrankLinkage: TypeAlias = "FourBar | SliderCrank | SixBarPress"
-    Linkage: TypeAlias = "CrankLinkage | FiveBarLinkage"
+    CrankLinkage: TypeAlias = FourBar | SliderCrank | SixBarPress
+    Linkage: TypeAlias = CrankLinkage | FiveBarLinkage
 
 STRETCH = 8192  # poses that fit into the processor's cache
 RAIL = ("G", "H")  # names of the ends of a guide

@@ -115,7 +115,9 @@ class Task:
     _given: tuple = field(default=(), repr=False)
 
     def __repr__(self) -> str:
-        return one_line("Task", *(f"{name} = {shown(value)}" for name, value in self.about.items()))
+        return one_line(
+            "Task", *(f"{name} = {_short(value)}" for name, value in self.about.items())
+        )
 
     @cached_property
     def nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -165,6 +167,16 @@ class Task:
 
 def _sha256(array):
     return hashlib.sha256(array.tobytes()).hexdigest()
+
+
+def _short(value):
+    if isinstance(value, dict):
+        return f"({', '.join(f'{name} {_short(part)}' for name, part in value.items())})"
+    if isinstance(value, list):
+        return f"({', '.join(map(_short, value))})"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return shown(value)
 
 
 def _trapezium(count):

@@ -213,12 +213,11 @@ def aspect(robot: FiveBar, number: int) -> Aspect:
     (-1, -1)
     """
     found = aspects(robot)
-    for part in found:
-        if part.number == number:
-            return part
-    raise ValueError(
-        f"number: no aspect {shown(number)}: this robot has {len(found)}, numbered from 1"
-    )
+    if not isinstance(number, (int, np.integer)) or not 1 <= number <= len(found):
+        raise ValueError(
+            f"number: no aspect {shown(number)}: this robot has {len(found)}, numbered from 1"
+        )
+    return found[number - 1]
 
 
 def numbered(found: Iterable[Any]) -> tuple[Any, ...]:
