@@ -141,8 +141,8 @@ def _grade(arguments):
 
 
 def _program(arguments, lab):
-    """The program in the file, folder or zip that is named, and those in it that it may import;
-    says what is left.
+    """Return the program in the file, folder or zip that is named, and those in it that it may
+    import; says what is left.
     """
     from ..base.representation import printable
     from ..grading.intake.hand_in import beside, choose, look_into
@@ -187,7 +187,7 @@ def _show(arguments, report):
 
 
 def _secret(path):
-    """The course's secret as bytes, None where there is none."""
+    """Return the course's secret as bytes, None where there is none."""
     given = os.environ.pop(SECRET, "")  # no process that this one starts shall see it
     try:
         secret = path.read_bytes().strip() if path else given.encode()
@@ -200,7 +200,7 @@ def _secret(path):
 
 
 def hints_from(arguments, lab):
-    """The day of the hints where it is to come, else ""; by the option, else by the lab."""
+    """Return the day of the hints where it is to come, else ""; by the option, else by the lab."""
     given = arguments.hints_from or lab.hints_from()
     try:
         day = datetime.date.fromisoformat(given) if given else None

@@ -8,7 +8,7 @@ from ..base.errors import UsageError
 
 
 def isolation(isolate):
-    """How students' programs are confined, and why not better, in a line."""
+    """Return how students' programs are confined, and why not better, in a line."""
     from ..grading.worker.places import bwrap_trouble
 
     if isolate == "bwrap":
@@ -141,6 +141,8 @@ def hand_out(arguments, lab, secret):
 
 
 def _ids(data):
-    """The lines of a list of ids, also as Windows' editors save it, with a mark at its start."""
+    """Return the lines of a list of ids, also as Windows' editors save it, with a mark at its
+    start.
+    """
     wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     return data.decode("utf-16" if wide else "utf-8-sig").splitlines()

@@ -133,7 +133,7 @@ def _figures(robot, plan):
 
 
 def _written(arguments, robot, plan):
-    """The plan's own table, its picture and its setpoints, in their folder."""
+    """Return the plan's own table, its picture and its setpoints, in their folder."""
     from ..paths.setpoints import setpoints
 
     arguments.out.mkdir(parents=True, exist_ok=True)

@@ -85,7 +85,7 @@ def _run(arguments, options):
 
 
 def _split(rest):
-    """What stands before the first -- and after it."""
+    """Return what stands before the first -- and after it."""
     if "--" not in rest:
         return rest, []
     cut = rest.index("--")

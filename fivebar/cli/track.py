@@ -95,8 +95,8 @@ def _demo(arguments):
 
 
 def _task_2(robot):
-    """The lab's task 2 with a timing that can cross its singularity: the Run, and what is to be
-    said.
+    """Return the lab's task 2 with a timing that can cross its singularity: the Run, and what is to
+    be said.
     """
     from ..constraints.path_check import check_path
     from ..simulation.simulate import simulate

@@ -123,8 +123,8 @@ class Ask(Questions):
         )
 
     def _saying_which(self, verdict, exercise, robot, columns, tolerance):
-        """The verdict with what is wrong in the function that it is consistent with, where that can
-        be told.
+        """Return the verdict with what is wrong in the function that it is consistent with, where
+        that can be told.
         """
         texts = [*verdict.remarks, verdict.diagnosis.name if verdict.diagnosis else ""]
         for follow in exercise.follows:
@@ -145,14 +145,14 @@ class Ask(Questions):
         return verdict
 
     def remark(self, text: str) -> None:
-        """Adds a remark to what was recorded last."""
+        """Add a remark to what was recorded last."""
         last = self.record.pop() if self.record else Asked(Verdict(1.0))
         self.record.append(
             replace(last, verdict=replace(last.verdict, remarks=(*last.verdict.remarks, text)))
         )
 
     def _probed(self, exercise, columns, tolerance, limit, silent):
-        """The diagnosis of other rows, and of other numbers where the file lets them be set.
+        """Return the diagnosis of other rows, and of other numbers where the file lets them be set.
 
         With m = 0.5 the factors 2 and 1/m are the same, and at home both working modes are; where
         no number came,
@@ -171,8 +171,8 @@ class Ask(Questions):
         return None
 
     def _with_others(self, longer):
-        """The robot with other masses and inertias, or with longer bars, and the file's constants
-        for it.
+        """Return the robot with other masses and inertias, or with longer bars, and the file's
+        constants for it.
         """
         names = {
             name: own
@@ -193,8 +193,8 @@ class Ask(Questions):
         )
 
     def _raised_in_called(self, verdict, exercise, columns, limit):
-        """The verdict with the name of the function in which it fails, if that is another one of
-        the lab's.
+        """Return the verdict with the name of the function in which it fails, if that is another
+        one of the lab's.
         """
         for follow in exercise.follows:
             if (
@@ -219,8 +219,8 @@ class Ask(Questions):
         return verdict
 
     def call(self, name: str, *row: float, limit: float | None = None) -> Any:
-        """The value that one call gives, arrays and floats as they came; Wrong where it gives
-        none.
+        """Return the value that one call gives, arrays and floats as they came; Wrong where it
+        gives none.
         """
         __tracebackhide__ = True
         self.asked.add(name)

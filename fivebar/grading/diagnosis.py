@@ -58,8 +58,8 @@ class Answers:
     def alike(
         self, outcome: np.ndarray, turn: float = 2 * np.pi, slack: float = EXACT
     ) -> np.ndarray:
-        """Which numbers (n, k) are an outcome's. What is huge at a singularity says nothing about
-        scale.
+        """Return which numbers (n, k) are an outcome's. What is huge at a singularity says nothing
+        about scale.
         """
         close = np.maximum(self.limits, slack * largest(outcome[~self.none]))
         return self.difference(self.came, outcome, turn) <= close
@@ -70,7 +70,7 @@ class Answers:
         return found
 
     def fits(self, outcome: np.ndarray, alike: np.ndarray) -> bool:
-        """Whether all rows are as this outcome has them, and a wrong one unlike the right
+        """Return whether all rows are as this outcome has them, and a wrong one unlike the right
         answer.
         """
         known, nothing = np.all(np.isfinite(self.came), axis=1), np.isnan(outcome[:, 0])
@@ -89,14 +89,14 @@ def difference(
 
 
 def largest(answers: np.ndarray) -> np.ndarray:
-    """Per number the largest answer, (k,); 1 where all are 0 or none exists."""
+    """Return per number the largest answer, (k,); 1 where all are 0 or none exists."""
     most = np.max(np.abs(np.where(np.isnan(answers), 0.0, answers)), axis=0, initial=0.0)
     return np.where(most > 0, most, 1.0)
 
 
 def followed(answers: Answers) -> Misconception | None:
-    """Where a function that counts by itself is wrong and this one is right but for that: which
-    one.
+    """Return where a function that counts by itself is wrong and this one is right but for that:
+    which one.
 
     Nothing follows from what is no model: with M = 1 and c = 0 the torques are the accelerations,
     whoever wrote them, and M = q11 is no mistake in a derivation.
@@ -112,8 +112,8 @@ def followed(answers: Answers) -> Misconception | None:
 
 
 def _plain(answers, outcome):
-    """Whether an outcome (n, k) is affine in the arguments, so that it can be written without any
-    model.
+    """Return whether an outcome (n, k) is affine in the arguments, so that it can be written
+    without any model.
     """
     rows = np.all(np.isfinite(outcome), axis=1)
     if not rows.any():
@@ -128,7 +128,7 @@ def _plain(answers, outcome):
 
 
 def diagnose(answers: Answers) -> Misconception | None:
-    """The mistake that gives the student's answers, None where none is known that does."""
+    """Return the mistake that gives the student's answers, None where none is known that does."""
     exercise = answers.exercise
     if not np.any(
         np.all(np.isfinite(answers.came), axis=1)
@@ -161,8 +161,8 @@ def _with(exercise, steps):
 
 
 def _own_steps(answers, follows):
-    """The derivation's keywords for what these functions of the student's give; None where one is
-    right.
+    """Return the derivation's keywords for what these functions of the student's give; None where
+    one is right.
     """
     steps = {}
     for follow in follows:
@@ -174,7 +174,7 @@ def _own_steps(answers, follows):
 
 
 def consistent(follows: tuple[Follow, ...]) -> Misconception:
-    """Said of who does the right thing with what wrong functions of his own give."""
+    """Return what is said of who does the right thing with what wrong functions of his own give."""
     names = " and ".join(follow.function for follow in follows)
     return Misconception(
         f"consistent with your {names}, which is wrong",
@@ -184,7 +184,7 @@ def consistent(follows: tuple[Follow, ...]) -> Misconception:
 
 
 def _of_called(answers):
-    """Right, or wrong in one known step, on top of a wrong function that it calls."""
+    """Return right, or wrong in one known step, on top of a wrong function that it calls."""
     exercise = answers.exercise
     for count in range(1, len(exercise.follows) + 1):
         for follows in combinations(exercise.follows, count):
@@ -230,8 +230,8 @@ def _in_parts(answers):
 
 
 def _starts(answers):
-    """The first number of each part of the answer that can be wrong alone: a matrix's row, else
-    each number.
+    """Return the first number of each part of the answer that can be wrong alone: a matrix's row,
+    else each number.
 
     A row of a symmetric matrix cannot: both its rows come from the same product.
     """
@@ -256,12 +256,12 @@ def _right_parts(answers, starts):
 
 
 def _by_parts(true, starts):
-    """Per part whether all its numbers (n, numbers) are true in all rows."""
+    """Return per part whether all its numbers (n, numbers) are true in all rows."""
     return np.logical_and.reduceat(np.all(true, axis=0), starts)
 
 
 def _pair(answers):
-    """Two slips in different steps, first those of which one explains a part of the answer
+    """Return two slips in different steps, first those of which one explains a part of the answer
     already.
     """
     exercise, starts = answers.exercise, _starts(answers)

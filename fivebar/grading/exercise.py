@@ -46,11 +46,11 @@ class Slip:
     steps: dict = field(repr=False)
 
     def of(self, derivation: Callable) -> Misconception:
-        """The misconception of who makes this slip and no other."""
+        """Return the misconception of who makes this slip and no other."""
         return Misconception(self.name, self.hint, partial(derivation, **self.steps))
 
     def together(self, other: Slip) -> Slip | None:
-        """Both slips, None where they are about the same step."""
+        """Return both slips, None where they are about the same step."""
         if self.steps.keys() & other.steps.keys():
             return None
         return Slip(
@@ -124,11 +124,11 @@ class Exercise:
         return self._parts[2]
 
     def shape(self, name: str) -> tuple[int, ...]:
-        """Shape of a returned name, () for a number."""
+        """Return shape of a returned name, () for a number."""
         return tuple(self.shapes.get(name, ()))
 
     def outcome(self, model: Callable, robot: Robot, columns: tuple[np.ndarray, ...]) -> np.ndarray:
-        """The model's answers to all rows as one array (n, numbers returned)."""
+        """Return the model's answers to all rows as one array (n, numbers returned)."""
         answers, n = model(robot, *columns), len(columns[0])
         if len(self.returns) == 1 and not isinstance(answers, tuple):
             answers = (answers,)
@@ -139,13 +139,13 @@ class Exercise:
         return np.concatenate(flat, axis=1).astype(float)
 
     def parts(self, numbers: np.ndarray) -> tuple[np.ndarray, ...]:
-        """The returned arrays (n, *shape) in the numbers (n, k): the inverse of `outcome`."""
+        """Return the arrays (n, *shape) in the numbers (n, k): the inverse of `outcome`."""
         sizes = np.cumsum([int(np.prod(self.shape(name))) for name in self.returns])[:-1]
         split = np.split(numbers, sizes, axis=1)
         return tuple(part.reshape(-1, *self.shape(name)) for name, part in zip(self.returns, split))
 
     def is_angle(self) -> np.ndarray:
-        """Which of the numbers in `outcome` are angles, (numbers,)."""
+        """Return which of the numbers in `outcome` are angles, (numbers,)."""
         return self._angle
 
     @cached_property

@@ -81,7 +81,7 @@ class Helped:
 
 
 def _answer(exercise, robot, row):
-    """The right answer to one row as lists, None where there is none."""
+    """Return the right answer to one row as lists, None where there is none."""
     plain = len(row) == len(exercise.arguments) and all(
         type(v) in (int, float) and abs(v) < 1e6 for v in row
     )
@@ -104,7 +104,7 @@ def _answer(exercise, robot, row):
 
 @contextmanager
 def helped(program: Program, exercises: dict[str, Exercise], robot: Robot) -> Iterator[Program]:
-    """The program in a process of its own, in which these functions are the right ones."""
+    """Yield the program in a process of its own, in which these functions are the right ones."""
     if isinstance(program.student, Live):
         yield replace(program, student=Helped(program.student, exercises, robot))
         return
@@ -113,8 +113,8 @@ def helped(program: Program, exercises: dict[str, Exercise], robot: Robot) -> It
 
 
 def may_call(source: str, function: str, names: Iterable[str]) -> set[str]:
-    """Those of the names that the function mentions, or what it calls in the file; all where that
-    cannot be seen.
+    """Return those of the names that the function mentions, or what it calls in the file; all where
+    that cannot be seen.
     """
     try:
         tree = ast.parse(source)
@@ -144,8 +144,8 @@ def may_call(source: str, function: str, names: Iterable[str]) -> set[str]:
 
 
 def may_help(source: str, lab: Lab, asked: set[str]) -> set[str]:
-    """The functions of the lab that those which were asked may call, and whose mistakes they need
-    not pay for.
+    """Return the functions of the lab that those which were asked may call, and whose mistakes they
+    need not pay for.
     """
     uses = lab.uses()
     return (
@@ -154,8 +154,8 @@ def may_help(source: str, lab: Lab, asked: set[str]) -> set[str]:
 
 
 def modelled(verdict: Verdict) -> bool:
-    """Whether these wrong answers are a model with a mistake: one that can be named, or that goes
-    with the right one.
+    """Return whether these wrong answers are a model with a mistake: one that can be named, or that
+    goes with the right one.
 
     Nothing follows from numbers that anybody could write down.
     """
@@ -165,7 +165,7 @@ def modelled(verdict: Verdict) -> bool:
 
 
 def remark(wrong: dict[str, str]) -> str:
-    """What is said of who gets points in spite of these functions of his own."""
+    """Return what is said of who gets points in spite of these functions of his own."""
     names, known = (
         " and ".join(wrong),
         {name: mistake for name, mistake in wrong.items() if mistake},
@@ -183,6 +183,6 @@ def remark(wrong: dict[str, str]) -> str:
 
 
 def some(rows: list) -> list[np.ndarray]:
-    """Columns of a few of the rows, from the first to the last."""
+    """Return columns of a few of the rows, from the first to the last."""
     few = [rows[k] for k in np.unique(np.linspace(0, len(rows) - 1, ASKED).round().astype(int))]
     return [np.array(column) for column in zip(*few)]

@@ -36,8 +36,8 @@ _FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
 
 
 def run_checks(lab: Lab, program: Program, seed: str, watched: bool = False) -> Checks:
-    """The lab's checks on a Program; `found` has a Check per test. watched: by somebody, who is
-    shown a bar.
+    """Return the lab's checks on a Program; `found` has a Check per test. watched: by somebody, who
+    is shown a bar.
     """
     checks = Checks(program, seed)
     with (
@@ -57,7 +57,7 @@ def run_checks(lab: Lab, program: Program, seed: str, watched: bool = False) -> 
 
 @contextmanager
 def _alone(lab):
-    """This process without pytest's outside settings and without an older copy of the lab."""
+    """Run this process without pytest's outside settings and without an older copy of the lab."""
     _forget(lab)
     with (
         patch.dict(os.environ, PYTEST_DISABLE_PLUGIN_AUTOLOAD="1"),
@@ -78,8 +78,9 @@ def _forget(lab):
 
 
 def grade(lab: Lab, job: Job, home: bool = False, watched: bool = False) -> ShownReport:
-    """Report on one file; home: the inputs are public and the report says that others exist;
+    """Return report on one file; home: the inputs are public and the report says that others exist;
     watched: `run_checks`.
+
     """
     before = time.perf_counter()
     digest = job_hash(job)  # a file replaced from now on is graded again
@@ -109,7 +110,7 @@ def check(
     labs: str | Path | None = None,
     **functions: Callable,
 ) -> ShownReport:
-    """Report on functions of a notebook's session, `check("lab1", dgm=dgm)`, or on a file,
+    """Return report on functions of a notebook's session, `check("lab1", dgm=dgm)`, or on a file,
     `check("lab1", "my.py")`.
 
     lab: a lab's name, in full or short; labs: the folder of labs of one's own. The functions run in
@@ -160,7 +161,7 @@ def _report(lab, checks, before, home, **rest):
 
 
 def _old_numpy(program):
-    """What a file does that only the NumPy of its year did: it is graded as it ran then."""
+    """Yield what a file does that only the NumPy of its year did: it is graded as it ran then."""
     for reply in getattr(program.student, "mended", ()):
         place = f"{program.where(reply.line)}, `{reply.source.strip()}`: " if reply.line else ""
         yield (
@@ -176,7 +177,7 @@ def _about_robot(lab, robot, checks):
 
 
 def _notes(lab, robot, program):
-    """A file that holds another robot than the one it is graded for explains wrong answers
+    """Return a file that holds another robot than the one it is graded for explains wrong answers
     everywhere.
     """
     if lab.constants():
@@ -192,7 +193,7 @@ def _notes(lab, robot, program):
 
 
 def _absent(lab, robot, checks):
-    """Points that were lost may be so because lengths cannot be set."""
+    """Yield points that were lost may be so because lengths cannot be set."""
     if lab.constants():
         return
     constants = checks.program.student.constants
@@ -202,8 +203,8 @@ def _absent(lab, robot, checks):
 
 
 def job_hash(job: Job) -> str:
-    """SHA-256 over a job's file and those beside it that it may import, "" where the file itself is
-    none.
+    """Return sHA-256 over a job's file and those beside it that it may import, "" where the file
+    itself is none.
     """
     digest = file_hash(job.path)
     if not digest or not (job.member or job.siblings):
@@ -214,8 +215,8 @@ def job_hash(job: Job) -> str:
 
 
 def file_hash(path: str | Path) -> str:
-    """SHA-256 of a plain file's bytes, "" for anything else: a pipe, a link, what is too large to
-    be read.
+    """Return sHA-256 of a plain file's bytes, "" for anything else: a pipe, a link, what is too
+    large to be read.
     """
     try:
         status = os.lstat(path)

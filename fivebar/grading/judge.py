@@ -81,7 +81,7 @@ def judge(
     deep: bool = True,
     modelled: Callable[[Follow], bool] = lambda follow: True,
 ) -> Verdict:
-    """Verdict on the replies to one call per row of the columns, each (n,).
+    """Return the verdict on the replies to one call per row of the columns, each (n,).
 
     tolerance: of the largest right answer, a number or (n,). refuse: (n,) bool, the rows in which
     no answer exists and the function shall raise or give nan; they earn only if some of the others
@@ -165,8 +165,8 @@ def judge(
 
 
 def related(came: np.ndarray, expected: np.ndarray, angles: np.ndarray) -> bool:
-    """Whether half of the numbers (n, k) that came vary from row to row as the right ones do, or
-    more.
+    """Return whether half of the numbers (n, k) that came vary from row to row as the right ones
+    do, or more.
 
     Sixteen rows of one that has nothing to do with it correlate by 0.7 once in 400 times.
     """
@@ -186,8 +186,8 @@ def related(came: np.ndarray, expected: np.ndarray, angles: np.ndarray) -> bool:
 def answered(
     exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: ArrayLike
 ) -> tuple[np.ndarray | None, bool]:
-    """The numbers (n, k) that came, nan where there are none, None where there is no function; are
-    all right?
+    """Return the numbers (n, k) that came, nan where there are none, None where there is no
+    function; are all right?
     """
     came, reasons, _, _ = _outcomes(exercise, replies, np.zeros(len(replies), bool))
     if not set(reasons) <= {"", "nan", "exception"}:
@@ -202,7 +202,7 @@ def answered(
 def rows_right(
     exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: np.ndarray
 ) -> np.ndarray:
-    """Which rows (n,) are right, within tolerance (n,)."""
+    """Return which rows (n,) are right, within tolerance (n,)."""
     came = _outcomes(exercise, replies, np.zeros(len(replies), bool))[0]
     with np.errstate(all="ignore"):
         expected = exercise.outcome(exercise.answer, robot, columns)
@@ -217,7 +217,7 @@ def _limits(exercise, expected, tolerance):
 
 
 def _beside(came, expected, angles, threshold):
-    """The mean errors by the lab's own measure, in words."""
+    """Return the mean errors by the lab's own measure, in words."""
     if threshold is None:
         return ""
     most, measure = threshold
@@ -231,8 +231,8 @@ def _beside(came, expected, angles, threshold):
 
 
 def _outcomes(exercise, replies, refuse):
-    """Numbers (n, k), nan where there are none; per row a reason ("" if to be compared) and its
-    text; remarks.
+    """Return numbers (n, k), nan where there are none; per row a reason ("" if to be compared) and
+    its text; remarks.
     """
     came = np.full((len(replies), len(exercise.is_angle())), np.nan)
     reasons, texts, remarks = [], [], []
@@ -264,7 +264,7 @@ def _outcomes(exercise, replies, refuse):
 
 
 def _where(exercise, off):
-    """ " of q12" where only some of the returned names are wrong; off: which of the numbers,
+    """Return " of q12" where only some of the returned names are wrong; off: which of the numbers,
     (numbers,).
     """
     owners = np.concatenate(
@@ -275,7 +275,7 @@ def _where(exercise, off):
 
 
 def call_text(exercise: Exercise, columns: Columns, row: int) -> str:
-    """The call of one row as the student would write it."""
+    """Return the call of one row as the student would write it."""
     words = ", ".join(
         f"{name}={column[row]:.12g}" for name, column in zip(exercise.arguments, columns)
     )
@@ -283,7 +283,7 @@ def call_text(exercise: Exercise, columns: Columns, row: int) -> str:
 
 
 def came_text(reply: Reply) -> str:
-    """What came back, short enough for one line of a report."""
+    """Return what came back, short enough for one line of a report."""
     if reply.kind != "value":
         return f"{reply.text or KINDS[reply.kind]}"[:200]
     value = reply.value

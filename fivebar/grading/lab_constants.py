@@ -16,8 +16,8 @@ ALLOWED = 0.02
 def robot_of_file(
     standard: Robot, names: dict[str, tuple[str, ...]], constants: dict[str, float]
 ) -> tuple[Robot, tuple[str, ...]]:
-    """The standard robot with the numbers of a file, and sentences on those that are too far off to
-    be its own.
+    """Return the standard robot with the numbers of a file, and sentences on those that are too far
+    off to be its own.
 
     names: the file's name for a number -> the robot's for it; constants: what the file gives them.
     """

@@ -33,27 +33,29 @@ class Lab:
         return self.folder / "test_lab.py"
 
     def exercises(self) -> dict[str, Exercise]:
-        """Name -> Exercise, from EXERCISES of exercises.py; none where there is no such file."""
+        """Return name -> Exercise, from EXERCISES of exercises.py; none where there is no such
+        file.
+        """
         return {exercise.name: exercise for exercise in self._content().get("EXERCISES", ())}
 
     def robot(self) -> Robot:
-        """The robot that all have who got none of their own: ROBOT of exercises.py, else the
+        """Return the robot that all have who got none of their own: ROBOT of exercises.py, else the
         default five-bar.
         """
         return self._content().get("ROBOT", FiveBar())
 
     def also(self) -> tuple[dict, ...]:
-        """Numbers that are right in place of the robot's own: ALSO of exercises.py."""
+        """Return numbers that are right in place of the robot's own: ALSO of exercises.py."""
         return self._content().get("ALSO", ())
 
     def constants(self) -> dict[str, tuple[str, ...]]:
-        """The file's name for a number -> the robot's: CONSTANTS of exercises.py; none where both
-        are the same.
+        """Return the file's name for a number -> the robot's: CONSTANTS of exercises.py; none where
+        both are the same.
         """
         return self._content().get("CONSTANTS", {})
 
     def uses(self) -> dict[str, tuple[str, ...]]:
-        """A function -> those that it may call, whose mistakes it need not pay for: USES of
+        """Return a function -> those that it may call, whose mistakes it need not pay for: USES of
         exercises.py.
         """
         return self._content().get("USES", {})
@@ -64,15 +66,17 @@ class Lab:
         return "HAND_OUT" in self._content()
 
     def files_for(self, robot: Robot, draw: np.random.Generator) -> dict[str, str] | None:
-        """{name: text} of what a student gets beside student.py about a robot whose numbers he is
+        """Return {name: text} of what a student gets beside student.py about a robot whose numbers
+        he is
         to find: HAND_OUT of exercises.py; None where the robot's numbers stand in student.py.
+
         """
         make = self._content().get("HAND_OUT")
         return None if make is None else make(robot, draw)
 
     def hints_from(self) -> str:
-        """The day from which students are told why, HINTS_FROM of exercises.py, "" where there is
-        none.
+        """Return the day from which students are told why, HINTS_FROM of exercises.py, "" where
+        there is none.
         """
         return str(self._content().get("HINTS_FROM", ""))
 
@@ -90,7 +94,7 @@ class Lab:
         return _LOADED[path][1]
 
     def hash(self) -> str:
-        """SHA-256 over the lab's programs: results of another one are not comparable."""
+        """Return sHA-256 over the lab's programs: results of another one are not comparable."""
         digest = hashlib.sha256()
         for path in sorted(self.folder.glob("*.py")):
             content = path.read_bytes()
@@ -102,7 +106,7 @@ _LOADED: dict = {}
 
 
 def known_labs(folder: str | Path | None = None) -> list[Lab]:
-    """All labs: of `folder`, which may be a lab itself, else the shipped ones."""
+    """Return all labs: of `folder`, which may be a lab itself, else the shipped ones."""
     if folder is not None and not Path(folder).is_dir():
         raise UsageError(f"--labs: no folder {str(folder)!r}")
     place = SHIPPED if folder is None else Path(folder)
@@ -116,7 +120,9 @@ def known_labs(folder: str | Path | None = None) -> list[Lab]:
 
 
 def find_lab(name: str, folder: str | Path | None = None) -> Lab:
-    """The lab called `name`, in full or up to its first underscore: lab1 or lab1_geometry."""
+    """Return the lab called `name`, in full or up to its first underscore: lab1 or
+    lab1_geometry.
+    """
     labs = known_labs(folder)
     for lab in labs:
         if name in (lab.name, lab.name.split("_")[0]):

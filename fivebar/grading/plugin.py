@@ -53,7 +53,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _from_options(config):
-    """The checks of a plain pytest run on one submission, graded like `fivebar check`."""
+    """Return the checks of a plain pytest run on one submission, graded like `fivebar check`."""
     option = config.option
     if not option.submission:
         return Checks(None, option.seed)
@@ -124,8 +124,8 @@ class Checks:
             return True
 
     def _with_right_ones(self, item, error):
-        """The check once more, with the right functions in place of wrong ones called; raises what
-        is then wrong.
+        """Run the check once more, with the right functions in place of wrong ones called; raises
+        what is then wrong.
         """
         first, lab = item.stash[_ASK], Lab(item.path.parent)
         before = error.verdict if isinstance(error, Wrong) else Verdict(0.0, "value")

@@ -66,8 +66,8 @@ class Program:
         return self.robot or robot_from(lab.robot(), self.student.constants)
 
     def robot_of_file(self, lab: Lab) -> tuple[Robot, tuple[str, ...]]:
-        """The robot of a file that has the lab's own names for its numbers, and what is to be said
-        of them.
+        """Return the robot of a file that has the lab's own names for its numbers, and what is to
+        be said of them.
         """
         return robot_of_file(lab.robot(), lab.constants(), self.student.constants)
 
@@ -97,7 +97,7 @@ class Job:
         return f"{self.path.name}/{self.member}" if self.member else self.path.name
 
     def open(self) -> Program:
-        """The Program in a process of its own, or NoProgram where it cannot be read. Raises
+        """Return the Program in a process of its own, or NoProgram where it cannot be read. Raises
         IsolationError.
         """
         if self.trouble:

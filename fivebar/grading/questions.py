@@ -83,8 +83,8 @@ class Questions:
         return replies
 
     def judged(self, name: str, robot: Robot, columns: Sequence, tolerance: ArrayLike) -> Verdict:
-        """The verdict on a function for itself, in those rows to which there is an answer; nothing
-        is recorded.
+        """Return the verdict on a function for itself, in those rows to which there is an answer;
+        nothing is recorded.
         """
         exercise, wanted = self._exercises[name], self._set_for(robot)
         rows, tolerance = with_answers(exercise, robot, columns), np.max(tolerance)
@@ -95,8 +95,8 @@ class Questions:
         )
 
     def _settled(self, verdict, rows, replies, limit):
-        """The verdict with a diagnosis that other masses do not refute, or with what a second look
-        tells.
+        """Return the verdict with a diagnosis that other masses do not refute, or with what a
+        second look tells.
         """
         if verdict.share == 1:
             return verdict
@@ -116,8 +116,8 @@ class Questions:
         return replace(verdict, diagnosis=found)
 
     def _with_other_masses(self, rows, limit):
-        """The diagnosis of the same rows with other masses: with m = 0.5 the factors 2 and 1/m are
-        the same.
+        """Return the diagnosis of the same rows with other masses: with m = 0.5 the factors 2 and
+        1/m are the same.
         """
         exercise, other = rows.exercise, with_other_masses(rows.robot)
         columns, wanted = rows.columns, self._set_for(other)
@@ -133,8 +133,8 @@ class Questions:
         ).diagnosis
 
     def mistakes(self, rows: dict[str, tuple[Robot, list]]) -> dict[str, str]:
-        """Those of these functions that answer the rows wrongly, each with its mistake; none where
-        one is no model.
+        """Return those of these functions that answer the rows wrongly, each with its mistake; none
+        where one is no model.
         """
         found = {
             name: self.judged(name, robot, some(asked), CLOSE)
@@ -150,7 +150,7 @@ class Questions:
         )
 
     def _own(self, exercise, robot, columns, tolerance, constants=None):
-        """Gives what a function that the exercise builds on answers to the same rows, where that is
+        """Give what a function that the exercise builds on answers to the same rows, where that is
         not all right.
         """
 
@@ -168,7 +168,7 @@ class Questions:
         return ask
 
     def _set_for(self, robot):
-        """The constants to be set for a robot that is not the student's own."""
+        """Return the constants to be set for a robot that is not the student's own."""
         known = self._program.student.constants
         return (
             {}
@@ -183,14 +183,14 @@ def rows_from(columns: Sequence) -> list[tuple]:
 
 
 def rows_of(exercise, robot, columns, tolerance, refuse, constants):
-    """What was asked, with a tolerance and a refuse for each row."""
+    """Return what was asked, with a tolerance and a refuse for each row."""
     n = len(columns[0])
     refuse = np.zeros(n, bool) if refuse is None else np.asarray(refuse)
     return AskedRows(exercise, robot, columns, np.broadcast_to(tolerance, n), refuse, constants)
 
 
 def with_answers(exercise, robot, columns):
-    """The rows to which the right model has an answer."""
+    """Return the rows to which the right model has an answer."""
     with np.errstate(all="ignore"):
         known = np.isfinite(exercise.outcome(exercise.answer, robot, columns)).all(axis=1)
     return [np.asarray(column)[known] for column in columns]

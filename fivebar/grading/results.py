@@ -48,8 +48,8 @@ class Check:
 def checked(
     name: str, title: str, points: float, record: list[Asked], error: BaseException | None
 ) -> Check:
-    """The Check of a test that ended with `error` (None: passed) after the `record` of what it
-    asked.
+    """Return the Check of a test that ended with `error` (None: passed) after the `record` of what
+    it asked.
     """
     if error is not None and not isinstance(error, AssertionError):
         text = (
@@ -145,7 +145,7 @@ class Report:
         return 100 * self.points / self.max_points if self.max_points else 0.0
 
     def as_json(self) -> dict:
-        """Plain data; without the figures, which show right answers."""
+        """Return plain data, without the figures, which show right answers."""
         data = {"schema": SCHEMA, "points": self.points, "max_points": self.max_points} | asdict(
             self
         )
@@ -156,8 +156,8 @@ class Report:
 
     @classmethod
     def from_json(cls, data: dict) -> Report:
-        """A Report from `as_json`'s data. Raises KeyError, TypeError or ValueError where it is
-        something else.
+        """Return a Report from `as_json`'s data. Raises KeyError, TypeError or ValueError where it
+        is something else.
         """
         if data["schema"] != SCHEMA:
             raise ValueError(f"a result of schema {data['schema']}, not {SCHEMA}")
@@ -174,7 +174,9 @@ class Report:
 
 
 def withheld(report: Report) -> Report:
-    """What a student is shown: all of it, or before the day of the hints the points alone."""
+    """Return what a student is shown: all of it, or before the day of the hints the
+    points alone.
+    """
     if not report.hints_from:
         return report
     bare = tuple(

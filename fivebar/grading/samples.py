@@ -16,14 +16,15 @@ TRIED = 200  # poses for each one that is kept beside Type 1
 
 
 def unequal_robot(draw: np.random.Generator) -> FiveBar:
-    """A robot whose four bars differ by at least 7 mm, rounded to tenths of a millimetre."""
+    """Return a robot whose four bars differ by at least 7 mm, rounded to tenths of a millimetre."""
     bars = draw.permutation([0.080, 0.095, 0.110, 0.130]) + draw.uniform(-0.004, 0.004, 4)
     rest = draw.uniform((0.09, 0.001, 0.001, 0.3), (0.13, 0.004, 0.004, 0.9))
     return FiveBar(*np.round([*bars, *rest], 4).tolist())
 
 
 def unequal_biglide(draw: np.random.Generator) -> Biglide:
-    """A biglide of bars that differ by at least 3 cm and feet by 0.2 kg; rounded to 0.1 mm and 1 g.
+    """Return a biglide of bars that differ by at least 3 cm and feet by 0.2 kg; rounded to 0.1 mm
+    and 1 g.
 
     Its guides are so close that it closes even with twice their distance, a misconception that
     shall be seen.
@@ -43,8 +44,8 @@ def poses(
     working: tuple[int, int] | None = None,
     margin: float = 0.2,
 ) -> Pose:
-    """n poses as one batch, of these modes (None: any), every |sin| between bars, or bar and guide,
-    over `margin`.
+    """Return n poses as one batch, of these modes (None: any), every |sin| between bars, or bar and
+    guide, over `margin`.
 
     The end-effector is drawn uniformly. ValueError where the robot hardly has such poses.
     """
@@ -66,7 +67,7 @@ def poses(
 
 
 def _ends(robot):
-    """The lowest and the highest coordinates of the end-effector to be tried."""
+    """Return the lowest and the highest coordinates of the end-effector to be tried."""
     legs = list(zip(robot.drives, robot.distal))
     if robot.turns:
         reach = max(drive.length + bar for drive, bar in legs) + robot.d / 2
@@ -80,8 +81,8 @@ def _ends(robot):
 def beside_type_1(
     robot: Robot, draw: np.random.Generator, sines: np.ndarray, leg: int, margin: float = 0.2
 ) -> Pose:
-    """Poses in which leg 0 or 1 is almost stretched, or across its guide: `sines` (n,) of its
-    passive angle.
+    """Return poses in which leg 0 or 1 is almost stretched, or across its guide: `sines` (n,) of
+    its passive angle.
 
     The signs of the sines are free.
     """
@@ -105,8 +106,8 @@ def beside_type_1(
 def beside_type_2(
     robot: Robot, draw: np.random.Generator, sines: np.ndarray, margin: float = 0.2
 ) -> Pose:
-    """Poses with det A = `sines` (n,), signed, both legs regular; by bisection between poses on
-    both sides.
+    """Return poses with det A = `sines` (n,), signed, both legs regular; by bisection between poses
+    on both sides.
     """
     n = len(sines)
     ends = []
@@ -141,8 +142,8 @@ def beside_type_2(
 
 
 def moving(pose: Pose, draw: np.random.Generator, speed: float = 0.3) -> Columns:
-    """The joint columns of poses in motion, the end-effector at most this fast along x and y,
-    m/s.
+    """Return the joint columns of poses in motion, the end-effector at most this fast along x and
+    y, m/s.
     """
     return joint_motion(ikm(pose, draw.uniform(-speed, speed, (len(pose.q), 2))))
 
@@ -150,8 +151,8 @@ def moving(pose: Pose, draw: np.random.Generator, speed: float = 0.3) -> Columns
 def accelerated(
     pose: Pose, draw: np.random.Generator, speed: float = 0.3, most: float = 2.0
 ) -> Columns:
-    """The columns that dkm2_passive asks for, the end-effector's acceleration at most `most` along
-    x and y, m/s^2.
+    """Return the columns that dkm2_passive asks for, the end-effector's acceleration at most `most`
+    along x and y, m/s^2.
     """
     rates = ikm(pose, draw.uniform(-speed, speed, (len(pose.q), 2)))
     acc = ikm2(rates, draw.uniform(-most, most, (len(pose.q), 2)))
@@ -167,8 +168,8 @@ def straight_paths(
     margin: float = 0.05,
     longest: float = np.inf,
 ) -> Columns:
-    """Columns x0, y0, x1, y1, gamma1, gamma2 of straight paths with so many clear crossings of Type
-    2, far from Type 1.
+    """Return columns x0, y0, x1, y1, gamma1, gamma2 of straight paths with so many clear crossings
+    of Type 2, far from Type 1.
 
     working: one pair of modes; None: all four, in turn. margin: smallest |sine| of a passive angle;
         longest: m.

@@ -26,7 +26,9 @@ CHANGES = Misconception(
 
 
 def changing(first: list[Reply], again: list[Reply]) -> bool:
-    """Whether any of the values given to the same questions is another one the second time."""
+    """Return whether any of the values given to the same questions is another one the
+    second time.
+    """
     pairs = [(a.value, b.value) for a, b in zip(first, again) if a.kind == b.kind == "value"]
     return any(repr(a) != repr(b) for a, b in pairs)
 
@@ -39,8 +41,8 @@ def typed(
     replies: list[Reply],
     tolerance: np.ndarray,
 ) -> Misconception | None:
-    """Who has typed numbers of his own robot where the names stand that a check sets to another
-    one's.
+    """Return who has typed numbers of his own robot where the names stand that a check sets to
+    another one's.
 
     The rows are those that have an answer; tolerance (n,).
     """
@@ -58,7 +60,7 @@ def typed(
 
 
 def _groups(exercise, robot, own, columns) -> Iterator[tuple[str, ...]]:
-    """Names of which the answers depend and in which the two robots differ, first alone, then
+    """Yield names of which the answers depend and in which the two robots differ, first alone, then
     together.
     """
     mine, names = own.parameters, []
@@ -75,7 +77,7 @@ def _groups(exercise, robot, own, columns) -> Iterator[tuple[str, ...]]:
 
 
 def with_other_masses(robot: Robot) -> Robot:
-    """The robot with its masses and inertias changed, each by another factor."""
+    """Return the robot with its masses and inertias changed, each by another factor."""
     masses = [name for name in robot.parameters if name[0] not in "ld"]
     return replace(
         robot, **{name: (1.3 + 0.1 * k) * getattr(robot, name) for k, name in enumerate(masses)}

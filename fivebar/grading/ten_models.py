@@ -40,7 +40,7 @@ SAMPLES, EVERY, PERIOD = 50, 10, 0.01  # of the oscillation, each so many steps 
 
 
 def columns_of(name: str, acc: Accelerations) -> Columns:
-    """What a batch of motions (n,) asks one of the ten functions, and A and B."""
+    """Return what a batch of motions (n,) asks one of the ten functions, and A and B."""
     rates, pose = acc.rates, acc.rates.pose
     four = joints(pose)
     return {
@@ -59,7 +59,7 @@ def columns_of(name: str, acc: Accelerations) -> Columns:
 
 
 def motions(robot: Robot, draw: np.random.Generator, n: int) -> Accelerations:
-    """n motions in regular poses of all modes."""
+    """Return n motions in regular poses of all modes."""
     speed, most = (0.3, 2.0) if robot.turns else (0.5, 3.0)  # m/s, m/s^2
     rates = ikm(poses(robot, draw, n), draw.uniform(-speed, speed, (n, 2)))
     return ikm2(rates, draw.uniform(-most, most, (n, 2)))
@@ -67,8 +67,8 @@ def motions(robot: Robot, draw: np.random.Generator, n: int) -> Accelerations:
 
 @cache
 def oscillation(robot: Robot) -> Accelerations:
-    """States of the lab's oscillation from home: efforts +-, each turned when its joint has passed
-    a limit.
+    """Return states of the lab's oscillation from home: efforts +-, each turned when its joint has
+    passed a limit.
     """
     effort, limit = (0.0002, 0.05) if robot.turns else (0.01, 0.01)  # N m and rad, N and m
     now = np.array([effort, -effort])
@@ -93,7 +93,9 @@ def oscillation(robot: Robot) -> Accelerations:
 
 
 def evaluated(acc: Accelerations, name: str) -> Callable:
-    """What the lab's own test compares, (n, 2), of the numbers (n, k) that a function gave."""
+    """Return what the lab's own test compares, (n, 2), of the numbers (n, k) that a
+    function gave.
+    """
     if name != "dynamic_model":
         return lambda numbers: numbers
     q_ddot = acc.q_ddot
@@ -103,7 +105,7 @@ def evaluated(acc: Accelerations, name: str) -> Callable:
 
 
 def unreachable(robot: Robot, name: str, draw: np.random.Generator, n: int) -> Columns:
-    """Questions of dgm or igm that have no answer."""
+    """Return questions of dgm or igm that have no answer."""
     if name == "dgm":
         q = draw.uniform(-np.pi, np.pi, (400, 2)) if robot.turns else draw.uniform(-1, 1, (400, 2))
         pose = dgm(robot, q, unreachable="nan")
@@ -119,8 +121,8 @@ def exercises(kind: Kind) -> list[Exercise]:
 
 
 def checks() -> dict[str, Callable]:
-    """The tests of a lab on the ten functions, by name: two that count for each; one of dgm and igm
-    that does not.
+    """Return the tests of a lab on the ten functions, by name: two that count for each; one of dgm
+    and igm that does not.
     """
     found = {}
     for name in TEN:

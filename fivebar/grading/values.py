@@ -20,7 +20,7 @@ class Unfit(ValueError):
 
 
 def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
-    """The numbers in a returned value, (numbers,), and remarks on its form. Raises Unfit."""
+    """Return the numbers in a returned value, (numbers,), and remarks on its form. Raises Unfit."""
     names = exercise.returns
     if value is None:
         raise Unfit("type", "returned None: is a return missing?")
@@ -99,7 +99,7 @@ def _array(name, part):
 
 
 def _loose(value):
-    """The value as an array, of nothing where it is none."""
+    """Return the value as an array, of nothing where it is none."""
     try:
         return np.asarray(value, float)
     except (TypeError, ValueError):

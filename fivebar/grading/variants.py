@@ -18,7 +18,9 @@ PUBLIC_SEED = "public"
 
 
 def id_key(student: str) -> str:
-    """What of an id counts: neither case nor surrounding blanks, nor how an accent is coded."""
+    """Return what of an id counts: neither case nor surrounding blanks, nor how an accent
+    is coded.
+    """
     return unicodedata.normalize("NFC", student).strip().casefold()
 
 
@@ -28,18 +30,18 @@ def _drawn(secret, *words):
 
 
 def hidden_seed(secret: bytes, lab: str) -> str:
-    """Seed of a lab's hidden inputs, the same for the whole course."""
+    """Return the seed of a lab's hidden inputs, the same for the whole course."""
     return _drawn(secret, "inputs", lab).hex()[:16]
 
 
 def draw_for(secret: bytes, student: str, lab: str) -> np.random.Generator:
-    """What the files of a lab are drawn with that a student gets."""
+    """Return what the files of a lab are drawn with that a student gets."""
     return np.random.default_rng(int.from_bytes(_drawn(secret, "files", lab, student)))
 
 
 def robot_of(secret: bytes, student: str) -> FiveBar:
-    """The student's five-bar, from HMAC-SHA256(secret, id): both legs alike, lengths in whole mm
-    near the default's.
+    """Return the student's five-bar, from HMAC-SHA256(secret, id): both legs alike, lengths in
+    whole mm near the default's.
 
     Case and surrounding blanks of the id do not count. l1, l2 in 82..98 mm, d in 108..128 mm:
     always assemblable.
@@ -53,7 +55,7 @@ def robot_of(secret: bytes, student: str) -> FiveBar:
 
 
 def biglide_of(secret: bytes, student: str) -> Biglide:
-    """The student's biglide likewise: bars alike in 262..302 mm, d in 380..420 mm."""
+    """Return the student's biglide likewise: bars alike in 262..302 mm, d in 380..420 mm."""
     draw = np.random.default_rng(int.from_bytes(_drawn(secret, "biglide", student)))
     bar, d = draw.integers((262, 380), (302, 420), endpoint=True).tolist()
     mf1, mf2, m = draw.integers((80, 80, 250), (120, 120, 350), endpoint=True).tolist()
@@ -61,7 +63,7 @@ def biglide_of(secret: bytes, student: str) -> Biglide:
 
 
 def with_constants(source: str, robot: Robot) -> str:
-    """A student.py's source with the robot's numbers in its lines `l11 = ...`."""
+    """Return a student.py's source with the robot's numbers in its lines `l11 = ...`."""
     for name, value in parameters(robot).items():
         source, found = re.subn(
             rf"(?m)^({name}\s*=\s*)[^\s#]+", rf"\g<1>{value!r}", source, count=1
@@ -74,25 +76,27 @@ def with_constants(source: str, robot: Robot) -> str:
 
 
 def robot_for(student: str, secret: bytes | None, standard: Robot) -> Robot:
-    """A student's robot: his own where the course has a secret, else the lab's standard one."""
+    """Return a student's robot: his own where the course has a secret, else the lab's
+    standard one.
+    """
     if secret is None:
         return standard
     return (biglide_of if isinstance(standard, Biglide) else robot_of)(secret, student)
 
 
 def parameters(robot: Robot) -> dict[str, float]:
-    """A robot's numbers by name."""
+    """Return a robot's numbers by name."""
     return robot.parameters
 
 
 def lengths(robot: Robot) -> dict[str, float]:
-    """A robot's lengths by name, m."""
+    """Return a robot's lengths by name, m."""
     return {name: value for name, value in parameters(robot).items() if name[0] in "ld"}
 
 
 def robot_from(standard: Robot, constants: dict[str, float]) -> Robot:
-    """The standard robot with those of its numbers that are among the constants, or as it is where
-    that is no robot.
+    """Return the standard robot with those of its numbers that are among the constants, or as it is
+    where that is no robot.
     """
     try:
         return replace(

@@ -61,7 +61,7 @@ class Cohort:
         return self.out / "students" / (file_name(entry.student) + suffix)
 
     def done(self, entry: Entry) -> Report | None:
-        """The Report of an earlier run on the same file, lab, seed and robot; else None."""
+        """Return the Report of an earlier run on the same file, lab, seed and robot; else None."""
         try:
             report = Report.from_json(
                 json.loads(self.file(entry, ".json").read_text(encoding="utf-8"))
@@ -84,7 +84,9 @@ def begin(
     limit: float | None,
     hints_from: str = "",
 ) -> Cohort:
-    """The Cohort of a folder of results, with the seed of its earlier run where none is given."""
+    """Return the Cohort of a folder of results, with the seed of its earlier run where none is
+    given.
+    """
     (out / "students").mkdir(parents=True, exist_ok=True)
     state = out / STATE
     if state.exists():
@@ -104,7 +106,7 @@ def begin(
 
 
 def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:
-    """Reports in the order of the entries; those of an earlier run are kept.
+    """Return reports in the order of the entries; those of an earlier run are kept.
 
     Where a machine is short of memory it may kill what grades: who was not graded in turn is tried
     once more alone. Who still is not has a Report that says so, without checks, and without a file:
@@ -162,7 +164,7 @@ def _grade_all(cohort, entries, jobs, reports, shown):
 
 
 def trouble_of(report: Report) -> str:
-    """What an instructor wants to hear at once of a submission, "" where nothing."""
+    """Return what an instructor wants to hear at once of a submission, "" where nothing."""
     if report.ungraded or report.trouble:
         return report.ungraded or report.trouble
     if other := [note for note in report.notes if note.startswith(OTHER_ROBOT)]:

@@ -44,8 +44,8 @@ class Filled:
 def fill_gradebook(
     path: Path, lab: Lab, entries: list[Entry], reports: list[Report], column: str | None = None
 ) -> Filled:
-    """The sheet with each graded student's mark in the column, scaled to the most that the sheet
-    allows.
+    """Return the sheet with each graded student's mark in the column, scaled to the most that the
+    sheet allows.
 
     column: its title; None: Moodle's own, or the only one that names the lab. Who is not graded, or
     handed in what holds no program that can be meant, keeps his cell: a person has to look. Decimal
@@ -119,7 +119,9 @@ def _column(path, titles, lab, wanted):
 
 
 def _rows_of(entry, rows):
-    """The rows of a student: by the number in the hand-in's name, else by his id in any cell."""
+    """Return the rows of a student: by the number in the hand-in's name, else by his id in any
+    cell.
+    """
     if entry.number:
         found = [k for k, row in enumerate(rows) if k and _has_number(row, entry.number)]
         if found:

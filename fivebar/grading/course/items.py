@@ -34,7 +34,7 @@ class Item:
 
 
 def items(reports: list[Report]) -> list[Item]:
-    """An Item per check, in the lab's order. All reports are of one lab."""
+    """Return an Item per check, in the lab's order. All reports are of one lab."""
     found = []
     for k, check in enumerate(reports[0].checks):
         mine = [report.checks[k] for report in reports]
@@ -64,7 +64,7 @@ def _points_without(report, name):
 
 
 def misconceptions(reports: list[Report]) -> list[tuple[tuple[str, str], int]]:
-    """((function, misconception), number of students), the most frequent first."""
+    """Return ((function, misconception), number of students), the most frequent first."""
     met: Counter = Counter()
     for report in reports:
         met.update(
@@ -78,7 +78,9 @@ def misconceptions(reports: list[Report]) -> list[tuple[tuple[str, str], int]]:
 
 
 def scores(reports: list[Report]) -> dict[str, float]:
-    """Number of students, mean, median, and how many have all points, in per cent of the points."""
+    """Return number of students, mean, median, and how many have all points, in per cent of the
+    points.
+    """
     percent = [report.percent for report in reports]
     full = sum(_all_right(report) for report in reports)
     return {
@@ -90,7 +92,7 @@ def scores(reports: list[Report]) -> dict[str, float]:
 
 
 def summary_text(lab: str, reports: list[Report]) -> str:
-    """The cohort in one terminal table."""
+    """Return the cohort in one terminal table."""
     if not reports:
         return f"{lab}: nobody is graded"
     of = scores(reports)

@@ -47,8 +47,8 @@ class Entry:
 def find_submissions(
     folder: Path, lab: Lab, file: str | None = None, must_be_told_apart: bool = False
 ) -> tuple[list[Entry], list[Left]]:
-    """(the entries of a folder by name, what in it is nobody's). file: the name of the program in
-    each hand-in.
+    """Return (the entries of a folder by name, what in it is nobody's). file: the name of the
+    program in each hand-in.
 
     Raises UsageError where two entries have the same id and must_be_told_apart: each id stands for
     a robot of its own.
@@ -90,7 +90,7 @@ def find_submissions(
 
 
 def _student(path):
-    """(id, the number that Moodle or Canvas gives or "") in the name of a file or folder."""
+    """Return (id, the number that Moodle or Canvas gives or "") in the name of a file or folder."""
     name = (
         path.stem
         if path.suffix.lower() in (*PROGRAMS, ARCHIVE) and not path.is_dir()

@@ -52,7 +52,7 @@ def is_hidden(name: str) -> bool:
 
 
 def look_into(path: Path) -> tuple[list[ProgramFile], list[Left]]:
-    """The programs in a file, folder or zip, and all that is none. Never raises for what it
+    """Return the programs in a file, folder or zip, and all that is none. Never raises for what it
     finds.
     """
     programs: list = []
@@ -115,7 +115,7 @@ def _look_into_zip(path, name, programs, left):
 
 
 def functions_of(lab: Lab) -> frozenset[str]:
-    """The functions that a lab asks for: those of its student.py, else of its exercises."""
+    """Return the functions that a lab asks for: those of its student.py, else of its exercises."""
     handed_out = lab.folder / "student.py"
     if handed_out.is_file():
         return frozenset(_DEFINED.findall(handed_out.read_text(encoding="utf-8")))
@@ -123,8 +123,8 @@ def functions_of(lab: Lab) -> frozenset[str]:
 
 
 def choose(lab: Lab, programs: list[ProgramFile], wanted: str | None = None) -> ProgramFile:
-    """The program to grade: the one called `wanted`, else the one that defines most of what the lab
-    asks.
+    """Return the program to grade: the one called `wanted`, else the one that defines most of what
+    the lab asks.
 
     wanted: a file's name or the end of its path, also as a pattern (`*_models.py`). Copies of one
     file count as one, and an untouched student.py not beside a filled one. Raises SubmissionError
@@ -171,15 +171,15 @@ def choose(lab: Lab, programs: list[ProgramFile], wanted: str | None = None) -> 
 
 
 def _person(program):
-    """Whose it is by the learning platform's name for it, where a zip holds those of a course; or
-    None.
+    """Return whose it is by the learning platform's name for it, where a zip holds those of a
+    course; or None.
     """
     own = str(program).partition("/")[2].partition("/")[0]
     return MOODLE.fullmatch(own) or CANVAS.fullmatch(own)
 
 
 def beside(program: ProgramFile, programs: Iterable[ProgramFile]) -> tuple[ProgramFile, ...]:
-    """The other .py files in the program's own folder, which it may import."""
+    """Return the other .py files in the program's own folder, which it may import."""
     folder = PurePosixPath(program.name).parent
     return tuple(
         other
@@ -191,8 +191,8 @@ def beside(program: ProgramFile, programs: Iterable[ProgramFile]) -> tuple[Progr
 
 
 def imported(source: str, siblings: Iterable[ProgramFile]) -> dict[str, str]:
-    """Module's name -> source of those of the program's siblings that it imports, or one of those
-    does.
+    """Return module's name -> source of those of the program's siblings that it imports, or one of
+    those does.
     """
     found: dict = {}
     waiting = [source]

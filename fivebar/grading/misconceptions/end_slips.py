@@ -200,7 +200,7 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
 
 
 def misused(name: str, hint: str, use: Callable) -> Misconception:
-    """The misconception of who makes use(M, c, given) of a right M and c (2, n)."""
+    """Return the misconception of who makes use(M, c, given) of a right M and c (2, n)."""
 
     def model(robot: Robot, *row: Array) -> Columns:
         M, c = dynamic_model(robot, *row[:8])
@@ -210,7 +210,7 @@ def misused(name: str, hint: str, use: Callable) -> Misconception:
 
 
 def misread(model: Callable) -> Misconception:
-    """The misconception of who takes q12 and q22 for the directions of the distal bars."""
+    """Return the misconception of who takes q12 and q22 for the directions of the distal bars."""
 
     def wrong(robot: Robot, q11: Array, q12: Array, q21: Array, q22: Array, *row: Array) -> Columns:
         return model(robot, q11, q12 - q11, q21, q22 - q21, *row)

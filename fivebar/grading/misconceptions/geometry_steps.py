@@ -24,7 +24,7 @@ def steps_of_leg(right_steps: dict, steps: dict, leg: int) -> SimpleNamespace:
 
 
 def each_leg(name: str, hint: str, **steps: Callable) -> tuple[Slip, ...]:
-    """The slip in both legs, in the left one, in the right one."""
+    """Return the slip in both legs, in the left one, in the right one."""
     left = {key: (value, None) for key, value in steps.items()}
     right = {key: (None, value) for key, value in steps.items()}
     return (
@@ -57,7 +57,7 @@ PIVOT = {"base": base_x, "bars": proximal}
 
 
 def foot(robot: Robot, leg: int, span: Array) -> Array:
-    """Distance of the height's foot from the pivot (dgm) in a triangle of this base."""
+    """Return distance of the height's foot from the pivot (dgm) in a triangle of this base."""
     near, far = robot.distal[leg], robot.distal[1 - leg]
     return (np.abs(span) ** 2 + near**2 - far**2) / (2 * np.abs(span))
 
@@ -135,8 +135,8 @@ SQUARES = (
 
 
 def feet_of(word: str) -> tuple[tuple[str, str, Callable], ...]:
-    """(name, hint, foot(robot, leg, line)) of what becomes of the distance from a pivot to the foot
-    of the height.
+    """Return (name, hint, foot(robot, leg, line)) of what becomes of the distance from a pivot to
+    the foot of the height.
     """
     pythagoras = "A distance in the plane has two components. What did Pythagoras say?"
     return (
@@ -206,7 +206,7 @@ def lengths_changed(kind: Kind) -> tuple[Slip, ...]:
 
 
 def bases_moved(kind: Kind, key: str = "base") -> tuple[Slip, ...]:
-    """Wrong places of the bases, in both legs or in one."""
+    """Return wrong places of the bases, in both legs or in one."""
     word = kind.words.base
     where = f"Write down the x of both {word}s. Where is the origin of the frame?"
 

@@ -32,7 +32,7 @@ from .right import Kind, dgm
 
 
 def leg_foot(robot: Robot, leg: int, line: Array) -> Array:
-    """Distance of M, the foot of the elbow's height, from the base joint."""
+    """Return distance of M, the foot of the elbow's height, from the base joint."""
     near, far = robot.drives[leg].length, robot.distal[leg]
     return (np.abs(line) ** 2 + near**2 - far**2) / (2 * np.abs(line))
 

@@ -67,7 +67,7 @@ def parts_of(
     own_A: tuple = (None,),
     own_B: tuple = (None,),
 ) -> tuple[Array, Array, Joints]:
-    """A, B and the Joints. AB, own_A, own_B: the student's own, where there are any."""
+    """Return a, B and the Joints. AB, own_A, own_B: the student's own, where there are any."""
     joints = Joints(robot, *angles(q))
     left = own_A[0] if AB[0] is None else AB[0]
     right = own_B[0] if AB[1] is None else AB[1]
@@ -93,7 +93,7 @@ def bias(
     far: Callable = lambda j, rate: j.distal * rate**2,
     of_d: Callable = lambda near, far: -near - far,
 ) -> Array:
-    """d, (n, 2)."""
+    """Return d, (n, 2)."""
     own, passive = np.stack(rates[0::2], -1), np.stack(rates[1::2], -1)
     return of_d(near(j, own), far(j, turning(own, passive, j.turns)))
 
@@ -182,7 +182,7 @@ def passive_motion(
 
 
 def only(leg: int, wrong: Callable, usual: Callable) -> Callable:
-    """A step that is wrong in one leg; it gives (n, 2), or (n, 2, 2) with the leg second."""
+    """Return a step that is wrong in one leg; it gives (n, 2), or (n, 2, 2) with the leg second."""
 
     def step(*arguments):
         bad, good = np.asarray(wrong(*arguments)), np.asarray(usual(*arguments))

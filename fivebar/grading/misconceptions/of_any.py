@@ -13,7 +13,7 @@ from ..exercise import Exercise, Misconception
 
 
 def in_degrees(exercise: Exercise, robot: Robot) -> list[Misconception]:
-    """Sines and cosines of angles that are taken for degrees; rates stay what they are."""
+    """Return sines and cosines of angles that are taken for degrees; rates stay what they are."""
     at = [
         name in ("q12", "q22") or name in ("q11", "q21") and robot.turns
         for name in exercise.arguments
@@ -45,7 +45,7 @@ def returned_in_degrees(exercise: Exercise) -> list[Misconception]:
 
 
 def arguments_exchanged(exercise: Exercise) -> Iterator[Misconception]:
-    """Two arguments of the same kind, each taken for the other."""
+    """Yield two arguments of the same kind, each taken for the other."""
     hint = "In which order do they come in, and which of them does each of your formulas need?"
     kinds = [re.sub(r"\d", "", name).replace("y", "x") for name in exercise.arguments]
     for i, j in combinations(range(len(kinds)), 2):

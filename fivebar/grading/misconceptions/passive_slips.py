@@ -121,7 +121,7 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
 
 
 def _pulls(kind):
-    """What becomes of the centripetal term of the proximal bar."""
+    """Return what becomes of the centripetal term of the proximal bar."""
     usual_pull = usual(passive_motion, "pull")
     kept = "You multiply by v12. What is left there of a vector along u12?"
 

@@ -56,8 +56,8 @@ def json_text(report: Report) -> str:
 
 
 def file_name(student: str) -> str:
-    """A file name for a student's id: plain letters, and a hash of the id where those do not tell
-    it from others.
+    """Return a file name for a student's id: plain letters, and a hash of the id where those do not
+    tell it from others.
     """
     plain = re.sub(r"[^A-Za-z0-9_-]+", "_", student).strip("_")[:60]
     if plain and plain == student.lower() == student and not _HASHED.search(plain):
@@ -68,7 +68,7 @@ def file_name(student: str) -> str:
 
 
 def cell(value: object) -> object:
-    """A CSV cell that no spreadsheet takes for a formula."""
+    """Return a CSV cell that no spreadsheet takes for a formula."""
     if not isinstance(value, str):
         return "" if value is None else value
     return printable(_FORMULA.sub(r"\1'", value))
@@ -83,7 +83,7 @@ def csv_text(columns: Sequence[str], rows: Iterable) -> str:
 
 
 def check_rows(report: Report) -> Iterator[tuple]:
-    """One row per check, in the order of CHECK_COLUMNS."""
+    """Yield one row per check, in the order of CHECK_COLUMNS."""
     for check in report.checks:
         yield (
             report.student,
@@ -104,7 +104,7 @@ def check_rows(report: Report) -> Iterator[tuple]:
 
 
 def gradescope_text(report: Report) -> str:
-    """The results.json that Gradescope's harness reads; all of it plain text.
+    """Return the results.json that Gradescope's harness reads; all of it plain text.
 
     Students see it, and may hand in again: it tells no input, and no text or number that came from
         their program.

@@ -70,12 +70,12 @@ CAPTION = "Green: as it should be. Red, dashed: as your answer has it."
 
 
 def text(value: str) -> str:
-    """Any text as HTML text, control characters made visible."""
+    """Return any text as HTML text, control characters made visible."""
     return escape(printable(value))
 
 
 def page(title: str, body: str, style: str = "") -> str:
-    """A whole page that may load nothing from anywhere."""
+    """Return a whole page that may load nothing from anywhere."""
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'

@@ -30,12 +30,12 @@ HOME = (
 
 
 def number(value: float) -> str:
-    """Points without needless decimals."""
+    """Return points without needless decimals."""
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
 def not_started(check: Check) -> bool:
-    """The student has not come to it yet: a friendlier word than wrong."""
+    """Return the student has not come to it yet: a friendlier word than wrong."""
     return (
         check.reason == "exception"
         and "NotImplementedError" in check.text
@@ -45,12 +45,12 @@ def not_started(check: Check) -> bool:
 
 
 def word(check: Check) -> str:
-    """A check's outcome in one word or two."""
+    """Return a check's outcome in one word or two."""
     return "to do" if not_started(check) else check.outcome
 
 
 def facts(check: Check) -> Iterator[tuple[str, str]]:
-    """(label, text) of what a student can do something with, most telling first."""
+    """Yield (label, text) of what a student can do something with, most telling first."""
     if check.outcome == "right":
         if check.beside:
             yield "lab's test", check.beside
@@ -88,8 +88,8 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
 
 
 def told(check: Check) -> Iterator[tuple[str, str]]:
-    """(label, text) of what may be told where inputs are hidden: nothing that the program itself
-    could have chosen.
+    """Yield (label, text) of what may be told where inputs are hidden: nothing that the program
+    itself could have chosen.
     """
     if check.outcome == "broken":
         yield from facts(check)
@@ -111,14 +111,14 @@ def told(check: Check) -> Iterator[tuple[str, str]]:
 
 
 def _without_numbers(name):
-    """A plain relation's factor or offset could be an input that the program hands on."""
+    """Return a plain relation's factor or offset could be an input that the program hands on."""
     if not re.search("times the right|off by|multiple of", name):
         return name
     return re.sub(r"-?\d[\d.e+-]*", "#", name)
 
 
 def same_fault(check: Check) -> tuple | None:
-    """What two checks share if reading one of their explanations is enough."""
+    """Return what two checks share if reading one of their explanations is enough."""
     if check.misconception:
         return check.function, check.misconception
     if check.reason in ("", "broken", "withheld", "value", "accepted"):
@@ -127,8 +127,8 @@ def same_fault(check: Check) -> tuple | None:
 
 
 def check_lines(check: Check, width: int, known: dict | None = None) -> list[str]:
-    """One check's lines; `known` maps faults already explained to the title of the check that
-    did.
+    """Return one check's lines; `known` maps faults already explained to the title of the check
+    that did.
     """
     score = f"{number(check.points)}/{number(check.max_points)}"
     title = printable(check.title)
@@ -155,7 +155,7 @@ def _wrapped(label, text, width):
 
 
 def report_text(report: Report, width: int | None = None, colour: bool = False) -> str:
-    """The whole report for a terminal of `width` columns (None: this one's, at most 100)."""
+    """Return the whole report for a terminal of `width` columns (None: this one's, at most 100)."""
     width = max(60, min(width or shutil.get_terminal_size().columns, 100))
     total = f"{number(report.points)} of {number(report.max_points)} points"
     lines = [*textwrap.wrap(f"{report.lab}: {printable(report.submission)}: {total}", width), ""]
@@ -180,7 +180,7 @@ def _coloured(line, check):
 
 
 def headlines(report: Report) -> Iterator[str]:
-    """What to know before reading the checks."""
+    """Yield what to know before reading the checks."""
     if report.trouble:
         yield report.trouble
     elif report.checks and all(not_started(check) for check in report.checks):

@@ -18,7 +18,7 @@ ENVIRONMENT |= {f"{name}_NUM_THREADS": "1" for name in _THREADS}
 
 
 def launch(isolate: str, settings: dict) -> tuple[subprocess.Popen, int | None]:
-    """(process, descriptor of the first process in bubblewrap's PID namespace or None).
+    """Return (process, descriptor of the first process in bubblewrap's PID namespace or None).
 
     settings: read and write (descriptors to pass on), n (nonce), memory (bytes), cpu (s).
     """
@@ -68,7 +68,7 @@ def _popen(command, passed):
 
 
 def _spare_user():
-    """A user id without an account, of those that this user namespace has."""
+    """Return a user id without an account, of those that this user namespace has."""
     mapped = Path("/proc/self/uid_map")
     many = not mapped.exists() or int(mapped.read_text().split()[2]) > 500_000
     return (400_000 if many else 61_200) + secrets.randbelow(USERS)

@@ -18,7 +18,7 @@ from .wire import reply
 
 
 def from_functions(**functions: Callable) -> Live:
-    """A Live student of the functions of a notebook or a script: `from_functions(dgm=dgm,
+    """Return a Live student of the functions of a notebook or a script: `from_functions(dgm=dgm,
     igm=my_igm)`.
     """
     return Live(functions)
@@ -54,7 +54,7 @@ class Live:
         self.close()
 
     def close(self) -> None:
-        """Nothing to end."""
+        """Do nothing: there is no process."""
 
     def ask(
         self,
@@ -64,8 +64,8 @@ class Live:
         limit: float | None = None,
         given: dict[str, Callable] | None = None,
     ) -> list[Reply]:
-        """A Reply for each row of `function(*row)`; constants: its module's globals, set for this
-        ask and put back.
+        """Return a Reply for each row of `function(*row)`; constants: its module's globals, set for
+        this ask and put back.
 
         given: as in `Student.ask`, and put back as well.
         """
@@ -92,7 +92,7 @@ class Live:
 
 
 def _is_number(value):
-    """Whether it is a plain number that a float can hold."""
+    """Return whether it is a plain number that a float can hold."""
     return type(value) in (int, float, np.float64) and abs(value) <= sys.float_info.max
 
 

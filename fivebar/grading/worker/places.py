@@ -24,13 +24,13 @@ CELL = Path(__file__).parent / "cell"
 
 @cache
 def interpreter() -> Path:
-    """The base interpreter, of which a virtual environment is only a view."""
+    """Return the base interpreter, of which a virtual environment is only a view."""
     return Path(getattr(sys, "_base_executable", "") or sys.executable).resolve()
 
 
 @cache
 def import_folders(packages: tuple[str, ...]) -> tuple[Path, ...]:
-    """The folders that hold the packages."""
+    """Return the folders that hold the packages."""
     return tuple(dict.fromkeys(_folder(name).parent for name in packages))
 
 
@@ -40,7 +40,9 @@ def _folder(package):
 
 @cache
 def unreachable(packages: tuple[str, ...]) -> bool:
-    """Whether a user without rights cannot reach the interpreter's library or the packages."""
+    """Return whether a user without rights cannot reach the interpreter's library or the
+    packages.
+    """
     places = [Path(sysconfig.get_path("stdlib")), *import_folders(packages)]
     return any(
         not folder.stat().st_mode & 0o001 for place in places for folder in (place, *place.parents)
@@ -49,7 +51,7 @@ def unreachable(packages: tuple[str, ...]) -> bool:
 
 @cache
 def system_folders() -> list[Path]:
-    """Real folders of the libraries that an interpreter needs, none within another."""
+    """Return real folders of the libraries that an interpreter needs, none within another."""
     prefixes = {Path(p).resolve() for p in (sys.base_prefix, sys.base_exec_prefix)}
     wanted = [Path(p) for p in ("/usr/lib", "/usr/lib64", "/nix/store", *_ROOT_FOLDERS)]
     wanted += [prefix / name for prefix in sorted(prefixes) for name in ("lib", "lib64")]
@@ -60,8 +62,8 @@ def system_folders() -> list[Path]:
 
 
 def _hidden():
-    """Folders of installed packages beneath the system's, which would show more than the packages
-    allowed.
+    """Return folders of installed packages beneath the system's, which would show more than the
+    packages allowed.
     """
     library = Path(sysconfig.get_path("stdlib")).resolve()
     variables = {"base": sys.base_prefix, "platbase": sys.base_exec_prefix}
@@ -80,7 +82,7 @@ def _hidden():
 
 @cache
 def readable(packages: tuple[str, ...]) -> tuple[list[str], list[str]]:
-    """(files and folders that a worker may read, folders that it may list): Landlock has no
+    """Return (files and folders that a worker may read, folders that it may list): Landlock has no
     exceptions to a rule.
     """
     more = (
@@ -105,7 +107,7 @@ def readable(packages: tuple[str, ...]) -> tuple[list[str], list[str]]:
 
 
 def _parts(packages):
-    """The packages' folders and, beside them, those of their libraries."""
+    """Yield the packages' folders and, beside them, those of their libraries."""
     for name in packages:
         folder = _folder(name)
         yield folder
@@ -116,8 +118,8 @@ def _parts(packages):
 
 @cache
 def bwrap_command(packages: tuple[str, ...]) -> list[str]:
-    """The words before the worker's command: it sees the interpreter, the packages, and nothing
-    else.
+    """Return the words before the worker's command: it sees the interpreter, the packages, and
+    nothing else.
     """
     system = system_folders()
     binds: list[tuple[str, ...]] = [("--ro-bind", str(place), str(place)) for place in system]
@@ -153,7 +155,7 @@ def _bwrap():
 
 @cache
 def bwrap_trouble() -> str:
-    """Why a worker cannot be isolated by bubblewrap here, "" if it can."""
+    """Return why a worker cannot be isolated by bubblewrap here, "" if it can."""
     try:
         command = [*bwrap_command(()), str(interpreter()), "-I", "-S", "-c", ""]
         run = subprocess.run(command, capture_output=True, text=True, timeout=20)
@@ -167,5 +169,5 @@ def bwrap_trouble() -> str:
 
 
 def bwrap_works() -> bool:
-    """Whether a worker can be isolated by bubblewrap here; `bwrap_trouble` says why not."""
+    """Return whether a worker can be isolated by bubblewrap here; `bwrap_trouble` says why not."""
     return not bwrap_trouble()

@@ -78,8 +78,8 @@ class SandboxWorker:
         os.set_blocking(self._out, False)
 
     def confined(self) -> dict:
-        """Its report before anything of the student's has run. Raises IsolationError, or Lost where
-        it was killed.
+        """Return its report before anything of the student's has run. Raises IsolationError, or
+        Lost where it was killed.
         """
         try:
             report = self.receive(self.nonce, START_LIMIT)
@@ -96,7 +96,7 @@ class SandboxWorker:
         return report
 
     def send(self, data: dict, limit: float) -> None:
-        """Sends a message, while it reads what the worker writes meanwhile. Raises Lost."""
+        """Send a message, while it reads what the worker writes meanwhile. Raises Lost."""
         line = memoryview(json.dumps(data).encode() + b"\n")
         end = time.monotonic() + limit
         self._selector.register(self._out, selectors.EVENT_WRITE)
@@ -113,7 +113,7 @@ class SandboxWorker:
             self._selector.unregister(self._out)
 
     def receive(self, nonce: str, limit: float) -> dict:
-        """The next message, which must carry the nonce. Raises Lost, Garbled."""
+        """Return the next message, which must carry the nonce. Raises Lost, Garbled."""
         end = time.monotonic() + limit
         while (stop := self._buffer.find(b"\n")) < 0:
             if self._in in self._ready(end) and not self._fill():
@@ -123,8 +123,8 @@ class SandboxWorker:
         return message(line, nonce)
 
     def _ready(self, end):
-        """Descriptors ready before the time `end`; what the program prints is kept aside. Raises
-        Lost.
+        """Return descriptors ready before the time `end`; what the program prints is kept aside.
+        Raises Lost.
         """
         ready = set()
         while not ready:
@@ -147,7 +147,7 @@ class SandboxWorker:
         return piece
 
     def _drain(self):
-        """Keeps the first of what the program printed; whether there may be more."""
+        """Keep the first of what the program printed; whether there may be more."""
         try:
             piece = os.read(self._text, 1 << 16)
         except BlockingIOError:
@@ -162,7 +162,7 @@ class SandboxWorker:
         return True
 
     def _end(self):
-        """Why the pipe is closed."""
+        """Return why the pipe is closed."""
         try:
             code = self._process.wait(1.0)
         except subprocess.TimeoutExpired:
@@ -186,7 +186,7 @@ class SandboxWorker:
         return Lost("exit", f"ended the process with status {code}")
 
     def close(self) -> None:
-        """Kills the process and its group, waits for the end of all who held its pipes, and cleans
+        """Kill the process and its group, waits for the end of all who held its pipes, and cleans
         up.
         """
         if not self._open:

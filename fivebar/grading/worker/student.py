@@ -96,7 +96,7 @@ class Student:
         return self._output + (self._worker.output if self._worker else "")
 
     def close(self) -> None:
-        """Ends the worker process."""
+        """End the worker process."""
         if self._worker is not None:
             self._worker.close()
             self._output = self.output[:MOST_OUTPUT]
@@ -110,8 +110,8 @@ class Student:
         limit: float | None = None,
         given: dict[str, Callable] | None = None,
     ) -> list[Reply]:
-        """A Reply for each row of `function(*row)`; after three lost workers the rest get the same
-        kind unasked.
+        """Return a Reply for each row of `function(*row)`; after three lost workers the rest get
+        the same kind unasked.
 
         constants: other values for names in `constants`, with which the file is run anew; limit:
             seconds for one call.
@@ -177,14 +177,14 @@ class Student:
         return replies
 
     def _mend(self, refused):
-        """The file once more, as it ran with the NumPy of its year."""
+        """Run the file once more, as it ran with the NumPy of its year."""
         self.mended.append(refused)
         self.trouble, self._skip = None, []
         self.close()
         self._load()
 
     def _batch(self, function, rows, constants, limit, end, replies, given):
-        """Appends a Reply per row as they come, until the time `end`. Raises Lost, Garbled."""
+        """Append a Reply per row as they come, until the time `end`. Raises Lost, Garbled."""
         nonce = secrets.token_hex(8)
         request = {
             "n": nonce,
@@ -233,7 +233,7 @@ class Student:
             )
 
     def _load(self):
-        """A new worker with the student's file run in it, as far as it goes."""
+        """Start a new worker with the student's file run in it, as far as it goes."""
         losses = 0
         while losses < MOST_LOSSES:
             self._used, at = False, None
@@ -313,12 +313,12 @@ class Student:
 
 
 def _bare(name):
-    """A name without what is easily mistyped: dgmPassive and dgm_passive are alike."""
+    """Return a name without what is easily mistyped: dgmPassive and dgm_passive are alike."""
     return name.replace("_", "").lower()
 
 
 def _answer(data, given):
-    """What a right function answers to a question of the program's. Raises Garbled."""
+    """Return what a right function answers to a question of the program's. Raises Garbled."""
     name, row = data.get("f"), value(data.get("row"))
     if not isinstance(name, str) or name not in given or not isinstance(row, list):
         raise Garbled("a question that cannot be answered")
@@ -326,5 +326,5 @@ def _answer(data, given):
 
 
 def _number(part):
-    """A value that JSON can hold, of a NumPy one."""
+    """Return a value that JSON can hold, of a NumPy one."""
     return part.tolist() if isinstance(part, np.generic | np.ndarray) else part

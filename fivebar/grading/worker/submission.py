@@ -1,4 +1,4 @@
-"""Reads what a student hands in, a .py file or a notebook, without running, parsing or following
+"""Read what a student hands in, a .py file or a notebook, without running, parsing or following
 anything of it.
 """
 
@@ -67,8 +67,8 @@ class Submission:
     remark: str = ""
 
     def where(self, line: int) -> str:
-        """A line of the source in the words of its author: "line 12", or "cell 3, line 2" in a
-        notebook.
+        """Return a line of the source in the words of its author: "line 12", or "cell 3, line 2" in
+        a notebook.
         """
         if not self.cells:
             return f"line {line}"
@@ -77,7 +77,9 @@ class Submission:
 
 
 def read_submission(path: str | Path, member: str = "") -> Submission:
-    """Submission in a .py or .ipynb file, or in such a member of a zip. Raises SubmissionError."""
+    """Return submission in a .py or .ipynb file, or in such a member of a zip. Raises
+    SubmissionError.
+    """
     path = Path(path)
     name = PurePosixPath(member).name if member else path.name
     if not name.isprintable() or len(name) > MOST_NAME:
@@ -102,7 +104,7 @@ def read_submission(path: str | Path, member: str = "") -> Submission:
 
 @contextmanager
 def opened(path: Path) -> Iterator:
-    """A regular file open for reading, no symbolic link followed, no pipe waited for. Raises
+    """Yield a regular file open for reading, no symbolic link followed, no pipe waited for. Raises
     SubmissionError.
     """
     try:
@@ -122,7 +124,7 @@ def opened(path: Path) -> Iterator:
 
 @contextmanager
 def opened_archive(path: Path) -> Iterator[zipfile.ZipFile]:
-    """A zip whose members can be read one by one; nothing is unpacked to disk. Raises
+    """Yield a zip whose members can be read one by one; nothing is unpacked to disk. Raises
     SubmissionError.
     """
     with opened(path) as file:
@@ -159,7 +161,9 @@ def _within(data, most, name):
 
 
 def _source(data, name):
-    """(text, remark) of a .py file: as Python reads it, else as the editor meant that wrote it."""
+    """Return (text, remark) of a .py file: as Python reads it, else as the editor meant that wrote
+    it.
+    """
     for mark, encoding in ((codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16")):
         if data.startswith(mark):
             return (
@@ -177,7 +181,7 @@ def _source(data, name):
 
 
 def _encoding(data, name):
-    """The encoding that a file states in its first two lines, as Python reads it."""
+    """Return the encoding that a file states in its first two lines, as Python reads it."""
     for line in data.split(b"\n", 2)[:2]:
         if found := _COOKIE.match(line):
             word = found[1].decode("ascii", "replace")
@@ -204,7 +208,7 @@ def _text(data, name, encoding):
 
 
 def _code(text, name):
-    """(source of all code cells, first line of each); magics become empty lines."""
+    """Return (source of all code cells, first line of each); magics become empty lines."""
     try:
         cells = json.loads(text)["cells"]
         sources = [cell["source"] for cell in cells if cell["cell_type"] == "code"]

@@ -23,7 +23,7 @@ class Garbled(ValueError):
 
 
 def message(line: bytes, nonce: str) -> dict:
-    """The JSON object in a line that carries the nonce. Raises Garbled."""
+    """Return the JSON object in a line that carries the nonce. Raises Garbled."""
     try:
         data = json.loads(line)
     except (ValueError, RecursionError):
@@ -34,7 +34,9 @@ def message(line: bytes, nonce: str) -> dict:
 
 
 def reply(data: dict, lines: list[str]) -> Reply:
-    """Reply in a worker's message; `lines` are the student's own, to quote from. Raises Garbled."""
+    """Return reply in a worker's message; `lines` are the student's own, to quote from. Raises
+    Garbled.
+    """
     kind = data.get("k")
     if not isinstance(kind, str) or kind not in KINDS or not isinstance(data.get("t", ""), str):
         raise Garbled("a message of no known kind")
@@ -47,22 +49,22 @@ def reply(data: dict, lines: list[str]) -> Reply:
 
 
 def place(line: object, lines: list[str]) -> tuple[int | None, str]:
-    """(line number or None, its text), for a claimed line number."""
+    """Return (line number or None, its text), for a claimed line number."""
     if type(line) is not int or not 1 <= line <= len(lines):
         return None, ""
     return line, clean(lines[line - 1].strip())
 
 
 def clean(text: str, most: int = MOST_TEXT) -> str:
-    """Text of a limited length without control characters, safe on a terminal."""
+    """Return text of a limited length without control characters, safe on a terminal."""
     return "".join(
         c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in text[:most]
     )
 
 
 def value(data: object, depth: int = 0) -> object:
-    """Python and NumPy values of plain data: numbers, text, None, lists, and objects marked by
-    "~".
+    """Return python and NumPy values of plain data: numbers, text, None, lists, and objects marked
+    by "~".
     """
     if depth > DEEPEST:
         raise Garbled("lists too deep in each other")
@@ -94,7 +96,9 @@ def _is_number(data):
 
 
 def _array(shape, data, depth):
-    """An array as the worker described it; of objects where its parts are not all numbers."""
+    """Return an array as the worker described it; of objects where its parts are not all
+    numbers.
+    """
     ok = (
         isinstance(shape, list)
         and isinstance(data, list)

@@ -41,7 +41,7 @@ class Gate:
 
 
 def as_with_old_numpy(source: str) -> Callable:
-    """How `fivebar.base.old_numpy`, given as text, rewrites a statement."""
+    """Return how `fivebar.base.old_numpy`, given as text, rewrites a statement."""
     known: dict = {}
     exec(source, known)
     known["install"]()

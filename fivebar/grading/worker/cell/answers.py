@@ -17,8 +17,8 @@ DEEPEST = 8  # lists in each other
 
 
 def plain(value: object) -> object:
-    """JSON data of a returned value; none of the value's own methods are trusted or called, NumPy's
-    excepted.
+    """Return jSON data of a returned value; none of the value's own methods are trusted or called,
+    NumPy's excepted.
     """
     return _plain(value, [MOST_NUMBERS], 0)
 
@@ -84,8 +84,8 @@ def _other(kind, text):
 
 
 def call(function: Callable, row: list, file: str) -> dict:
-    """What `function(*row)` did: kind "k", value "v" or text "t" with the line "l" in `file`, and
-    seconds "s".
+    """Return what `function(*row)` did: kind "k", value "v" or text "t" with the line "l" in
+    `file`, and seconds "s".
     """
     start = time.perf_counter()
     try:
@@ -105,7 +105,7 @@ def call(function: Callable, row: list, file: str) -> dict:
 
 
 def failure(error: BaseException, file: str) -> dict:
-    """Kind, text and the student's own line of an exception of any making."""
+    """Return kind, text and the student's own line of an exception of any making."""
     if isinstance(error, MemoryError):
         return {"k": "memory", "t": "", "l": _line(error, file)}
     try:
@@ -121,7 +121,7 @@ def failure(error: BaseException, file: str) -> dict:
 
 
 def _line(error, file):
-    """The last line of `file` in the exception's traceback, or of the syntax error in it."""
+    """Return the last line of `file` in the exception's traceback, or of the syntax error in it."""
     line, trace = None, error.__traceback__
     while trace is not None:
         if trace.tb_frame.f_code.co_filename == file:

@@ -17,7 +17,7 @@ _DEATH_SIGNAL = 1  # prctl
 
 
 def confine(settings: dict) -> dict:
-    """Limits, an unprivileged user, no new processes, no files written, few read: {"filter",
+    """Set limits, an unprivileged user, no new processes, no files written, few read: {"filter",
     "landlock", "uid"}.
 
     settings: memory (bytes), cpu (s), paths (folders to import from), uid (to become, None to
@@ -62,8 +62,8 @@ def _limit(which, soft, hard):
 
 
 def _become(uid, moved):
-    """Another user, for ever. moved: folders that he may not reach stay open and are imported from
-    by descriptor.
+    """Become another user, for ever. moved: folders that he may not reach stay open and are
+    imported from by descriptor.
     """
     if moved:
         by_descriptor = {path: _descriptor(path) for path in sys.path if os.path.isdir(path)}

@@ -133,7 +133,7 @@ _NO_NEW_PRIVILEGES, _SECCOMP, _FILTER = 38, 22, 2  # prctl
 
 
 def program(machine: str) -> list[tuple[int, int, int, int]]:
-    """The filter's instructions (code, jump if true, jump if false, operand) for "x86_64" or
+    """Return the filter's instructions (code, jump if true, jump if false, operand) for "x86_64" or
     "aarch64".
     """
     column, architecture = _MACHINES[machine]

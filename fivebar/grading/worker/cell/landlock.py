@@ -15,7 +15,7 @@ _NO_NEW_PRIVILEGES = 38  # prctl
 
 
 def restrict(readable: list[str], listable: list[str]) -> bool:
-    """Reads only what is in or beneath `readable`, lists also `listable`; whether the kernel
+    """Read only what is in or beneath `readable`, lists also `listable`; whether the kernel
     can.
     """
     library = ctypes.CDLL(None, use_errno=True)

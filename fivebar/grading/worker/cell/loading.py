@@ -40,7 +40,8 @@ def load(
     constants: dict | None = None,
     rewrite: Callable[[ast.AST], ast.AST] = lambda tree: tree,
 ) -> tuple[types.ModuleType, dict | None, dict[str, float]]:
-    """(module, first trouble or None, numbers) after running the statements that are not in `skip`.
+    """Return (module, first trouble or None, numbers) after running the statements that are not in
+    `skip`.
 
     announce(index, line) is called before each, so that one that kills the process is known.
     numbers: those that the file's own statements give a name; constants: other values for some of
@@ -104,7 +105,7 @@ class Siblings:
 
 
 def _run(module, file, source, notebook, skip, announce, constants, rewrite):
-    """(first trouble or None, numbers) after running a source in a module."""
+    """Return (first trouble or None, numbers) after running a source in a module."""
     body, trouble = _statements(source, file)
     if notebook:
         used = _used(body)
@@ -134,7 +135,7 @@ def _run(module, file, source, notebook, skip, announce, constants, rewrite):
 
 
 def _names_of_the_lab(module):
-    """What its star imports bring besides the robot: np."""
+    """Return what its star imports bring besides the robot: np."""
     try:
         vars(module).setdefault("np", importlib.import_module("numpy"))
     except ImportError:
@@ -142,7 +143,7 @@ def _names_of_the_lab(module):
 
 
 def _stored(node):
-    """The names that a statement gives a value in the module itself."""
+    """Return the names that a statement gives a value in the module itself."""
     if isinstance(node, _SCOPES):
         return set()
     if isinstance(node, ast.Name):
@@ -151,7 +152,9 @@ def _stored(node):
 
 
 def _number(value):
-    """A plain number, None for anything else: a module or a function may have a constant's name."""
+    """Return a plain number, None for anything else: a module or a function may have a constant's
+    name.
+    """
     try:
         value = plain(value)
         if isinstance(value, dict) and value.get("shape") == []:
@@ -169,7 +172,9 @@ def _statements(source, file):
 
 
 def _pieces(source, file):
-    """The top-level statements of a file with syntax errors that can be read by themselves."""
+    """Return the top-level statements of a file with syntax errors that can be read by
+    themselves.
+    """
     lines = [f"{line}\n" for line in source.split("\n")]
     starts = [
         i
@@ -189,7 +194,7 @@ def _pieces(source, file):
 
 
 def _used(body):
-    """A notebook's assignments of names that its functions read, or that such an assignment
+    """Return a notebook's assignments of names that its functions read, or that such an assignment
     reads.
     """
     assignments = [
@@ -204,7 +209,9 @@ def _used(body):
 
 
 def _read(node):
-    """Names that a statement reads, and that are not its own: arguments, or assigned in it."""
+    """Return names that a statement reads, and that are not its own: arguments, or
+    assigned in it.
+    """
     parts = list(ast.walk(node))
     names = {
         part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Load)
@@ -220,7 +227,9 @@ def _read(node):
 
 
 def _is_definition(node):
-    """Whether a notebook's statement defines a function, a class or a constant, or imports."""
+    """Return whether a notebook's statement defines a function, a class or a constant, or
+    imports.
+    """
     if isinstance(node, _DEFINITIONS):
         return True
     if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:

@@ -34,7 +34,7 @@ class StandIn:
         return _usual(answer) if self._form is None else _filled(self._form[0], iter(flat))
 
     def _found(self, args, named, count):
-        """(what own gives,) if that has as many numbers, else None."""
+        """Return (what own gives,) if that has as many numbers, else None."""
         try:
             value = self._own(*args, **named)
             return (value,) if len(list(_numbers(value))) == count else None
@@ -43,7 +43,7 @@ class StandIn:
 
 
 def _numbers(value) -> Iterator:
-    """The numbers of a value, in order. Raises TypeError where it holds something else."""
+    """Yield the numbers of a value, in order. Raises TypeError where it holds something else."""
     if isinstance(value, tuple | list):
         for part in value:
             yield from _numbers(part)
@@ -54,7 +54,7 @@ def _numbers(value) -> Iterator:
 
 
 def _filled(form, numbers):
-    """The form with these numbers in it."""
+    """Return the form with these numbers in it."""
     if isinstance(form, tuple | list):
         parts = [_filled(part, numbers) for part in form]
         return type(form)(*parts) if hasattr(form, "_fields") else type(form)(parts)
