@@ -49,7 +49,9 @@ def test_a_control_period_beyond_the_end_is_one_period():
         fb.simulate(ROBOT, CONTROLLER, LINE, control_period=period) for period in (1e6, 1.0)
     )
     assert np.array_equal(long.q, whole.q) and len(long.control.t) == 1
-    many, _ = fb.simulate_many([ROBOT, ROBOT], CONTROLLER, LINE, control_period=1e6, integrator=fb.Integrator(chart="task"))
+    many, _ = fb.simulate_many(
+        [ROBOT, ROBOT], CONTROLLER, LINE, control_period=1e6, integrator=fb.Integrator(chart="task")
+    )
     assert len(many.t) == len(long.t)
 
 

@@ -12,7 +12,7 @@ from ..singularities.leg_circles import LegCircles, size_of
 from ..singularities.level_curves import LevelCurves
 from ..singularities.locus import Locus, divided, pairs, pieces_of
 from ..singularities.margins import Singularity
-from ..singularities.regions import Arc
+from ..singularities.regions import LocusArc
 from .constraints import Constraints
 
 GRID = 301  # nodes a side of the grid on which curves along which links touch are traced
@@ -21,7 +21,9 @@ TRACED = "bars touch"
 OFF = 1e-8  # share of the size at which both sides of an exact boundary are sampled
 
 
-def boundaries(robot: FiveBar, working: tuple[int, int], constraints: Constraints) -> list[Arc]:
+def boundaries(
+    robot: FiveBar, working: tuple[int, int], constraints: Constraints
+) -> list[LocusArc]:
     """Return the curves across which a constraint may begin to be violated.
 
     Lines, circles and coupler curves are exact. Curves along which links touch are traced on a
@@ -40,11 +42,11 @@ def boundaries(robot: FiveBar, working: tuple[int, int], constraints: Constraint
     arcs = []
     for curve in curves:
         if len(curve.points) > 1:
-            arcs.append(Arc(curve, *curve.interval))
+            arcs.append(LocusArc(curve, *curve.interval))
     return arcs
 
 
-def facing(arcs: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
+def facing(arcs: Iterable[LocusArc], allowed: Callable, size: float) -> list[LocusArc]:
     """Return the parts of arcs with allowed points on one side only, directed to have it left."""
     parts = []
     for arc in arcs:
@@ -78,9 +80,9 @@ def facing(arcs: Iterable[Arc], allowed: Callable, size: float) -> list[Arc]:
             if left == right or start == end:
                 continue
             if left:
-                parts.append(Arc(arc.locus, start, end))
+                parts.append(LocusArc(arc.locus, start, end))
             else:
-                parts.append(Arc(arc.locus, end, start))
+                parts.append(LocusArc(arc.locus, end, start))
     return parts
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..base.checks import instance, optional, takes
 from ..singularities.aspects import Aspect, as_kind
-from ..singularities.regions import Arc, points_of_largest_clearance
+from ..singularities.regions import LocusArc, points_of_largest_clearance
 from .boundaries import boundaries, satisfied_at
 from .constraints import ON_POSES, Constraints, refuse_others
 
@@ -164,7 +164,7 @@ def punctures(aspect: Aspect) -> np.ndarray:
     return aspect.punctures @ (1, 1j)
 
 
-def arcs_of(aspect: Aspect) -> list[Arc]:
+def arcs_of(aspect: Aspect) -> list[LocusArc]:
     """Return all arcs that bound an aspect, those of constraints too."""
     return [
         *(arc for loop in aspect.boundary for arc in loop),

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from ..base.backend import EPS
 from ..singularities.locus import divided, pairs
-from ..singularities.regions import Arc, inside
+from ..singularities.regions import LocusArc, inside
 from ..singularities.roots import rising_zeros
 from .boundaries import facing
 from .disc import clearance_at, punctures
@@ -41,7 +41,7 @@ class Outline:
         return getattr(self.aspect, "allowed", None)
 
     @cached_property
-    def arcs(self) -> list[Arc]:
+    def arcs(self) -> list[LocusArc]:
         """Return the arcs of the boundary and of constraints, with allowed points on their left."""
         loops = [arc for loop in self.aspect.boundary for arc in loop]
         if not self.allowed:
@@ -59,7 +59,7 @@ class Outline:
         return result
 
     @cached_property
-    def pieces(self) -> list[tuple[Arc, tuple[int, int]]]:
+    def pieces(self) -> list[tuple[LocusArc, tuple[int, int]]]:
         """Return arcs, each with the corner that it limits.
 
         Any other part of a rectangle meets one of the arc's ends first.
@@ -74,7 +74,7 @@ class Outline:
             cuts = [arc.start, *turns, arc.end]
             for start, end in zip(cuts, cuts[1:]):
                 if start != end:
-                    piece = Arc(arc.locus, start, end)
+                    piece = LocusArc(arc.locus, start, end)
                     middle = (start + end) / 2
                     inwards = 1j * complex(piece.tangent(middle))
                     side = 0 if inwards.real > 0 else 1

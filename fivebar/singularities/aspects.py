@@ -25,7 +25,7 @@ from .loci import singularity_loci
 from .locus import MODES, Vertex, pairs
 from .margins import Singularity
 from .mirror import Mirror
-from .regions import Arc, beside, crossings, inside, off_border, points_of_largest_clearance
+from .regions import LocusArc, beside, crossings, inside, off_border, points_of_largest_clearance
 
 SAME_AREA = 1e-6  # share to which the working modes' areas must agree; lost faces are far larger
 SAMPLES = 120  # of a border, for an aspect's point
@@ -43,7 +43,7 @@ class Aspect:
 
     number: counts from 1 over all working modes; working: pair of +1 and -1; assembly: +1 or -1;
         area m^2;
-    boundary: loops of regions.Arc with the aspect on their left, the outer one first; punctures (n,
+    boundary: loops of regions.LocusArc with the aspect on their left, the outer one first; punctures (n,
     2) m: isolated singular points inside.
     """
 
@@ -359,7 +359,7 @@ def _edges(pieces, touches):
     edges = []
     same = {}
     for piece in pieces:
-        whole = Arc(piece, *piece.interval)
+        whole = LocusArc(piece, *piece.interval)
         first, last = piece.vertices or [Vertex(complex(whole.z[0]))] * 2
         cuts = [(whole.start, first), (whole.end, last)]
         if piece.circle:
@@ -375,7 +375,7 @@ def _edges(pieces, touches):
             if high - low <= SEPARATE**2:
                 same[one] = same.get(other, other)
             else:
-                edges.append((Arc(piece, low, high), one, other))
+                edges.append((LocusArc(piece, low, high), one, other))
     return [(arc, same.get(one, one), same.get(other, other)) for arc, one, other in edges]
 
 

@@ -7,12 +7,12 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from .locus import Vertex
-from .regions import Arc, inside
+from .regions import LocusArc, inside
 
 SLIVER = 1e-12  # faces of a smaller share of the size's square are rounding errors
 
 
-def faces(edges: list[tuple[Arc, Vertex, Vertex]], size: float) -> list[tuple[float, tuple]]:
+def faces(edges: list[tuple[LocusArc, Vertex, Vertex]], size: float) -> list[tuple[float, tuple]]:
     """Return faces of the planar graph of arcs that meet at their ends only: (area, loops), arcs
     with the face on their left.
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from .locus import Locus, Vertex
-from .regions import Arc
+from .regions import LocusArc
 
 SAME = 1e-12  # of parameters of circles
 
@@ -29,7 +29,7 @@ class Mirror:
 
     def _arc(self, arc):
         locus, total, sign = self._image(arc.locus)
-        image = Arc(
+        image = LocusArc(
             locus,
             total + sign * arc.end,
             total + sign * arc.start,

@@ -26,7 +26,7 @@ PANEL = 12  # steps of a polyline, of at most 1 degree each, that are integrated
 
 
 @dataclass(frozen=True, eq=False)
-class Arc:
+class LocusArc:
     """A part of a locus, run through from parameter `start` to `end`, which may be the lower
     one.
     """
@@ -60,8 +60,8 @@ class Arc:
         return self._samples[1]
 
     @property
-    def reversed(self) -> Arc:
-        twin = Arc(self.locus, self.end, self.start)
+    def reversed(self) -> LocusArc:
+        twin = LocusArc(self.locus, self.end, self.start)
         twin.__dict__.update(
             _samples=tuple(each[::-1] for each in self._samples),
             moment=-self.moment,

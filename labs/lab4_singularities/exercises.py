@@ -21,7 +21,6 @@ def passive_misread(model):
     )
 
 
-
 def singularity_type(robot, *q):
     return fb.singularity(pose(robot, *q), IN_LINE)
 

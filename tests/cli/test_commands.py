@@ -232,7 +232,10 @@ def test_map_of_joint_space_and_of_other_robots(tmp_path, capsys):
 def test_unknown_parameter_in_toml(tmp_path, capsys):
     (tmp_path / "robot.toml").write_text("length = 0.1\n")
     assert main([*LINE, "--robot", str(tmp_path / "robot.toml")]) == 2
-    assert "no parameter length of a five-bar robot; the known ones are l11, l12" in capsys.readouterr().err
+    assert (
+        "no parameter length of a five-bar robot; the known ones are l11, l12"
+        in capsys.readouterr().err
+    )
 
 
 def test_as_a_program():
@@ -339,7 +342,10 @@ def test_a_robot_from_the_data_of_its_bars(tmp_path):
 @pytest.mark.parametrize(
     "change, words",
     [
-        (("mass = 1.2093, x", "mas = 1.2093, x"), r"no parameter mas of links\.11; the known ones are mass, x"),
+        (
+            ("mass = 1.2093, x", "mas = 1.2093, x"),
+            r"no parameter mas of links\.11; the known ones are mass, x",
+        ),
         (("d = 0.12\n", ""), "a robot of links needs d too"),
         (
             ("x = 0.0746, inertia_about_centre", "x = 0.0746, inertia"),

@@ -8,7 +8,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.estimation.identification.bodies import consistent
-from fivebar.estimation.identification.filtering import Rows, filtered
+from fivebar.estimation.identification.filtering import RegressionRows, filtered
 from fivebar.estimation.identification.regression import fit, left_out_cost, smallest, spread
 from fivebar.estimation.identification.regressor import ladder, linear_names, regressor
 from tests.helpers.synthetic_logs import RUNGS, case_of, motion_of, torques_of
@@ -97,7 +97,7 @@ def test_deviations_count_that_what_is_left_out_need_not_be_0():
     counts, t = np.ones((n, 2), bool), np.arange(n) * 1.0
     for _ in range(200):
         tau = W @ (1.0, 0.5, 2.0) + rng.normal(size=(n, 2))  # 0.5 is two of its standard deviations
-        rows = Rows(W, tau, counts, t, np.ones((n, 2)), (0,), 1.0)
+        rows = RegressionRows(W, tau, counts, t, np.ones((n, 2)), (0,), 1.0)
         full, last = fit(rows, [0, 1, 2]), fit(rows, [0, 2])
         sd = [np.sqrt(cov[0, 0]) for cov in (spread(full, [0, 2], last), last.cov)]
         inside += np.abs(last.theta[0] - 1.0) <= 2 * np.array(sd)

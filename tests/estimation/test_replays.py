@@ -28,9 +28,7 @@ def test_a_replay_of_the_torques_is_the_run_and_of_another_robot_is_not(tmp_path
     assert held.figures["max_error_m"] < 2e-4  # rates by differentiation, torques as means
     held.plot(tmp_path / "a.png"), held.page(tmp_path / "a.html")
     held.scene().save(tmp_path / "b.html")
-    assert all(
-        (tmp_path / name).stat().st_size > 10_000 for name in ("a.png", "a.html", "b.html")
-    )
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in ("a.png", "a.html", "b.html"))
     assert "\n" not in repr(held) and "torques apart" in str(held)
 
 

@@ -83,7 +83,9 @@ def workers(monkeypatch):
     from fivebar.grading.worker import student
 
     started, kind = [], student.SandboxWorker
-    monkeypatch.setattr(student, "SandboxWorker", lambda *a: started.append(kind(*a)) or started[-1])
+    monkeypatch.setattr(
+        student, "SandboxWorker", lambda *a: started.append(kind(*a)) or started[-1]
+    )
     return started
 
 

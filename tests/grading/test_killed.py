@@ -95,7 +95,9 @@ def test_nothing_is_lost_or_kept_wrong_and_nothing_is_left(tmp_path, isolate):
                         pass  # it ended meanwhile
             err = run.communicate(timeout=120)[1].decode()
             code = run.returncode
-            assert code in (0, 1, -9) and "Traceback" not in err, err
+            assert code in (0, 1, -9), err
+            # Killed, Python itself may tell of a process that was just being started.
+            assert code == -9 or "Traceback" not in err, err
             for path in (out / "students").glob("s*.json"):
                 kept = json.loads(path.read_text())
                 assert (

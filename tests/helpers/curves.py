@@ -4,7 +4,7 @@ import numpy as np
 
 from fivebar.singularities.locus import Locus, pairs, pieces_of
 from fivebar.singularities.margins import Singularity
-from fivebar.singularities.regions import Arc
+from fivebar.singularities.regions import LocusArc
 
 LABEL = Singularity.NONE, "", (), ()
 TURN = 2 * np.pi
@@ -15,7 +15,7 @@ def arcs(curve, cuts, scale, circle=()):
     pieces = pieces_of(
         curve, np.array(cuts, dtype=float), [LABEL] * (len(cuts) - 1), scale, circle=circle
     )
-    return tuple(Arc(piece, *piece.interval) for piece in pieces)
+    return tuple(LocusArc(piece, *piece.interval) for piece in pieces)
 
 
 def ellipse(a, b, center=0.0, cuts=(0, TURN), circle=()):
@@ -62,4 +62,4 @@ def uneven_circle(seed):
     def curve(t):
         return np.exp(1j * t), 1j * np.exp(1j * t)
 
-    return Arc(Locus(*LABEL, pairs(np.exp(1j * t)), t, True, curve), 0.0, TURN)
+    return LocusArc(Locus(*LABEL, pairs(np.exp(1j * t)), t, True, curve), 0.0, TURN)

@@ -42,7 +42,14 @@ modes: tuple[int, int] = fb.place(robot, drawn, strokes=True).strokes[0][1].work
 fb.path([(0.0, 0.0), (0.1, 0.0)], deviation="little")  # type: ignore[arg-type]
 
 run = assert_type(
-    fb.simulate(robot, fb.ComputedTorque(robot, 100, 20), reference, measurement=fb.Measurement(delay=1), start=rates), fb.Run
+    fb.simulate(
+        robot,
+        fb.ComputedTorque(robot, 100, 20),
+        reference,
+        measurement=fb.Measurement(delay=1),
+        start=rates,
+    ),
+    fb.Run,
 )
 fb.simulate(robot, fb.PD(robot, 1.0, 0.1), reference, measurement=fb.Measurement(delay="long"))  # type: ignore[arg-type]
 again: fb.Run = fb.Run.from_csv("run.csv")

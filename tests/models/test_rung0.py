@@ -39,9 +39,7 @@ def counts(robot):
     found["step of any length"] = steps.free_step(type(robot)).n_instructions()
     law = ComputedTorque(robot, 100.0, 20.0)
     grid = Grid(steps=6, step=0.001, block=2)
-    loop = many._Law(
-        type(robot), (), law, CHARTS["auto"], "rk4", grid, 3, None, fb.Measurement()
-    )
+    loop = many._Law(type(robot), (), law, CHARTS["auto"], "rk4", grid, 3, None, fb.Measurement())
     found["loop of many robots"] = many._function(loop).expand().n_instructions()
     return found
 

@@ -314,10 +314,7 @@ def test_the_command_proves_refuses_and_checks(tmp_path, capsys):
     ]
     assert main([*asked, "--out", str(proof)]) == 0
     notes = capsys.readouterr()
-    assert (
-        "proved on 4 pieces: l11 = 0.09 +- 0.0001" in notes.out
-        and "read in mm" in notes.err
-    )
+    assert "proved on 4 pieces: l11 = 0.09 +- 0.0001" in notes.out and "read in mm" in notes.err
     assert main(["certify", "--check", str(proof)]) == 0
     assert (
         "d = 0.118 +- 0.0002 m, working [-1, -1], assembly -1, margin 0.1"

@@ -200,9 +200,7 @@ def test_a_motion_that_hardly_dips_below_0(low, high):
     )
     own = Cubic.through(*([float(p(s)) for s in (0.0, 1.0)] for p in (motion, motion.deriv())))
     found = there_and_back(own, lambda s: (motion(s), motion.deriv()(s)))
-    assert found == pytest.approx(
-        (low, high), abs=1e-14 / (high - low)
-    )
+    assert found == pytest.approx((low, high), abs=1e-14 / (high - low))
 
 
 def test_crossings_of_given_sines():

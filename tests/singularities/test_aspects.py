@@ -142,7 +142,7 @@ def test_areas_have_converged(found, name, monkeypatch):
         shoelace = sum((z.conj() * np.roll(z, -1)).imag.sum() / 2 for z in polygons)
         assert part.area == pytest.approx(shoelace, rel=1e-5)
         monkeypatch.setattr(regions, "PANEL", 3)
-        finer = sum(regions.Arc(arc.locus, arc.start, arc.end).moment for arc in arcs)
+        finer = sum(regions.LocusArc(arc.locus, arc.start, arc.end).moment for arc in arcs)
         monkeypatch.undo()
         assert part.area == pytest.approx(finer, rel=1e-10)
 
@@ -255,20 +255,22 @@ def test_where_a_circle_passes_a_point():
     low, high = circle.interval
     for s in np.linspace(low, high, 7)[1:-1]:
         point = circle.at(s) @ (1, 1j)
-        assert module._parameter(regions.Arc(circle, low, high), point) == pytest.approx(
+        assert module._parameter(regions.LocusArc(circle, low, high), point) == pytest.approx(
             s, abs=1e-12
         )
-        assert module._parameter(regions.Arc(circle, low, s - 0.01), point) is None
-        assert module._parameter(regions.Arc(circle, s - 0.01, high), point) == pytest.approx(
+        assert module._parameter(regions.LocusArc(circle, low, s - 0.01), point) is None
+        assert module._parameter(regions.LocusArc(circle, s - 0.01, high), point) == pytest.approx(
             s, abs=1e-12
         )
-        assert module._parameter(regions.Arc(circle, s + 0.01, high), point) is None
+        assert module._parameter(regions.LocusArc(circle, s + 0.01, high), point) is None
 
 
 def test_circles_of_both_legs_that_are_one():
     same = fb.FiveBar(0.1, 0.07, 0.08, 0.09, 0)  # stretched, both reach 0.17
     both = [
-        regions.Arc(piece, *piece.interval) for piece in singularity_loci(same).task if piece.circle
+        regions.LocusArc(piece, *piece.interval)
+        for piece in singularity_loci(same).task
+        if piece.circle
     ]
     radii = [abs(arc.z[0]) for arc in both]
     for a, r in zip(both, radii):
@@ -281,7 +283,7 @@ def test_circles_of_both_legs_that_are_one():
     part = next(
         piece for piece in singularity_loci(UNEQUAL).task if piece.circle and not piece.closed
     )
-    assert not module._same(*[regions.Arc(part, *part.interval)] * 2)  # not closed
+    assert not module._same(*[regions.LocusArc(part, *part.interval)] * 2)  # not closed
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 from fivebar.singularities.faces import _around, _swept, faces
 from fivebar.singularities.locus import Vertex, pieces_of
 from fivebar.singularities.margins import Singularity
-from fivebar.singularities.regions import Arc
+from fivebar.singularities.regions import LocusArc
 from tests.helpers.curves import ellipse, polygon
 
 LABEL = (Singularity.PARALLEL, "folded", ((1, 1),), ())
@@ -16,7 +16,7 @@ LABEL = (Singularity.PARALLEL, "folded", ((1, 1),), ())
 
 def arc(curve, low, high):
     (locus,) = pieces_of(curve, np.array([low, high]), [LABEL], 1.0)
-    return Arc(locus, low, high)
+    return LocusArc(locus, low, high)
 
 
 def ring(center, radius):

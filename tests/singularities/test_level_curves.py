@@ -9,7 +9,7 @@ from fivebar.singularities.leg_circles import LegCircles
 from fivebar.singularities.level_curves import LevelCurves
 from fivebar.singularities.locus import MODES
 from fivebar.singularities.margins import Singularity
-from fivebar.singularities.regions import Arc
+from fivebar.singularities.regions import LocusArc
 
 ROBOTS = {
     "amoro": fb.FiveBar(),
@@ -157,7 +157,9 @@ def test_pieces_are_all_there_is(name, det_A, sin):
             a, b = np.where(same, middle, a), np.where(same, b, middle)
         z = above(a, low=low, high=high)[1]
         pieces = [
-            Arc(piece, *piece.interval) for piece in levels.pieces(working) if len(piece.points) > 1
+            LocusArc(piece, *piece.interval)
+            for piece in levels.pieces(working)
+            if len(piece.points) > 1
         ]
         if len(z):
             assert np.min([arc.nearest(z)[1] for arc in pieces], axis=0).max() < 1e-9 * size

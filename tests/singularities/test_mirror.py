@@ -8,7 +8,7 @@ from fivebar.singularities.leg_circles import LegCircles
 from fivebar.singularities.level_curves import LevelCurves
 from fivebar.singularities.locus import Vertex
 from fivebar.singularities.mirror import Mirror
-from fivebar.singularities.regions import Arc
+from fivebar.singularities.regions import LocusArc
 from tests.helpers.curves import TURN, ellipse
 
 
@@ -28,7 +28,7 @@ def test_an_arc_of_a_circle_is_mirrored_onto_the_arc_that_is_there(cuts):
     mirror = Mirror([*(arc.locus for arc in others), own.locus, image.locus])
     ((found,),) = mirror.loops(((own,),))
     assert found.locus is own.locus if ends == cuts else found.locus is image.locus
-    part = Arc(own.locus, low + 0.1 * (high - low), high - 0.3 * (high - low))
+    part = LocusArc(own.locus, low + 0.1 * (high - low), high - 0.3 * (high - low))
     ((found,),) = mirror.loops(((part,),))
     assert found.locus is (own if ends == cuts else image).locus
     assert_mirrored(found, part)
@@ -41,7 +41,7 @@ def assert_mirrored(found, arc):
     np.testing.assert_allclose(found.at(found.s), found.z, rtol=0, atol=4e-15)
     assert (found.s[0], found.s[-1]) == pytest.approx((found.start, found.end), abs=1e-15)
     assert (np.sign(np.diff(found.s)) == np.sign(found.end - found.start)).all()
-    own = Arc(found.locus, found.start, found.end)
+    own = LocusArc(found.locus, found.start, found.end)
     assert found.moment == pytest.approx(own.moment, rel=1e-12) and found.moment == arc.moment
     np.testing.assert_allclose(
         found.tangent(found.s), -arc.tangent(arc.s)[::-1].conj(), rtol=0, atol=1e-13
@@ -72,7 +72,7 @@ def test_images_of_loci_are_loci_of_the_mirrored_working_mode():
     circles = LegCircles(robot, 0.2)
     levels = LevelCurves(robot, 0.3, circles)
     for piece in levels.pieces((1, -1)):
-        image = Mirror([*circles.pieces]).loops(((Arc(piece, *piece.interval),),))[0][0].locus
+        image = Mirror([*circles.pieces]).loops(((LocusArc(piece, *piece.interval),),))[0][0].locus
         assert image.working == ((-1, 1),) and (image.type, image.kind) == (piece.type, piece.kind)
         assert all(isinstance(each, Vertex) for each in image.vertices)
         assert [(v.z.conjugate(), v.circles) for v in image.vertices] == [

@@ -10,7 +10,7 @@ from fivebar.singularities import passages as module
 from fivebar.singularities.loci import singularity_loci
 from fivebar.singularities.margins import Singularity
 from fivebar.singularities.passages import _shared_place, aspect_of, groups, known_aspects, passages
-from fivebar.singularities.regions import Arc
+from fivebar.singularities.regions import LocusArc
 from tests.conftest import UNEQUAL
 from tests.helpers.pose_manifold import FOLDED, LEFT, PARALLEL, RIGHT, Flood
 
@@ -142,7 +142,7 @@ def test_the_place_on_a_shared_arc_is_the_farthest_of_its_samples(leg, wanted, m
         s = np.quantile(locus.interval, (0, 0.2, 0.3, 0.7, 0.9))
         working = locus.working[0]
         one, twin, next_to_it = (
-            SimpleNamespace(working=working, boundary=[[Arc(locus, s[i], s[k])]])
+            SimpleNamespace(working=working, boundary=[[LocusArc(locus, s[i], s[k])]])
             for i, k in ((0, 3), (4, 2), (4, 3))
         )
         samples = locus.at(s[2] + np.array([0.25, 0.75]) * (s[3] - s[2]))

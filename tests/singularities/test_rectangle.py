@@ -17,7 +17,7 @@ from fivebar.constraints.rectangle import (
     _starts,
 )
 from fivebar.singularities.locus import Locus, pairs
-from fivebar.singularities.regions import Arc, inside
+from fivebar.singularities.regions import LocusArc, inside
 from tests.helpers.curves import LABEL, TURN, backwards, ellipse, polygon
 
 A, B = 0.3, 0.2
@@ -68,7 +68,7 @@ def test_where_an_arc_is_upright_or_level():
         )
 
     t = np.linspace(0, TURN, 400)
-    arc = Arc(Locus(*LABEL, pairs(curve(t)[0]), t, True, curve), 0.0, TURN)
+    arc = LocusArc(Locus(*LABEL, pairs(curve(t)[0]), t, True, curve), 0.0, TURN)
     upright = np.arctan(-B / A * np.tan(0.4)) % np.pi
     level = np.arctan(B / A / np.tan(0.4)) % np.pi
     for own in (arc, arc.reversed):
@@ -81,10 +81,10 @@ def test_where_an_arc_is_upright_or_level():
         *LABEL, pairs(s + 1j * s * s), s, False, lambda t: (t + 1j * t * t, 1 + 2j * t)
     )
     assert (
-        _turns(Arc(parabola, -1.0, 1.0), np.imag) == [0.0]
-        and _turns(Arc(parabola, 0.0, 1.0), np.imag) == []
+        _turns(LocusArc(parabola, -1.0, 1.0), np.imag) == [0.0]
+        and _turns(LocusArc(parabola, 0.0, 1.0), np.imag) == []
     )
-    assert _turns(Arc(parabola, -1.0, 1.0), np.real) == []
+    assert _turns(LocusArc(parabola, -1.0, 1.0), np.real) == []
 
 
 def test_pieces_limit_the_corner_that_they_are_beyond():

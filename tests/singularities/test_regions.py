@@ -5,7 +5,7 @@ import pytest
 
 from fivebar.singularities import regions
 from fivebar.singularities.regions import (
-    Arc,
+    LocusArc,
     beside,
     crossings,
     inside,
@@ -238,4 +238,4 @@ def test_a_point_off_the_border():
     assert room == pytest.approx(0.075, rel=1e-9)
     line = polygon(0, 1, 1j)[0]
     with pytest.raises(ArithmeticError, match="inside a face whose border is 2 arcs"):
-        off_border(((line, Arc(line.locus, 1.0, 0.0)),), 1.0)
+        off_border(((line, LocusArc(line.locus, 1.0, 0.0)),), 1.0)

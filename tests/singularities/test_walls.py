@@ -47,7 +47,9 @@ def test_how_far_off_a_wall_is_asked():
 
     facing(polygon(0, 1, 1j)[:1], allowed, size)
     assert np.ptp(asked) == 0 and asked[0] == pytest.approx(2e-8)
-    traced = fb.singularities.regions.Arc(_polyline(np.array([0, 0.1, 0.3, 0.4 + 0j])), 0.0, 3.0)
+    traced = fb.singularities.regions.LocusArc(
+        _polyline(np.array([0, 0.1, 0.3, 0.4 + 0j])), 0.0, 3.0
+    )
     asked.clear()
     facing([traced], allowed, size)
     assert asked[0] == pytest.approx(0.02 * 0.2)

@@ -27,7 +27,7 @@ from ...base.tables import FilePath
 from ...models.robots import FiveBar
 from .fit import (
     LOSSES,
-    Task,
+    LeastSquares,
     assembly_modes,
     residuals,
     solve,
@@ -143,7 +143,7 @@ def calibrate(
     absolute = sigma is not None or (not relative and bool(np.isfinite(rows.sigma).any()))
     weight = _weight(rows, sigma, relative)
     size = sizes(robot, rows.q, unknown)
-    task = Task(
+    task = LeastSquares(
         rows,
         free,
         start=p0,

@@ -17,7 +17,7 @@ from .measured_robot import (
     seen,
     sines_at,
 )
-from .rows import Rows
+from .rows import MeasuredRows
 
 LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
 CLEAR = 0.1  # sine of Type 2 beyond which a pose's assembly mode is certain
@@ -26,12 +26,12 @@ ROUNDING = 64 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class LeastSquares:
     """A least-squares problem.
 
     Attributes
     ----------
-    rows : Rows
+    rows : MeasuredRows
         What was measured.
     free : array of int
         The places of the unknowns in UNKNOWNS.
@@ -47,7 +47,7 @@ class Task:
         One of LOSSES.
     """
 
-    rows: Rows
+    rows: MeasuredRows
     free: ndarray
     start: ndarray
     size: ndarray
@@ -73,7 +73,7 @@ class Task:
 
 def residuals(
     p: ndarray,
-    rows: Rows,
+    rows: MeasuredRows,
     assembly: ndarray,
     derive: bool = True,
 ) -> tuple:
@@ -105,7 +105,7 @@ def residuals(
     return predicted - rows.numbers, jacobian
 
 
-def noted_assembly(p: ndarray, rows: Rows) -> ndarray:
+def noted_assembly(p: ndarray, rows: MeasuredRows) -> ndarray:
     """Return the assembly mode (n,) that a row notes, or that its working modes leave.
 
     It is 0 where both modes or none would do.
@@ -119,7 +119,7 @@ def noted_assembly(p: ndarray, rows: Rows) -> ndarray:
     return np.where(rows.assembly, rows.assembly, only)
 
 
-def assembly_modes(p: ndarray, rows: Rows) -> tuple[ndarray, ndarray]:
+def assembly_modes(p: ndarray, rows: MeasuredRows) -> tuple[ndarray, ndarray]:
     """Return the assembly mode (n,) of each row, and where (n,) it is uncertain.
 
     At a measured point it is the point's own, else as noted, else that of the nearer pose.
@@ -145,7 +145,7 @@ def assembly_modes(p: ndarray, rows: Rows) -> tuple[ndarray, ndarray]:
     return modes.astype(np.int8), uncertain
 
 
-def solve(task: Task, p: ndarray, assembly: ndarray) -> tuple[ndarray, ndarray]:
+def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, ndarray]:
     """Return the values (13,) of least weighted squares from p, and which unknowns are at a bound.
 
     Combinations that the rows do not tell stay as near to the start as they can. Bounds count only

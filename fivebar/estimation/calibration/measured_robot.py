@@ -68,7 +68,7 @@ def length_ok(p: ndarray) -> bool:
     return bool((bars >= SHORTEST).all() and (bars <= LONGEST).all() and 0 <= p[4] <= LONGEST)
 
 
-class Placed(NamedTuple):
+class PlacedPoses(NamedTuple):
     """Poses, in complex numbers x + i y of the robot's frame.
 
     xi (n,): points; cranks, bars (n, 2): unit vectors of both legs; det (n,): det A.
@@ -110,7 +110,7 @@ def _cranks(p, q):
     return cranks, bases + p[0:4:2].T * cranks
 
 
-def place(p: ndarray, q: ndarray, assembly: ndarray) -> Placed:
+def place(p: ndarray, q: ndarray, assembly: ndarray) -> PlacedPoses:
     """Return the poses at readings q (n, 2), in the robot's frame.
 
     They are nan where the robot does not close, and in a Type-2 singularity, where no derivative
@@ -127,7 +127,7 @@ def place(p: ndarray, q: ndarray, assembly: ndarray) -> Placed:
             [x + 1j * y for x, y in (dyad.first, dyad.second)],
             axis=1,
         )
-        return Placed(
+        return PlacedPoses(
             elbows[:, 0] + l12 * bars[:, 0] + 0 * det,
             cranks,
             bars,
@@ -135,7 +135,7 @@ def place(p: ndarray, q: ndarray, assembly: ndarray) -> Placed:
         )
 
 
-def slopes(p: ndarray, q: ndarray, at: Placed) -> ndarray:
+def slopes(p: ndarray, q: ndarray, at: PlacedPoses) -> ndarray:
     """Return d xi / d UNKNOWNS (n, 13), complex, in the robot's frame.
 
     A d xi = u_i2 . dP_i + d l_i2, AMORO eq. 13 with the lengths of the bars derived, too.

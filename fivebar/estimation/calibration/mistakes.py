@@ -13,9 +13,9 @@ import numpy as np
 from numpy import ndarray
 
 from ...base.backend import wrap
-from .fit import Task
+from .fit import LeastSquares
 from .measured_robot import PLACE, bars_off, sines_at
-from .rows import Rows
+from .rows import MeasuredRows
 from .starts import (
     SUSPECT,
     begin,
@@ -47,7 +47,7 @@ def _swapped_points(rows):
     return replace(rows, points=rows.points[:, ::-1].copy())
 
 
-READINGS: dict[str, Callable[[Rows], Rows]] = {
+READINGS: dict[str, Callable[[MeasuredRows], MeasuredRows]] = {
     "q1 in degrees": _readings(DEG, 1.0),
     "q2 in degrees": _readings(1.0, DEG),
     "q1 and q2 in degrees": _readings(DEG, DEG),
@@ -56,7 +56,7 @@ READINGS: dict[str, Callable[[Rows], Rows]] = {
     "q2 with the wrong sign": _readings(1.0, -1.0),
     "q1 and q2 with the wrong sign": _readings(-1.0, -1.0),
 }
-POINTS: dict[str, Callable[[Rows], Rows]] = {
+POINTS: dict[str, Callable[[MeasuredRows], MeasuredRows]] = {
     "x in mm": _points(1e-3, 1.0),
     "y in mm": _points(1.0, 1e-3),
     "x and y in mm": _points(1e-3, 1e-3),
@@ -66,7 +66,7 @@ POINTS: dict[str, Callable[[Rows], Rows]] = {
 }
 
 
-def find_mistakes(task: Task, sigma: float) -> tuple[list[str], Task, ndarray]:
+def find_mistakes(task: LeastSquares, sigma: float) -> tuple[list[str], LeastSquares, ndarray]:
     """Return the mistakes found, the task with them put right, and values (13,) to begin with.
 
     `sigma` is a typical standard deviation, m, 0 where it is not known.

@@ -18,7 +18,7 @@ from ...base.tables import TextFile
 from ...models.dyads import SINGULAR
 from ...models.robots import FiveBar
 from ..saving import read_json, write_json, write_toml
-from .fit import Task, loss_slopes, residuals, solve, spectrum
+from .fit import LeastSquares, loss_slopes, residuals, solve, spectrum
 from .indistinguishable import (
     combination,
     plainest,
@@ -41,7 +41,7 @@ from .measured_robot import (
 )
 from .outliers import leave_one_out_error, outlying_rows
 from .profile import profile
-from .rows import Rows
+from .rows import MeasuredRows
 
 KIND = "calibration of a five-bar"
 
@@ -61,7 +61,7 @@ class Calibration(Plotted):
         The robot that the search began with.
     unknown : tuple of str
         The unknowns.
-    rows : Rows
+    rows : MeasuredRows
         What was measured, n rows.
     assembly : (n,) array
         Assembly modes of the rows.
@@ -94,7 +94,7 @@ class Calibration(Plotted):
 
     nominal: FiveBar
     unknown: tuple[str, ...]
-    rows: Rows = field(repr=False)
+    rows: MeasuredRows = field(repr=False)
     assembly: ndarray
     start: ndarray
     p: ndarray
@@ -270,7 +270,7 @@ class Calibration(Plotted):
             return p
         places = np.array([PLACE[name] for name in names])
         size = sizes(self.nominal, self.rows.q, names)
-        return solve(Task(self.rows, places, p, size, self.weight), p, self.assembly)[0]
+        return solve(LeastSquares(self.rows, places, p, size, self.weight), p, self.assembly)[0]
 
     @cached_property
     def residuals_before(self) -> ndarray:

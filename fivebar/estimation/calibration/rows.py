@@ -36,7 +36,7 @@ WANTED = {
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class MeasuredRows:
     """Measured rows.
 
     Attributes
@@ -96,7 +96,7 @@ class Rows:
         row, axis, far = self.measured
         return np.concatenate([self.points[row, axis], self.distance[far]])
 
-    def without(self, out: ndarray) -> Rows:
+    def without(self, out: ndarray) -> MeasuredRows:
         """Return the rows but those (n,) bool; a distance to one of these is left out, too."""
         kept = np.flatnonzero(~out)
         new = np.full(len(self) + 1, -1)
@@ -121,7 +121,7 @@ def rows_of(
     data: Mapping | FilePath,
     units: Mapping[str, str] | Sequence[str] = (),
     weights: ndarray | None = None,
-) -> Rows:
+) -> MeasuredRows:
     """Return the Rows of a file or a mapping of arrays.
 
     Rows in which nothing is measured are left out and named. `weights` (n,), relative, stand in
@@ -140,7 +140,7 @@ def rows_of(
             [_modes(columns[name], name, where) for name in MODES],
             axis=1,
         )
-        rows = Rows(
+        rows = MeasuredRows(
             np.stack([columns["q1"], columns["q2"]], axis=1),
             np.stack([columns["x"], columns["y"]], axis=1),
             modes[:, :2],

@@ -8,7 +8,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.optimize import least_squares
 
-from .fit import Task, noted_assembly
+from .fit import LeastSquares, noted_assembly
 from .measured_robot import (
     PLACE,
     as_complex,
@@ -27,7 +27,7 @@ COUNTS_PER_TURN = (
 )
 
 
-def begin(task: Task, far: bool = True) -> ndarray:
+def begin(task: LeastSquares, far: bool = True) -> ndarray:
     """Return values (13,) to begin with, by the points alone; a bad row or two do not matter.
 
     Where the start leads nowhere, usual encoders are tried for free ratios, and with `far` a whole
@@ -43,7 +43,7 @@ def begin(task: Task, far: bool = True) -> ndarray:
     return best
 
 
-def first(task: Task) -> ndarray:
+def first(task: LeastSquares) -> ndarray:
     """Return the start, or the start with the frame that fits best, whichever misses least."""
     return _least_doubtful(task, [task.start, *_framed(task, task.start)])
 
@@ -52,14 +52,14 @@ def _least_doubtful(task, tried):
     return min(tried, key=lambda p: doubt(task, p))
 
 
-def median_error(task: Task, p: ndarray) -> float:
+def median_error(task: LeastSquares, p: ndarray) -> float:
     """Return the median distance by which the legs miss the whole points, m; inf for nan."""
     rows = task.rows
     off = bars_off(p, rows.q[rows.whole], rows.points[rows.whole])[0]
     return float(np.nan_to_num(np.median(np.hypot(*off.T)), nan=np.inf))
 
 
-def doubt(task: Task, p: ndarray) -> float:
+def doubt(task: LeastSquares, p: ndarray) -> float:
     """Return `median_error` with penalties, by which starts are compared.
 
     The penalties are for lengths far from the start's (no five-bar is built so wrong), and for
@@ -75,7 +75,7 @@ def doubt(task: Task, p: ndarray) -> float:
     return (median_error(task, p) / p[PLACE["scale"]] + strange) * crowded
 
 
-def settled(task: Task, p: ndarray) -> ndarray:
+def settled(task: LeastSquares, p: ndarray) -> ndarray:
     """Return robust least squares of the legs' errors from these values, weakly held to them."""
     rows, bar, hold = task.rows, task.bar, 1e-5
     q, points = rows.q[rows.whole], rows.points[rows.whole]
@@ -129,7 +129,7 @@ def _counted(task):
     return _with_frames(task, 7, [pair - 1 for pair in ratios])
 
 
-def radians_per_count(task: Task, free: bool) -> dict[int, ndarray]:
+def radians_per_count(task: LeastSquares, free: bool) -> dict[int, ndarray]:
     """Return ratios (2,) by counts a turn, of legs whose readings no motor turns through.
 
     Of legs whose ratio is free, or of the others; {} where there is no such leg.

@@ -20,7 +20,7 @@ RIPPLE = 60.0  # dB
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class RegressionRows:
     """Rows of a regression.
 
     W (n, 2 motors, p); tau (n, 2) N m; counts (n, 2) bool: what is used; t (n,) s; cover (n, 2):
@@ -37,7 +37,7 @@ class Rows:
     gain: float
 
 
-def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
+def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> RegressionRows:
     """Return the rows of pieces (t (n,), W (n, 2, p), tau (n, 2), counts (n, 2)) of samples.
 
     Samples are `step` s apart; a row is made of 1 / (2.5 cutoff) s.
@@ -77,7 +77,7 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> Rows:
         breaks.append(rows)
         rows += len(at)
     W, tau, keep, t, cover = (np.concatenate(part) for part in zip(*parts))
-    return Rows(W, tau, keep, t, cover, tuple(breaks), float(np.linalg.norm(kernel)))
+    return RegressionRows(W, tau, keep, t, cover, tuple(breaks), float(np.linalg.norm(kernel)))
 
 
 def spikes(column: ndarray) -> ndarray:

@@ -28,7 +28,7 @@ from .dependent_columns import (
     independent,
     sentences,
 )
-from .filtering import Rows
+from .filtering import RegressionRows
 from .noisy_columns import bias
 from .regression import (
     fit,
@@ -261,7 +261,7 @@ def _joined(found, known):
     for name in arrays:
         joined[name] = np.concatenate([getattr(part, name) for part in parts])
     joined["tau"] = joined["tau"] - joined["W"] @ known
-    return Rows(**joined, breaks=tuple(breaks), gain=parts[0].gain)
+    return RegressionRows(**joined, breaks=tuple(breaks), gain=parts[0].gain)
 
 
 def _refuse_few(rows, found, least):

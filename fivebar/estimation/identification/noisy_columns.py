@@ -11,12 +11,12 @@ from __future__ import annotations
 import numpy as np
 from numpy import ndarray
 
-from .regression import Fit
+from .regression import RegressionFit
 from .regressor import regressor
 from .samples import Samples, noise_gain
 
 
-def bias(found: list[Samples], columns: list[int], full: Fit) -> ndarray:
+def bias(found: list[Samples], columns: list[int], full: RegressionFit) -> ndarray:
     """Return by how many standard deviations each value (p,) is off."""
     inertia = np.zeros((len(columns), len(columns)))
     for sample in found:

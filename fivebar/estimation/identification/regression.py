@@ -20,7 +20,7 @@ import numpy as np
 from numpy import ndarray
 from scipy.linalg import cho_factor, cho_solve
 
-from .filtering import Rows
+from .filtering import RegressionRows
 
 # Rows: with more, two threads of OpenBLAS wait for each other, up to 100 ms on a busy machine.
 BLOCK = 64
@@ -28,7 +28,7 @@ FINEST = 1e-5  # of a motor's torque: the least noise that is believed
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class RegressionFit:
     """A regression: theta (p,) and cov (p, p) of its columns.
 
     residual (n, 2), 0 where a row does not count; sigma (2,) N m: the standard deviation of each
@@ -42,7 +42,7 @@ class Fit:
     misfit: float
 
 
-def fit(rows: Rows, columns: list[int], tau: ndarray | None = None) -> Fit:
+def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) -> RegressionFit:
     """Return least squares of these columns, each motor weighted by its own residuals.
 
     `tau` stands in place of the rows' own.
@@ -70,7 +70,7 @@ def fit(rows: Rows, columns: list[int], tau: ndarray | None = None) -> Fit:
     more = np.sqrt(np.maximum(np.diag(robust) / np.diag(bread), 1.0))
     shares = (residual**2).sum(axis=0) / np.maximum(power, 1e-300)
     misfit = float(np.sqrt(np.mean(shares)))
-    return Fit(
+    return RegressionFit(
         theta,
         bread * np.outer(more, more),
         residual,
@@ -165,7 +165,7 @@ def left_out_cost(theta: ndarray, cov: ndarray, left_out: list[int]) -> float:
     )
 
 
-def spread(full: Fit, kept: list[int], last: Fit) -> ndarray:
+def spread(full: RegressionFit, kept: list[int], last: RegressionFit) -> ndarray:
     """Return the covariance (k, k) of the kept parameters where the others may not be 0.
 
     Leaving out moves a value by b and its variance from that of the full model to that of the last

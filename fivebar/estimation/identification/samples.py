@@ -22,7 +22,7 @@ from ..logs.derivatives import (
     spectrum,
 )
 from ..logs.logs import Gauges, Log, evenly, read_log
-from .filtering import Rows, at_limit, filtered, spikes
+from .filtering import RegressionRows, at_limit, filtered, spikes
 from .regressor import linear_names, regressor
 
 SINGULAR = 0.1  # |det A| below which errors of the joints become torques
@@ -48,7 +48,7 @@ class Samples:
     assembly: int
 
     @cached_property
-    def rows(self) -> Rows:
+    def rows(self) -> RegressionRows:
         return filtered(self.pieces, self.step, self.cutoff)
 
 

@@ -20,7 +20,7 @@ from ...models.robots import Robot
 from ..logs.logs import Log
 from .dependent_columns import NEARLY, independent
 from .filtering import filtered
-from .regression import Fit, fit
+from .regression import RegressionFit, fit
 from .regressor import linear_names
 from .samples import Samples, noise_gain, samples
 
@@ -112,7 +112,7 @@ def beyond_the_model(
     sample: Samples,
     chosen: list[int],
     theta: ndarray,
-    last: Fit,
+    last: RegressionFit,
 ) -> list[str]:
     """Return sentences on what the log shows besides the model.
 
@@ -126,7 +126,7 @@ def beyond_the_model(
         The columns of the last fit.
     theta : (p,) array
         The values of all parameters.
-    last : Fit
+    last : RegressionFit
         The last fit.
     """
     efforts = f"{robot.words.effort}s"

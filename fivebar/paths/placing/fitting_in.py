@@ -22,7 +22,7 @@ from ..placement import Placement
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class RectangleFit:
     """A placement in a rectangle of an aspect; scale: the largest with which the drawing would lie
     in it.
     """
@@ -69,7 +69,7 @@ def fitted_in(
     scale: float | None = 1.0,
     working: tuple[int, int] | None = None,
     margin: float = 0.005,
-) -> Fit:
+) -> RectangleFit:
     """Return the drawing in the middle of an aspect's largest upright rectangle: Fit.
 
     scale: of the drawing; None: as large as it fits. working: in these modes alone. margin: m, from
@@ -132,7 +132,7 @@ def fitted_in(
     scale = share * (1 - 1e-9) if scale is None else scale
     middle = np.array([rectangle.x_min + rectangle.x_max, rectangle.y_min + rectangle.y_max]) / 2
     shift = middle - scale * box.mean(axis=0)
-    return Fit(
+    return RectangleFit(
         Placement((float(shift[0]), float(shift[1])), turn, scale),
         aspect,
         rectangle,

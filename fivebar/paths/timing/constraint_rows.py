@@ -67,7 +67,7 @@ def _scaled(limit, share):
     return limit * share
 
 
-class Rows(NamedTuple):
+class ConstraintRows(NamedTuple):
     """Rows on n stretches.
 
     parts: {a, b, v, c: (3, rows, n)}, Bernstein coefficients. bend, slack: {a, b, v, c: (rows, n)},
@@ -88,7 +88,7 @@ def rows_of(
     directions: np.ndarray,
     speed: np.ndarray,
     inside: bool,
-) -> tuple[Rows, Rows]:
+) -> tuple[ConstraintRows, ConstraintRows]:
     """Return (rows with u, rows of x alone) on n stretches.
 
     side: the sign of det A (n,). turns (2, n): of both joints' derivatives by s. directions (d, n):
@@ -195,7 +195,7 @@ def _stacked(rows, n):
                 parts[part][2, r] += share * value.last
                 bend[part][r] += np.abs(share) * value.bend
                 slack[part][r] += np.abs(share) * value.slack
-    return Rows(
+    return ConstraintRows(
         parts,
         bend,
         slack,

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...base.backend import EPS
-from .constraint_rows import PARTS, Rows
+from .constraint_rows import PARTS, ConstraintRows
 from .lower_bound import BUMP, Ceiling
 
 if TYPE_CHECKING:
@@ -52,8 +52,8 @@ class Polygons(NamedTuple):
 
 
 def polygons(
-    rows: Rows,
-    alone: Rows,
+    rows: ConstraintRows,
+    alone: ConstraintRows,
     length: np.ndarray,
     above: Ceiling,
     bent: np.ndarray,

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .constraint_rows import PARTS, Rows
+from .constraint_rows import PARTS, ConstraintRows
 
 # Of the limits, by which they are widened here and narrowed where a motion is made: rounding.
 MARGIN = 1e-9
@@ -45,7 +45,7 @@ class Ceiling(NamedTuple):
     stuck: int | None
 
 
-def caps(rows: Rows, alone: Rows) -> np.ndarray:
+def caps(rows: ConstraintRows, alone: ConstraintRows) -> np.ndarray:
     """Return the largest x (2, n) with a feasible u at both ends of stretches, < 0 for none."""
     result = []
     with np.errstate(all="ignore"):
@@ -101,8 +101,8 @@ def _without_u(
 
 
 def ceiling(
-    rows: Rows,
-    alone: Rows,
+    rows: ConstraintRows,
+    alone: ConstraintRows,
     length: np.ndarray,
     top: np.ndarray,
 ) -> Ceiling:
