@@ -10,6 +10,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -48,16 +49,17 @@ def dotted(path):
     )
 
 
-def nodes(path):
+@cache
+def nodes(file):
     """All of a file's syntax but what only a type checker reads."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = ast.parse(FILES[file].read_text(encoding="utf-8"))
     for node in ast.walk(tree):
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             node.body = []
     return list(ast.walk(tree))
 
 
-FILES = {dotted(path): nodes(path) for path in PACKAGE.rglob("*.py")}
+FILES = {dotted(path): path for path in PACKAGE.rglob("*.py")}
 FOLDERS = {dotted(path) for path in PACKAGE.rglob("__init__.py")}
 
 
@@ -68,7 +70,7 @@ def room(file):
 def imports(file):
     """(file, name) of what a file imports from others of the package."""
     here = file.split(".") if file else []
-    for node in FILES[file]:
+    for node in nodes(file):
         assert not isinstance(node, ast.Import) or all(
             room(alias.name) != "fivebar" for alias in node.names
         ), file
@@ -82,7 +84,7 @@ def imports(file):
 
 def defined(file):
     """Names that a file gives to a function, a class, a variable or an attribute."""
-    for node in FILES[file]:
+    for node in nodes(file):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             yield node.name
         elif isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
@@ -114,7 +116,7 @@ def test_no_room_uses_what_is_private_to_another():
             for target, name in imports(file)
             if room(target) != room(file) and name not in FILES
         ]
-        attributes = {node.attr for node in FILES[file] if isinstance(node, ast.Attribute)} & set(
+        attributes = {node.attr for node in nodes(file) if isinstance(node, ast.Attribute)} & set(
             owners
         )
         used += [name for name in attributes if room(file) not in owners[name]]

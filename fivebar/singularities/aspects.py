@@ -43,8 +43,8 @@ class Aspect:
 
     number: counts from 1 over all working modes; working: pair of +1 and -1; assembly: +1 or -1;
         area m^2;
-    boundary: loops of regions.LocusArc with the aspect on their left, the outer one first; punctures (n,
-    2) m: isolated singular points inside.
+    boundary: loops of regions.LocusArc with the aspect on their left, the outer one first;
+        punctures (n, 2) m: isolated singular points inside.
     """
 
     robot: FiveBar

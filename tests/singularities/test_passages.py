@@ -19,7 +19,7 @@ SERIAL, BOTH = Singularity.SERIAL, Singularity.SERIAL | Singularity.PARALLEL
 # Their aspects have no sliver that a grid of half a degree would not see.
 DRAWN = [
     fb.FiveBar(*lengths)
-    for lengths in np.random.default_rng(77).uniform(0.05, 0.2, (20, 5)).tolist()
+    for lengths in np.random.default_rng(77).uniform(0.05, 0.2, (8, 5)).tolist()
 ]
 ROBOTS = {
     "amoro": AMORO,

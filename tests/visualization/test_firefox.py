@@ -45,7 +45,7 @@ def firefox(tmp_path_factory):
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("name", ["run", "biglide", "map"])
+@pytest.mark.parametrize("name", ["run", "map"])
 def test_the_same_is_seen_as_in_chromium(firefox, pages, name):
     firefox.open(pages[name], **SIZE)
     assert firefox.errors == []
