@@ -1,7 +1,12 @@
 """What several test files draw from: the source's reference numbers, robots and poses."""
 
 import json
+import os
 from collections import Counter
+
+# One test runs on each core: threads of the linear algebra would only wait for each other.
+# Before NumPy is imported in the processes that run the tests, which inherit it.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import hypothesis
 import numpy as np

@@ -46,6 +46,14 @@ ROOMS = {  # room: its tests, less those that take long or are about other proce
         "tests/simulation", "tests/test_bad_input.py", "tests/control/test_loads.py", "tests/models/test_compiled.py",
         "-k", "not twelve_lines and not tracker and not compiled_models and not processes and not machine_code",
     ),
+    "planning": (
+        "tests/planning", "tests/singularities/test_path.py", "--ignore=tests/planning/test_loads.py",
+        "-k", "not pictures and not by_way_of_a_pose and not random_problems and not too_little_acceleration",
+    ),
+    "paths": (
+        "tests/paths", "--ignore=tests/paths/test_timing_by_collocation.py",
+        "-k", "not what_is_kept_and_what_does_not_fit and not grazes_a_locus",
+    ),
     "grading": tuple(f"tests/grading/test_{name}.py" for name in "judge values relations results".split()),
 }  # fmt: skip
 # What those that are left by these, and not justified, must pass too: in a process of its own, so that what is made
@@ -60,6 +68,8 @@ SLOW = {
         "tests/singularities/test_dexterous.py", "tests/singularities/test_inscribed.py", "tests/planning/test_keep.py",
         "tests/planning/test_loads.py", "tests/singularities/test_aspect_families.py", "-k", "not nothing_asked",
     ),
+    "planning": ("tests/planning/test_loads.py",),
+    "paths": ("tests/paths/test_timing_by_collocation.py", "tests/cli/test_draw.py"),
 }  # fmt: skip
 # Of grading what gives the points: the rest is about processes, files and words.
 FILES = {"grading": ["judge.py", "values.py", "relations.py", "results.py", "exercise.py"]}

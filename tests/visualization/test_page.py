@@ -14,7 +14,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.cli import main
-from fivebar.linkages import GRAVITY, PRESSES, FiveBarLinkage, FourBar, SliderCrank, study
+from fivebar.linkages import GRAVITY, PRESSES, FiveBarLinkage, FourBar, study
 from fivebar.visualization import document
 from fivebar.visualization.pages import runs
 from fivebar.visualization.pages.linked import story
@@ -548,7 +548,7 @@ def test_ten_seconds_fit(tmp_path):
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("speed", [2.0, -2.0])
+@pytest.mark.parametrize("speed", [-2.0])
 def test_study_over_the_crank_angle(opened, tmp_path, speed):  # noqa: F811
     result = study(FourBar(0.2, 0.06, 0.16, 0.14, point=(0.08, 0.05)), speed=speed)
     page = opened(written(result, tmp_path))
@@ -595,7 +595,6 @@ def test_study_over_the_crank_angle(opened, tmp_path, speed):  # noqa: F811
     "result",
     [
         lambda: study(PRESSES["repaired"][0], turns=2, speed=2.0, gravity=GRAVITY),
-        lambda: study(SliderCrank(0.05, 0.15, 0.02)),
         lambda: study(FiveBarLinkage(fb.FiveBar(), (1, 2)), drive="swing"),
         lambda: study(
             PRESSES["printed"][0], drive="until-lock", speed=2.0, start=np.radians(160.24)

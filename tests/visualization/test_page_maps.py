@@ -41,7 +41,7 @@ def columns(page, names):
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", ["unequal", "biglide"])
 def test_models_of_the_page_are_those_of_python(opened, tmp_path, name):  # noqa: F811
     robot = ROBOTS[name]
     page = opened(written(tmp_path, robot)[1])
@@ -270,7 +270,7 @@ def test_csv_and_png(opened, tmp_path):  # noqa: F811
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("field", ["transmission_angle", "condition_A", "sigma_min_B"])
+@pytest.mark.parametrize("field", ["transmission_angle", "sigma_min_B"])
 def test_every_kind_of_field(opened, tmp_path, field):  # noqa: F811
     page = opened(written(tmp_path, UNEQUAL, field)[1])
     low, high = page.evaluate("[mapper.low, mapper.high]")

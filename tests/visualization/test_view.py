@@ -180,7 +180,7 @@ def test_the_robot_looks_as_it_did(opened, run):
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize(("width", "height", "scheme"), [(390, 844, "dark"), (1280, 720, "light")])
+@pytest.mark.parametrize(("width", "height", "scheme"), [(390, 844, "dark")])
 def test_page_fits_phones_and_dark_rooms(opened, run, width, height, scheme):
     scene = view.scene(
         ROBOT, run, view.SHOWS, title="a title that takes more than one line on a phone"
@@ -216,7 +216,7 @@ def test_page_fits_phones_and_dark_rooms(opened, run, width, height, scheme):
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("start", [0.0, 7.0])
+@pytest.mark.parametrize("start", [7.0])
 def test_motion_plays_in_real_time_and_over_again(opened, start):
     page = opened(two_bar_scene(np.linspace(0, 2, 301) + start))
     assert page.evaluate("[data.duration, data.start]") == pytest.approx([2, start])
@@ -278,7 +278,7 @@ def test_bars_are_where_the_model_says(opened, run):
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("samples", [121, 2001])
+@pytest.mark.parametrize("samples", [121])
 def test_bars_are_between_their_samples(opened, samples):
     page = opened(two_bar_scene(np.linspace(0, 2, samples)))
     for seconds in (0, 0.3, 0.841, 1.333, 2):
