@@ -1,89 +1,98 @@
 """The five-bar parallel robot and the biglide: exact models, singularities, simulation and control.
 
-`import fivebar as fb` loads NumPy and the models; everything else comes with its first use:
-`fb.simulate`, `fb.aspects` and the like, and with them CasADi, SciPy, Matplotlib, meshcat and Bokeh
-where they are needed.
+Each name is imported at its first use: `fb.dgm` brings NumPy, and `fb.simulate`, `fb.aspects` and
+the like bring CasADi, SciPy, Matplotlib, meshcat and Bokeh where they are needed.
 """
 
 import typing as _typing
 from importlib import import_module as _import_module
 
 from .base import presentation as _presentation
-from .base.errors import SingularityError, UnreachableError
-from .models.dynamics import (
-    dynamic_model,
-    energy,
-    forward_dynamics,
-    gravity_torques,
-    inverse_dynamics,
-)
-from .models.geometry import Pose, dgm, igm
-from .models.kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
-from .models.links import Link
-from .models.loads import friction_torques, potential
-from .models.named_robots import ROBOTS
-from .models.robots import Biglide, FiveBar
-from .singularities.margins import Singularity, singularity, singularity_margins
 
 # Public name -> module. No module has the name of what it gives: as a package's attribute it would
 # hide it.
-_LATER = {
-    "LinkCollisions": "constraints.link_collisions",
-    "Calibration": "estimation.calibration.result",
-    "Collocation": "planning.plan",
-    "ComputedTorque": "control.laws",
-    "FeedForward": "control.laws",
-    "Identification": "estimation.identification.result",
-    "Constraints": "constraints.constraints",
-    "PD": "control.laws",
-    "Path": "paths.curve",
-    "Placement": "paths.placement",
-    "Plan": "planning.plans",
-    "PlanError": "planning.problem",
-    "Run": "simulation.run",
-    "TimedPath": "paths.timing.timed_path",
-    "TimingError": "paths.timing.time_path",
-    "Tracker": "control.tracker",
-    "Trajectory": "planning.trajectory",
+_MODULES = {
+    "Accelerations": "models.kinematics",
     "aspect": "singularities.aspects",
     "aspects": "singularities.aspects",
+    "Biglide": "models.robots",
     "calibrate": "estimation.calibration.calibrate",
+    "Calibration": "estimation.calibration.result",
     "certify": "paths.certificates.certify",
     "check_path": "constraints.path_check",
     "circle": "planning.trajectory",
+    "Collocation": "planning.plan",
     "compare": "simulation.comparison",
     "compile": "models.compiled",
+    "ComputedTorque": "control.laws",
+    "Constraints": "constraints.constraints",
     "crossing_polynomial": "planning.crossing",
     "design": "optimal_design.optimum",
     "dexterous": "singularities.dexterous",
+    "dgm": "models.geometry",
+    "dkm": "models.kinematics",
+    "dkm2": "models.kinematics",
+    "dynamic_model": "models.dynamics",
+    "energy": "models.dynamics",
     "exciting_trajectory": "estimation.identification.exciting",
     "export": "exporters.export",
+    "FeedForward": "control.laws",
+    "FiveBar": "models.robots",
+    "forward_dynamics": "models.dynamics",
+    "friction_torques": "models.loads",
     "from_csv": "planning.samples",
     "from_log": "estimation.logs.measured_runs",
+    "gravity_torques": "models.dynamics",
+    "Identification": "estimation.identification.result",
     "identify": "estimation.identification.identify",
+    "igm": "models.geometry",
+    "ikm": "models.kinematics",
+    "ikm2": "models.kinematics",
+    "Integrator": "simulation.settings",
+    "inverse_dynamics": "models.dynamics",
     "largest_disc": "constraints.disc",
     "largest_rectangle": "constraints.rectangle",
     "line": "planning.trajectory",
+    "Link": "models.links",
+    "LinkCollisions": "constraints.link_collisions",
     "locus_distance": "singularities.distance",
+    "Measurement": "simulation.settings",
     "measurement_poses": "estimation.calibration.poses",
     "page": "visualization.pages",
+    "Path": "paths.curve",
     "path": "paths.reading.read",
+    "PD": "control.laws",
     "place": "paths.placing.place",
+    "Placement": "paths.placement",
+    "Plan": "planning.plans",
     "plan": "planning.plan",
+    "PlanError": "planning.problem",
     "play": "visualization.play",
     "polynomial": "planning.trajectory",
-    "replay": "estimation.logs.replays",
+    "Pose": "models.geometry",
+    "potential": "models.loads",
+    "Rates": "models.kinematics",
     "repeatability": "estimation.calibration.repeatability",
+    "replay": "estimation.logs.replays",
+    "ROBOTS": "models.named_robots",
     "routes": "singularities.passages",
-    "Integrator": "simulation.settings",
-    "Measurement": "simulation.settings",
+    "Run": "simulation.run",
     "simulate": "simulation.simulate",
     "simulate_many": "simulation.many",
+    "Singularity": "singularities.margins",
+    "singularity": "singularities.margins",
     "singularity_loci": "singularities.loci",
     "singularity_map": "singularities.maps",
+    "singularity_margins": "singularities.margins",
+    "SingularityError": "base.errors",
     "sweep": "optimal_design.sweeping",
     "time_path": "paths.timing.time_path",
+    "TimedPath": "paths.timing.timed_path",
+    "TimingError": "paths.timing.time_path",
     "tip_error": "estimation.calibration.tip_error",
+    "Tracker": "control.tracker",
+    "Trajectory": "planning.trajectory",
+    "UnreachableError": "base.errors",
 }
 
 
@@ -102,8 +111,9 @@ _PARTS = {
 _presentation.load_presenters = lambda: _import_module(".visualization.presenters", __name__)
 
 
-if _typing.TYPE_CHECKING:  # the same, to a type checker
+if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from . import amoro, grading, linkages, optimal_design, study
+    from .base.errors import SingularityError, UnreachableError
     from .constraints.constraints import Constraints
     from .constraints.disc import largest_disc
     from .constraints.link_collisions import LinkCollisions
@@ -123,6 +133,19 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .estimation.logs.replays import replay
     from .exporters.export import export
     from .models.compiled import compile
+    from .models.dynamics import (
+        dynamic_model,
+        energy,
+        forward_dynamics,
+        gravity_torques,
+        inverse_dynamics,
+    )
+    from .models.geometry import Pose, dgm, igm
+    from .models.kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
+    from .models.links import Link
+    from .models.loads import friction_torques, potential
+    from .models.named_robots import ROBOTS
+    from .models.robots import Biglide, FiveBar
     from .optimal_design.optimum import design
     from .optimal_design.sweeping import sweep
     from .paths.certificates.certify import certify
@@ -148,6 +171,7 @@ if _typing.TYPE_CHECKING:  # the same, to a type checker
     from .singularities.distance import locus_distance
     from .singularities.loci import singularity_loci
     from .singularities.maps import singularity_map
+    from .singularities.margins import Singularity, singularity, singularity_margins
     from .singularities.passages import routes
     from .visualization import pages, plot, view
     from .visualization.pages import page
@@ -159,11 +183,11 @@ else:
             return _import_module(f".{_PARTS[name]}", __name__)
         if name == "__version__":
             return _import_module("importlib.metadata").version(__name__)
-        if name not in _LATER:
+        if name not in _MODULES:
             raise AttributeError(f"module 'fivebar' has no attribute {name!r}")
-        value = globals()[name] = getattr(_import_module(f".{_LATER[name]}", __name__), name)
+        value = globals()[name] = getattr(_import_module(f".{_MODULES[name]}", __name__), name)
         return value
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_LATER, *_PARTS])
+    return sorted([*globals(), *_MODULES, *_PARTS])

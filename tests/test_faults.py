@@ -255,7 +255,7 @@ def test_an_interrupt_at_any_time_says_so_and_leaves_nothing_half(tmp_path):
         ["design", "workspace_area", "bars", "--bound", "l1=0.05:0.3", "--bound", "l2=0.05:0.3", "--out", "f"],
         ["chart", "chip", "--quick", "--out", "g"], ["study", "ladder", "--robots", "lab", "--out", "h"],
         ["sweep", "dexterous_area", "--grid", "l1=0.1:0.2:40", "--workers", "2", "--out", "i"],
-        [*INTO["grading"], "--jobs", "2", "--out", "j"], ["calibrate", "poses.csv", "--profile", "--out", "k"],
+        [*INTO["grading"], "--jobs", "2", "--out", "j"], ["export", "--format", "mjcf", "--out", "l"], ["calibrate", "poses.csv", "--profile", "--out", "k"],
     ]  # fmt: skip
     for k in range(ROUNDS):
         with python(
@@ -265,8 +265,8 @@ def test_an_interrupt_at_any_time_says_so_and_leaves_nothing_half(tmp_path):
             env=os.environ | {"PYTHONPATH": str(ROOT)},
             start_new_session=True,
         ) as run:
-            # By then the interpreter has begun with our own code.
-            time.sleep(0.6 + draw.uniform(0, 3.0 if NIGHTLY else 0.8))
+            # By then the interpreter has begun with our own code, or nearly.
+            time.sleep(0.1 + draw.uniform(0, 3.0 if NIGHTLY else 1.3))
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(run.pid, signal.SIGINT)  # as a terminal does: to it and all that it began
             _, err = run.communicate(timeout=120)

@@ -149,6 +149,13 @@ def test_every_public_name_is_found():
         fivebar.dance  # noqa: B018
 
 
+def test_the_program_begins_before_anything_slow_is_imported():
+    """So that it answers Ctrl-C from its first moments on."""
+    code = "import fivebar.cli, sys; print([name for name in sys.modules if name in ('numpy', 'fivebar.models')])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
 def test_import_and_all_help_load_numpy_and_nothing_heavier():
     code = """import fivebar, fivebar.cli, sys
 for words in ([], *([command] for command in fivebar.cli.COMMANDS)):

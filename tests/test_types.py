@@ -61,7 +61,7 @@ def test_a_type_checker_sees_every_public_name_where_it_is():
     (block,) = (node for node in tree.body if isinstance(node, ast.If))
     told = {alias.name: node.module for node in block.body for alias in node.names}
     parts = {name: told.pop(name) for name in fb._PARTS}
-    assert told == fb._LATER and set(parts.values()) <= {None, "visualization"}
+    assert told == fb._MODULES and set(parts.values()) <= {None, "visualization"}
 
 
 @pytest.mark.deep

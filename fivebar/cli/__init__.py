@@ -1,5 +1,7 @@
 """The command line: data on stdout, messages on stderr; exit 0 done, 1 the work failed, 2 wrong
 usage.
+
+Nothing that takes time is imported before `main` begins, which answers Ctrl-C.
 """
 
 from __future__ import annotations
@@ -8,14 +10,13 @@ import argparse
 import io
 import os
 import re
+import signal
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
-from importlib.metadata import version
 
 from ..base.errors import UsageError
-from ..base.representation import printable
 
 # Command -> (the file that has it, read when it is asked for, what it does).
 COMMANDS = {
@@ -74,6 +75,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _complain(error, 1)
     except KeyboardInterrupt:
         return _complain("interrupted", 1)
+    finally:
+        if argv is None:  # The interpreter ends: it would answer Ctrl-C with a traceback.
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _run(words):
@@ -102,6 +106,8 @@ def _flush():
 
 
 def _complain(error, code):
+    from ..base.representation import printable
+
     text = ERRNO.sub(r"\3: \1", " ".join(str(error).split()))
     with suppress(OSError):  # nobody hears it
         try:  # the error may quote a file's hostile name
@@ -126,6 +132,8 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser(asked):
+    from importlib.metadata import version
+
     parser = _Parser(
         prog="fivebar", description="The five-bar parallel robot: models, control, singularities."
     )
