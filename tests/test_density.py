@@ -12,10 +12,10 @@ from tests.helpers.density import densities
 
 # Room: most syntax nodes, nodes a line, lines over 100 columns, nested comprehensions.
 LIMITS = {
-    "": (391, 2.58, 0, 0),
+    "": (441, 2.50, 0, 0),
     "amoro": (5732, 5.93, 0, 0),
     "base": (8950, 6.20, 0, 0),
-    "cli": (13194, 5.54, 0, 0),
+    "cli": (13209, 5.53, 0, 0),
     "constraints": (10871, 6.49, 0, 0),
     "control": (5840, 6.20, 0, 0),
     "estimation": (29006, 6.50, 0, 0),
@@ -27,7 +27,7 @@ LIMITS = {
     "paths": (37888, 6.37, 0, 0),
     "planning": (14673, 6.50, 0, 0),
     "simulation": (11352, 6.43, 0, 0),
-    "singularities": (18335, 6.38, 1, 0),
+    "singularities": (18335, 6.38, 0, 0),
     "study": (18072, 6.23, 0, 0),
     "visualization": (29347, 5.76, 0, 0),
 }
