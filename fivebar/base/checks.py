@@ -22,8 +22,8 @@ from .backend import HUGE, finite_numbers, is_symbolic, real_numbers
 P = ParamSpec("P")
 T = TypeVar("T")
 # Between these limits products stay far from where doubles overflow, underflow or lose digits.
-SHORTEST, LONGEST, RATIO = 1e-6, 1e6, 1e6  # m, of bars, and the longest over the shortest
-NARROWEST = 1e-12  # m, between base joints that are not in one point
+SHORTEST, LONGEST, RATIO = 1e-9, 1e9, 1e6  # m, of bars, and the longest over the shortest
+NARROWEST = 1e-12  # of the longest bar, between base joints that are not in one point
 LIGHTEST, HEAVIEST = 1e-30, 1e30  # kg, kg m^2
 
 
@@ -250,11 +250,8 @@ def size(value: object, name: str) -> float:
 
 
 def base(value: object, name: str) -> float:
-    """Rule: a distance of base joints or guides, m: 0, or from NARROWEST to LONGEST. ValueError."""
-    x = number(value, name, 0.0, sys.float_info.max)
-    if x and not NARROWEST <= x <= LONGEST:
-        raise ValueError(f"{name} = {x:g} m is outside {NARROWEST:g} to {LONGEST:g} m, and not 0")
-    return x
+    """Rule: a distance of base joints or guides, m, from 0 to LONGEST; ValueError otherwise."""
+    return number(value, name, 0.0, LONGEST)
 
 
 def inertia(value: object, name: str) -> float:
@@ -280,6 +277,14 @@ def not_too_different(lengths: dict[str, float]) -> None:
         raise ValueError(
             f"{long} = {sizes[long]:g} m is more than {RATIO:g} times {short} = {sizes[short]:g} m:"
             " rounding of the one would be as large as the effect of the other"
+        )
+
+
+def not_too_narrow(d: float, longest: float) -> None:
+    """Raise ValueError for base joints all but in one point, by the longest bar; d = 0 is one."""
+    if not is_symbolic(d) and 0 < d < NARROWEST * longest:
+        raise ValueError(
+            f"d = {d:g} m is less than {NARROWEST:g} of the longest bar, {longest:g} m, and not 0"
         )
 
 

@@ -234,8 +234,8 @@ def _range_clearance(limits, q, turns):
 
 
 def _limit(value, name):
-    # SI; limits outside of this range are typing errors.
-    return number(value, name, 1e-9, 1e9)
+    # SI; a robot of micrometres has torques of 1e-18 N m.
+    return number(value, name, 1e-24, 1e24)
 
 
 def _per_joint(value, name):

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-from ..base.backend import is_symbolic, wrap
+from ..base.backend import EPS, is_symbolic, wrap
 from ..base.checks import not_negative, size, two_numbers
 from .dyads import Crank, Slider
 from .links import Link, grouped
@@ -26,10 +26,10 @@ def must_close(what: str, lengths: dict[str, float]) -> None:
 
 
 def must_span(what: str, longest: str, lengths: dict[str, float]) -> None:
-    """Refuse a side that is longer than all others together."""
+    """Refuse a side that is longer than all others together, by more than rounding."""
     others = [name for name in lengths if name != longest]
     total = sum(lengths[name] for name in others)
-    if lengths[longest] > total:
+    if lengths[longest] > total * (1 + 8 * EPS):
         raise ValueError(
             f"this {what} can never close: {longest} = {lengths[longest]:g} m is longer than "
             f"{' + '.join(others)} = {total:g} m, by {lengths[longest] - total:.6g} m"
@@ -184,7 +184,7 @@ class FiveBar(Named):
     Raises
     ------
     ValueError
-        A value that no such robot can have; lengths outside 1e-6 to 1e6 m or in a ratio above 1e6,
+        A value that no such robot can have; lengths outside 1e-9 to 1e9 m or in a ratio above 1e6,
         masses and inertias outside 1e-30 to 1e30, whose products lose their digits.
 
     References

@@ -6,7 +6,16 @@ from dataclasses import fields
 from typing import Any, ClassVar
 
 from ..base.backend import is_symbolic
-from ..base.checks import base, inertia, moment, not_negative, not_too_different, size, two_numbers
+from ..base.checks import (
+    base,
+    inertia,
+    moment,
+    not_negative,
+    not_too_different,
+    not_too_narrow,
+    size,
+    two_numbers,
+)
 from .physics import named
 
 MAY_BE_NEGATIVE = (
@@ -50,6 +59,7 @@ def check_values(robot):
     lengths = {f.name: getattr(robot, f.name) for f in fields(robot) if f.name[0] == "l"}
     if not any(map(is_symbolic, lengths.values())):
         not_too_different(lengths)
+        not_too_narrow(robot.d, max(lengths.values()))
     for rub, own in zip(("fv1", "fv2", "fs1", "fs2"), robot.words.inertias * 2):
         value = getattr(robot, rub)
         inertia_of = getattr(robot, own)

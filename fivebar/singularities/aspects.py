@@ -18,7 +18,7 @@ from ..base.checks import instance, shown, takes
 from ..models.dyads import SINGULAR
 from ..models.geometry import task_pose
 from ..models.robots import Biglide, FiveBar
-from .biglide_loci import BiglideLoci
+from .degenerate import settled
 from .faces import SLIVER, faces
 from .leg_circles import size_of
 from .loci import singularity_loci
@@ -127,7 +127,8 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
 
     They are ordered by working mode (++, +-, -+, --), then by falling area. Areas are integrals
     along the loci. A mode in which every pose is singular has none. Parts that meet in a point only
-    are two.
+    are two. Where lengths almost sum to 0, to 3e-11 of their sum, the aspects are those of the
+    robot in which they do, which `Aspect.robot` is.
 
     Parameters
     ----------
@@ -154,13 +155,14 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
     >>> len(fb.aspects(fb.FiveBar()))
     10
     """
-    loci = singularity_loci(robot)
-    if isinstance(loci, BiglideLoci):
+    if not robot.turns:
         raise ValueError(
             "aspects: the guides of a biglide have no ends, so its aspects are strips without ends"
             " and have no area, between the lines of singularity_loci(robot).task; areas need"
             " strokes of the feet, which it does not have"
         )
+    robot = settled(robot)
+    loci = singularity_loci(robot)
 
     def active(working):
         everywhere = working in loci.everywhere

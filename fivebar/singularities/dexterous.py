@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from ..base.checks import instance, share, takes
 from ..models.robots import Biglide, FiveBar
 from .aspects import Aspect, as_kind, aspects, numbered, parts
+from .degenerate import settled
 from .leg_circles import LegCircles
 from .level_curves import LevelCurves
 from .loci import singularity_loci
@@ -81,6 +82,7 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
         return ()  # curves alone
     if det_A == sin == 0:
         return tuple(as_kind(DexterousRegion, part) for part in aspects(robot))
+    robot = settled(robot)
     circles = LegCircles(robot, sin)
     levels = LevelCurves(robot, det_A, circles)
     singular = singularity_loci(robot).everywhere

@@ -226,15 +226,13 @@ class LocusArc:
         outside = int(np.argmax(np.abs(self.z - self.z[0]) >= radius))
         low = self.s[outside - 1]
         high = self.s[outside]
-        for _ in range(5):
+        for _ in range(3):
             s = np.linspace(low, high, 33)
-            k = max(
-                int(np.argmax(np.abs(self.at(s) - self.z[0]) >= radius)),
-                1,
-            )
-            low = s[k - 1]
-            high = s[k]
-        return complex(self.at(high))
+            distance = np.abs(self.at(s) - self.z[0])
+            k = max(int(np.argmax(distance >= radius)), 1)
+            low, high = s[k - 1 : k + 1]
+        # A curve may be so near to a circle that it must be compared at the same distance.
+        return complex(self.at(np.interp(radius, distance[k - 1 : k + 1], [low, high])))
 
 
 def crossings(loops: Sequence, z: np.ndarray) -> np.ndarray:
@@ -390,16 +388,20 @@ def beside(loops: tuple, size: float) -> np.ndarray:
 
 
 def off_border(loops: tuple, size: float) -> tuple[complex, float]:
-    """Return a point inside the loops, off the middle of an arc, and its distance from them: of a
-    face however thin.
+    """Return a point inside the loops, off one of the longest arcs, and its distance from them: of
+    a face however thin.
     """
     arcs = sorted(
         (arc for loop in loops for arc in loop),
         key=lambda arc: -np.abs(np.diff(arc.z)).sum(),
     )
     for arc in arcs:
-        on, tangent = arc.curve((arc.start + arc.end) / 2)
-        z = on + 1j * tangent / np.abs(tangent) * size * 0.25 ** np.arange(1, 24)
+        # A curve may turn back in its middle, where the face has no width.
+        on, tangent = arc.curve(
+            arc.start + np.array([0.2, 0.35, 0.5, 0.65, 0.8]) * (arc.end - arc.start)
+        )
+        offsets = size * 0.25 ** np.arange(1, 24)
+        z = (on + 1j * tangent / np.abs(tangent) * offsets[:, None]).ravel()
         z = z[inside(loops, z)]
         if len(z):
             distance = np.min([each.nearest(z)[1] for each in arcs], axis=0)

@@ -359,7 +359,7 @@ def test_check_path_names_what_is_broken_and_when():
         (dict(det_A=2), "Constraints: det_A must be"),
         (dict(sin=-0.1), "Constraints: sin must be"),
         (dict(collisions=0.01), "collisions must be a LinkCollisions"),
-        (dict(torque=0.0), "Constraints: torque must be finite and from 1e-09"),
+        (dict(torque=0.0), "Constraints: torque must be finite and from 1e-24"),
         (dict(torque=(1, 2, 3)), "torque must be one number or one per joint"),
         (dict(joint_speed=-1), "joint_speed must be"),
         (dict(acceleration=(1, 1)), "acceleration must be a number"),

@@ -232,9 +232,9 @@ def test_a_point_off_the_border():
     loop = ellipse(0.3, 0.3, 0.2, cuts=(0.3, 1, TURN + 0.3))
     z, room = off_border((loop,), 1.2)
     assert z == pytest.approx(0.2, abs=1e-12) and room == pytest.approx(0.3, rel=1e-12)
-    # From the middle of the longest arc; past what is on the way, to the one that has most room there.
+    # From places on the longest arc; past what is on the way, to one that has most room there.
     z, room = off_border((loop, backwards(ellipse(0.1, 0.1, 0.2))), 1.2)
-    assert z == pytest.approx(0.2 + 0.225 * np.exp(1j * (np.pi + 0.65)), abs=1e-9)
+    assert abs(z - 0.2) == pytest.approx(0.225, abs=1e-9)
     assert room == pytest.approx(0.075, rel=1e-9)
     line = polygon(0, 1, 1j)[0]
     with pytest.raises(ArithmeticError, match="inside a face whose border is 2 arcs"):
