@@ -20,8 +20,8 @@ from ..models.geometry import task_pose
 from ..models.robots import Biglide, FiveBar
 from .degenerate import settled
 from .faces import SLIVER, faces
+from .five_bar_loci import FiveBarLoci
 from .leg_circles import size_of
-from .loci import singularity_loci
 from .locus import MODES, Vertex, pairs
 from .margins import Singularity
 from .mirror import Mirror
@@ -162,7 +162,7 @@ def aspects(robot: FiveBar) -> tuple[Aspect, ...]:
             " strokes of the feet, which it does not have"
         )
     robot = settled(robot)
-    loci = singularity_loci(robot)
+    loci = FiveBarLoci(robot)
 
     def active(working):
         everywhere = working in loci.everywhere

@@ -10,9 +10,9 @@ from ..base.checks import instance, share, takes
 from ..models.robots import Biglide, FiveBar
 from .aspects import Aspect, as_kind, aspects, numbered, parts
 from .degenerate import settled
+from .five_bar_loci import FiveBarLoci
 from .leg_circles import LegCircles
 from .level_curves import LevelCurves
-from .loci import singularity_loci
 
 # Of a margin that is not 0: with less, corners can be closer together than rounding tells apart.
 LEAST = 1e-4
@@ -85,7 +85,7 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
     robot = settled(robot)
     circles = LegCircles(robot, sin)
     levels = LevelCurves(robot, det_A, circles)
-    singular = singularity_loci(robot).everywhere
+    singular = FiveBarLoci(robot).everywhere
 
     def active(working):
         if working in singular:
