@@ -79,7 +79,9 @@ def first_guess(
     for motion, duration, end in zip(motions, durations, np.cumsum(durations)):
         times.append(end + duration * (sigma - 1))
         derivatives = [value / duration**order for order, value in enumerate(motion)]
-        rows.append(np.concatenate([*derivatives, np.zeros((len(sigma), 2))], axis=1))
+        motion = np.concatenate(derivatives, axis=1)
+        controls = problem.coordinates.first_controls(problem, motion)
+        rows.append(np.concatenate([motion, controls], axis=1))
     times = np.concatenate(times)
     table = np.concatenate(rows)
     return lambda t: _interpolated(t, times, table), durations

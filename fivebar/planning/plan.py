@@ -4,6 +4,7 @@ singularities.
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -56,12 +57,13 @@ REFINEMENTS = 12
 MOST_INTERVALS = 600
 MOST_PARTS = 8
 GUESSING = 60  # iterations of IPOPT from one of several first guesses
-LIFTS = (
-    0.03,
-    0.1,
-    0.3,
-    0.6,
-)  # of gravity, under which motions of the four bars are sought first
+POOR = 0.03  # error of intervals that are divided at once
+# Weights of the distance from the last motion, one after the other, under gravity.
+NEARING = 40  # iterations of IPOPT with each of them
+NEAR = 100.0, 10.0, 1.0, 0.1, 0.01, 0.0
+# Intervals of the first mesh in the time that a bar takes to fall by half of its length. On longer
+# ones, motions that swing look cheap and do not close.
+FALLING = 2.2
 BETTER = 0.01  # of the objective
 WORK = 6000  # points times iterations of IPOPT, about what a processor does in 1 s
 # Times the shortest way from which a plan was found: effort goes as the square of a way's length.
@@ -210,7 +212,11 @@ def plan(
             )
             for stops, paths, length in ways
         ]
-        return refuse_broken(_best(problems, collocation, began), collocation.tolerance)
+        found = None
+        if problems[0][0].fall:
+            found = _under_gravity(problems, collocation, began)
+        found = found or _best(problems, collocation, began)
+        return refuse_broken(found, collocation.tolerance)
     stops = checked_stops(point_of(start), point_of(goal), duration, via)
     problem = Problem(robot, stops, working, weights, constraints, rule)
     refuse_massless(problem)
@@ -232,12 +238,61 @@ def _mesh(intervals, durations):
     return [np.linspace(0, 1, n + 1) for n in share]
 
 
+def _intervals(problem, collocation, durations):
+    """Return how many intervals the first mesh has: enough for motions that swing."""
+    swings = FALLING * durations.sum() * math.sqrt(problem.fall / problem.length)
+    return min(max(collocation.intervals, math.ceil(swings)), MOST_INTERVALS)
+
+
+def _under_gravity(problems, collocation, began):
+    """Return the best plan found under gravity, or None.
+
+    It costs least to swing, and the way there from a motion that is held all along is too far for
+    IPOPT. So a motion near each way is sought first, then ever farther ones, each near the last:
+    the proximal point method. Each of them keeps all limits; the last one is optimal.
+    """
+    best = None
+    tried = 0
+    work = 0
+    limit = WORK * collocation.max_time / 25
+    for problem, paths, _ in problems:
+        refuse_massless(problem)
+        guess, durations = first_guess(problem, paths)
+        search = _PlanSearch(problem, collocation, began)
+        mesh = _mesh(_intervals(problem, collocation, durations), durations)
+        tried += 1
+        steps = []
+        try:
+            for near in NEAR:
+                found, plan = search.solve(mesh, durations, guess, iterations=NEARING, near=near)
+                if not found.solved:
+                    break
+                steps.append((near, mesh, found, plan))
+                parts = search.parts(plan, POOR)
+                if parts is not None and parts.sum() <= MOST_INTERVALS:
+                    mesh = _refined(mesh, parts)
+                durations = found.durations
+                guess = guess_again(plan, found)
+                if work + search.work > limit:
+                    break
+            accurate = map(search.accurate, reversed(steps))
+            plan = next((plan for plan in accurate if plan), None)
+        except PlanError:  # the time is over
+            break
+        work += search.work
+        if plan and (best is None or plan.objective < best.objective):
+            best = plan
+        if best and work > limit:
+            break
+    return best and replace(best, tried=tried)
+
+
 def _best(problems, collocation, began):
     """Return the plan refined from the best of several first guesses.
 
     problems: (problem, paths, length), the shortest first.
     """
-    candidates = []
+    candidates: list[_Candidate] = []
     tried = 0
     work = 0
     last = None
@@ -248,16 +303,15 @@ def _best(problems, collocation, began):
             break
         guess, durations = first_guess(problem, paths)
         search = _PlanSearch(problem, collocation, began)
-        mesh = _mesh(collocation.intervals, durations)
+        mesh = _mesh(_intervals(problem, collocation, durations), durations)
         tried += 1
+        search.first = durations, guess
         try:
-            durations, guess = search.first = search.lifted(mesh, durations, guess)
             solution, plan = search.solve(mesh, durations, guess, iterations=GUESSING)
         except PlanError as error:
             last = error
             break
-        intervals = sum(each.intervals * each.iterations for each in search.meshes)
-        work += len(problem.scheme.c) * intervals
+        work += search.work
         if solution.solved:
             candidates.append(_Candidate(length, search, mesh, solution, plan))
         if last is None:
@@ -312,19 +366,28 @@ class _PlanSearch:
         self.best = None
         self.refinements = 0  # best: the last converged plan
 
-    def lifted(self, mesh, durations, guess):
-        """Return (durations, guess), with gravity from motions under ever more of it."""
-        for share in LIFTS if self.problem.fall else ():
-            robot = self.problem.robot
-            lighter = replace(robot, gravity=tuple(share * g for g in robot.gravity))
-            problem = replace(self.problem, robot=lighter)
-            search = _PlanSearch(problem, self.collocation, self.began)
-            found, plan = search.solve(mesh, durations, guess, iterations=GUESSING)
-            self.meshes += search.meshes
-            if found.solved:
-                durations = found.durations
-                guess = guess_again(plan, found)
-        return durations, guess
+    def accurate(self, step):
+        """Return the accurate Plan nearest to a step under gravity; None if none is found.
+
+        step: the weight of the distance from the guess in it, mesh, PlanSolution, Plan.
+        """
+        weight, mesh, found, plan = step
+        near = NEAR[0] if weight else 0.0
+        while (parts := self.parts(plan)) is not None:
+            if parts.sum() > MOST_INTERVALS:
+                return None
+            mesh = _refined(mesh, parts)
+            guess = guess_again(plan, found)
+            found, plan = self.solve(mesh, found.durations, guess, iterations=GUESSING, near=near)
+            if not found.solved:
+                return None
+        return replace(plan, status="Feasible_Point_Found") if weight else plan
+
+    @property
+    def work(self) -> int:
+        """Return points times iterations of IPOPT, on all meshes."""
+        steps = sum(each.intervals * each.iterations for each in self.meshes)
+        return len(self.problem.scheme.c) * steps
 
     def run(self, mesh, durations, guess):
         self.first = durations, guess
@@ -333,8 +396,11 @@ class _PlanSearch:
             mesh, found, plan = self.refine(mesh, found, plan, parts)
         return plan
 
-    def parts(self, plan):
-        """Return into how many parts to divide each interval; None where the plan is accurate."""
+    def parts(self, plan, allowed=None):
+        """Return into how many parts to divide each interval; None where the plan is accurate.
+
+        allowed: the error with which an interval is left, the tolerance if not given.
+        """
         excess = np.nan_to_num(plan._relative_defects, nan=1.0)  # nan: out of reach between nodes
         for name, value in plan._exceeded.items():
             excess = np.fmax(
@@ -344,7 +410,7 @@ class _PlanSearch:
         order = len(self.problem.scheme.c)  # of the defect between nodes
         needed = np.ceil((2 * excess / self.tolerance) ** (1 / order))
         parts = np.clip(needed, 2, MOST_PARTS).astype(int)
-        parts[excess <= self.tolerance] = 1
+        parts[excess <= (allowed or self.tolerance)] = 1
         return parts if parts.max() > 1 else None
 
     def refine(self, mesh, found, plan, parts):
@@ -363,7 +429,7 @@ class _PlanSearch:
         found, plan = self.solve(mesh, durations, guess)
         return (found, plan) if found.solved else self.recover(mesh, found, plan)
 
-    def solve(self, mesh, durations, guess, elastic=False, iterations=None):
+    def solve(self, mesh, durations, guess, elastic=False, iterations=None, near=0.0):
         left = self.collocation.max_time - self.worked
         found = solve(
             self.problem,
@@ -373,6 +439,7 @@ class _PlanSearch:
             left,
             elastic,
             iterations,
+            near,
         )
         plan = Plan(self.problem, found.pieces, found.objective, found.status)
         done = len(plan.pieces.xi), found.iterations, found.objective, plan.error

@@ -76,7 +76,8 @@ class Plan(Animated):
     objective : float
         Its value, SI.
     status : str
-        IPOPT's return status.
+        IPOPT's return status; "Feasible_Point_Found" of a motion under gravity that keeps all
+        limits but was not optimized to the end: a longer `max_time` may find a better one.
     meshes : tuple of PlanMesh
         The solutions on the way, mesh by mesh.
     solve_time : float

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..models.compiled import minimized
 from .collocation import LIMITS, Pieces
+from .derivatives import Derivatives
 
 if TYPE_CHECKING:
     from .guess import Guess
@@ -51,6 +52,7 @@ def solve(
     max_time: float,
     elastic: bool = False,
     iterations: int | None = None,
+    near: float = 0.0,
 ) -> PlanSolution:
     """Solve a problem on one mesh.
 
@@ -60,20 +62,27 @@ def solve(
     max_time: s of the processor.
     elastic: instead of the objective, minimize by what parts the limits are exceeded.
     iterations: of IPOPT at most, if not MOST_ITERATIONS.
+    near: weight, beside the objective, of the mean square distance from the guess.
     """
     program = NonlinearProgram(problem, mesh, durations, elastic)
     program.keep_motion()
     program.keep_limits()
     program.keep_stops()
     cost = program.cost()
+    if near:
+        cost = cost + near * program.distance(durations, guess)
     variables = ca.vertcat(*map(ca.vec, program.variables))
     low, high = program.bounds()
-    nlp = {
-        "x": variables,
-        "f": ca.sum1(program.slack) + REGULARIZING * cost if elastic else cost,
-        "g": ca.vertcat(*program.constraints),
-    }
-    options = {
+    derivatives = Derivatives(
+        program.point,
+        program.variables,
+        program.at_points,
+        program.outputs,
+        ca.sum1(program.slack) + REGULARIZING * cost if elastic else cost,
+        ca.vertcat(*program.constraints),
+    )
+    nlp = {"x": variables, "f": derivatives.objective, "g": derivatives.constraints}
+    options = derivatives.options | {
         "show_eval_warnings": False,
         "ipopt.max_iter": iterations or MOST_ITERATIONS,
         # IPOPT's processor time is that of all threads.
@@ -95,10 +104,10 @@ def solve(
     unpack = ca.Function(
         "unpack",
         [variables],
-        [*program.variables, program.tau],
+        [*program.variables, derivatives.outputs[1], program.distance(durations, guess)],
     )
-    solution = [matrix.full().T for matrix in unpack(result["x"])]
-    objective = float(result["f"]) * program.cost_unit
+    *solution, distance = [matrix.full().T for matrix in unpack(result["x"])]
+    objective = (float(result["f"]) - near * distance.item()) * program.cost_unit
     status = stats["return_status"]
     iterations = int(stats["iter_count"])
     pieces, durations, controls, slack = program.in_si(solution)
@@ -145,7 +154,10 @@ class NonlinearProgram:
         self.total = ca.sum1(phases)
         widths = ca.MX(ca.DM(np.concatenate([np.diff(knots) for knots in mesh])))
         self.h = (widths * phases[np.repeat(np.arange(len(mesh)), sizes).tolist(), 0]).T
-        at_points = _point(self).map(points)(*self.at_points)
+        self.point = _point(self)
+        self.outputs = [
+            ca.MX.sym(f"y{k}", self.point.size1_out(k), points) for k in range(self.point.n_out())
+        ]
         (
             self.dynamics,
             self.tau,
@@ -153,7 +165,7 @@ class NonlinearProgram:
             self.q_dot,
             self.xi_ddot,
             self.kept,
-        ) = at_points
+        ) = self.outputs
         self.constraints = []
         self.lower = []
         self.upper = []
@@ -182,7 +194,7 @@ class NonlinearProgram:
             self.at_knots,
             self.at_points,
         )
-        interval = _interval(self.rule, self.coordinates.size).map(self.count)
+        interval = _interval(self).map(self.count)
         on_xi, on_xi_dot, end, end_dot = interval(
             xi[:, :-1],
             xi_dot[:, :-1],
@@ -294,6 +306,12 @@ class NonlinearProgram:
         cost = sum(weights[name] * units[name] * terms[name] for name in terms if weights[name])
         return cost / self.cost_unit
 
+    def distance(self, durations, guess):
+        """Return the mean square distance of the points from those of a guess, scaled."""
+        units = self.coordinates.units(self.problem)
+        points = guess(self.rule.nodes(knots_of(self.mesh, durations)))[:, : len(units)]
+        return ca.sumsqr(self.at_points[0] - ca.DM((points / units).T)) / len(points)
+
     def values(self, durations, guess):
         """Return the guess as one column; n columns of a matrix are n rows here."""
         own = self.coordinates.units(self.problem)
@@ -367,8 +385,10 @@ def knots_of(mesh, durations):
     return np.concatenate([*times, starts[-1:]])
 
 
-def _interval(rule, size):
+def _interval(program):
     """Return (c, c', h, c'' at the points) -> (c, c' at the points, both at the end), scaled."""
+    rule = program.rule
+    size = program.coordinates.size
     x = ca.SX.sym("x", size)
     v = ca.SX.sym("v", size)
     h = ca.SX.sym("h")
@@ -377,11 +397,13 @@ def _interval(rule, size):
     _, single, double = rule.powers(places)
     xs = [x + h * (sigma * v + h * (a @ ca.DM(row))) for sigma, row in zip(places, double)]
     vs = [v + h * (a @ ca.DM(row)) for row in single]
+    end = xs.pop()
+    end, end_dot = program.coordinates.at_knot(program, end, vs[-1])
     outputs = [
-        ca.horzcat(*xs[:-1]),
+        ca.horzcat(*xs),
         ca.horzcat(*vs[:-1]),
-        xs[-1],
-        vs[-1],
+        end,
+        end_dot,
     ]
     return ca.Function("interval", [x, v, h, a], outputs)
 

@@ -1,0 +1,148 @@
+"""Plans of robots that stand upright: their weight, larger than the forces of the motion, may swing them."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+import fivebar as fb
+from fivebar.models.charts import BarAngles
+from fivebar.models.four_joints import bars_pose, closed, loop_gap
+from fivebar.planning.collocation import scheme
+from fivebar.planning.coordinates import bars
+from fivebar.planning.derivatives import Derivatives
+from fivebar.planning.problem import Problem, checked_weights
+
+DOWN = (0.0, -9.81)
+HEAVY = fb.FiveBar.from_links(
+    0.09, 0.1, 0.08, 0.09, 0.12,
+    {"11": 0.1, "12": 0.08, "21": 0.1, "22": 0.08}, payload=0.2, gravity=DOWN, rotor=(1e-4, 2e-4),
+)  # fmt: skip
+LARGE = fb.FiveBar.from_links(
+    0.3, 0.4, 0.3, 0.4, 0.25,
+    {"11": 1.0, "12": 0.8, "21": 1.0, "22": 0.8}, payload=1.0, gravity=DOWN, rotor=(5e-3, 5e-3),
+)  # fmt: skip
+LAB = fb.FiveBar(gravity=DOWN)
+# Robot, active joints and assembly mode at both ends, duration.
+PAIRS = [
+    (HEAVY, ((0.0733, 2.7929), -1), ((-0.4754, 2.0318), -1), 2.1),
+    (LAB, ((0.5, 2.2), -1), ((1.2, 2.9), -1), 1.5),
+    (LARGE, ((0.9, 2.0), -1), ((2.4, 1.1), 1), 2.0),
+]
+
+
+def balance(plan):
+    """The largest difference of the energy's change and the torques' work, over the largest energy."""
+    t = np.linspace(0, plan.duration, 20001)
+    rates = plan.accelerations(t).rates
+    energy = fb.energy(rates) + fb.potential(rates.pose)
+    power = (plan.tau(t) * rates.q_dot).sum(axis=1)
+    work = np.append(0.0, np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(t)))
+    return np.abs(energy - energy[0] - work).max() / np.ptp(energy)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("robot, start, goal, duration", PAIRS)
+def test_between_poses_of_upright_robots(robot, start, goal, duration):
+    poses = [fb.dgm(robot, *each) for each in (start, goal)]
+    plan = fb.plan(robot, *poses, duration)
+    assert plan.error < 1e-3
+    assert plan.status in ("Solve_Succeeded", "Feasible_Point_Found")
+    np.testing.assert_allclose(plan(np.array([duration]))[0][0], poses[1].xi, atol=1e-6)
+    t = np.linspace(0, duration, 20001)
+    effort = np.trapezoid((plan.tau(t) ** 2).sum(axis=1), t)
+    assert plan.objective == pytest.approx(effort, rel=1e-3)
+    assert np.hypot(*loop_gap(bars_pose(robot, tuple(plan.motion(t)[:, :4].T)))).max() < 1e-5
+    assert balance(plan) < 2e-3
+
+
+def test_more_time_makes_no_worse_plan():
+    robot, start, goal, duration = PAIRS[0]
+    poses = [fb.dgm(robot, *each) for each in (start, goal)]
+    quick, slow = (
+        fb.plan(robot, *poses, duration, collocation=fb.Collocation(max_time=max_time))
+        for max_time in (10.0, 60.0)
+    )
+    assert slow.objective <= quick.objective * 1.001
+
+
+def test_first_torques_explain_a_motion_as_well_as_small_ones_can():
+    pose = fb.igm(HEAVY, (0.01, 0.13), (-1, -1))
+    stops = ({0: bars(pose), 1: np.zeros(4)}, 0.0), ({0: bars(pose), 1: np.zeros(4)}, 1.0)
+    problem = Problem(
+        HEAVY, stops, None, checked_weights("effort"), fb.Constraints(), scheme("legendre-gauss", 3)
+    )
+    motion = np.concatenate([bars(pose), np.zeros(4), [3.0, -2.0, 1.0, 5.0]])[None]
+    torques = problem.coordinates.first_controls(problem, motion)[0]
+    weight = problem.mass * problem.fall * problem.lever
+
+    def off(torques):
+        state = fb.forward_dynamics(problem.accelerations(motion[0]).rates, torques)
+        missing = (
+            (motion[0, 8:] - np.array(BarAngles().accelerations(state)))
+            * problem.length
+            / problem.fall
+        )
+        return missing @ missing + torques @ torques / weight**2
+
+    best = minimize(off, np.zeros(2), tol=1e-14)
+    np.testing.assert_allclose(torques, best.x, atol=1e-6 * weight)
+    none = problem.coordinates.first_controls(replace(problem, robot=fb.FiveBar()), motion)
+    assert not none.any()
+
+
+def test_an_interval_ends_on_the_closed_loop():
+    pose = fb.igm(HEAVY, (0.01, 0.13), (-1, -1))
+    open_bars = bars(pose) + (1e-3, -2e-3, 1.5e-3, 1e-3)
+    rates = np.array([0.1, -0.2, 0.3, 0.2])
+    closed_bars, closed_rates = (
+        np.array(each) for each in closed(HEAVY, tuple(open_bars), tuple(rates))[:2]
+    )
+    assert np.hypot(*loop_gap(bars_pose(HEAVY, tuple(closed_bars)))) < 1e-6
+    assert np.abs(closed_bars - open_bars).max() < 3e-3 and np.abs(closed_rates - rates).max() < 0.5
+
+
+def test_derivatives_are_those_of_casadi():
+    """Of a program of 5 points whose outputs meet in sums, products and the objective."""
+    rng = np.random.default_rng(3)
+    a, b = ca.SX.sym("a", 2), ca.SX.sym("b")
+    point = ca.Function(
+        "point", [a, b], [ca.vertcat(ca.sin(a[0] * b), a[1] ** 2 * b), ca.exp(a[0]) * a[1]]
+    )
+    count = 5
+    free, at_points = ca.MX.sym("free", 3), [ca.MX.sym("a", 2, count), ca.MX.sym("b", 1, count)]
+    outputs = [ca.MX.sym("u", 2, count), ca.MX.sym("v", 1, count)]
+
+    def goal(u, v):
+        return ca.sumsqr(u[0, :]) + free[0] * ca.sum2(v) + ca.sumsqr(free)
+
+    def limits(u, v):
+        return ca.vertcat(u[0, :].T * free[1], v.T - at_points[1].T, ca.sum2(u[1, :] * v) + free[2])
+
+    variables = [free, *at_points]
+    found = Derivatives(point, variables, at_points, outputs, goal(*outputs), limits(*outputs))
+    x = ca.MX.sym("x", 3 + 3 * count)
+    parts = [
+        x[:3],
+        ca.reshape(x[3 : 3 + 2 * count], 2, count),
+        ca.reshape(x[3 + 2 * count :], 1, count),
+    ]
+    whole = ca.Function(
+        "whole",
+        variables,
+        [goal(*point.map(count)(*at_points)), limits(*point.map(count)(*at_points))],
+    )
+    f, g = whole(*parts)
+    weights = ca.MX.sym("f"), ca.MX.sym("g", g.numel())
+    gamma = weights[0] * f + ca.dot(weights[1], g)
+    own = ca.Function(
+        "own", [x, *weights], [g, ca.jacobian(g, x), ca.triu(ca.hessian(gamma, x)[0])]
+    )
+    numbers = rng.normal(size=x.numel()), rng.normal(), rng.normal(size=g.numel())
+    expected = [each.full() for each in own(*numbers)]
+    jacobian = found.options["jac_g"](numbers[0], [])
+    hessian = found.options["hess_lag"](numbers[0], [], *numbers[1:])
+    for each, value in zip(expected, (*jacobian, hessian), strict=True):
+        np.testing.assert_allclose(value.full(), each, rtol=1e-13, atol=1e-13)
