@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 from collections import Counter
 
 # One test runs on each core: threads of the linear algebra would only wait for each other.
@@ -16,6 +17,8 @@ import fivebar as fb
 from tests.helpers import DATA
 from tests.helpers.needs import lacking, need
 
+# A job in the background ignores Ctrl-C, and so would every program that a test starts and interrupts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 CLOCKED = [hypothesis.HealthCheck.too_slow]  # a busy machine is no fault of a test's
 hypothesis.settings.register_profile(
     "fivebar", deadline=None, max_examples=60, derandomize=True, suppress_health_check=CLOCKED

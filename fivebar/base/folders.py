@@ -22,14 +22,15 @@ class FolderError(ValueError, UsageError):
 
 
 @contextmanager
-def locked_folder(folder: Path, what: str, parts: tuple[str, ...] = ()) -> Iterator[None]:
+def locked_folder(folder: Path, what: str = "", parts: tuple[str, ...] = ()) -> Iterator[None]:
     """Make a folder, lock it, and remove the files that a killed process left half-written.
 
     Parameters
     ----------
     folder : Path
     what : str
-        The work of which another run may hold the folder, as "sweep".
+        The work of which another run may hold the folder, as "sweep". "": files are only written
+        there, and this run waits until the other has written its own.
     parts : tuple of str
         Folders in it that are made and cleared, too.
 
@@ -52,7 +53,11 @@ def locked_folder(folder: Path, what: str, parts: tuple[str, ...] = ()) -> Itera
     except ValueError as error:  # letters that no name may have
         raise FolderError(f"out: {str(folder)!r}: {error}") from None
     try:
-        _lock(handle, f"out: another {what} writes to {folder}: wait for its end, or give another")
+        _lock(
+            handle,
+            f"out: another {what} writes to {folder}: wait for its end, or give another",
+            wait=not what,
+        )
         if not os.access(folder, os.W_OK):
             raise PermissionError(errno.EACCES, "the folder is read-only", str(folder))
         for place in places:
@@ -65,11 +70,11 @@ def locked_folder(folder: Path, what: str, parts: tuple[str, ...] = ()) -> Itera
             os.close(handle)
 
 
-def _lock(handle, message):
+def _lock(handle, message, wait):
     """Lock an open folder until the process ends, however that ends."""
     try:
         if fcntl:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
     except BlockingIOError:
         raise FolderError(message) from None
     except OSError:

@@ -24,6 +24,7 @@ import pickle
 import shutil
 import signal
 import threading
+import traceback
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -265,9 +266,22 @@ def _result(future, number):
     except CancelledError:
         raise WorkersDied(f"the executor gave up chunk {number}: its workers are gone") from None
     except Exception as error:
-        if not type(error).__module__.startswith(("distributed", "dask")):
+        if not _is_of_cluster(error):
             raise
         raise WorkersDied(f"the executor gave up chunk {number}: {error!r}") from None
+
+
+def _is_of_cluster(error):
+    """Return whether Dask raised it, and not what it computes.
+
+    A cluster that goes away raises errors of any type: a result that comes while its future is
+    cancelled is taken for an exception, and an array is none.
+    """
+    where = [type(error).__module__]
+    if error.__traceback__:
+        *_, (frame, _) = traceback.walk_tb(error.__traceback__)
+        where.append(frame.f_globals.get("__name__", ""))
+    return any(name.startswith(("distributed.", "dask.")) for name in where)
 
 
 def _has_failed(future):

@@ -7,6 +7,7 @@ from argparse import _SubParsersAction
 from pathlib import Path
 
 from ..base.errors import UsageError
+from ..base.folders import locked_folder
 from ..base.tables import written
 from .options import JSON, add_options, parse_values, print_json, usage_errors
 from .robot_options import add_robot_options, chosen_robot
@@ -89,14 +90,14 @@ def _calibrate(arguments):
     else:
         print(text)
     if folder := arguments.out:
-        folder.mkdir(parents=True, exist_ok=True)
         names = "calibration.png", "calibration.json", "calibration.txt", "robot.toml"
         files = [folder / name for name in names]
-        result.plot(files[0])
-        result.to_json(files[1])
-        with written(files[2]) as file:
-            file.write(text + "\n")
-        result.to_toml(files[3])
+        with locked_folder(folder):
+            result.plot(files[0])
+            result.to_json(files[1])
+            with written(files[2]) as file:
+                file.write(text + "\n")
+            result.to_toml(files[3])
         print(*files, sep="\n", file=sys.stderr if arguments.json else sys.stdout)
 
 

@@ -7,6 +7,7 @@ from argparse import _SubParsersAction
 from contextlib import nullcontext
 
 from ..base.errors import UsageError
+from ..base.folders import locked_folder
 from .options import JSON, add_options, check_ending, parse_values, print_json
 from .robot_options import add_robot_options, chosen_robot
 from .task_options import (
@@ -93,10 +94,10 @@ def _show(arguments, result):
     if arguments.out and is_front:
         result.save(arguments.out)
     elif arguments.out:
-        arguments.out.mkdir(parents=True, exist_ok=True)
-        result.save(arguments.out / "design.json")
-        result.to_robot_file(arguments.out / "robot.json")
-        result.plot(arguments.out / "robot.png")
+        with locked_folder(arguments.out):
+            result.save(arguments.out / "design.json")
+            result.to_robot_file(arguments.out / "robot.json")
+            result.plot(arguments.out / "robot.png")
     if arguments.plot:
         result.plot(arguments.plot)
     for path in filter(None, (arguments.out, arguments.plot)):

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import UsageError
+from ..base.folders import locked_folder
 from .options import (
     JSON,
     WORKING,
@@ -257,7 +258,6 @@ def _written(arguments, robot, path, working, run, table, down, error):
     from ..paths import strokes
     from ..visualization.plot.drawing import drawing
 
-    arguments.out.mkdir(parents=True, exist_ok=True)
     files = [arguments.out / name for name in ("drawing.png", "setpoints.csv", "run.csv")]
     rows = strokes.runs(down)
     picture = drawing(
@@ -268,9 +268,10 @@ def _written(arguments, robot, path, working, run, table, down, error):
         [error[row] for row in rows],
         f"drawn in {run.t[-1]:.4g} s, within {1e6 * error[down].max():.3g} µm",
     )
-    saved(picture, files[0], dpi=150)
-    table.to_csv(files[1], arguments.angles)
-    run.to_csv(files[2])
+    with locked_folder(arguments.out):
+        saved(picture, files[0], dpi=150)
+        table.to_csv(files[1], arguments.angles)
+        run.to_csv(files[2])
     return files
 
 

@@ -6,6 +6,7 @@ from argparse import _SubParsersAction
 from pathlib import Path
 
 from ..base.errors import UsageError
+from ..base.folders import locked_folder
 from .options import JSON, add_options, print_json, used_options
 from .robot_options import add_robot_options, chosen_robot
 
@@ -58,11 +59,11 @@ def _identify(arguments):
     )
     files = []
     if folder := arguments.out:
-        folder.mkdir(parents=True, exist_ok=True)
         names = "robot.toml", "identification.json", "torques.png"
         files = [folder / name for name in names]
-        for write, file in zip((result.to_toml, result.to_json, result.plot), files):
-            write(file)
+        with locked_folder(folder):
+            for write, file in zip((result.to_toml, result.to_json, result.plot), files):
+                write(file)
     if arguments.json:
         print_json({**result.table, "files": files})
     else:

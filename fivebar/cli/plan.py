@@ -7,6 +7,7 @@ from argparse import _SubParsersAction
 import numpy as np
 
 from ..base.errors import SingularityError, UsageError
+from ..base.folders import locked_folder
 from ..models.geometry import igm
 from .options import (
     JSON,
@@ -136,11 +137,11 @@ def _written(arguments, robot, plan):
     """Return the plan's own table, its picture and its setpoints, in their folder."""
     from ..paths.setpoints import setpoints
 
-    arguments.out.mkdir(parents=True, exist_ok=True)
     files = [arguments.out / name for name in ("plan.csv", "plan.png", "setpoints.csv")]
-    plan.to_csv(files[0])
-    plan.plot(files[1])
-    setpoints(robot, plan, arguments.rate).to_csv(files[2], arguments.angles)
+    with locked_folder(arguments.out):
+        plan.to_csv(files[0])
+        plan.plot(files[1])
+        setpoints(robot, plan, arguments.rate).to_csv(files[2], arguments.angles)
     return files
 
 

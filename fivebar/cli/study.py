@@ -26,6 +26,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 def _ladder(arguments):
     from ..base.errors import UsageError
+    from ..base.folders import locked_folder
     from ..base.progress import progress
     from ..base.tables import saved, written
     from ..study.ladder import CASES, RUNGS, climb, figure, table
@@ -40,9 +41,10 @@ def _ladder(arguments):
     header, rows = table(rungs)
     if arguments.out:
         paths = arguments.out / "ladder.csv", arguments.out / "ladder.png"
-        with written(paths[0]) as file:
-            csv.writer(file).writerows([header, *rows])
-        saved(figure(rungs), paths[1], dpi=150, bbox_inches="tight")
+        with locked_folder(arguments.out):
+            with written(paths[0]) as file:
+                csv.writer(file).writerows([header, *rows])
+            saved(figure(rungs), paths[1], dpi=150, bbox_inches="tight")
         print(*paths, sep="\n", file=sys.stderr)
     if arguments.json:
         print_json([dict(zip(header, row)) for row in rows])

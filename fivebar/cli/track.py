@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import UsageError
+from ..base.folders import locked_folder
 from ..control.laws import PD, ComputedTorque
 from ..models.robots import FiveBar
 from ..planning.samples import from_csv
@@ -180,12 +181,12 @@ def _compare(arguments):
     comparison = compare(runs)
     files = []
     if arguments.out:
-        arguments.out.mkdir(parents=True, exist_ok=True)
         files.append(arguments.out / "comparison.png")
-        comparison.plot(files[0])
-        for name, run in runs.items():
-            files.append(arguments.out / f"{name}.csv")
-            run.to_csv(files[-1])
+        with locked_folder(arguments.out):
+            comparison.plot(files[0])
+            for name, run in runs.items():
+                files.append(arguments.out / f"{name}.csv")
+                run.to_csv(files[-1])
     if arguments.page:
         page(runs, arguments.page)
         files.append(arguments.page)
@@ -271,9 +272,9 @@ def _print_table(robot, figures):
 
 
 def _write(run, folder):
-    folder.mkdir(parents=True, exist_ok=True)
     paths = folder / "run.csv", folder / "tracking.png", folder / "animation.html"
-    run.to_csv(paths[0])
-    run.plot(paths[1])
-    run.animate(paths[2])
+    with locked_folder(folder):
+        run.to_csv(paths[0])
+        run.plot(paths[1])
+        run.animate(paths[2])
     return paths

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..base.checks import number, strings, table_of, text
+from ..base.folders import locked_folder
 from ..base.presentation import Paged, Plotted
 from ..base.representation import one_line
 from ..base.tables import STRANGE, TextFile, write, written
@@ -199,15 +200,15 @@ class Front(Plotted, Paged):
         """
         folder = Path(folder)
         robots = folder / ROBOTS
-        robots.mkdir(parents=True, exist_ok=True)
-        for file in robots.glob("[0-9][0-9]*.json"):  # of a front that was here before
-            file.unlink()
-        _save(folder / FRONT, self.designs)
-        self.to_csv(folder / "front.csv")
-        self.plot(folder / "front.png")
-        for k, design in enumerate(self.designs, start=1):
-            design.to_robot_file(robots / f"{k:02d}.json")
-        self.page(folder / "index.html")
+        with locked_folder(folder, parts=(ROBOTS,)):
+            for file in robots.glob("[0-9][0-9]*.json"):  # of a front that was here before
+                file.unlink()
+            _save(folder / FRONT, self.designs)
+            self.to_csv(folder / "front.csv")
+            self.plot(folder / "front.png")
+            for k, design in enumerate(self.designs, start=1):
+                design.to_robot_file(robots / f"{k:02d}.json")
+            self.page(folder / "index.html")
 
     @classmethod
     def load(cls, folder: str | os.PathLike) -> Front:

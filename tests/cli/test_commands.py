@@ -98,7 +98,7 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
             1,
             "unreachable: left leg",
         ),
-        (["demo", "--out", "/dev/null/x"], 1, "Not a directory"),
+        (["demo", "--out", "/dev/null/x"], 2, "/dev/null/x is not a folder"),
         (["map", "--out", "map.jpeg"], 2, "--out must end in .png, .svg or .pdf"),
         (["map", "--graph", "graph.jpeg"], 2, "--graph must end in .png, .svg or .pdf"),
         (["map", "--data", "map.txt"], 2, "--data must end in .csv or .npz"),

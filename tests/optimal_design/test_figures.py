@@ -272,7 +272,7 @@ def test_functions_of_ones_own_and_what_they_raise():
     assert notes[1][0] == "odd: KeyError: 'too long'" and notes[2][0].startswith(
         "odd: ZeroDivisionError: "
     )
-    assert notes[3] == ["l12 = 9e+09 m is outside 1e-06 to 1e+06 m: choose another unit of length"]
+    assert notes[3] == ["l12 = 9e+09 m is outside 1e-09 to 1e+09 m: choose another unit of length"]
 
 
 def test_a_biglide_has_figures_of_ones_own_only():
