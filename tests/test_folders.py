@@ -50,7 +50,7 @@ def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path):
 
 def test_a_front_is_saved_beside_nothing_half_written(tmp_path):
     front = fb.design(
-        {"bars": "min", "table_det_A": "max"},
+        {"bars": "min", "workspace_area": "max"},
         {"l1": (0.08, 0.2), "l2": (0.08, 0.2)},
         table=(0.05, 0.04),
         points=3,
