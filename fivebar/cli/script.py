@@ -13,6 +13,11 @@ from .options import add_options, check_ending, check_positive, used_options
 
 # The package's own folder may not be on the child's path; it is put last, where it shadows nothing.
 CHILD = "import sys; sys.path.append({!r}); from fivebar.amoro.ros_free.child import main; main()"
+# Before all else the child waits for the end of a pipe, so that it ends when this process does.
+WATCH = (
+    "import os, threading; "
+    "threading.Thread(target=lambda: os.read({}, 1) or os._exit(1), daemon=True).start(); "
+)
 BACKEND = "module://fivebar.amoro.ros_free.figures"
 ENDINGS = {"plot": (".png", ".svg", ".pdf"), "animate": (".html", ".gif", ".mp4", ".webm", ".png")}
 MOST_SEED = 2**32 - 1
@@ -73,8 +78,12 @@ def _run(arguments, options):
     if not arguments.show:
         environment["MPLBACKEND"] = BACKEND
     start = CHILD.format(str(Path(__file__).parents[2]))
+    ends: tuple[int, ...] = ()
+    if os.name == "posix":  # elsewhere a child gets no descriptors
+        ends = os.pipe()[:1]  # this process never closes the other end
+        start = WATCH.format(*ends) + start
     command = [sys.executable, "-P", "-c", start, settings, arguments.script, *unknown, *rest]
-    child = subprocess.Popen(command, env=environment)
+    child = subprocess.Popen(command, env=environment, pass_fds=ends)
     code = None
     while code is None:
         with suppress(KeyboardInterrupt):  # the child got it too, and it is the script's

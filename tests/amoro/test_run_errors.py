@@ -1,10 +1,16 @@
 """`fivebar run` on scripts that cannot work: what it says, with the exit code, and the script's own traceback alone."""
 
 import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import pytest
 
 from tests.amoro.test_run import START, run
+from tests.helpers import ROOT
 
 LOOP = "while True:\n    if robot.data_updated():\n        "
 ROS = "fivebar run has no '{}': it runs the lab's scripts without ROS and Qt"
@@ -224,3 +230,26 @@ def test_what_cannot_be_written_is_said(tmp_path):
     assert (
         "No such file or directory: 'lost.csv'" in done.stderr and "0.01 s simulated" in done.stderr
     )
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are looked up in /proc")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_a_killed_command_leaves_no_script_behind(tmp_path, number):
+    """Not even one that never gives way."""
+    file = tmp_path / "endless.py"
+    file.write_text(
+        f"import os\nopen({str(tmp_path / 'pid')!r}, 'w').write(str(os.getpid()) + '\\n')\nwhile True: pass\n"
+    )
+    command = subprocess.Popen(
+        [sys.executable, "-m", "fivebar", "run", file], cwd=ROOT, start_new_session=True
+    )
+    end = time.monotonic() + 60
+    while not ((tmp_path / "pid").exists() and (tmp_path / "pid").read_text().endswith("\n")):
+        assert command.poll() is None and time.monotonic() < end
+        time.sleep(0.02)
+    place = Path("/proc", (tmp_path / "pid").read_text().strip())
+    command.send_signal(number)
+    command.wait()
+    while place.exists() and ") Z" not in (place / "stat").read_text():
+        assert time.monotonic() < end, "the script outlives the command"
+        time.sleep(0.02)
