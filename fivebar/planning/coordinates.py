@@ -188,8 +188,10 @@ class BarCoordinates:
         columns = [accelerations(weight * unit) - free for unit in np.eye(2)]
         slope = np.stack(columns, axis=-1)
         missing = motion[:, 8:] * (problem.length / problem.fall) - free
+        # Normal equations of least squares, with a ridge of 1.
         across = np.swapaxes(slope, 1, 2)
-        share = np.linalg.solve(across @ slope + np.eye(2), across @ missing[..., None])
+        normal = across @ slope + np.eye(2)
+        share = np.linalg.solve(normal, across @ missing[..., None])
         return weight * share[..., 0]
 
     def at(self, problem: Problem, conditions: dict) -> list:

@@ -20,31 +20,29 @@ class Derivatives:
     def __init__(self, point, variables, at_points, outputs, objective, constraints):
         count = at_points[0].shape[1]
         x = ca.vertcat(*map(ca.vec, variables))
-        own = [any(each is symbol for symbol in at_points) for each in variables]
-        columns = _places(variables, count, own)
-        rows = _places(outputs, count)
-        z = [ca.SX.sym(f"z{k}", each.shape[0]) for k, each in enumerate(at_points)]
-        result = ca.vertcat(*point(*z))
-        z = ca.vertcat(*z)
-        weight = ca.SX.sym("weight", result.numel())
-        slope = ca.Function("slope", [z], [ca.jacobian(result, z)])
-        bend = ca.Function("bend", [z, weight], [ca.hessian(ca.dot(weight, result), z)[0]])
-        inputs = ca.vertcat(*at_points)
-        values = point.map(count)(*at_points)
-        self.outputs = values
         y = ca.vertcat(*map(ca.vec, outputs))
+        columns = _places(variables, count, [_is_among(each, at_points) for each in variables])
+        rows = _places(outputs, count)
+        slope, bend = _at_one_point(point)
+        inputs = ca.vertcat(*at_points)
+        self.outputs = point.map(count)(*at_points)
         w = ca.vertcat(x, y)
-        at = ca.vertcat(x, *map(ca.vec, values))
+        at = ca.vertcat(x, *map(ca.vec, self.outputs))
         program = ca.Function("program", [w], [objective, constraints], ["w"], ["f", "g"])
         self.objective, self.constraints = program(at)
-        # Derivatives by x of w = (x, y(x)).
-        shape = y.numel(), x.numel()
-        total = ca.vertcat(
-            ca.MX.eye(x.numel()),
-            _scattered(slope.map(count)(inputs), slope.sparsity_out(0), rows, columns, shape),
+        # w = (x, y(x)) and its derivatives by x.
+        slopes = _scattered(
+            slope.map(count)(inputs),
+            slope.sparsity_out(0),
+            rows,
+            columns,
+            (y.numel(), x.numel()),
         )
+        total = ca.vertcat(ca.MX.eye(x.numel()), slopes)
         first = program.factory("first", ["w"], ["g", "jac:g:w"])
         g, g_w = first(at)
+        # The Lagrangian, whose second derivatives are those of the program by w and, weighted by
+        # its first ones, those of the outputs.
         weights = ca.MX.sym("f"), ca.MX.sym("g", g.numel())
         second = program.factory(
             "second",
@@ -53,7 +51,8 @@ class Derivatives:
             {"gamma": ["f", "g"]},
         )
         gamma_w, gamma_ww = second(at, *weights)
-        adjoint = ca.reshape(gamma_w[(x.numel() + rows.ravel()).tolist()], rows.shape[1], count)
+        of_outputs = (x.numel() + rows.ravel()).tolist()
+        adjoint = ca.reshape(gamma_w[of_outputs], rows.shape[1], count)
         bends = _scattered(
             bend.map(count)(inputs, adjoint),
             bend.sparsity_out(0),
@@ -65,7 +64,11 @@ class Derivatives:
         none = ca.MX.sym("p", 0)
         self.options = {
             "jac_g": ca.Function(
-                "jac_g", [x, none], [g, g_w @ total], ["x", "p"], ["g", "jac_g_x"]
+                "jac_g",
+                [x, none],
+                [g, g_w @ total],
+                ["x", "p"],
+                ["g", "jac_g_x"],
             ),
             "hess_lag": ca.Function(
                 "hess_lag",
@@ -75,6 +78,27 @@ class Derivatives:
                 ["triu_hess_gamma_x_x"],
             ),
         }
+
+
+def _at_one_point(point):
+    """Return the functions of a point's Jacobian, and of the Hessian of its weighted outputs."""
+    symbols = []
+    for k in range(point.n_in()):
+        symbols.append(ca.SX.sym(f"z{k}", point.numel_in(k)))
+    z = ca.vertcat(*symbols)
+    outputs = ca.vertcat(*point(*symbols))
+    weight = ca.SX.sym("weight", outputs.numel())
+    jacobian = ca.jacobian(outputs, z)
+    hessian, _ = ca.hessian(ca.dot(weight, outputs), z)
+    return (
+        ca.Function("slope", [z], [jacobian]),
+        ca.Function("bend", [z, weight], [hessian]),
+    )
+
+
+def _is_among(symbol, symbols):
+    # == of symbols is another symbol.
+    return any(symbol is each for each in symbols)
 
 
 def _places(matrices, count, own=None):

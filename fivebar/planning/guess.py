@@ -146,9 +146,14 @@ def _path(problem, a, b):
     blocked = np.maximum(_blocked(problem, nodes), 0.0)
     # Edges from each node to its eight neighbours.
     number = np.arange(GRID**2).reshape(GRID, GRID)
-    firsts = number[1:], number[:, 1:], number[1:, 1:], number[1:, :-1]
-    seconds = number[:-1], number[:, :-1], number[:-1, :-1], number[:-1, 1:]
-    i, j = (np.concatenate([*map(np.ravel, ends)]) for ends in (firsts, seconds))
+    edges = [
+        (number[1:], number[:-1]),
+        (number[:, 1:], number[:, :-1]),
+        (number[1:, 1:], number[:-1, :-1]),
+        (number[1:, :-1], number[:-1, 1:]),
+    ]
+    i = np.concatenate([first.ravel() for first, _ in edges])
+    j = np.concatenate([second.ravel() for _, second in edges])
     between = np.maximum(_blocked(problem, (nodes[i] + nodes[j]) / 2), 0.0)
     excess = blocked[i] + blocked[j] + between
     cost = np.linalg.norm(nodes[i] - nodes[j], axis=1) + 100 * problem.length * excess

@@ -395,8 +395,10 @@ def _interval(program):
     a = ca.SX.sym("a", size, len(rule.c))
     places = [*rule.c, 1.0]
     _, single, double = rule.powers(places)
-    xs = [x + h * (sigma * v + h * (a @ ca.DM(row))) for sigma, row in zip(places, double)]
-    vs = [v + h * (a @ ca.DM(row)) for row in single]
+    xs, vs = [], []
+    for sigma, once, twice in zip(places, single, double):
+        vs.append(v + h * (a @ ca.DM(once)))
+        xs.append(x + h * (sigma * v + h * (a @ ca.DM(twice))))
     end = xs.pop()
     end, end_dot = program.coordinates.at_knot(program, end, vs[-1])
     outputs = [

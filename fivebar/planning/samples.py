@@ -262,9 +262,14 @@ def _polyline(t, points, deviation):
                 after = np.maximum(w, 0.0)
             else:
                 after = np.zeros_like(w)
-            place = half[j] * (3 / 4 * (w**2 / 2 - w**4 / 12 + 2 * w / 3 + 1 / 4) - after)
-            rate = 3 / 4 * (w - w**3 / 3 + 2 / 3) - (1.0 if corner is k else 0.0)
-            bend = 3 / 4 * (1 - w**2) / half[j]
+            # The parabola 3/4 (1 - w^2), integrated once and twice.
+            parabola = 3 / 4 * (1 - w**2)
+            rate = 3 / 4 * (w - w**3 / 3 + 2 / 3)
+            if corner is k:
+                rate = rate - 1.0
+            place = 3 / 4 * (w**2 / 2 - w**4 / 12 + 2 * w / 3 + 1 / 4)
+            place = half[j] * (place - after)
+            bend = parabola / half[j]
             for columns, factor in (
                 (slice(0, 2), place),
                 (slice(2, 4), rate),
@@ -316,7 +321,10 @@ def _compared(motion, t, points, lines):
     if len(t) > 2:
         own = 2 * np.diff(chord / step, axis=0) / (step[1:] + step[:-1])
         own = np.linalg.norm(own, axis=1).max()
-        reached, own = (each * (each > rounding / step.min() ** 2) for each in (reached, own))
+        # What rounding alone can make is shown as 0.
+        noise = rounding / step.min() ** 2
+        reached = reached if reached > noise else 0.0
+        own = own if own > noise else 0.0
         notes.append(
             f"its acceleration reaches {reached:.3g} m/s², second differences of the samples"
             f" {own:.3g} m/s²"

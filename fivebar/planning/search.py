@@ -49,7 +49,8 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
     begin = bars(start)
     end = bars(goal)
     if robot.turns:
-        images = [end + 2 * np.pi * np.array(turns) for turns in product((-1, 0, 1), repeat=4)]
+        turns = 2 * np.pi * np.array(list(product((-1, 0, 1), repeat=4)))
+        images = list(end + turns)
         images.sort(key=lambda image: np.abs(image - begin).sum())
     else:
         images = [
@@ -208,13 +209,19 @@ def _path(robot, points):
     """Return the straight way through points (k, 4), its loop closed; None where it jumps."""
     if not np.isfinite(points).all():
         return None
-    parts = [a + np.linspace(0, 1, POINTS)[:-1, None] * (b - a) for a, b in zip(points, points[1:])]
+    share = np.linspace(0, 1, POINTS)[:-1, None]
+    parts = []
+    for a, b in zip(points, points[1:]):
+        parts.append(a + share * (b - a))
     path = _closed(
         robot,
         np.concatenate([*parts, points[-1][None]]),
         NEWTON,
     )
-    if not np.isfinite(path).all() or np.abs(path[[0, -1]] - [points[0], points[-1]]).max() > 1e-6:
+    if not np.isfinite(path).all():
+        return None
+    ends = np.array([points[0], points[-1]])
+    if np.abs(path[[0, -1]] - ends).max() > 1e-6:
         return None
     if np.abs(np.diff(path, axis=0)).max() < JUMP:
         return path
