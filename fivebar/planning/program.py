@@ -279,7 +279,9 @@ class NonlinearProgram:
 
     def rows(self, matrix, values):
         """Return matrix (r, s) times the values at the points of each interval, 2 x r count."""
-        return values[:, self.flat] @ ca.kron(ca.DM.eye(self.count), ca.sparsify(ca.DM(matrix.T)))
+        one = ca.sparsify(ca.DM(matrix.T))
+        all_intervals = ca.kron(ca.DM.eye(self.count), one)
+        return values[:, self.flat] @ all_intervals
 
     def cost(self):
         """Return the weighted objective over its unit; the integrals of squares are exact."""

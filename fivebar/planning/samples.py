@@ -267,8 +267,9 @@ def _polyline(t, points, deviation):
             rate = 3 / 4 * (w - w**3 / 3 + 2 / 3)
             if corner is k:
                 rate = rate - 1.0
-            place = 3 / 4 * (w**2 / 2 - w**4 / 12 + 2 * w / 3 + 1 / 4)
-            place = half[j] * (place - after)
+            place = w**2 / 2 - w**4 / 12 + 2 * w / 3 + 1 / 4
+            place = 3 / 4 * place - after
+            place = half[j] * place
             bend = parabola / half[j]
             for columns, factor in (
                 (slice(0, 2), place),

@@ -30,7 +30,10 @@ from .fit import (
     LeastSquares,
     assembly_modes,
     residuals,
+    robust_scatter,
     solve,
+    solve_by_loops,
+    weighted_by_loops,
 )
 from .measured_robot import (
     PLACE,
@@ -173,11 +176,14 @@ def calibrate(
             f"{lost}: its modes are not noted, and no measured point tells them: add columns"
             " assembly, or working1 and working2"
         )
-    first = _reaching(task, p, assembly)
-    p, held = solve(task, first, assembly)
+    scatter = 1.0 if absolute else robust_scatter(task, p, assembly)
+    first = _reaching(weighted_by_loops(task, p, scatter), p, assembly)
+    fitted, p, held = _fit(task, first, assembly, None if absolute else scatter)
     if not length_ok(p):
         first = first if length_ok(first) else p0
-        p, held = solve(_with_possible_lengths(task), first, assembly)
+        task = _with_possible_lengths(task)
+        fitted, p, held = _fit(task, first, assembly, None if absolute else scatter)
+    task = fitted
     turns = [k for k in free if UNKNOWNS[k] in ("offset1", "offset2", "turn")]
     p[turns] = p0[turns] + wrap(p[turns] - p0[turns])  # whole turns mean nothing
     notes = [*task.rows.notes, *(f"put right: {words}" for words in wrong)]
@@ -271,6 +277,24 @@ def _with_possible_lengths(task):
 
 def _names_of(rows, chosen):
     return ", ".join(rows.where[k] for k in np.flatnonzero(chosen))
+
+
+def _fit(task, p, assembly, scatter):
+    """Return the task, the values of least squares, and which unknowns are at a bound.
+
+    In the task, rows near Type 2 have the weights by which their loops were fitted. `scatter`, of
+    a weighted number, is None where the weights say it.
+    """
+    for _ in range(8):
+        fitted, p, held = solve_by_loops(task, p, assembly, scatter or 1.0)
+        if not scatter or fitted.rows.loop is None or not length_ok(p):
+            break
+        # The values before may have missed by much more than the noise.
+        before = scatter
+        scatter = robust_scatter(fitted, p, assembly)
+        if abs(scatter - before) < 0.1 * before:
+            break
+    return fitted, p, held
 
 
 def _reaching(task, p, assembly):

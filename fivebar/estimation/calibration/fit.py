@@ -13,14 +13,24 @@ from scipy.optimize import least_squares
 from .measured_robot import (
     PLACE,
     UNKNOWNS,
+    bars_off,
+    length_ok,
     place,
     seen,
     sines_at,
+    whitening,
 )
 from .rows import MeasuredRows
 
 LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
+# Of sine^2 over sigma / bar: below it, a pose is fitted by its loop. Where its own noise may open
+# the loop, that quotient is about 1.
+NEAR = 20.0
+NEAREST = 0.2  # sine beyond which no pose is fitted by its loop
+NOISIEST = 0.02  # sigma / bar, beyond which the values are not yet near enough to tell
 CLEAR = 0.1  # sine of Type 2 beyond which a pose's assembly mode is certain
+ROUNDS = 10  # of weights near Type 2, each by the fit before
+SETTLED = 1e-9  # change of all unknowns, over their sizes, after which no round follows
 # Of the largest singular value: smaller ones are rounding, which poses near Type 2 multiply.
 ROUNDING = 64 * np.finfo(float).eps
 
@@ -79,12 +89,21 @@ def residuals(
 ) -> tuple:
     """Return predicted minus measured numbers (m,), m, and their derivatives by UNKNOWNS (m, 13).
 
+    Rows near Type 2 have the errors of their legs in place of those of their points.
     Without `derive` the derivatives are None.
     """
     row, axis, far = rows.measured
     points, slopes = seen(p, rows.q, assembly, derive)
     predicted = points[row, axis]
     jacobian = slopes[row, axis] if derive else None
+    near, places = rows.looped
+    if rows.loop is not None:
+        errors, by_unknowns = bars_off(p, rows.q[near], rows.points[near])
+        whiten, mean = rows.loop[near, :, :2], rows.loop[near, :, 2]
+        errors = (whiten @ errors[:, :, None])[:, :, 0] - mean
+        predicted[places] = rows.numbers[places] - errors
+        if jacobian is not None:
+            jacobian[places] = -(whiten @ by_unknowns)
     if len(far):
         p = np.concatenate([p[:9], [0.0, 0.0, 0.0, 1.0]])  # a ruler knows no frame and no scale
         points, slopes = seen(p, rows.q, assembly, derive)
@@ -145,17 +164,68 @@ def assembly_modes(p: ndarray, rows: MeasuredRows) -> tuple[ndarray, ndarray]:
     return modes.astype(np.int8), uncertain
 
 
+def robust_scatter(task: LeastSquares, p: ndarray, assembly: ndarray) -> float:
+    """Return the standard deviation of a weighted number, from the rows that p reaches."""
+    off = residuals(p, task.rows, assembly, derive=False)[0] * task.weight
+    reached = np.abs(off[np.isfinite(off)])
+    return 1.4826 * float(np.median(reached)) if len(reached) else 1.0
+
+
+def weighted_by_loops(task: LeastSquares, p: ndarray, scatter: float) -> LeastSquares:
+    """Return the task with its rows near Type 2 to be fitted by their loops.
+
+    Where noise may open the loop, a point is no smooth function of the unknowns; the legs' errors
+    are. `scatter` is the standard deviation of a weighted number.
+    """
+    rows = task.rows
+    sigma = np.ones(len(rows))
+    sigma[rows.row_of] = scatter / task.weight
+    if rows.loop is None:
+        share = sigma / (p[PLACE["scale"]] * min(p[1], p[3]))
+        with np.errstate(invalid="ignore"):
+            sine = np.abs(sines_at(p, rows.q, rows.points)[:, 2])
+            near = (sine < np.sqrt(NEAR * share)) & (sine < NEAREST)
+        near &= rows.whole & (share < NOISIEST)
+        if not near.any():
+            return task
+    else:
+        near = np.isfinite(rows.loop[:, 0, 0])
+    loop = whitening(p, rows.q, sigma)
+    loop[~near] = np.nan
+    return replace(task, rows=replace(rows, loop=loop))
+
+
+def solve_by_loops(
+    task: LeastSquares,
+    p: ndarray,
+    assembly: ndarray,
+    scatter: float,
+) -> tuple[LeastSquares, ndarray, ndarray]:
+    """Return the task and `solve`'s answer, rows near Type 2 weighted by that answer."""
+    task = weighted_by_loops(task, p, scatter)
+    for _ in range(ROUNDS):
+        before = p
+        p, held = solve(task, before, assembly)
+        change = np.abs(p - before)[task.free] / task.size
+        if task.rows.loop is None or not length_ok(p) or change.max() < SETTLED:
+            break
+        task = weighted_by_loops(task, p, scatter)
+    return task, p, held
+
+
 def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, ndarray]:
     """Return the values (13,) of least weighted squares from p, and which unknowns are at a bound.
 
     Combinations that the rows do not tell stay as near to the start as they can. Bounds count only
     where a fit without them leaves them: within them SciPy's steps drift along such combinations.
     """
-    low, high = np.full((2, len(task.free)), [[-np.inf], [np.inf]])
+    low = np.full(len(task.free), -np.inf)
+    high = np.full(len(task.free), np.inf)
     for k, name in enumerate(task.names):
         if task.bounds and name in task.bounds:
             limits = np.array(task.bounds[name])
-            low[k], high[k] = (limits - task.start[PLACE[name]]) / task.size[k]
+            change = limits - task.start[PLACE[name]]
+            low[k], high[k] = change / task.size[k]
     if task.bounds:
         free, held = solve(replace(task, bounds=None), p, assembly)
         inside = (free[task.free] - task.start[task.free]) / task.size
@@ -186,7 +256,8 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, n
             gtol=tolerance,
         )
 
-    z = np.clip((p[task.free] - task.start[task.free]) / task.size, low, high)
+    moved = (p - task.start)[task.free] / task.size
+    z = np.clip(moved, low, high)
     if not np.isfinite(off(z)).all():
         raise ValueError(
             "no five-bar fits these data: values beyond their bounds (a length below 0?) come out,"

@@ -53,7 +53,10 @@ def combination(
     p: ndarray,
 ) -> str:
     """Return in words what of its unknowns the data do tell; the vector is in units of sizes."""
-    steps = {name: vector[k] * sizes[k] for k, name in enumerate(names) if vector[k]}
+    steps = {}
+    for name, share, size in zip(names, vector, sizes):
+        if share:
+            steps[name] = share * size
     named = listed(steps)
     if len(steps) == 1:
         return f"{named} not at all: no measurement depends on it"

@@ -25,6 +25,7 @@ UNKNOWNS = (*LENGTHS, *READING, *FRAME)
 PLACE = {name: k for k, name in enumerate(UNKNOWNS)}
 METRES = (*LENGTHS, "x0", "y0")
 UNITS = dict.fromkeys(METRES, "m") | dict.fromkeys(("offset1", "offset2", "turn"), "rad")
+EPS = np.finfo(float).eps
 SIDES = np.array([-1.0, 1.0])  # of the legs
 NEUTRAL = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0])  # READING and FRAME
 
@@ -135,6 +136,20 @@ def place(p: ndarray, q: ndarray, assembly: ndarray) -> PlacedPoses:
         )
 
 
+def stretched(p: ndarray, q: ndarray) -> ndarray:
+    """Return points (n, 2) of the measuring frame, midway between bars that lie in one line."""
+    _, elbows = _cranks(p, q)
+    left, right = elbows.T
+    along = (right - left) / np.abs(right - left)
+    l12, l22 = p[1], p[3]
+    # The bars point at each other, or the same way where their elbows are too near each other.
+    folded = np.abs(right - left) < max(l12, l22)
+    way = np.where(folded, np.sign(l12 - l22), 1.0)
+    other = np.where(folded, way, -1.0)
+    middle = (left + right + (way * l12 + other * l22) * along) / 2
+    return as_pairs(frame(p, middle))
+
+
 def slopes(p: ndarray, q: ndarray, at: PlacedPoses) -> ndarray:
     """Return d xi / d UNKNOWNS (n, 13), complex, in the robot's frame.
 
@@ -229,6 +244,31 @@ def bars_off(p: ndarray, q: ndarray, points: ndarray) -> tuple[ndarray, ndarray]
     derived *= scale
     derived[:, :, 12] += off
     return scale * off, derived
+
+
+def whitening(p: ndarray, q: ndarray, sigma: ndarray) -> ndarray:
+    """Return W (n, 2, 3) that makes independent residuals of sd sigma (n,) of the legs' errors.
+
+    The residuals are W[:, :2] `bars_off` - W[:, 2]. A measured point that is off by delta, normal,
+    changes the bars' errors by u_i . delta + (t_i . delta)^2 / (2 l_i2), t_i across the bar. Their
+    mean and covariance to second order stay regular at Type 2, where u_1 and u_2 are parallel.
+    """
+    _, elbows = _cranks(p, q)
+    bars = p[1:4:2]
+    span = np.abs(elbows[:, 1] - elbows[:, 0])
+    # Of the angle between the bars; +1 or -1 where they are too short or too long to meet.
+    cosine = np.clip((bars @ bars - span**2) / (2 * bars.prod()), -1.0, 1.0)
+    first_order = np.ones((len(q), 2, 2))
+    first_order[:, 0, 1] = cosine
+    first_order[:, 1, 0] = cosine
+    curvature = np.minimum(sigma[:, None] / (p[12] * bars), 1.0)
+    second_order = curvature[:, :, None] * curvature[:, None, :] * first_order**2 / 2
+    rounding = 4 * EPS * (bars.sum() + span) * p[12] / sigma
+    covariance = first_order + second_order
+    covariance += (4 * EPS + rounding[:, None, None] ** 2) * np.eye(2)
+    whiten = np.linalg.inv(np.linalg.cholesky(covariance))
+    mean = sigma[:, None] * curvature / 2
+    return np.concatenate([whiten, whiten @ mean[:, :, None]], axis=2)
 
 
 def sines_at(p: ndarray, q: ndarray, points: ndarray) -> ndarray:

@@ -40,7 +40,8 @@ def leave_one_out_error(
     for _, own, rest in _rests(left, row_of):
         if np.linalg.eigvalsh(rest)[0] < FULL:
             return np.inf
-        total += float(np.sum((np.linalg.solve(rest, off[own]) / weight[own]) ** 2))
+        missed = np.linalg.solve(rest, off[own]) / weight[own]
+        total += float(missed @ missed)
     return float(np.sqrt(total / len(off)))
 
 

@@ -249,8 +249,10 @@ def candidates(
         raise ValueError(
             f"no pose keeps the margin {margin:g} and is in the window: a smaller margin?"
         )
-    working = np.concatenate([np.tile(mode, (len(k), 1)) for mode, k in zip(modes, kept)])
-    return igm(robot, xi, working)
+    working = []
+    for mode, k in zip(modes, kept):
+        working.append(np.tile(mode, (len(k), 1)))
+    return igm(robot, xi, np.concatenate(working))
 
 
 def _modes(working):
@@ -330,7 +332,9 @@ def _for_the_tip(jacobian, chosen):
     """
     count, k = len(jacobian), jacobian.shape[2]
     chosen = list(chosen)
-    information = 1e-9 * np.eye(k) + sum(j.T @ j for j in jacobian[chosen])
+    information = 1e-9 * np.eye(k)
+    for slopes in jacobian[chosen]:
+        information += slopes.T @ slopes
     worst = np.argsort(-_spread(jacobian, np.linalg.inv(information)))
     judged = jacobian[
         np.union1d(

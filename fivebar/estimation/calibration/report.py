@@ -99,7 +99,9 @@ def _table(found):
         factor, unit = shown_in(name)
         sd = factor * found.sd[name]
         known = np.isfinite(sd)
-        digits = int(np.clip(1 - np.floor(np.log10(sd)), 0, 9)) if known and sd > 0 else 4
+        digits = 4
+        if known and sd > 0:
+            digits = int(np.clip(1 - np.floor(np.log10(sd)), 0, 9))
         numbers = [
             factor * found.start[PLACE[name]],
             factor * value,

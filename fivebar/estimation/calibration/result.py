@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -37,6 +37,7 @@ from .measured_robot import (
     robot_with,
     seen,
     sizes,
+    stretched,
     unframe,
 )
 from .outliers import leave_one_out_error, outlying_rows
@@ -252,8 +253,16 @@ class Calibration(Plotted):
 
     @cached_property
     def residuals(self) -> ndarray:
-        """Measured minus predicted points (n, 2), m; nan where not measured."""
-        return self.rows.points - self.predict(self.rows.q, self.assembly)
+        """Measured minus predicted points (n, 2), m; nan where not measured.
+
+        Where the robot, near Type 2, just fails to close, the point is between the ends of its
+        bars.
+        """
+        predicted = self.predict(self.rows.q, self.assembly)
+        near, _ = self.rows.looped
+        opened = near[np.isnan(predicted[near, 0])]
+        predicted[opened] = stretched(self.p, self.rows.q[opened])
+        return self.rows.points - predicted
 
     @cached_property
     def before(self) -> ndarray:
@@ -261,16 +270,21 @@ class Calibration(Plotted):
         names, p = [name for name in self.unknown if name in FRAME], self.start.copy()
         places = [PLACE[name] for name in names]
         p[places] = self.p[places]
-        return self._fitted(names, p)
+        return self._fitted(names, p, self._points_only)
 
-    def _fitted(self, names, p):
+    @cached_property
+    def _points_only(self):
+        """Return the rows, all of them to be fitted by their points."""
+        return replace(self.rows, loop=None)
+
+    def _fitted(self, names, p, rows):
         """Return p with these unknowns by least squares; as it is where it misses a row."""
-        off = residuals(p, self.rows, self.assembly, derive=False)[0]
+        off = residuals(p, rows, self.assembly, derive=False)[0]
         if not names or not np.isfinite(off).all():
             return p
         places = np.array([PLACE[name] for name in names])
         size = sizes(self.nominal, self.rows.q, names)
-        return solve(LeastSquares(self.rows, places, p, size, self.weight), p, self.assembly)[0]
+        return solve(LeastSquares(rows, places, p, size, self.weight), p, self.assembly)[0]
 
     @cached_property
     def residuals_before(self) -> ndarray:
@@ -285,7 +299,7 @@ class Calibration(Plotted):
     @cached_property
     def rms_before(self) -> float:
         """RMS with the values `before`, of the rows that these reach."""
-        off = residuals(self.before, self.rows, self.assembly, derive=False)[0]
+        off = residuals(self.before, self._points_only, self.assembly, derive=False)[0]
         good = np.isfinite(off)
         return float(np.sqrt(np.mean(off[good] ** 2))) if good.any() else np.inf
 
@@ -340,7 +354,8 @@ class Calibration(Plotted):
         p = self.p.copy()
         for name, value in held.items():
             p[PLACE[name]] = value
-        p = self._fitted([name for name in self.unknown if name not in held], p)
+        others = [name for name in self.unknown if name not in held]
+        p = self._fitted(others, p, self.rows)
         off = residuals(p, self.rows, self.assembly, derive=False)[0] * self.weight
         return float(np.nan_to_num(off @ off, nan=np.inf))
 
@@ -386,7 +401,10 @@ class Calibration(Plotted):
 
     def to_toml(self, path: TextFile) -> None:
         """Write the robot for `--robot FILE.toml`; offsets and frame stand there as a comment."""
-        values = [f"{name} = {float(self.p[PLACE[name]])!r}" for name in (*READING, *FRAME)]
+        values = []
+        for name in (*READING, *FRAME):
+            value = float(self.p[PLACE[name]])
+            values.append(f"{name} = {value!r}")
         title = "A calibrated robot, SI units; how it was read and measured:"
         write_toml(path, self.robot, self.sd, [title, *values])
 

@@ -57,6 +57,8 @@ class MeasuredRows:
         What messages call each row: "line 7", "row 6".
     notes : tuple of str
         What was converted and left out.
+    loop : (n, 2, 3) array, optional
+        Of poses near Type 2, the matrix W of `whitening`; nan for the others.
     """
 
     q: ndarray
@@ -68,6 +70,7 @@ class MeasuredRows:
     sigma: ndarray
     where: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    loop: ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.q)
@@ -84,6 +87,14 @@ class MeasuredRows:
             *np.nonzero(np.isfinite(self.points)),
             np.flatnonzero(self.to >= 0),
         )
+
+    @cached_property
+    def looped(self) -> tuple:
+        """The rows (k,) that are fitted by their loop, and the residuals (k, 2) they have."""
+        if self.loop is None:
+            return np.zeros(0, int), np.zeros((0, 2), int)
+        rows = np.flatnonzero(np.isfinite(self.loop[:, 0, 0]))
+        return rows, np.searchsorted(self.measured[0], rows)[:, None] + [0, 1]
 
     @cached_property
     def row_of(self) -> ndarray:
@@ -112,6 +123,7 @@ class MeasuredRows:
         return replace(
             self,
             **{name: getattr(self, name)[kept] for name in arrays},
+            loop=None if self.loop is None else self.loop[kept],
             to=new[self.to[kept]],
             where=tuple(self.where[k] for k in kept),
         )

@@ -170,7 +170,10 @@ def _framed(task, start):
             np.where(noted, noted, side),
         )
         for _ in range(4):
-            both = [seen(p, rows.q, np.full(len(rows), mode), False)[0] for mode in (-1, 1)]
+            both = []
+            for mode in (-1, 1):
+                points, _ = seen(p, rows.q, np.full(len(rows), mode), derive=False)
+                both.append(points)
             distances = np.linalg.norm(np.array(both) - rows.points, axis=2)
             left, right = np.nan_to_num(distances, nan=np.inf)
             p = _laid(rows, p, free, np.where(left <= right, -1, 1))

@@ -93,7 +93,9 @@ def sentences(
         result.append(f"{', '.join(others)}: {motion} them at all")
     for k, factors in folded.items():
         if factors:
-            terms = [f"{names[j]} {f:+.6g} {names[k]}" for j, f in factors.items()]
+            terms = []
+            for j, factor in factors.items():
+                terms.append(f"{names[j]} {factor:+.6g} {names[k]}")
             sums = ", ".join(terms)
             result.append(f"{names[k]}: {motion} it by itself, but {sums}, which are called so")
     return result

@@ -280,8 +280,12 @@ def _impossible(robot, names, found):
     masses = ladder(robot)["masses"][:2]
     if not heavy:
         masses = ladder(robot)["masses"]
-    surely = found.theta < -SURE * np.sqrt(np.diag(found.cov))
-    return [name for name, bad in zip(names, surely) if bad and (name in masses or name[0] == "f")]
+    sd = np.sqrt(np.diag(found.cov))
+    impossible = []
+    for name, surely in zip(names, found.theta < -SURE * sd):
+        if surely and (name in masses or name.startswith("f")):
+            impossible.append(name)
+    return impossible
 
 
 def _smallest_model(robot, rows, told, full):

@@ -43,4 +43,6 @@ def bias(found: list[Samples], columns: list[int], full: RegressionFit) -> ndarr
             )
             weighted = change[:, :, columns] * weight[:, None]
             inertia += np.einsum("nmp,nmq->pq", weighted, weighted)
-    return np.abs(full.cov @ inertia @ full.theta) / np.sqrt(np.diag(full.cov))
+    bias = full.cov @ inertia @ full.theta
+    sd = np.sqrt(np.diag(full.cov))
+    return np.abs(bias) / sd

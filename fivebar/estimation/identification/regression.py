@@ -54,13 +54,20 @@ def fit(rows: RegressionRows, columns: list[int], tau: ndarray | None = None) ->
     size = np.maximum(np.sqrt(power / np.maximum(counts, 1)), 1e-300)
     free = np.maximum(counts - len(columns) / 2, 1)
     # Each motor's rows as a triangle, on which the weights are put.
-    triangles = [triangle(np.column_stack([W[:, k], tau[:, k]])) for k in (0, 1)]
+    triangles = []
+    for k in (0, 1):
+        system = np.column_stack([W[:, k], tau[:, k]])
+        triangles.append(triangle(system))
     sigma = size.copy()
     for _ in range(3):
         weighted = [own / each for own, each in zip(triangles, sigma)]
         theta, R, scales = _solve(np.concatenate(weighted))
-        missed = [np.linalg.norm(own[:, -1] - own[:, :-1] @ theta) for own in triangles]
-        sigma = np.maximum(np.array(missed) / np.sqrt(free), FINEST * size)
+        missed = []
+        for own in triangles:
+            error = own[:, -1] - own[:, :-1] @ theta
+            missed.append(np.linalg.norm(error))
+        sigma = np.array(missed) / np.sqrt(free)
+        sigma = np.maximum(sigma, FINEST * size)
     residual = np.where(rows.counts, tau - W @ theta, 0.0)
     inverse = np.linalg.inv(R) / scales[:, None]
     bread = inverse @ inverse.T

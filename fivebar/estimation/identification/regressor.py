@@ -79,6 +79,8 @@ def regressor(
     W = np.empty((len(q), 2, len(names)))
     for first in range(0, len(q), block):
         part = slice(first, first + block)
-        (flat,) = call(*(np.resize(values[part], (block, 2)) for values in (q, q_dot, q_ddot)))
+        # The last block is filled up.
+        motion = [np.resize(values[part], (block, 2)) for values in (q, q_dot, q_ddot)]
+        (flat,) = call(*motion)
         W[part] = flat.reshape(block, -1, 2).swapaxes(1, 2)[: len(q[part])]
     return W

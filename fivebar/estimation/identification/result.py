@@ -135,7 +135,9 @@ class Identification(Plotted):
         left, right = self.noise
         lines = [f"{'':8}{'value':>14}{'± 1 sd':>12}"]
         for name, value in self.values.items():
-            lines.append(f"  {name:<6}{value:>14.6g}{self.sd[name]:>12.2g}  {self._unit(name)}")
+            sd = self.sd[name]
+            unit = self._unit(name)
+            lines.append(f"  {name:<6}{value:>14.6g}{sd:>12.2g}  {unit}")
         lines.append(
             f"{self._missed(self.misfit)}; noise of a row {left:.3g} and {right:.3g}"
             f" {self.robot.words.effort_unit}"

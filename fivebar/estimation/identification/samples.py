@@ -195,7 +195,8 @@ def _even_stretches(log, held, notes):
         pairs = {name: pair[part] for name, pair in logged.items() if pair is not None}
         if held:  # the mean about each row
             tau = pairs["tau"]
-            pairs["tau"] = np.concatenate([tau[:1], (tau[1:] + tau[:-1]) / 2])
+            means = (tau[1:] + tau[:-1]) / 2
+            pairs["tau"] = np.concatenate([tau[:1], means])
         t, pairs, distance = evenly(log.t[part], pairs, log.step)
         stretches.append((t, pairs))
         uneven = max(uneven, distance)

@@ -108,7 +108,10 @@ def kernels(cutoff: float) -> tuple[ndarray, ...]:
         fit = np.linalg.pinv(np.vander(rows / n, DEGREE + 1, increasing=True))
         weights = fit[0], fit[1] / n, 2 * fit[2] / n**2
         wave = np.exp(1j * omega * rows)
-        errors = (abs(weights[k] @ wave / (1j * omega) ** k - 1) for k in range(3))
+        errors = []
+        for k in range(3):
+            exact = (1j * omega) ** k
+            errors.append(abs(weights[k] @ wave / exact - 1))
         if max(errors) > FIDELITY:
             break
         best = weights

@@ -169,7 +169,9 @@ def _run_of(log, robot, assembly):
 
 def rates_of(log: Log) -> ndarray:
     """Return q' (n, 2) of a log without rates, by derivatives between its gaps."""
-    pieces = [evenly(log.t[rows], {"q": log.q[rows]}, log.step) for rows in log.stretches]
+    pieces = []
+    for rows in log.stretches:
+        pieces.append(evenly(log.t[rows], {"q": log.q[rows]}, log.step))
     own_cutoff = spectrum([pairs["q"] for _, pairs, _ in pieces], log.step).cutoff
     highest = HIGHEST / log.step
     result = np.full(log.q.shape, np.nan)
@@ -219,9 +221,13 @@ def _crossings(log, robot, pose, closes):
     for k, leg in zip(*np.nonzero(sines[:-1] * sines[1:] < 0)):
         if k + 1 in cuts:
             continue
-        share = sines[k, leg] / (sines[k, leg] - sines[k + 1, leg])
-        t = float(log.t[k] + share * (log.t[k + 1] - log.t[k]))
-        signs = -np.sign(np.column_stack([sines, pose.det_A])[k : k + 2])
+        # Where the sine, a straight line between the rows, is 0.
+        first, second = sines[k, leg], sines[k + 1, leg]
+        share = first / (first - second)
+        start, end = log.t[k : k + 2]
+        t = float(start + share * (end - start))
+        signed = np.column_stack([sines, pose.det_A])
+        signs = -np.sign(signed[k : k + 2])
         before, after = (tuple(modes) for modes in signs.astype(int).tolist())
         events.append(
             Event(

@@ -253,11 +253,13 @@ def _start(run, robot, row):
 
 
 def _by_torques(run, robot, rows):
-    t, tau = run.t[rows] - run.t[rows.start], run.tau[rows]
+    t = run.t[rows] - run.t[rows.start]
+    tau = run.tau[rows]
     step = float(t[-1] / (len(t) - 1))
     even = np.arange(len(t)) * step
     if run.measured is not None:  # measured at a time, not held from it on: the mean of both ends
-        tau = np.concatenate([(tau[1:] + tau[:-1]) / 2, tau[-1:]])
+        means = (tau[1:] + tau[:-1]) / 2
+        tau = np.concatenate([means, tau[-1:]])
     if np.abs(t - even).max() >= 0.01 * step:
         tau = np.stack(
             [np.interp(even, t, column) for column in tau.T],
@@ -330,7 +332,8 @@ def _copy_rows(simulated, run, rows, values):
         for k, column in enumerate(getattr(simulated, name).T):
             values[name][rows, k] = np.interp(t, simulated.t, column)
     if run.robot.turns:
-        turns = np.round((run.q[rows.start] - simulated.q[0]) / (2 * np.pi))
+        apart = run.q[rows.start] - simulated.q[0]
+        turns = np.round(apart / (2 * np.pi))
         values["q"][rows] += turns * 2 * np.pi
     held = np.searchsorted(simulated.t, t + 1e-9, side="right") - 1
     values["tau"][rows] = simulated.tau[np.minimum(held, len(simulated.t) - 1)]
