@@ -59,14 +59,15 @@ def polygons(
     bent: np.ndarray,
     lean: np.ndarray,
     near: np.ndarray,
-    off: float,
+    off: np.ndarray,
     mesh: Mesh,
 ) -> Polygons:
     """Return the Polygons of a mesh's n stretches, from their rows.
 
     bent, lean (n,): x_ss / 2 = bent + lean (x0 + x1) / 2 where it may be chosen; beside a node on
     Type 2 the criterion gives it. near (n + 1,): x about which that is made linear at the nodes of
-    `Mesh.tied`. off: with 0, x is free there and the result is no proof; else x is `near` there,
+    `Mesh.tied`. off (n,): with 0, x is free there and the result is no proof; else x is `near`
+    there,
     and beside them not much more than so much of it away.
     """
     n = len(length)
@@ -150,7 +151,7 @@ def polygons(
         u1 - _const(size),
         -u1 - _const(size),
     ]
-    if off:
+    if off.any():
         tied = np.where(
             back,
             mesh.tied[1:],
@@ -282,7 +283,7 @@ def _root(
     most = np.maximum(near[:-1], near[1:])
     v = np.abs(rows.parts["v"][:, rows.torque]).max(axis=(0, 1))
     close = (v * np.sqrt(most) > TIGHT * np.abs(mesh.found["D"].middle)) & (least > 0)
-    if not off:
+    if not off.any():
         mean = np.sqrt((least + most) / 2)
         tangent = np.array([0.5 / mean, mean / 2])
         return (

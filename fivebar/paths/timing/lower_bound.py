@@ -190,12 +190,11 @@ def _lists(rows, way):
 
 
 def _above(x0, rows, h):
-    """Return (u0, u1, x1), a parabola from x0 that the motion cannot pass, by the closest row."""
-    best = None
-    guess = math.inf
+    """Return (u0, u1, x1), the lowest of the rows' parabolas from x0 that no motion can pass."""
     if x0 == math.inf:
         return FREE
     root0 = math.sqrt(x0)
+    guesses = []
     for row in rows:
         a0, _, a1, b0, _, b1, v0, _, v1, c0, _, c1 = row[:12]
         u0 = -(b0 * x0 + v0 * root0 + c0) / a0
@@ -206,12 +205,23 @@ def _above(x0, rows, h):
         u1 = -(b1 * y + c1) / steep
         if v1:
             u1 = -(b1 * y + v1 * math.sqrt(max(y + h * u1, 0.0)) + c1) / steep
-        if u0 + u1 < guess:
-            best = row
-            guess = u0 + u1
-    if best is None:
-        return FREE
-    a0, am, a1, b0, bm, b1, v0, vm, v1, c0, cm, c1 = best[:12]
+        guesses.append((u0 + u1, row))
+    best = FREE
+    # A row's parabola ends above its guess, far above it where its a is nearly 0.
+    for guess, row in sorted(guesses):
+        if x0 + h * guess >= best[2]:
+            break
+        best = min(best, _parabola(x0, row, h, guess), key=_end)
+    return best
+
+
+def _end(parabola):
+    return parabola[2]
+
+
+def _parabola(x0, row, h, guess):
+    """Return (u0, u1, x1) of one row, `guess` about u0 + u1; FREE where it bounds nothing."""
+    a0, am, a1, b0, bm, b1, v0, vm, v1, c0, cm, c1 = row[:12]
     (
         a_bend,
         b_bend,
@@ -221,7 +231,7 @@ def _above(x0, rows, h):
         b_slack,
         v_slack,
         c_slack,
-    ) = best[12:]
+    ) = row[12:]
     x1 = x0 + h * guess
     loose = 1e-3
     for _ in range(60):

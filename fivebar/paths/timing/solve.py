@@ -26,7 +26,8 @@ LAYER = 0.1  # of what `Mesh.layer` tells
 CLEAR = 1e-8  # of det A on a stretch that may be cut beside Type 2
 STEEP = 0.1  # at most of x_ss h^2 / x, that is taken to grow with x
 NEWTON = 3  # steps in which x on Type 2 is found where the criterion takes sqrt(x)
-OFF = 1e-3, 1e-2  # of x, by which the motion is then below it
+OFF = 1e-4, 1e-3, 1e-2  # of x, by which the motion is then below it
+GROWTH = 1.0, 3.0, 1 / 3  # of that, from one crossing to the next
 SHARES = (
     1.0,
     0.3,
@@ -224,18 +225,18 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
         found = best._replace(time=none + np.inf, looks=0)
         closed = []
         for _ in range(NEWTON if tied else 0):
-            table = polygons(rows, alone, length, below, *form, near, 0.0, mesh)
+            table = polygons(rows, alone, length, below, *form, near, none, mesh)
             x, closed = profile(table, below, rest)
             near = np.where(x > 0, x, near)
             found = found._replace(looks=found.looks + len(mesh))
-        for off in OFF if tied else (0.0,):
+        for off in _lowered(mesh, near, part) if tied else (none,):
             table = polygons(
                 rows,
                 alone,
                 length,
                 below,
                 *form,
-                near * (1 - off),
+                near * (1 - np.append(off, 0.0)),
                 off,
                 mesh,
             )
@@ -291,6 +292,24 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
             )
             break
     return best._replace(stuck=stuck)
+
+
+def _lowered(mesh, near, part):
+    """Yield shares (n,) by which a motion may be below x = near on Type 2, a share for all nodes.
+
+    Where friction slows it down between two crossings, x of the second one falls by more than that
+    of the first one, and where gravity drives it by less.
+    """
+    tied = np.flatnonzero(mesh.tied)
+    middle = (tied[1:] + tied[:-1]) // 2
+    number = np.searchsorted(middle, np.arange(len(part)))
+    number -= np.searchsorted(middle, np.searchsorted(part, part))
+    last = np.zeros(len(part), dtype=int)
+    np.maximum.at(last, part, number)
+    for off in OFF:
+        for growth in GROWTH if last.any() else (1.0,):
+            order = number if growth >= 1 else last[part] - number
+            yield off * max(growth, 1 / growth) ** order
 
 
 def _faster(one, other, part):

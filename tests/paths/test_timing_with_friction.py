@@ -1,0 +1,70 @@
+"""Least times across Type 2 with viscous and dry friction in motors and elbows: both bounds meet."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.paths.curve import Path
+from fivebar.paths.pieces import Line, Polynomial
+from tests.helpers.paths_to_time import used
+
+
+def case(seed, friction, crossings):
+    """A random robot, its working mode, a path across Type 2 so many times at least, and a torque."""
+    rng = np.random.default_rng(seed)
+    while True:
+        lengths = rng.uniform(0.07, 0.14, 4).tolist()
+        d = float(rng.uniform(0.06, 0.15))
+        motors, elbows = rng.uniform(0, friction, 4), rng.uniform(0, friction / 2, 2)
+        robot = fb.FiveBar(
+            *lengths,
+            d,
+            *rng.uniform(5e-4, 3e-3, 2).tolist(),
+            float(rng.uniform(0.2, 0.8)),
+            **dict(zip(("fv1", "fv2", "fs1", "fs2"), motors.tolist())),
+            **dict(zip(("fv12", "fv22"), elbows.tolist())),
+        )
+        working = tuple(int(mode) for mode in rng.choice([-1, 1], 2))
+        points = rng.uniform(-0.12, 0.12, (rng.integers(2, 5), 2)) + [0, 0.05]
+        if len(points) == 2:
+            path = Path((Line(tuple(points[0]), tuple(points[1])),))
+        else:
+            size = float(np.abs(np.diff(points, axis=0)).sum())
+            path = Path((Polynomial.from_bernstein([tuple(point) for point in points], size),))
+        s = np.linspace(0, path.length, 2000)
+        pose = fb.igm(robot, path(s)[0], working, unreachable="nan")
+        det = pose.det_A
+        if not np.isfinite(det).all() or min(np.abs(sine).min() for sine in pose.sines) < 0.15:
+            continue
+        signs = np.count_nonzero(np.diff(np.sign(det)))
+        if signs < crossings or abs(det[0]) < 0.1 or abs(det[-1]) < 0.1:
+            continue
+        return robot, working, path, float(rng.uniform(0.03, 0.3))
+
+
+def both_bounds_meet(seed, friction, crossings):
+    robot, working, path, torque = case(seed, friction, crossings)
+    motion = fb.time_path(
+        robot, path, constraints=fb.Constraints(torque=torque), working=working, max_time=300.0
+    )
+    assert motion.lower_bound <= motion.duration <= 1.005 * motion.lower_bound
+    assert used(motion, {"torque": torque}) <= 1
+
+
+@pytest.mark.parametrize("seed", [105, 118, 134])
+def test_one_crossing(seed):
+    both_bounds_meet(seed, 0.02, 1)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize(("seed", "friction"), [(150, 0.02), (314, 0.05), (324, 0.05)])
+def test_between_two_crossings_friction_takes_speed(seed, friction):
+    """Gaps of 25 %, 13 % and a refusal, as long as a torque that hardly accelerates bounded x loosely, and as x
+    was lowered by one share on both crossings."""
+    both_bounds_meet(seed, friction, 1 if seed == 150 else 2)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("seed", range(400, 416))
+def test_light_friction(seed):
+    both_bounds_meet(seed, 0.004, 2)
