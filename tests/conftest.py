@@ -30,7 +30,7 @@ UNEQUAL = fb.FiveBar(l11=0.11, l12=0.14, l21=0.08, l22=0.12, d=0.09, zz1=0.003, 
 
 @pytest.fixture(scope="session")
 def five_bar_numbers():
-    return json.loads((DATA / "five_bar.json").read_text())
+    return json.loads((DATA / "five_bar.json").read_text("utf-8"))
 
 
 @pytest.fixture(params=["amoro", "unequal"])

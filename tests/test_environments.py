@@ -165,7 +165,8 @@ def test_a_path_with_all_letters(tmp_path, monkeypatch, capsys):
         write(path)
         assert path.stat().st_size > 0, end
     (folder / "mon chemin.csv").write_text(
-        "t,x,y\n0,0.09,0.068\n0.1,0.088,0.068\n0.2,0.086,0.068\n0.3,0.085,0.068\n0.4,0.084,0.068\n0.5,0.084,0.068\n"
+        "t,x,y\n0,0.09,0.068\n0.1,0.088,0.068\n0.2,0.086,0.068\n0.3,0.085,0.068\n0.4,0.084,0.068\n0.5,0.084,0.068\n",
+        encoding="utf-8",
     )
     solution = ROOT / "tests/data/solutions/lab1.py"
     (folder / "ma réponse.py").write_bytes(solution.read_bytes())

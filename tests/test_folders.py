@@ -38,7 +38,7 @@ def test_work_that_takes_long_is_refused_at_once(tmp_path):
 def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path):
     with replaced(tmp_path / "plan.csv") as part:
         name = part.rsplit("/", 1)[1]
-        open(part, "w").close()
+        open(part, "w", encoding="utf-8").close()
     assert is_part(PART) and is_part(name)
     (tmp_path / PART).touch()
     (tmp_path / "mine.part").touch()

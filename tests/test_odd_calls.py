@@ -30,7 +30,10 @@ def little_memory(monkeypatch, tmp_path):
     """MEMORY beside what tests before have loaded, and a folder of its own for files whose names were strange."""
     monkeypatch.chdir(tmp_path)
     before = resource.getrlimit(resource.RLIMIT_AS)
-    taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    taken = (
+        int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[0])
+        * resource.getpagesize()
+    )
     resource.setrlimit(resource.RLIMIT_AS, (taken + MEMORY, before[1]))
     yield
     resource.setrlimit(resource.RLIMIT_AS, before)

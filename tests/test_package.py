@@ -14,12 +14,14 @@ import pytest
 from tests.helpers import ROOT
 from tests.helpers.reference import public
 
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 README_REFERENCE = re.search(r"-m tests\.helpers\.reference \w+", README)[0].split()
 NEEDED = PROJECT["dependencies"]
 EXTRAS = PROJECT["optional-dependencies"]
-PINS = (line.split("#")[0].strip() for line in (ROOT / ".ci/oldest.txt").read_text().splitlines())
+PINS = (
+    line.split("#")[0].strip() for line in (ROOT / ".ci/oldest.txt").read_text("utf-8").splitlines()
+)
 OLDEST = dict(pin.split("==") for pin in PINS if pin)
 # What the guide calls a licence, and what of it is in a package's own metadata.
 LICENCES = {
@@ -95,7 +97,7 @@ def test_lower_bounds_are_those_that_are_tested_and_there_are_no_upper_ones():
     ]
     assert versions[0] == PROJECT["requires-python"].removeprefix(">=")
     tried = re.search(
-        r"^for version in (.*); do", (ROOT / ".ci/packages").read_text(), re.MULTILINE
+        r"^for version in (.*); do", (ROOT / ".ci/packages").read_text("utf-8"), re.MULTILINE
     )[1].split()
     assert set(versions[1:]) <= set(tried)
 
@@ -133,7 +135,7 @@ def test_every_dependency_has_the_licence_that_the_guide_names():
 
 
 def test_the_changelog_is_of_this_version():
-    text = (ROOT / "fivebar/CHANGELOG.md").read_text()
+    text = (ROOT / "fivebar/CHANGELOG.md").read_text("utf-8")
     assert f"## {PROJECT['version']}" in text and "(fivebar/CHANGELOG.md)" in README
 
 
@@ -143,7 +145,7 @@ def test_reference_pages_are_built_from_the_docstrings(tmp_path):
     command = [sys.executable, "-W", "error", *README_REFERENCE[:-1], tmp_path]
     made = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
     assert made.returncode == 0 and not made.stderr, made.stderr
-    page = (tmp_path / "fivebar.html").read_text()
+    page = (tmp_path / "fivebar.html").read_text("utf-8")
     shown = set(re.findall(r'<section id="(\w+)">', page))
     assert shown == set(public())
     for name in shown:

@@ -97,7 +97,7 @@ def write_inputs(folder):
     for k in range(41):
         x, y = reference(k / 10)[0].tolist()
         rows.append(f"{k / 10!r},{x!r},{y!r}")
-    (folder / "path.csv").write_text("\n".join(rows))
+    (folder / "path.csv").write_text("\n".join(rows), encoding="utf-8")
     controller = fb.ComputedTorque(fb.FiveBar(), 100.0, 20.0)
     circle = fb.circle((0.05, 0.09), 0.02, 1.0)
     log = fb.simulate(fb.FiveBar(), controller, circle, control_period=0.002, step=0.002)

@@ -206,7 +206,7 @@ class Grading(RuleBasedStateMachine):
         ]
         assert main([str(word) for word in command]) == 0
         found = {
-            path.stem: json.loads(path.read_text())["points"]
+            path.stem: json.loads(path.read_text("utf-8"))["points"]
             for path in (self.out / "students").glob("*.json")
         }
         assert found == self.now

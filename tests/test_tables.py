@@ -385,7 +385,7 @@ def test_numbers_are_no_files(number, plan):
 
 def test_a_file_is_written_whole_or_not_at_all(tmp_path):
     path = tmp_path / "it.csv"
-    path.write_text("what was there")
+    path.write_text("what was there", encoding="utf-8")
 
     def rows():
         yield [1.0]
@@ -393,11 +393,11 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         tables.write(path, "run", {}, ["t"], rows())
-    assert path.read_text() == "what was there" and list(tmp_path.iterdir()) == [path]
+    assert path.read_text("utf-8") == "what was there" and list(tmp_path.iterdir()) == [path]
     link = tmp_path / "link.csv"
     link.symlink_to(path)
     RUN.to_csv(link)
-    assert link.is_symlink() and path.read_text() == text_of(RUN).replace("\r\n", "\n")
+    assert link.is_symlink() and path.read_text("utf-8") == text_of(RUN).replace("\r\n", "\n")
     for missing in (tmp_path / "none" / "it.csv", tmp_path):
         with pytest.raises(OSError, match=re.escape(f"'{missing}'")):
             RUN.to_csv(missing)

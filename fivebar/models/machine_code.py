@@ -121,7 +121,7 @@ def _build(source, command, folder):
         )
         raise OSError(problem) from None
     try:
-        (work / "model.c").write_text(source)
+        (work / "model.c").write_text(source, "utf-8")
         files = [str(work / "model.c"), "-o", str(work / "model.so"), "-lm"]
         done = subprocess.run(
             [*command, *files],

@@ -31,7 +31,7 @@ left, right, end = robot.active_left_joint, robot.active_right_joint, robot.end_
 def run(folder, script, *arguments, code=0, **environment):
     """Run a script, given by its path or its text, in this folder; gives what was printed."""
     if not isinstance(script, Path):
-        (folder / "script.py").write_text(script)
+        (folder / "script.py").write_text(script, encoding="utf-8")
         script = "script.py"
     command = [sys.executable, "-m", "fivebar", "run", str(script), *map(str, arguments)]
     done = subprocess.run(
@@ -51,10 +51,10 @@ def run(folder, script, *arguments, code=0, **environment):
 )
 def test_computed_torque_on_task_1_has_the_reference_errors(tmp_path, kind, case):
     run(tmp_path, SCRIPTS / "computed_torque.py", kind, "errors.json", "--until", 2.52)
-    errors = np.array(json.loads((tmp_path / "errors.json").read_text()))
-    known = json.loads((DATA / "sampled_control.json").read_text())["computed_torque_lab_task_1"][
-        "runs"
-    ][case]
+    errors = np.array(json.loads((tmp_path / "errors.json").read_text("utf-8")))
+    known = json.loads((DATA / "sampled_control.json").read_text("utf-8"))[
+        "computed_torque_lab_task_1"
+    ]["runs"][case]
     assert len(errors) == 250
     # The lab's home is 5.4e-9 m off the reference's start, which moves the errors by up to 1e-8 rad.
     for found, name in (
@@ -231,7 +231,7 @@ def test_ctrl_c_reaches_the_script(tmp_path):
 except KeyboardInterrupt:
     print("summary")
 """
-    (tmp_path / "script.py").write_text(START + loop)
+    (tmp_path / "script.py").write_text(START + loop, encoding="utf-8")
     command = [sys.executable, "-m", "fivebar", "run", "--real-time", "--until", "60", "script.py"]
     pipes = dict(stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     child = subprocess.Popen(command, cwd=tmp_path, start_new_session=True, **pipes)
@@ -271,7 +271,7 @@ def dkm2(*arguments):
     xDD, yDD = right(*arguments)
     return xDD + 0.01, yDD
 """
-    (tmp_path / "student.py").write_text(student)
+    (tmp_path / "student.py").write_text(student, encoding="utf-8")
     done = run(tmp_path, LABS / "evaluation.py", "five_bar", "student.py", "--until", 1)
     assert [line.split()[0] for line in done.stdout.splitlines() if not line.endswith(": OK")] == [
         "dkm2"

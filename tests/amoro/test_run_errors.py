@@ -130,7 +130,7 @@ while True:
         "got its KeyboardInterrupt at 0.5 s of simulated time, as from Ctrl-C, and was still stepping 1 s"
         in done.stderr
     )
-    assert (tmp_path / "run.csv").read_text().splitlines()[-1].startswith("1.5,")
+    assert (tmp_path / "run.csv").read_text("utf-8").splitlines()[-1].startswith("1.5,")
 
 
 @pytest.mark.parametrize(
@@ -166,7 +166,10 @@ def test_a_failed_motion_stays_failed(tmp_path):
     done = run(tmp_path, START + script, "--record", "run.csv")
     assert done.stdout == 3 * "apply_efforts at t = 0.01 s:\n"
     assert (
-        (tmp_path / "run.csv").read_text().splitlines()[-1].startswith("0.01,0.0,0.0,0.0,0.0,0.09")
+        (tmp_path / "run.csv")
+        .read_text("utf-8")
+        .splitlines()[-1]
+        .startswith("0.01,0.0,0.0,0.0,0.0,0.09")
     )
 
 
@@ -213,7 +216,7 @@ def test_wrong_usage(tmp_path, monkeypatch, capsys, options, message):
     from fivebar.cli import main
 
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "script.py").write_text("raise RuntimeError")
+    (tmp_path / "script.py").write_text("raise RuntimeError", encoding="utf-8")
     try:
         code = main(["run", *options])
     except SystemExit as stop:  # argparse's own
@@ -238,18 +241,21 @@ def test_a_killed_command_leaves_no_script_behind(tmp_path, number):
     """Not even one that never gives way."""
     file = tmp_path / "endless.py"
     file.write_text(
-        f"import os\nopen({str(tmp_path / 'pid')!r}, 'w').write(str(os.getpid()) + '\\n')\nwhile True: pass\n"
+        f"import os\nopen({str(tmp_path / 'pid')!r}, 'w').write(str(os.getpid()) + '\\n')\nwhile True: pass\n",
+        encoding="utf-8",
     )
     command = subprocess.Popen(
         [sys.executable, "-m", "fivebar", "run", file], cwd=ROOT, start_new_session=True
     )
     end = time.monotonic() + 60
-    while not ((tmp_path / "pid").exists() and (tmp_path / "pid").read_text().endswith("\n")):
+    while not (
+        (tmp_path / "pid").exists() and (tmp_path / "pid").read_text("utf-8").endswith("\n")
+    ):
         assert command.poll() is None and time.monotonic() < end
         time.sleep(0.02)
-    place = Path("/proc", (tmp_path / "pid").read_text().strip())
+    place = Path("/proc", (tmp_path / "pid").read_text("utf-8").strip())
     command.send_signal(number)
     command.wait()
-    while place.exists() and ") Z" not in (place / "stat").read_text():
+    while place.exists() and ") Z" not in (place / "stat").read_text("utf-8"):
         assert time.monotonic() < end, "the script outlives the command"
         time.sleep(0.02)

@@ -17,10 +17,10 @@ COLUMN = "import numpy as np\nfrom math import *\nb = np.array([[1.0], [2.0]])\n
 def explained(folder, line):
     """The lines said after this one fails, and the line that they are about."""
     file = folder / "old.py"
-    file.write_text(COLUMN + line + "\n")
+    file.write_text(COLUMN + line + "\n", encoding="utf-8")
     linecache.checkcache(str(file))
     try:
-        exec(compile(file.read_text(), str(file), "exec"), {})
+        exec(compile(file.read_text("utf-8"), str(file), "exec"), {})
     except Exception as error:
         frame, number = last_place(error)
         return "\n".join(explanation(error, frame, number)), number
@@ -70,7 +70,7 @@ def test_an_error_that_has_no_text_is_left_alone(tmp_path):
 def test_a_line_of_the_students_models(tmp_path):
     """The explanation names the student's file, not the script that calls it."""
     (tmp_path / "five_bar_models.py").write_text(
-        "from math import *\ndef dgm(q):\n    return cos(q)\n"
+        "from math import *\ndef dgm(q):\n    return cos(q)\n", encoding="utf-8"
     )
     script = "import numpy as np\nfrom five_bar_models import *\ndgm(np.array([0.5]))\n"
     notes = run(tmp_path, script, code=1).stderr
@@ -166,7 +166,7 @@ def effort(q11, q21):
     K[1, 1] = K[0, 0]
     return -K @ np.array([[q11], [q21]])
 """
-    (tmp_path / "five_bar_models.py").write_text(models)
+    (tmp_path / "five_bar_models.py").write_text(models, encoding="utf-8")
     script = """from five_bar_models import *
 robot.apply_efforts(1e-3, 0.0)
 for k in range(100):
@@ -182,7 +182,7 @@ print(type(left.effort).__name__, left.effort == -2e-3 * before)
     )
     run(tmp_path, START + script, code=1)
     (tmp_path / "five_bar_models.py").write_text(
-        models.replace("np.float", "float").replace("np.array([2e-3])", "2e-3")
+        models.replace("np.float", "float").replace("np.array([2e-3])", "2e-3"), encoding="utf-8"
     )
     assert run(tmp_path, START + script).stdout == "float True\n"
 

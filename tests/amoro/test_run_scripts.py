@@ -84,7 +84,7 @@ def test_a_script_is_run_as_python_would(tmp_path):
     """Path, arguments, names, output, exit codes and tracebacks: against `python3 script.py` itself."""
     (tmp_path / "sub").mkdir()
     (tmp_path / "sub" / "helper.py").write_text(
-        "def fail():\n    raise ValueError('of the helper')\n"
+        "def fail():\n    raise ValueError('of the helper')\n", encoding="utf-8"
     )
     script = """import sys, helper, random
 print(__name__, __file__, __spec__, __package__, sys.argv, sys.path[0], sys.modules["__main__"].__dict__ is globals())
@@ -100,7 +100,7 @@ try:
 except ValueError as error:
     raise KeyError("chained") from error
 """
-    (tmp_path / "sub" / "case.py").write_text(script)
+    (tmp_path / "sub" / "case.py").write_text(script, encoding="utf-8")
     for arguments in (["exit"], ["word", "--own", "2"], ["syntax"], ["chain"]):
         plain = subprocess.run(
             [sys.executable, "sub/case.py", *arguments],
@@ -135,5 +135,5 @@ def test_nothing_is_shadowed_outside(tmp_path):
             [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True
         )
         assert f"No module named '{name}'" in done.stderr
-    (tmp_path / "rclpy.py").write_text("raise RuntimeError('a real one')")
+    (tmp_path / "rclpy.py").write_text("raise RuntimeError('a real one')", encoding="utf-8")
     assert "nothing moved" in run(tmp_path, START).stderr

@@ -70,7 +70,7 @@ class OnArm:
         self.folder, self.outputs = Path(tempfile.mkdtemp(prefix="fivebar-arm-")), outputs
         weakref.finalize(self, shutil.rmtree, self.folder)
         source, self.program = (self.folder / name for name in ("model.c", "model"))
-        source.write_text(text + MAIN.format(inputs=inputs, outputs=outputs))
+        source.write_text(text + MAIN.format(inputs=inputs, outputs=outputs), encoding="utf-8")
         command = [*CHIPS[chip], *FLAGS, *flags, str(source), "-o", str(self.program), "-lm"]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode:

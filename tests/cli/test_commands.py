@@ -58,8 +58,8 @@ def test_track_a_line_as_json(capsys, tmp_path):
 def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
     path = fb.line((0.09, 0.068), (0, 0.1), 2.0)
     rows = [f"{t / 20!r},{x!r},{y!r}" for t in range(41) for x, y in [path(t / 20)[0].tolist()]]
-    (tmp_path / "path.csv").write_text("\n".join(["t,x,y", *rows]))
-    (tmp_path / "robot.toml").write_text("l11 = 0.1\nm = 0.6\n")
+    (tmp_path / "path.csv").write_text("\n".join(["t,x,y", *rows]), encoding="utf-8")
+    (tmp_path / "robot.toml").write_text("l11 = 0.1\nm = 0.6\n", encoding="utf-8")
     options = [
         "--robot",
         str(tmp_path / "robot.toml"),
@@ -78,7 +78,7 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         "real-time factor" in notes.out
         and "not in it, so as usual of a five-bar robot: l12 = 0.09, l21" in notes.err
     )
-    (tmp_path / "robot.toml").write_text("l1 = 0.3\n")
+    (tmp_path / "robot.toml").write_text("l1 = 0.3\n", encoding="utf-8")
     chosen("--robot", str(tmp_path / "robot.toml"))
     assert "biglide robot: l2 = 0.28" in capsys.readouterr().err
 
@@ -130,7 +130,7 @@ def test_map_of_task_2(tmp_path, capsys):
     rows = [
         f"{t / 20!r},{x!r},{y!r}" for t in range(81) for x, y in [(1e3 * path(t / 20)[0]).tolist()]
     ]
-    (tmp_path / "task2.csv").write_text("\n".join(["t,x,y", *rows]))
+    (tmp_path / "task2.csv").write_text("\n".join(["t,x,y", *rows]), encoding="utf-8")
     out, data = tmp_path / "map.svg", tmp_path / "map.csv"
     options = [
         "--out",
@@ -152,7 +152,9 @@ def test_map_of_task_2(tmp_path, capsys):
         "path in working mode --: crosses Type 2 at t = 3.172591077" in printed
         and "the torque diverges" in printed
     )
-    assert out.read_text().startswith("<?xml") and data.read_text().startswith("# fivebar map")
+    assert out.read_text("utf-8").startswith("<?xml") and data.read_text("utf-8").startswith(
+        "# fivebar map"
+    )
     assert main(["map", *options, "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)
     assert len(figures["aspects"]) == 10 and figures["path"][3]["time_s"] == pytest.approx(
@@ -230,7 +232,7 @@ def test_map_of_joint_space_and_of_other_robots(tmp_path, capsys):
 
 
 def test_unknown_parameter_in_toml(tmp_path, capsys):
-    (tmp_path / "robot.toml").write_text("length = 0.1\n")
+    (tmp_path / "robot.toml").write_text("length = 0.1\n", encoding="utf-8")
     assert main([*LINE, "--robot", str(tmp_path / "robot.toml")]) == 2
     assert (
         "no parameter length of a five-bar robot; the known ones are l11, l12"
@@ -325,8 +327,8 @@ def chosen(*options):
 
 def test_a_robot_from_the_data_of_its_bars(tmp_path):
     toml, as_json = tmp_path / "iri.toml", tmp_path / "iri.json"
-    toml.write_text(IRI_LINKS)
-    as_json.write_text(json.dumps(tomllib.loads(IRI_LINKS)))
+    toml.write_text(IRI_LINKS, encoding="utf-8")
+    as_json.write_text(json.dumps(tomllib.loads(IRI_LINKS)), encoding="utf-8")
     assert (
         chosen("--robot", str(toml))
         == chosen("--robot", str(as_json))
@@ -335,7 +337,7 @@ def test_a_robot_from_the_data_of_its_bars(tmp_path):
     upright = chosen("--gravity", "0", "-9.81", "--fs1", "0.01", "--mx11", "0.02")
     assert upright == fb.FiveBar(gravity=(0, -9.81), fs1=0.01, mx11=0.02)
     flat = tmp_path / "flat.json"
-    flat.write_text(json.dumps(upright.parameters))
+    flat.write_text(json.dumps(upright.parameters), encoding="utf-8")
     assert chosen("--robot", str(flat)) == upright
 
 
@@ -356,6 +358,6 @@ def test_a_robot_from_the_data_of_its_bars(tmp_path):
     ],
 )
 def test_what_is_wrong_with_a_robot_of_bars_is_named(tmp_path, change, words):
-    (tmp_path / "robot.toml").write_text(IRI_LINKS.replace(*change))
+    (tmp_path / "robot.toml").write_text(IRI_LINKS.replace(*change), encoding="utf-8")
     with pytest.raises(UsageError, match=words):
         chosen("--robot", str(tmp_path / "robot.toml"))

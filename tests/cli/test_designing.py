@@ -55,13 +55,13 @@ def test_a_sweep_its_folder_and_its_table(tmp_path, capsys):
 
 def test_the_other_designs_and_choices(tmp_path, capsys):
     file = tmp_path / "own.py"
-    file.write_text("def thickest(robot):\n    return robot.l11 / robot.d\n")
+    file.write_text("def thickest(robot):\n    return robot.l11 / robot.d\n", encoding="utf-8")
     rows = ran(
         ["sweep", f"{file}:thickest", "--sample", 20, "--bound", "d=0.1:0.2", "--best", 1], capsys
     ).out
     assert 0.85 < float(rows.split()[-1]) <= 0.9
     csv = tmp_path / "designs.csv"
-    csv.write_text("l1,task_y\n0.1,0.12\n0.1,9\nnan,0.1\n")
+    csv.write_text("l1,task_y\n0.1,0.12\n0.1,9\nnan,0.1\n", encoding="utf-8")
     notes = ran(
         ["sweep", "det_A", "worst_tip_error", "--designs", csv, *TABLE, "--tolerance", "q=0.001"],
         capsys,
@@ -69,7 +69,9 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
     assert [line.split()[0] for line in notes.out.splitlines()] == ["design", "0", "1"]
     assert notes.err == "design 2: l1 must be finite, not nan\n"
     path = tmp_path / "path.csv"
-    path.write_text("t,x,y\n" + "".join(f"{k / 10},{0.002 * k},0.12\n" for k in range(8)))
+    path.write_text(
+        "t,x,y\n" + "".join(f"{k / 10},{0.002 * k},0.12\n" for k in range(8)), encoding="utf-8"
+    )
     words = [
         "sweep",
         "time",
@@ -161,7 +163,7 @@ def test_a_design_and_a_front(tmp_path, capsys):
     ]
     text = ran([*words, "--out", tmp_path / "one"], capsys).out
     assert "det_A = 0.5" in text and "no robot within the bounds passes bars = 0.2" in text
-    robot = json.loads((tmp_path / "one" / "robot.json").read_text())
+    robot = json.loads((tmp_path / "one" / "robot.json").read_text("utf-8"))
     assert robot["l11"] == robot["l21"] == round(robot["l11"], 3) and robot["d"] == 0.05
     # The file is a robot to every command.
     csv = ["sweep", "bars", "--robot", tmp_path / "one" / "robot.json", "--grid", "m=0.5", "--json"]

@@ -16,12 +16,12 @@ STROKES = '<path d="M2 2 L30 5 L20 25 Z"/><circle cx="30" cy="20" r="5"/>'
 
 @pytest.fixture
 def drawing(tmp_path):
-    (tmp_path / "drawing.svg").write_text(SVG.format("<text>no</text>" + STROKES))
+    (tmp_path / "drawing.svg").write_text(SVG.format("<text>no</text>" + STROKES), encoding="utf-8")
     return str(tmp_path / "drawing.svg")
 
 
 def table(file, skip=1):
-    lines = file.read_text().splitlines()[skip:]
+    lines = file.read_text("utf-8").splitlines()[skip:]
     return lines[0].split(","), np.array([line.split(",") for line in lines[1:]], dtype=float)
 
 
@@ -132,7 +132,7 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
     ],
 )
 def test_what_cannot_be_drawn_is_said(body, options, code, message, tmp_path, capsys):
-    (tmp_path / "drawing.svg").write_text(SVG.format(body))
+    (tmp_path / "drawing.svg").write_text(SVG.format(body), encoding="utf-8")
     assert (
         main(["draw", str(tmp_path / "drawing.svg"), "--out", str(tmp_path / "out"), *options])
         == code
@@ -143,14 +143,14 @@ def test_what_cannot_be_drawn_is_said(body, options, code, message, tmp_path, ca
 @pytest.mark.deep
 def test_a_path_of_two_modes_is_refused_or_crosses_type_2(tmp_path, capsys):
     """From the lab's home to its task 2: no working mode leads there without Type 2."""
-    (tmp_path / "task_2.csv").write_text("x,y\n0.09,0.068\n0.07,0.034\n0.05,0\n")
+    (tmp_path / "task_2.csv").write_text("x,y\n0.09,0.068\n0.07,0.034\n0.05,0\n", encoding="utf-8")
     options = ["--at", "0.07", "0.034", "--torque-limit", "0.02", "--out", str(tmp_path), "--json"]
     assert main(["draw", str(tmp_path / "task_2.csv"), *options]) == 1
     assert (
         "in working modes (-1, -1) it meets Type 2 at (52.53, 4.304) mm, 73.9 mm along it (line 4)"
         in (capsys.readouterr().err)
     )
-    (tmp_path / "proof.json").write_text("of an earlier drawing")
+    (tmp_path / "proof.json").write_text("of an earlier drawing", encoding="utf-8")
     assert (
         main(["draw", str(tmp_path / "task_2.csv"), *options, "--through", "--working", "-1", "-1"])
         == 0
@@ -235,13 +235,13 @@ def test_track_in_other_modes(controller, capsys):
 
 def test_track_says_what_it_makes_of_a_file(tmp_path, capsys):
     (tmp_path / "corner.csv").write_text(
-        "t [ms];X (mm);Y (mm)\n0;50;100\n500;60,5;100\n1000;60,5;110\n"
+        "t [ms];X (mm);Y (mm)\n0;50;100\n500;60,5;100\n1000;60,5;110\n", encoding="utf-8"
     )
     assert main(["track", str(tmp_path / "corner.csv"), "--polyline", "1e-4"]) == 0
     err = capsys.readouterr().err
     assert "it leaves the chords between samples by up to" in err and "X (mm): read in mm" in err
     (tmp_path / "ms.csv").write_text(
-        "t,x,y\n" + "\n".join(f"{10 * k},0.05,0.10{k}" for k in range(8))
+        "t,x,y\n" + "\n".join(f"{10 * k},0.05,0.10{k}" for k in range(8)), encoding="utf-8"
     )
     assert main(["track", str(tmp_path / "ms.csv")]) == 2
     assert "could be seconds" in capsys.readouterr().err

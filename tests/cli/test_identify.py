@@ -18,12 +18,13 @@ def files(tmp_path):
     rows = np.column_stack([1e3 * log["t"], np.degrees(log["q"]), 1e3 * log["tau"]])
     lines = [";".join(f"{value:.9g}".replace(".", ",") for value in row) for row in rows]
     (tmp_path / "log.csv").write_text(
-        "Time (ms);q1 (deg);q2 (deg);torque1 [mNm];torque2 [mNm]\n" + "\n".join(lines)
+        "Time (ms);q1 (deg);q2 (deg);torque1 [mNm];torque2 [mNm]\n" + "\n".join(lines),
+        encoding="utf-8",
     )
     lengths = "".join(
         f"{name} = {getattr(robot, name)!r}\n" for name in ("l11", "l12", "l21", "l22", "d")
     )
-    (tmp_path / "robot.toml").write_text(lengths)
+    (tmp_path / "robot.toml").write_text(lengths, encoding="utf-8")
     return tmp_path
 
 

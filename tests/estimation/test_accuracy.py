@@ -98,11 +98,11 @@ def test_poses_keep_their_margin_their_modes_and_their_window():
 def test_a_list_of_poses_to_fill_in(tmp_path):
     found = fb.measurement_poses(LAB, 6, GEOMETRY, criterion="D", start={"offset1": 0.1})
     found.to_csv(tmp_path / "poses.csv")
-    text = (tmp_path / "poses.csv").read_text().splitlines()
+    text = (tmp_path / "poses.csv").read_text("utf-8").splitlines()
     filled = [text[0]] + [
         ",".join([*(c := line.split(","))[:2], c[7], c[8], *c[4:]]) for line in text[1:]
     ]
-    (tmp_path / "filled.csv").write_text("\n".join(filled))
+    (tmp_path / "filled.csv").write_text("\n".join(filled), encoding="utf-8")
     calibrated = fb.calibrate(LAB, tmp_path / "filled.csv", GEOMETRY, start={"offset1": 0.1})
     assert calibrated.values == pytest.approx(
         {n: getattr(LAB, n, 0.0) for n in GEOMETRY} | {"offset1": 0.1}, abs=1e-11

@@ -26,12 +26,12 @@ def test_a_file_of_a_calibration_comes_back(tmp_path):
         and again.sd == found.sd
         and np.array_equal(again.covariance, found.covariance)
     )
-    text = (tmp_path / "c.json").read_text()
+    text = (tmp_path / "c.json").read_text("utf-8")
     bad = [json.loads(text) for _ in range(4)]
     for (name, place), each in zip(product(("p", "start"), (3, 12)), bad):  # fuzzing found it
         each[name][place] = 1e-320
     for content in ({"fivebar": "x"}, *bad):
-        (tmp_path / "bad.json").write_text(json.dumps(content))
+        (tmp_path / "bad.json").write_text(json.dumps(content), encoding="utf-8")
         with pytest.raises(ValueError, match="bad.json: not a file of kind 'calibration"):
             fb.Calibration.from_json(tmp_path / "bad.json")
     found.to_toml(tmp_path / "robot.toml")

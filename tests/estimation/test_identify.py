@@ -231,7 +231,7 @@ def test_the_result_is_kept_and_shown(tmp_path):
     with pytest.raises(ValueError, match="no rows to draw"):
         again.plot()
     with pytest.raises(ValueError, match="not a file of kind 'identification'"):
-        (tmp_path / "b.json").write_text("{}")
+        (tmp_path / "b.json").write_text("{}", encoding="utf-8")
         fb.Identification.from_json(tmp_path / "b.json")
 
 

@@ -55,11 +55,12 @@ class Program:
 
     def __init__(self, folder, text, functions, single=False, arm=False, flags=()):
         header = folder / "model.h"
-        header.write_text(text)
+        header.write_text(text, encoding="utf-8")
         self.functions, self.single, self.arm = functions, single, arm
         source, self.path = folder / "main.c", folder / f"main-{single}-{arm}"
         source.write_text(
-            MAIN.format(header=header, calls="".join(_call(*each) for each in functions.items()))
+            MAIN.format(header=header, calls="".join(_call(*each) for each in functions.items())),
+            encoding="utf-8",
         )
         compiler = shutil.which(ARM) if arm else c_compiler()
         options = [

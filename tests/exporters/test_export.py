@@ -25,7 +25,7 @@ SIMULATORS = "mjcf", "urdf", "sdf"
 )
 def test_files_are_xml_and_say_how_they_are_closed(robot, format, tmp_path):
     text = fb.export(robot, format, tmp_path / "robot", name="mine")
-    assert (tmp_path / "robot").read_text() == text
+    assert (tmp_path / "robot").read_text("utf-8") == text
     root = ET.fromstring(text)
     named = root if format != "sdf" else root.find("world/model")
     assert "mine" in (named.get("name"), named.get("model"))
@@ -143,7 +143,7 @@ def test_the_command(tmp_path, capsys):
             == 0
         )
         assert capsys.readouterr().out == f"{out}\n"
-        assert out.read_text() == fb.export(fb.Biglide(m=2), format)
+        assert out.read_text("utf-8") == fb.export(fb.Biglide(m=2), format)
     assert main(["export", "--format", "c", "--functions", "igm", "dkm", "--name", "left"]) == 0
     text = capsys.readouterr().out
     assert "left_igm(" in text and "left_dkm(" in text and "left_dgm(" not in text
@@ -197,7 +197,7 @@ def test_headers_get_along_with_each_other_with_cplusplus_and_not_with_fast_math
         fb.export(robot, "c", tmp_path / f"{name}.h", name=name)
     source = tmp_path / "main.c"
     includes = "".join(f'#include "{name}.h"\n' for name in ("left", "right", "feet", "left"))
-    source.write_text(includes + "int main(void) { return 0; }\n")
+    source.write_text(includes + "int main(void) { return 0; }\n", encoding="utf-8")
 
     def build(*flags):
         command = [c_compiler(), *flags, "-c", str(source), "-o", str(tmp_path / "main.o")]

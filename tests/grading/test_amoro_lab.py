@@ -13,12 +13,12 @@ from tests.amoro.test_run import run
 from tests.helpers import LABS
 from tests.helpers.hand_ins import FOLDER
 
-HELPERS = (FOLDER / "helpers.py").read_text()
+HELPERS = (FOLDER / "helpers.py").read_text("utf-8")
 
 
 def report(folder, source, lab="amoro"):
     path = folder / "five_bar_models.py"
-    path.write_text(source)
+    path.write_text(source, encoding="utf-8")
     return grade(find_lab(lab), Job(path, seed="test"))
 
 
@@ -88,16 +88,20 @@ def test_what_may_be_told_of_hidden_inputs_holds_no_number_of_the_programs(tmp_p
 
 
 def test_what_an_older_numpy_took_is_graded_and_said(tmp_path):
-    found = report(tmp_path, (FOLDER / "columns.py").read_text())
+    found = report(tmp_path, (FOLDER / "columns.py").read_text("utf-8"))
     assert found.points == 20
     assert any("graded as it ran before" in note and "A11A12[1]" in note for note in found.notes)
 
 
 def tracked(folder, task, gains, *arguments, code=0):
     script = (
-        (LABS / "amoro/control.py").read_text().replace("KP, KD = 100.0, 20.0", f"KP, KD = {gains}")
+        (LABS / "amoro/control.py")
+        .read_text("utf-8")
+        .replace("KP, KD = 100.0, 20.0", f"KP, KD = {gains}")
     )
-    (folder / "chosen_models.py").write_text((LABS / "amoro/chosen_models.py").read_text())
+    (folder / "chosen_models.py").write_text(
+        (LABS / "amoro/chosen_models.py").read_text("utf-8"), encoding="utf-8"
+    )
     return run(folder, script, "--mark", task, "--json", *arguments, code=code)
 
 

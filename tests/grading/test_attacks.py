@@ -25,8 +25,8 @@ def scene(tmp_path, monkeypatch):
     """A folder that all may write to, with the secret in a file, and in the environment; checked afterwards."""
     secret = random.random() + 1
     monkeypatch.setenv("SECRET", repr(secret))
-    (tmp_path / "secrets.txt").write_text(repr(secret))
-    (tmp_path / "results.json").write_text('{"score": 0}')
+    (tmp_path / "secrets.txt").write_text(repr(secret), encoding="utf-8")
+    (tmp_path / "results.json").write_text('{"score": 0}', encoding="utf-8")
     for folder in (tmp_path, *tmp_path.parents[:3]):
         folder.chmod(folder.stat().st_mode | 0o005)
     tmp_path.chmod(0o777)
@@ -34,8 +34,8 @@ def scene(tmp_path, monkeypatch):
         file.chmod(0o666)
     yield Scene(tmp_path, secret)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["results.json", "secrets.txt"]
-    assert (tmp_path / "results.json").read_text() == '{"score": 0}'
-    assert (tmp_path / "secrets.txt").read_text() == repr(secret)
+    assert (tmp_path / "results.json").read_text("utf-8") == '{"score": 0}'
+    assert (tmp_path / "secrets.txt").read_text("utf-8") == repr(secret)
 
 
 class Scene:
@@ -69,7 +69,7 @@ def processes(nonces):
         try:
             line, state = (
                 (place / "cmdline").read_bytes(),
-                (place / "stat").read_text().rpartition(")")[2].split()[0],
+                (place / "stat").read_text("utf-8").rpartition(")")[2].split()[0],
             )
         except OSError:
             continue

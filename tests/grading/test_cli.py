@@ -151,9 +151,10 @@ def test_files_and_exit_codes(run, tmp_path):
     )
     assert code == 1 and "1 of 1 below 26 %: my" in err
     assert (
-        "origin in the base joint" in html.read_text() and len(table.read_text().splitlines()) == 4
+        "origin in the base joint" in html.read_text("utf-8")
+        and len(table.read_text("utf-8").splitlines()) == 4
     )
-    assert json.loads(scope.read_text())["score"] == 1
+    assert json.loads(scope.read_text("utf-8"))["score"] == 1
     assert run("grade", SHIFTED, "--fail-under", "25")[0] == 0
 
 
@@ -168,11 +169,11 @@ def test_gradescope_hands_over_a_folder(labs, tmp_path):
         "--gradescope",
         str(tmp_path / "r.json"),
     ]
-    assert main(command) == 0 and json.loads((tmp_path / "r.json").read_text())["score"] == 4
+    assert main(command) == 0 and json.loads((tmp_path / "r.json").read_text("utf-8"))["score"] == 4
 
 
 def test_a_fault_of_the_lab_is_a_failure(run, labs):
-    with open(f"{labs}/elbow/test_lab.py", "a") as file:
+    with open(f"{labs}/elbow/test_lab.py", "a", encoding="utf-8") as file:
         file.write("\n\ndef test_broken(ask):\n    1 / 0\n")
     code, out, err = run("check", RIGHT)
     assert (
@@ -227,7 +228,7 @@ def test_a_robot_for_each_student(run, labs, tmp_path, capsys, monkeypatch):
     assert "looks like  not your robot" in run("grade", RIGHT, *variant)[1]
     assert "4 of 4" in run("check", solved)[1]  # at home for the robot of the file
     assert "1 of 4" in run("grade", solved)[1]  # the handout's robot unless a secret is given
-    student.write_text("def elbow(q11):\n    pass\n")
+    student.write_text("def elbow(q11):\n    pass\n", encoding="utf-8")
     assert (
         main(["grade", "elbow", *options]) == 2 and "no line `l11 = ...`" in capsys.readouterr().err
     )

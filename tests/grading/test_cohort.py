@@ -61,7 +61,7 @@ def command(labs, folder, out, *options):
 
 def points(out):
     return {
-        path.stem: json.loads(path.read_text())["points"]
+        path.stem: json.loads(path.read_text("utf-8"))["points"]
         for path in (out / "students").glob("*.json")
     }
 
@@ -88,13 +88,13 @@ def test_a_cohort_with_all_that_can_happen(labs, folder, tmp_path, capsys):
     got = points(out)
     assert len(got) == 11 and got["anna"] == got["emil"] == got["latin"] == 4 and got["ben"] == 1
     assert got["dora"] == got["fred"] == got["gina"] == got["empty"] == 0 and 0 < got["carl"] < 3
-    assert "is not UTF-8 text" in (out / "students" / "latin.html").read_text()
+    assert "is not UTF-8 text" in (out / "students" / "latin.html").read_text("utf-8")
     assert {path.name for path in out.iterdir()} == {
         STATE, "students", "checks.csv", "scores.csv", "items.csv", "misconceptions.csv", "summary.html",
     }  # fmt: skip
-    assert len((out / "checks.csv").read_text().splitlines()) == 1 + 3 * 11
-    assert "'=HYPERLINK(1)," in (out / "scores.csv").read_text()
-    page = (out / "summary.html").read_text()
+    assert len((out / "checks.csv").read_text("utf-8").splitlines()) == 1 + 3 * 11
+    assert "'=HYPERLINK(1)," in (out / "scores.csv").read_text("utf-8")
+    page = (out / "summary.html").read_text("utf-8")
     assert (
         "<img" not in page
         and "&lt;img src=x onerror=alert(1)&gt;" in page
@@ -124,14 +124,14 @@ def test_what_is_graded_again(labs, folder, tmp_path):
         begin(lab, out, first.seed, b"a secret", "process", None).done(entry) is None
     )  # another robot
     assert begin(lab, out, "other", None, "process", None).done(entry) is None
-    first.file(entry, ".json").write_text("{}")
+    first.file(entry, ".json").write_text("{}", encoding="utf-8")
     assert first.done(entry) is None
     run_cohort(first, [entry], 1)
-    lab.tests.write_text(lab.tests.read_text() + "\n")
+    lab.tests.write_text(lab.tests.read_text("utf-8") + "\n", encoding="utf-8")
     assert first.done(entry) is None
-    (out / STATE).write_text("[]")
+    (out / STATE).write_text("[]", encoding="utf-8")
     assert main(command(labs, folder, out)) == 2
-    (out / STATE).write_text('{"lab": "wrist", "seed": "1"}')
+    (out / STATE).write_text('{"lab": "wrist", "seed": "1"}', encoding="utf-8")
     assert main(command(labs, folder, out)) == 2
 
 
@@ -185,7 +185,9 @@ def test_killed_at_any_moment_and_gone_on_with(labs, folder, tmp_path, number):
             and "goes on from there" in err
             and "Traceback" not in err
         )
-    seeds = {json.loads(path.read_text())["seed"] for path in (out / "students").glob("*.json")}
+    seeds = {
+        json.loads(path.read_text("utf-8"))["seed"] for path in (out / "students").glob("*.json")
+    }
     run = subprocess.run(
         [sys.executable, "-m", "fivebar", *command(labs, folder, out)],
         cwd=ROOT,
@@ -195,7 +197,7 @@ def test_killed_at_any_moment_and_gone_on_with(labs, folder, tmp_path, number):
     assert run.returncode == 0 and f"{len(kept)} of 12 are graded already" in run.stderr
     assert points(out) == {f"s{k:02d}": (4 if k % 2 else 1) for k in range(12)}
     assert {
-        json.loads(path.read_text())["seed"] for path in (out / "students").glob("*.json")
+        json.loads(path.read_text("utf-8"))["seed"] for path in (out / "students").glob("*.json")
     } == seeds
 
 
@@ -243,11 +245,13 @@ def test_a_file_replaced_while_it_is_graded_is_graded_again(labs, folder, tmp_pa
     entry = Entry("a", written(folder / "a.py", SHIFTED))
     cohort = begin(find_lab("elbow", labs), tmp_path / "out", "s", None, "process", None)
     run = graded.run_checks
-    monkeypatch.setattr(graded, "run_checks", lambda *a: entry.path.write_text(RIGHT) and run(*a))
+    monkeypatch.setattr(
+        graded, "run_checks", lambda *a: entry.path.write_text(RIGHT, encoding="utf-8") and run(*a)
+    )
     report = grade(cohort.lab, Job(entry.path, "a", "s", cohort.job(entry).robot))
     written(cohort.file(entry, ".json"), json.dumps(report.as_json()))
     assert report.points < report.max_points and cohort.done(entry) is None
-    entry.path.write_text(SHIFTED)
+    entry.path.write_text(SHIFTED, encoding="utf-8")
     assert cohort.done(entry).points == report.points
 
 
@@ -262,7 +266,9 @@ def test_a_graders_process_that_dies_costs_one_student(labs, folder, tmp_path, c
     """The lab itself kills the process that grades: only for one student, who has no points, not 0."""
     tests = labs / "elbow" / "test_lab.py"
     code = "import os\n    if abs(ask.call('elbow', 0.0)[0] - 7) < 1:\n        os.kill(os.getpid(), 9)\n"
-    tests.write_text(tests.read_text() + f"\n\ndef test_deadly(ask):\n    {code}")
+    tests.write_text(
+        tests.read_text("utf-8") + f"\n\ndef test_deadly(ask):\n    {code}", encoding="utf-8"
+    )
     written(folder / "a.py", RIGHT)
     written(folder / "b.py", RIGHT.replace("-d / 2 +", "7 +"))
     written(folder / "c.py", RIGHT)
@@ -277,11 +283,11 @@ def test_a_graders_process_that_dies_costs_one_student(labs, folder, tmp_path, c
         and "1 of 3 not graded: b; run it again" in printed.err
     )
     assert "elbow: 2 students" in printed.out
-    _, row_a, row_b, _ = (tmp_path / "out" / "scores.csv").read_text().splitlines()
+    _, row_a, row_b, _ = (tmp_path / "out" / "scores.csv").read_text("utf-8").splitlines()
     assert row_a.startswith("a,a.py,5,5,100.0,graded,") and row_b.startswith(
         'b,b.py,,,,not graded,"NOT GRADED: '
     )
-    assert "Not graded: run it again" in (tmp_path / "out" / "summary.html").read_text()
+    assert "Not graded: run it again" in (tmp_path / "out" / "summary.html").read_text("utf-8")
 
 
 @pytest.mark.deep
@@ -293,7 +299,8 @@ def test_hidden_inputs_are_the_same_for_all_and_a_grade_is_had_again(
     out = tmp_path / "out"
     assert main(command(labs, folder, out)) == 0
     anna, ben = (
-        json.loads((out / "students" / f"{name}.json").read_text()) for name in ("anna", "ben")
+        json.loads((out / "students" / f"{name}.json").read_text("utf-8"))
+        for name in ("anna", "ben")
     )
     assert [check["asked"] for check in anna["checks"]] == [
         check["asked"] for check in ben["checks"]
@@ -312,4 +319,4 @@ def test_hidden_inputs_are_the_same_for_all_and_a_grade_is_had_again(
     assert main(again) == 0
     data = json.loads(capsys.readouterr().out)
     assert {**data, "seconds": 0} == {**anna, "seconds": 0}
-    assert anna["seed"] not in (out / "students" / "anna.html").read_text()
+    assert anna["seed"] not in (out / "students" / "anna.html").read_text("utf-8")

@@ -70,28 +70,28 @@ def test_gradescope_tells_no_input_and_nothing_that_a_program_says(labs, tmp_pat
 def test_in_an_exam_students_see_points_and_the_instructor_all(cohort, labs, tmp_path, capsys):
     files = {"anna.py": SHIFTED, "ben.py": UNTOUCHED}
     code, out = cohort(files, "--hints-from", SOON)
-    page = (out / "students" / "anna.html").read_text()
+    page = (out / "students" / "anna.html").read_text("utf-8")
     assert code == 0 and "1 of 4 points" in page and SOON in page
     assert not any(word in page for word in ("origin in the base", "asked", "<svg", "q11="))
-    kept = json.loads((out / "students" / "anna.json").read_text())
+    kept = json.loads((out / "students" / "anna.json").read_text("utf-8"))
     assert kept["checks"][0]["misconception"] == "origin in the base joint"
     assert "2 of 2 are graded already" not in capsys.readouterr().err
     cohort(files, "--hints-from", SOON)
     assert "2 of 2 are graded already" in capsys.readouterr().err
     cohort(files, "--hints-from", "2020-01-01")  # the day has come: the same results, explained
     assert "are graded already" not in capsys.readouterr().err
-    again = json.loads((out / "students" / "anna.json").read_text())
-    assert "origin in the base joint" in (out / "students" / "anna.html").read_text()
+    again = json.loads((out / "students" / "anna.json").read_text("utf-8"))
+    assert "origin in the base joint" in (out / "students" / "anna.html").read_text("utf-8")
     assert {**again, "seconds": 0, "hints_from": ""} == {**kept, "seconds": 0, "hints_from": ""}
-    with open(labs / "elbow" / "exercises.py", "a") as file:
+    with open(labs / "elbow" / "exercises.py", "a", encoding="utf-8") as file:
         file.write(f'\nHINTS_FROM = "{SOON}"\n')
     my, scope = written(tmp_path / "my.py", SHIFTED), tmp_path / "r.json"
     options = ["--labs", str(labs), "--html", str(tmp_path / "r.html")]
     for command in (["check"], ["grade", "--gradescope", str(scope)]):
         assert main([command[0], "elbow", str(my), *options, *command[1:]]) == 0
         assert ("base joint" in capsys.readouterr().out) == (command[0] == "grade")
-        assert "base joint" not in (tmp_path / "r.html").read_text()
-    assert "base joint" not in scope.read_text() and SOON in scope.read_text()
+        assert "base joint" not in (tmp_path / "r.html").read_text("utf-8")
+    assert "base joint" not in scope.read_text("utf-8") and SOON in scope.read_text("utf-8")
     assert main(["check", "elbow", str(my), "--labs", str(labs), "--json"]) == 0
     assert "base joint" not in capsys.readouterr().out
     assert main(["check", "elbow", str(my), "--labs", str(labs), "--hints-from", "soon"]) == 2
@@ -129,9 +129,14 @@ def test_marks_in_moodles_own_sheet(cohort, tmp_path, capsys):
     )
     assert "no program that could be graded for Two" in err
     before, after = (
-        list(csv.reader(io.StringIO(t))) for t in (MOODLE[1:], (out / "gradebook.csv").read_text())
+        list(csv.reader(io.StringIO(t)))
+        for t in (MOODLE[1:], (out / "gradebook.csv").read_text("utf-8"))
     )
-    half = json.loads(next((out / "students").glob("Grace*.json")).read_text())["points"] * 18.3 / 4
+    half = (
+        json.loads(next((out / "students").glob("Grace*.json")).read_text("utf-8"))["points"]
+        * 18.3
+        / 4
+    )
     assert [row[4] for row in after] == [
         "Note",
         "20",
@@ -147,8 +152,8 @@ def test_marks_in_moodles_own_sheet(cohort, tmp_path, capsys):
 def test_marks_in_canvas_gradebook_by_number_and_by_login(cohort, tmp_path, capsys):
     sheet = written(tmp_path / "sheet.csv", CANVAS)
     code, out = cohort({"lovelaceada_12_345_lab.py": HALF, "alan.py": RIGHT}, "--gradebook", sheet)
-    rows = list(csv.reader(io.StringIO((out / "gradebook.csv").read_text())))
-    points = json.loads((out / "students" / "lovelaceada.json").read_text())["points"]
+    rows = list(csv.reader(io.StringIO((out / "gradebook.csv").read_text("utf-8"))))
+    points = json.loads((out / "students" / "lovelaceada.json").read_text("utf-8"))["points"]
     assert code == 0 and [row[5] for row in rows] == [
         "elbow (78)",
         "10",
@@ -158,7 +163,7 @@ def test_marks_in_canvas_gradebook_by_number_and_by_login(cohort, tmp_path, caps
     ]
     assert "no row" not in capsys.readouterr().err
     assert cohort({}, "--gradebook", sheet, "--column", "Lab 1 (77)")[0] == 0
-    assert [row[4] for row in csv.reader(io.StringIO((out / "gradebook.csv").read_text()))][
+    assert [row[4] for row in csv.reader(io.StringIO((out / "gradebook.csv").read_text("utf-8")))][
         3
     ] == "20"
 

@@ -22,7 +22,7 @@ from tests.helpers.lab_session import results
 
 from ..helpers.grading_lab import RIGHT, write_lab, written
 
-LAB1, LAB4, LAB6 = (DATA.joinpath(f"solutions/lab{k}.py").read_text() for k in (1, 4, 6))
+LAB1, LAB4, LAB6 = (DATA.joinpath(f"solutions/lab{k}.py").read_text("utf-8") for k in (1, 4, 6))
 
 
 def points(lab, tmp_path, source, **choices):

@@ -64,8 +64,8 @@ AREA = "product(reach(q, s))"
 def lab(tmp_path):
     folder = tmp_path / "labs" / "two"
     folder.mkdir(parents=True)
-    (folder / "exercises.py").write_text(EXERCISES)
-    (folder / "test_lab.py").write_text(CHECKS)
+    (folder / "exercises.py").write_text(EXERCISES, encoding="utf-8")
+    (folder / "test_lab.py").write_text(CHECKS, encoding="utf-8")
     return Lab(folder)
 
 

@@ -186,16 +186,16 @@ def test_a_program_may_import_what_lies_beside_it(labs, folder, tmp_path, capsys
         "process",
     ]
     assert main(command) == 0
-    rows = list(csv.DictReader(io.StringIO((out / "scores.csv").read_text())))
+    rows = list(csv.DictReader(io.StringIO((out / "scores.csv").read_text("utf-8"))))
     assert {row["student"]: float(row["points"]) for row in rows} == {
         "anna": 4,
         "ben": 4,
         "eve": 0,
         "fred": 4,
     }
-    assert (
-        "ModuleNotFoundError: eve is not available" in (out / "students" / "fred.html").read_text()
-    )
+    assert "ModuleNotFoundError: eve is not available" in (
+        out / "students" / "fred.html"
+    ).read_text("utf-8")
     capsys.readouterr()
     assert main(["check", "elbow", str(folder / "anna" / "lab.py"), "--labs", str(labs)]) == 0
     assert "4 of 4 points" in capsys.readouterr().out
@@ -236,15 +236,14 @@ def test_all_that_is_not_graded_is_listed_and_stops_nothing(labs, folder, tmp_pa
         "isolation: process (" in err
         and "loop: The file cannot be read: it is a symbolic link" in err
     )
-    rows = list(csv.DictReader(io.StringIO((out / "scores.csv").read_text())))
+    rows = list(csv.DictReader(io.StringIO((out / "scores.csv").read_text("utf-8"))))
     assert [(row["student"], row["submission"], row["points"][:1], row["word"]) for row in rows] == [
         ("anna", "lab.py", "4", "graded"), ("ben", "ben.py", "1", "graded"), ("loop", "loop", "0", "no program"),
         ("", "grades.xlsx", "", "ignored"),
     ]  # fmt: skip
-    assert (
-        "anna/control.py" in rows[0]["not graded"]
-        and "anna/control.py" in (out / "summary.html").read_text()
-    )
+    assert "anna/control.py" in rows[0]["not graded"] and "anna/control.py" in (
+        out / "summary.html"
+    ).read_text("utf-8")
     inside = [
         "grade",
         "elbow",
@@ -304,7 +303,7 @@ def test_a_list_of_ids_as_windows_saves_it(labs, tmp_path, data, capsys):
     assert main(["grade", "elbow", "--hand-out", str(ids), *options]) == 0
     assert (
         f"\nd = {robot_of(b'a secret', 'anna').d!r}"
-        in f"\n{(out / 'anna' / 'student.py').read_text()}"
+        in f"\n{(out / 'anna' / 'student.py').read_text('utf-8')}"
     )
     assert len(list(out.iterdir())) == 2
 

@@ -38,7 +38,7 @@ def alive(mark):
     found = []
     for place in Path("/proc").glob("[0-9]*"):
         try:
-            state = (place / "stat").read_text().rpartition(")")[2].split()[0]
+            state = (place / "stat").read_text("utf-8").rpartition(")")[2].split()[0]
             if state != "Z" and mark.encode() in (place / "environ").read_bytes():
                 found.append(place.name)
         except OSError:
@@ -99,7 +99,7 @@ def test_nothing_is_lost_or_kept_wrong_and_nothing_is_left(tmp_path, isolate):
             # Killed, Python itself may tell of a process that was just being started.
             assert code == -9 or "Traceback" not in err, err
             for path in (out / "students").glob("s*.json"):
-                kept = json.loads(path.read_text())
+                kept = json.loads(path.read_text("utf-8"))
                 assert (
                     kept["points"] == wanted[path.stem]
                     and not kept["trouble"]

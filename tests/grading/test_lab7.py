@@ -18,7 +18,7 @@ from fivebar.grading.samples import beside_type_1, beside_type_2, poses, unequal
 from fivebar.grading.variants import biglide_of, robot_from, with_constants
 from tests.helpers.lab_session import FOLDERS, SOLUTIONS, load, results
 
-RIGHT = (SOLUTIONS / "lab7.py").read_text()
+RIGHT = (SOLUTIONS / "lab7.py").read_text("utf-8")
 HANDOUT = fb.Biglide()
 
 
@@ -141,14 +141,14 @@ def test_samples_are_what_they_say(seed):
 @pytest.mark.deep
 def test_graded_for_a_students_own_robot_by_every_door(tmp_path, capsys):
     secret, ids, folder = tmp_path / "secret", tmp_path / "ids.txt", tmp_path / "handed in"
-    secret.write_text("a secret")
-    ids.write_text("ann\n")
+    secret.write_text("a secret", encoding="utf-8")
+    ids.write_text("ann\n", encoding="utf-8")
     options = ["--secret-file", str(secret), "--out"]
     assert main(["grade", "lab7", "--hand-out", str(ids), *options, str(folder)]) == 0
     file, robot = Path(capsys.readouterr().out.strip()), biglide_of(b"a secret", "ann")
     with Student(read_submission(file)) as program:
         assert robot_from(HANDOUT, program.constants) == robot != biglide_of(b"a secret", "bob")
-    file.write_text(with_constants(RIGHT, robot))
+    file.write_text(with_constants(RIGHT, robot), encoding="utf-8")
     assert (
         main(
             ["grade", "lab7", str(folder), "--json", "--jobs", "1", *options, str(tmp_path / "out")]
@@ -165,13 +165,13 @@ def test_graded_for_a_students_own_robot_by_every_door(tmp_path, capsys):
 @pytest.mark.deep
 def test_a_report_shows_the_bars_and_speaks_of_the_files_numbers(tmp_path):
     file = tmp_path / "student.py"
-    file.write_text(RIGHT.replace("h = sqrt(", "h = -sqrt("))
+    file.write_text(RIGHT.replace("h = sqrt(", "h = -sqrt("), encoding="utf-8")
     wrong = next(
         check
         for check in grade(find_lab("lab7"), Job(file), home=True).checks
         if check.outcome != "right"
     )
     assert wrong.figure.startswith("<svg") and wrong.figure.count("<polyline") == 4
-    file.write_text(RIGHT.replace("l1 = 0.2828427", "l1 = 0.3"))
+    file.write_text(RIGHT.replace("l1 = 0.2828427", "l1 = 0.3"), encoding="utf-8")
     other = grade(find_lab("lab7"), Job(file, robot=HANDOUT))
     assert "l1 = 0.3 (graded for 0.282843)" in other.notes[0] and not other.faults

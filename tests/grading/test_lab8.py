@@ -9,7 +9,7 @@ import fivebar as fb
 from fivebar.cli import main
 from tests.helpers.lab_session import FOLDERS, SOLUTIONS, load, results
 
-RIGHT = (SOLUTIONS / "lab8.py").read_text()
+RIGHT = (SOLUTIONS / "lab8.py").read_text("utf-8")
 UNKNOWN = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
 
 
@@ -30,13 +30,15 @@ def test_the_points_in_the_lab_are_those_of_the_standard_robot():
 
 def test_hand_out_calibrate_and_grade(tmp_path, capsys):
     ids, secret, out = tmp_path / "ids.txt", tmp_path / "secret", tmp_path / "handout"
-    ids.write_text("anna\nbob\n")
-    secret.write_text("a long secret")
+    ids.write_text("anna\nbob\n", encoding="utf-8")
+    secret.write_text("a long secret", encoding="utf-8")
     options = ["--secret-file", str(secret)]
     assert main(["grade", "lab8", "--hand-out", str(ids), *options, "--out", str(out)]) == 0
     printed = capsys.readouterr().out
     assert printed.count("student.py") == printed.count("measured.csv") == 2
-    assert (out / "anna/student.py").read_text() == (FOLDERS["lab8"] / "student.py").read_text()
+    assert (out / "anna/student.py").read_text("utf-8") == (
+        FOLDERS["lab8"] / "student.py"
+    ).read_text("utf-8")
     found = {name: calibrated(out / name / "measured.csv") for name in ("anna", "bob")}
     assert np.abs(np.subtract(found["anna"], found["bob"])).max() > 2e-4
     for name, numbers, points in (
@@ -44,7 +46,7 @@ def test_hand_out_calibrate_and_grade(tmp_path, capsys):
         ("bob", found["anna"], "16 of 20"),
     ):
         hand_in = tmp_path / f"{name}.py"
-        hand_in.write_text(with_own(numbers))
+        hand_in.write_text(with_own(numbers), encoding="utf-8")
         assert main(["grade", "lab8", str(hand_in), *options]) == 0
         told = capsys.readouterr().out
         assert (

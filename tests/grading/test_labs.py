@@ -41,7 +41,7 @@ def test_there_are_eight_labs_each_solved_in_more_than_one_way():
 )
 def test_a_right_solution_of_any_form_gets_full_marks_and_no_diagnosis(lab, path):
     for seed in (1, 2):
-        found = results(lab, path.read_text(), seed=seed)
+        found = results(lab, path.read_text("utf-8"), seed=seed)
         assert {title: v.text for title, (_, v) in found.items() if v.share < 1} == {}
         assert [v.diagnosis for _, v in found.values() if v.diagnosis] == []
 
@@ -49,7 +49,7 @@ def test_a_right_solution_of_any_form_gets_full_marks_and_no_diagnosis(lab, path
 @pytest.mark.deep
 @pytest.mark.parametrize("lab", FOLDERS)
 def test_right_solutions_of_six_students_robots_get_full_marks_in_spite_of_rounding(lab):
-    forms = [path.read_text() for own, path in FORMS if own == lab]
+    forms = [path.read_text("utf-8") for own, path in FORMS if own == lab]
     for k in range(6):
         robot = robot_for(f"student {k}", b"a secret", find_lab(lab).robot())
         found = results(lab, of_own(lab, forms[k % len(forms)], robot), robot, seed=k, noise=1e-13)
@@ -58,7 +58,7 @@ def test_right_solutions_of_six_students_robots_get_full_marks_in_spite_of_round
 
 @pytest.mark.parametrize("lab", FOLDERS)
 def test_the_untouched_file_earns_nothing_and_says_which_task_is_next(lab):
-    found = results(lab, (FOLDERS[lab] / "student.py").read_text())
+    found = results(lab, (FOLDERS[lab] / "student.py").read_text("utf-8"))
     assert score(found) == 0
     for title, (_, verdict) in found.items():
         assert re.match(
@@ -99,7 +99,7 @@ def test_more_than_three_hundred_mistakes_are_named():
 
 @pytest.mark.parametrize("lab", FOLDERS)
 def test_the_statement_lists_the_checks_and_their_points(lab):
-    text = (FOLDERS[lab] / "README.md").read_text()
+    text = (FOLDERS[lab] / "README.md").read_text("utf-8")
     table = {
         title: int(n) for title, n in re.findall(r"^\| (\w+: .+?) \| (\d+) \|$", text, re.MULTILINE)
     }
@@ -110,7 +110,9 @@ def test_the_statement_lists_the_checks_and_their_points(lab):
 
 @pytest.mark.parametrize("lab", FOLDERS)
 def test_statement_and_file_have_the_signatures_of_the_exercises(lab):
-    readme, student = ((FOLDERS[lab] / name).read_text() for name in ("README.md", "student.py"))
+    readme, student = (
+        (FOLDERS[lab] / name).read_text("utf-8") for name in ("README.md", "student.py")
+    )
     defined = {
         name: re.sub(r"\s+", " ", args).strip()
         for name, args in re.findall(r"def (\w+)\(([^)]*)\)", student)
@@ -128,7 +130,7 @@ def test_the_figures_are_those_that_the_statements_show(tmp_path):
     drawn = {path.relative_to(tmp_path) for path in tmp_path.glob("**/*.png")}
     shown = set()
     for folder in FOLDERS.values():
-        links = re.findall(r"\]\((.+?)\)", (folder / "README.md").read_text())
+        links = re.findall(r"\]\((.+?)\)", (folder / "README.md").read_text("utf-8"))
         assert [link for link in links if not (folder / link).is_file()] == []
         shown |= {Path(folder.name, link) for link in links}
     assert drawn == shown
@@ -172,7 +174,7 @@ def test_the_program_grades_a_solution_with_full_marks(lab):
     ],
 )  # fmt: skip
 def test_what_is_judged_by_what_it_does_says_what_goes_wrong(function, old, new, word):
-    source = (SOLUTIONS / "lab6.py").read_text()
+    source = (SOLUTIONS / "lab6.py").read_text("utf-8")
     assert source.count(old) == 1
     lost = [
         v
@@ -200,7 +202,7 @@ def test_what_is_judged_by_what_it_does_says_what_goes_wrong(function, old, new,
     ],
 )  # fmt: skip
 def test_a_motion_that_only_pretends_to_move_crosses_nothing(new, word):
-    source = (SOLUTIONS / "lab6.py").read_text()
+    source = (SOLUTIONS / "lab6.py").read_text("utf-8")
     found = results(
         "lab6",
         source.replace("    half = s", f"    {new}\n    half = s"),

@@ -97,8 +97,8 @@ def test_grading_is_alone_in_its_process(elbow, tmp_path, monkeypatch):
     assert {key: os.environ.get(key) for key in environment if key != "PYTEST_CURRENT_TEST"} == {
         key: value for key, value in environment.items() if key != "PYTEST_CURRENT_TEST"
     }
-    tests = elbow.tests.read_text()
-    elbow.tests.write_text(tests.replace("points(2)", "points(5)"))
+    tests = elbow.tests.read_text("utf-8")
+    elbow.tests.write_text(tests.replace("points(2)", "points(5)"), encoding="utf-8")
     assert graded(elbow, tmp_path, RIGHT).points == 7
 
 
@@ -126,9 +126,9 @@ def test_a_fault_of_the_check_is_not_the_students(elbow, tmp_path, fault, text):
 
 
 def test_a_lab_that_cannot_be_read_is_a_fault(elbow, tmp_path):
-    elbow.tests.write_text("import nothing_of_this_name\n")
+    elbow.tests.write_text("import nothing_of_this_name\n", encoding="utf-8")
     assert "nothing_of_this_name" in graded(elbow, tmp_path, RIGHT).faults[0]
-    elbow.tests.write_text("x = 1\n")
+    elbow.tests.write_text("x = 1\n", encoding="utf-8")
     assert "are there tests" in graded(elbow, tmp_path, RIGHT).faults[0]
 
 

@@ -78,8 +78,8 @@ def test_count(ask, draw):
 )
 def test_what_other_masses_or_the_same_question_refute_is_not_named(tmp_path, pull, name):
     (tmp_path / "weights").mkdir()
-    (tmp_path / "weights/exercises.py").write_text(EXERCISES)
-    (tmp_path / "weights/test_lab.py").write_text(CHECKS)
+    (tmp_path / "weights/exercises.py").write_text(EXERCISES, encoding="utf-8")
+    (tmp_path / "weights/test_lab.py").write_text(CHECKS, encoding="utf-8")
     space = {"calls": []}
     exec(f"from math import cos\nm = 0.5\ndef pull(q): return {pull}\n"
          "def count(q): calls.append(q); return len(calls)", space)  # fmt: skip

@@ -41,7 +41,8 @@ def test_a_python_file_is_read_as_python_reads_it(tmp_path):
 def test_a_notebooks_lines_are_pythons_lines(tmp_path):
     file = tmp_path / "lab.ipynb"
     file.write_text(
-        notebook(("code", 'a = "\u2028\x0c"\r\nb = 1'), ("code", ["c = 2\n", "d = 3\n"]))
+        notebook(("code", 'a = "\u2028\x0c"\r\nb = 1'), ("code", ["c = 2\n", "d = 3\n"])),
+        encoding="utf-8",
     )
     assert read_submission(file).source == 'a = "\u2028\x0c"\nb = 1\nc = 2\nd = 3\n'
     assert read_submission(file).where(4) == "code cell 2, line 2"
@@ -57,7 +58,8 @@ def test_a_notebooks_code_is_read_without_its_magics(tmp_path):
             ("code", ""),
             ("code", "%%time\ndef f(x):\n    return math.cos(x)"),
             ("raw", "1/0"),
-        )
+        ),
+        encoding="utf-8",
     )
     found = read_submission(str(file))
     assert found.kind == "notebook" and found.cells == (1, 5, 7, 7)
@@ -98,7 +100,7 @@ REFUSED = {
 def test_what_cannot_be_a_submission_is_refused(case, tmp_path):
     file = tmp_path / "a.py"
     book = tmp_path / "a.ipynb"
-    (tmp_path / "real.py").write_text("l = 1")
+    (tmp_path / "real.py").write_text("l = 1", encoding="utf-8")
     path = {
         "symbolic link": lambda: file.symlink_to(tmp_path / "real.py") or file,
         "link to nothing": lambda: file.symlink_to("nothing") or file,
@@ -108,7 +110,9 @@ def test_what_cannot_be_a_submission_is_refused(case, tmp_path):
         "too large": lambda: file.write_bytes(b"#" * (MOST_SOURCE + 1)) and file,
         "not what it states": lambda: file.write_bytes(b"# coding: ascii\n# \xe9\n") and file,
         "half of UTF-16": lambda: file.write_bytes("l = 1".encode("utf-16")[:-1]) and file,
-        "member of no zip": lambda: (tmp_path / "a.zip").write_text("PK") and tmp_path / "a.zip",
+        "member of no zip": lambda: (
+            (tmp_path / "a.zip").write_text("PK", encoding="utf-8") and tmp_path / "a.zip"
+        ),
         "no such member": lambda: (
             zipfile.ZipFile(tmp_path / "b.zip", "w").close() or tmp_path / "b.zip"
         ),
@@ -116,14 +120,21 @@ def test_what_cannot_be_a_submission_is_refused(case, tmp_path):
         "unknown encoding": lambda: (
             file.write_bytes(b"# vim: set fileencoding=klingon :\n") and file
         ),
-        "not a notebook": lambda: book.write_text("l = 1") and book,
-        "deep notebook": lambda: book.write_text("[" * 200_000) and book,
+        "not a notebook": lambda: book.write_text("l = 1", encoding="utf-8") and book,
+        "deep notebook": lambda: book.write_text("[" * 200_000, encoding="utf-8") and book,
         "strange notebook": lambda: (
-            book.write_text('{"cells": [{"cell_type": "code", "source": [1, null]}]}') and book
+            book.write_text(
+                '{"cells": [{"cell_type": "code", "source": [1, null]}]}', encoding="utf-8"
+            )
+            and book
         ),
-        "old notebook": lambda: book.write_text('{"nbformat": 3, "worksheets": []}') and book,
+        "old notebook": lambda: (
+            book.write_text('{"nbformat": 3, "worksheets": []}', encoding="utf-8") and book
+        ),
         "enormous notebook": lambda: book.write_bytes(b" " * (MOST_NOTEBOOK + 1)) and book,
-        "long notebook": lambda: book.write_text(notebook(("code", "#" * MOST_SOURCE))) and book,
+        "long notebook": lambda: (
+            book.write_text(notebook(("code", "#" * MOST_SOURCE)), encoding="utf-8") and book
+        ),
         "newline in the name": lambda: tmp_path / "a\nb.py",
         "codes in the name": lambda: tmp_path / "\x1b[2J.py",
         "undecodable name": lambda: tmp_path / os.fsdecode(b"\xff.py"),
@@ -138,6 +149,6 @@ def test_what_cannot_be_a_submission_is_refused(case, tmp_path):
 def test_a_hostile_name_that_can_be_shown_is_kept_as_it_is(tmp_path):
     """It is the reports' part to write it safely; a path is never made of it."""
     for name in ("=cmd().py", "<script>.py", "..py", "-rf.py", "a'; DROP.py"):
-        (tmp_path / name).write_text("def f(): return 1")
+        (tmp_path / name).write_text("def f(): return 1", encoding="utf-8")
         found = read_submission(tmp_path / name)
         assert found == Submission(name, "def f(): return 1")

@@ -21,7 +21,7 @@ def _functions():
         if "_labs" in path.parts:
             continue
         module = ".".join(path.relative_to(ROOT / "fivebar").with_suffix("").parts)
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if isinstance(node, ast.FunctionDef):
                 calls = [each for each in ast.walk(node) if isinstance(each, ast.Call)]
                 found.append((f"{module}:{node.name}", calls))

@@ -28,11 +28,11 @@ class HandIn:
 
 
 def hand_ins(file: str = "cases.txt") -> Iterator[HandIn]:
-    for block in re.split(r"(?m)^== ", (FOLDER / file).read_text())[1:]:
+    for block in re.split(r"(?m)^== ", (FOLDER / file).read_text("utf-8"))[1:]:
         head, *lines = block.rstrip().split("\n")
         words, title = head.split(": ", 1)
         lab, base, encoding = (words.split() + ["utf-8"])[:3]
-        source = (FOLDER / f"{base}.py").read_text()
+        source = (FOLDER / f"{base}.py").read_text("utf-8")
         for hunk in re.findall(r"(?:^-.*\n)+(?:^\+.*\n)*", "\n".join(lines) + "\n", re.MULTILINE):
             source = patched(source, hunk.splitlines(), title)
         truths = dict(line[2:].split(": ", 1) for line in lines if line.startswith("= "))

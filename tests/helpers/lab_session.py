@@ -128,8 +128,8 @@ def results(lab, source, robot=None, seed=0, only="", noise=0.0):
 
 def mistakes(lab):
     """(function, misconception's name, the solution's source with it) of each block in tests/data/mistakes."""
-    right = (SOLUTIONS / f"{lab}.py").read_text()
-    for block in (MISTAKES / f"{lab}.txt").read_text().split("\n\n")[1:]:
+    right = (SOLUTIONS / f"{lab}.py").read_text("utf-8")
+    for block in (MISTAKES / f"{lab}.txt").read_text("utf-8").split("\n\n")[1:]:
         title, *lines = block.strip("\n").split("\n")
         function, name = title.split(": ", 1)
         source = right

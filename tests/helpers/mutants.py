@@ -94,7 +94,7 @@ def tried(lab, base, n, seed):
         **{key: 1.15 * getattr(robot, key) for keys in lab.constants().values() for key in keys},
     )
     exercises = lab.exercises()
-    source = (FOLDER / f"{base}.py").read_text().split("if __name__")[0]
+    source = (FOLDER / f"{base}.py").read_text("utf-8").split("if __name__")[0]
     source = re.sub(r"(?m)^(from lab_amoro|import rclpy|import matplotlib).*$", "", source)
     for name, ours in (
         ("L", "l"),

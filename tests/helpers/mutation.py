@@ -127,7 +127,9 @@ def copied(room: str, folder: Path) -> None:
 def names(folder: Path) -> list[str]:
     """The mutants' names, in a fixed order."""
     found = sorted((folder / "mutants").rglob("*.meta"))
-    return [name for path in found for name in json.loads(path.read_text())["exit_code_by_key"]]
+    return [
+        name for path in found for name in json.loads(path.read_text("utf-8"))["exit_code_by_key"]
+    ]
 
 
 def lines(folder: Path, name: str) -> tuple[str, str]:
@@ -216,7 +218,7 @@ def main() -> None:
         sys.exit(
             "no mutant was tried: the tests fail without one, as `mutmut run` in the copy's folder says"
         )
-    table, found = tomllib.loads(TABLE.read_text())["justified"], Counter()
+    table, found = tomllib.loads(TABLE.read_text("utf-8"))["justified"], Counter()
     for name in drawn:
         outcome = "killed" if status.get(name) == "timeout" else status.get(name, "not run")
         if outcome != "killed":

@@ -21,7 +21,9 @@ HOME = (0.09, 0.068)
 FOLDER = File(tempfile.mkdtemp(prefix="fivebar-odd-"))
 atexit.register(shutil.rmtree, FOLDER)
 CSV = FOLDER / "path.csv"
-CSV.write_text("t,x,y\n" + "\n".join(f"{k / 10},{0.09 - 0.001 * k},0.068" for k in range(8)))
+CSV.write_text(
+    "t,x,y\n" + "\n".join(f"{k / 10},{0.09 - 0.001 * k},0.068" for k in range(8)), encoding="utf-8"
+)
 GAINS = {"robot": ROBOT, "kp": 100.0, "kd": 20.0, "working": (-1, -1)}
 CROSSING = (
     brentq(lambda x: fb.igm(ROBOT, (x, 0.05)).det_A, -0.09, -0.085, xtol=1e-16),

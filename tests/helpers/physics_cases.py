@@ -7,7 +7,9 @@ import fivebar as fb
 
 from .full_bodies import FullBodies
 
-CASES = json.loads((Path(__file__).parents[1] / "data" / "physics.json").read_text())["robots"]
+CASES = json.loads((Path(__file__).parents[1] / "data" / "physics.json").read_text("utf-8"))[
+    "robots"
+]
 LENGTHS = "l11", "l12", "l21", "l22", "d"
 ELBOWS = 0.004, 0.007  # N m s/rad, of a robot with friction in them
 

@@ -8,7 +8,9 @@ def descendants(pid):
     parents = {}
     for path in Path("/proc").glob("[0-9]*/stat"):
         try:
-            parents[int(path.parent.name)] = int(path.read_text().rpartition(")")[2].split()[1])
+            parents[int(path.parent.name)] = int(
+                path.read_text("utf-8").rpartition(")")[2].split()[1]
+            )
         except OSError:
             continue  # it has ended
     found, new = {}, {pid}

@@ -104,7 +104,7 @@ def _certificate(path):
     """Signed anew: what stands behind the sum is looked at."""
     try:
         claim = json.loads(path.read_bytes())
-        path.write_text(json.dumps(claim | {"sha256": digest(claim)}))
+        path.write_text(json.dumps(claim | {"sha256": digest(claim)}), encoding="utf-8")
     except (ValueError, TypeError, AttributeError, RecursionError):
         pass
     if reason := check(path):

@@ -39,7 +39,7 @@ def renew(name, folder):
         str(folder / word) if word == "made" or word.endswith((".csv", ".png")) else word
         for word in command.split()
     ]
-    (folder / "path.csv").write_text(ROWS)
+    (folder / "path.csv").write_text(ROWS, encoding="utf-8")
     assert main(words) == 0
     picture = Image.open(folder / made).convert("RGB")
     picture = picture.resize(

@@ -33,7 +33,7 @@ REL = 1e-12
 
 @cache
 def numbers(name):
-    return json.loads((DATA / f"{name}.json").read_text())
+    return json.loads((DATA / f"{name}.json").read_text("utf-8"))
 
 
 def close(value, expected, scale=0.0):

@@ -71,7 +71,7 @@ def test_csv_and_back(name, tmp_path):
     for column in run.columns:
         assert np.array_equal(again[column], run[column], equal_nan=True), column
     assert np.array_equal(again.t, run.t) and np.array_equal(again.points(), run.points())
-    header = (tmp_path / "run.csv").read_text().splitlines()[1].split(",")
+    header = (tmp_path / "run.csv").read_text("utf-8").splitlines()[1].split(",")
     assert (
         header[0] == "t (s)"
         and header[1].startswith("q")
@@ -189,14 +189,14 @@ def test_singular_samples_name_their_angle():
 
 @pytest.mark.parametrize("damage", ["", "# fivebar linkage study, SI units: {}\n", "t,x\n1,2\n"])
 def test_files_that_are_no_study(damage, tmp_path):
-    (tmp_path / "x.csv").write_text(damage)
+    (tmp_path / "x.csv").write_text(damage, encoding="utf-8")
     with pytest.raises(ValueError, match="x.csv, line 1: not a file written by Study.to_csv"):
         Study.from_csv(tmp_path / "x.csv")
 
 
 def test_damaged_studies_name_the_line(tmp_path):
     study(TABLE_2, samples=5).to_csv(tmp_path / "x.csv")
-    lines = (tmp_path / "x.csv").read_text().splitlines()
+    lines = (tmp_path / "x.csv").read_text("utf-8").splitlines()
     for changed, message in (
         (
             [*lines[:3], lines[3].replace(",", ",x", 1), *lines[4:]],
@@ -209,7 +209,7 @@ def test_damaged_studies_name_the_line(tmp_path):
         ),
         (lines[:-1], "4 rows, where its first line makes 5"),
     ):
-        (tmp_path / "x.csv").write_text("\n".join(changed))
+        (tmp_path / "x.csv").write_text("\n".join(changed), encoding="utf-8")
         with pytest.raises(ValueError, match=message):
             Study.from_csv(tmp_path / "x.csv")
 
@@ -222,7 +222,7 @@ def test_pictures_and_animations(name, tmp_path):
     assert len(figure.axes) == 5 if "torque" in run.columns else 4
     assert figure.axes[1].lines[0].get_xdata() == pytest.approx(run.t)
     run.animate(tmp_path / "motion.html")
-    assert f"<title>{linkage.title}</title>" in (tmp_path / "motion.html").read_text()
+    assert f"<title>{linkage.title}</title>" in (tmp_path / "motion.html").read_text("utf-8")
 
 
 def test_inversions_differ():
@@ -319,7 +319,7 @@ def test_cli_study_with_files(monkeypatch, capsys, tmp_path):
     assert run["rocker.angle"].max() < 0  # the other branch
     assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG" and "MeshCat" in (
         tmp_path / "a.html"
-    ).read_text()
+    ).read_text("utf-8")
 
 
 @pytest.mark.parametrize(

@@ -176,7 +176,7 @@ def test_machine_code_is_kept_and_a_damaged_library_is_built_again(compiler):
     assert compiled()((0, 0)).full().ravel() == pytest.approx([0.09, 0.0679632253501848])
     assert [path.name for path in compiler.iterdir()] == [folder.name]
     folder.rename(compiler.parent / "away")
-    folder.write_text("no folder")
+    folder.write_text("no folder", encoding="utf-8")
     assert compiled()((0, 0)).full().ravel() == pytest.approx([0.09, 0.0679632253501848])
     assert [path.name for path in compiler.iterdir()] == [folder.name] and folder.is_dir()
 
@@ -262,7 +262,7 @@ def test_every_way_to_a_run_asks_for_a_compiler(monkeypatch):
 
 def test_an_unwritable_cache_and_a_failing_compiler(tmp_path, monkeypatch):
     monkeypatch.setenv("CC", shutil.which("false"))
-    (tmp_path / "file").write_text("")
+    (tmp_path / "file").write_text("", encoding="utf-8")
     monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path / "file" / "cache"))
     with pytest.raises(OSError, match="compiled models cannot be kept in .*set FIVEBAR_CACHE"):
         fb.compile(ROBOT, ["q"], ["xi"], jit=True)
@@ -270,7 +270,9 @@ def test_an_unwritable_cache_and_a_failing_compiler(tmp_path, monkeypatch):
     with pytest.raises(RuntimeError, match="false failed"):
         fb.compile(ROBOT, ["q"], ["xi"], jit=True)
     talks = tmp_path / "talks"
-    talks.write_text("#!/bin/sh\necho 'model.c: no such\n register' >&2\nexit 1\n")
+    talks.write_text(
+        "#!/bin/sh\necho 'model.c: no such\n register' >&2\nexit 1\n", encoding="utf-8"
+    )
     talks.chmod(0o755)
     monkeypatch.setenv("CC", str(talks))
     with pytest.raises(RuntimeError, match="talks failed: model.c: no such register$"):

@@ -17,7 +17,7 @@ from fivebar.models.dynamics import bar_forces
 from fivebar.simulation import many, steps
 from fivebar.simulation.simulate import Grid
 
-BEFORE = json.loads((Path(__file__).parents[1] / "data" / "rung0.json").read_text())
+BEFORE = json.loads((Path(__file__).parents[1] / "data" / "rung0.json").read_text("utf-8"))
 ROBOTS = {"five-bar": fb.FiveBar(l12=0.1, l22=0.11), "biglide": fb.Biglide()}
 PAIRS = [
     "q>xi", "xi>q,q_passive", "q,q_dot>M,c", "q,q_dot>energy", "xi,xi_dot>M,c", "q,q_dot,q_ddot>tau",

@@ -84,7 +84,7 @@ if __name__ == "__main__":
 @pytest.fixture(scope="module")
 def notes(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dask")
-    (folder / "program.py").write_text(PROGRAM)
+    (folder / "program.py").write_text(PROGRAM, encoding="utf-8")
     command = [
         sys.executable,
         folder / "program.py",

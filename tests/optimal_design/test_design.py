@@ -130,7 +130,9 @@ def test_a_front_for_a_table_and_a_motor(front):
 @pytest.mark.deep
 def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
     (tmp_path / "front" / "robots").mkdir(parents=True)
-    (tmp_path / "front" / "robots" / f"{len(front) + 1:02d}.json").write_text("of a longer front")
+    (tmp_path / "front" / "robots" / f"{len(front) + 1:02d}.json").write_text(
+        "of a longer front", encoding="utf-8"
+    )
     front.save(tmp_path / "front")
     again = D.Front.load(tmp_path / "front")
     assert repr(again) == repr(front) and repr(front).startswith(
@@ -139,9 +141,11 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
     assert [each.report for each in again.designs] == [each.report for each in front.designs]
     assert again.robots == front.robots
     files = sorted((tmp_path / "front" / "robots").iterdir())
-    assert [fb.FiveBar(**json.loads(file.read_text())) for file in files] == list(front.robots)
+    assert [fb.FiveBar(**json.loads(file.read_text("utf-8"))) for file in files] == list(
+        front.robots
+    )
     assert (tmp_path / "front" / "front.png").stat().st_size > 20_000
-    lines = (tmp_path / "front" / "front.csv").read_text().splitlines()
+    lines = (tmp_path / "front" / "front.csv").read_text("utf-8").splitlines()
     assert (
         lines[1].startswith("l1,l2,d,task_y,footprint,tip_speed,det_A,tip_force")
         and len(lines) == len(front) + 2
@@ -153,7 +157,7 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
     along.save(tmp_path / "along")
     assert D.Front.load(tmp_path / "along").designs[0].values == along.designs[0].values
     assert isinstance(again.plot(robots=3), Picture) and isinstance(again.knee.plot(), Picture)
-    page = (tmp_path / "front" / "index.html").read_text()
+    page = (tmp_path / "front" / "index.html").read_text("utf-8")
     links = [html.unescape(text) for text in re.findall(r'href="(play\.html#[^"]*)"', page)]
     assert links == [f"play.html{live_page(each).fragment}" for each in front.designs]
     assert all(f"l11={each.robot.l11}" in text for each, text in zip(front.designs, links))
@@ -167,7 +171,7 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
     with pytest.raises(ValueError, match="holds no designs"):
         D.Front.load(tmp_path)
     (tmp_path / "front" / "front.json").write_text(
-        '{"what": "fivebar designs", "designs": [{}], "choices": {}}'
+        '{"what": "fivebar designs", "designs": [{}], "choices": {}}', encoding="utf-8"
     )
     with pytest.raises(ValueError, match="front.json is not what a design left there"):
         D.Front.load(tmp_path / "front")

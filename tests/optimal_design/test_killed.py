@@ -45,7 +45,7 @@ fb.sweep(slow, fb.optimal_design.grid(l1=[0.1 + k / 1000 for k in range({DESIGNS
 @pytest.fixture(scope="module")
 def program(tmp_path_factory):
     file = tmp_path_factory.mktemp("killed") / "slow.py"
-    file.write_text(PROGRAM)
+    file.write_text(PROGRAM, encoding="utf-8")
     return file
 
 
@@ -65,7 +65,7 @@ def finish(run):
 
 
 def lines(log):
-    return [line.split() for line in log.read_text().splitlines()] if log.exists() else []
+    return [line.split() for line in log.read_text("utf-8").splitlines()] if log.exists() else []
 
 
 def done(out):
@@ -137,7 +137,7 @@ def test_a_killed_worker(kill, program, whole, tmp_path):
 
 def zombie(pid):
     try:
-        with open(f"/proc/{pid}/stat") as file:
+        with open(f"/proc/{pid}/stat", encoding="utf-8") as file:
             return re.search(r"\) (\w)", file.read())[1] == "Z"
     except FileNotFoundError:
         return True

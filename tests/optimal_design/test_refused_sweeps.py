@@ -10,13 +10,13 @@ from .test_sweep import swept
 
 def test_folders_that_cannot_be_used(tmp_path):
     (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "thesis.tex").write_text("precious")
+    (tmp_path / "mine" / "thesis.tex").write_text("precious", encoding="utf-8")
     with pytest.raises(
         ValueError, match=r"mine holds thesis.tex and no manifest.json: give another"
     ):
         swept(tmp_path / "mine")
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["thesis.tex"]
-    (tmp_path / "file").write_text("")
+    (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(ValueError, match="file is a file, not a folder"):
         swept(tmp_path / "file")
     with pytest.raises(ValueError, match="out: 'a.x00b': embedded null byte"):  # fuzzing found it
@@ -37,7 +37,7 @@ def test_folders_that_cannot_be_used(tmp_path):
     chunk.unlink()
     swept(out)
     assert chunk.read_bytes() == kept
-    (out / "manifest.json").write_text("{}")
+    (out / "manifest.json").write_text("{}", encoding="utf-8")
     with pytest.raises(ValueError, match="manifest.json is not what a sweep left there"):
         swept(out)
     with pytest.raises(ValueError, match="holds no sweep"):
@@ -162,16 +162,16 @@ def test_what_is_refused(asked, error, notes):
 
 def test_a_file_of_designs_that_is_wrong_says_where(tmp_path):
     file = tmp_path / "designs.csv"
-    file.write_text("l1,d\n0.1,0.1\n0.1,long\n")
+    file.write_text("l1,d\n0.1,0.1\n0.1,long\n", encoding="utf-8")
     with pytest.raises(ValueError, match="designs.csv, line 3: .*long"):
         fb.sweep("bars", file)
-    file.write_text("l1,d\n0.1\n")
+    file.write_text("l1,d\n0.1\n", encoding="utf-8")
     with pytest.raises(ValueError, match="designs.csv, line 2: "):
         fb.sweep("bars", file)
-    file.write_text("")
+    file.write_text("", encoding="utf-8")
     with pytest.raises(ValueError, match="designs.csv"):
         fb.sweep("bars", file)
-    file.write_text("l1,lenght2\n0.1,3\n")
+    file.write_text("l1,lenght2\n0.1,3\n", encoding="utf-8")
     with pytest.raises(
         ValueError,
         match="designs.csv: column 'lenght2' is not used; the parameters of a design are l1, l2",

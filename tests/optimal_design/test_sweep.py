@@ -92,7 +92,7 @@ def test_what_is_in_memory_is_what_is_on_disk(whole, tmp_path):
         == np.sort(here["tip_speed"][~np.isnan(here["tip_speed"])])[::-1][:5]
     ).all()
     there.to_csv(tmp_path / "table.csv")
-    lines = (tmp_path / "table.csv").read_text().splitlines()
+    lines = (tmp_path / "table.csv").read_text("utf-8").splitlines()
     assert lines[1] == "l1,l2,d,task_y,det_A,tip_speed,workspace_area" and len(lines) == 332
     assert [float(cell) for cell in lines[2].split(",")][:4] == list(here.design(0).values())
     k = int(order[0])
@@ -104,7 +104,7 @@ def test_what_is_in_memory_is_what_is_on_disk(whole, tmp_path):
 def test_designs_come_in_many_ways(tmp_path):
     rows = {"l1": [0.1, 0.12, 0.14], "d": [0.1, 0.11, 0.12]}
     (tmp_path / "designs.csv").write_text(
-        "l1,d\n" + "".join(f"{a},{b}\n" for a, b in zip(*rows.values()))
+        "l1,d\n" + "".join(f"{a},{b}\n" for a, b in zip(*rows.values())), encoding="utf-8"
     )
     np.savez(tmp_path / "designs.npz", **rows)
     robots = [fb.FiveBar(l11=a, l21=a, d=b) for a, b in zip(*rows.values())]

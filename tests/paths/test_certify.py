@@ -63,11 +63,13 @@ def test_a_proof_and_the_checker_alone(tmp_path):
     found.to_json(file)
     alone = subprocess.run([sys.executable, checker.__file__, file], capture_output=True, text=True)
     assert (alone.returncode, alone.stdout) == (0, "proved\n")
-    file.write_text(file.read_text().replace('"margin": 0.05', '"margin": 0.06'))
+    file.write_text(
+        file.read_text("utf-8").replace('"margin": 0.05', '"margin": 0.06'), encoding="utf-8"
+    )
     alone = subprocess.run([sys.executable, checker.__file__, file], capture_output=True, text=True)
     assert (alone.returncode, alone.stderr) == (1, "it is not as it was written (sha256)\n")
     for text in ("", "[]", "{}", "1", "[" * 100000):
-        file.write_text(text)
+        file.write_text(text, encoding="utf-8")
         assert "it is no certificate" in checker.check(file)
 
 
@@ -301,7 +303,7 @@ def test_what_cannot_be_certified_is_refused(change, message):
 
 def test_the_command_proves_refuses_and_checks(tmp_path, capsys):
     square, proof = tmp_path / "square.csv", tmp_path / "proof.json"
-    square.write_text("x (mm);y (mm)\n30;100\n30;130\n-30;130\n-30;100\n30;100\n")
+    square.write_text("x (mm);y (mm)\n30;100\n30;130\n-30;130\n-30;100\n30;100\n", encoding="utf-8")
     asked = [
         "certify",
         str(square),

@@ -63,7 +63,7 @@ def test_csv_round_trip(options, tmp_path):
     assert read.violations == pytest.approx(written.violations, abs=1e-12)
     from_table = fb.from_csv(tmp_path / "plan.csv")  # it is a path like any other, too
     np.testing.assert_allclose(from_table(1.0)[0], written(1.0)[0], atol=1e-6)
-    lines = (tmp_path / "plan.csv").read_text().splitlines(keepends=True)
+    lines = (tmp_path / "plan.csv").read_text("utf-8").splitlines(keepends=True)
     rows = np.array([line.split(",") for line in lines[2:]], dtype=float)
     assert (
         rows[0, 0] == 0.0 and rows[-1, 0] == written.duration
@@ -76,7 +76,7 @@ def test_csv_round_trip(options, tmp_path):
         ("a", lines[1:], "line 1: not a file"), ("b", lines[:-1], "rows, its first line"),
         ("c", lines[:-2], "the times are not those|rows, its first line"),
     ):  # fmt: skip
-        (tmp_path / name).write_text("".join(text))
+        (tmp_path / name).write_text("".join(text), encoding="utf-8")
         with pytest.raises(ValueError, match=words):
             plans.Plan.from_csv(tmp_path / name)
 

@@ -87,7 +87,8 @@ def test_csv_round_trip(tmp_path):
     file = tmp_path / "path.csv"
     file.write_text(
         "# a comment\nname,t,x,y\n"
-        + "\n".join(f"a,{s!r},{x!r},{y!r}" for s, (x, y) in zip(t.tolist(), path(t)[0].tolist()))
+        + "\n".join(f"a,{s!r},{x!r},{y!r}" for s, (x, y) in zip(t.tolist(), path(t)[0].tolist())),
+        encoding="utf-8",
     )
     read = fb.from_csv(file)
     times = np.linspace(0, 2, 333)
@@ -97,7 +98,9 @@ def test_csv_round_trip(tmp_path):
     noisy = tmp_path / "noisy.csv"
     noise = np.random.default_rng(0).normal(scale=1e-4, size=(81, 2))
     rows = np.column_stack([t, path(t)[0] + noise])
-    noisy.write_text("t,x,y\n" + "\n".join(",".join(map(repr, row)) for row in rows.tolist()))
+    noisy.write_text(
+        "t,x,y\n" + "\n".join(",".join(map(repr, row)) for row in rows.tolist()), encoding="utf-8"
+    )
     rough, smooth = fb.from_csv(noisy), fb.from_csv(noisy, smoothing=1.4e-4)
     off = [np.abs(spline(times)[2] - path(times)[2])[20:-20].max() for spline in (smooth, rough)]
     assert off[0] < 0.1 * off[1]
@@ -118,7 +121,7 @@ def test_csv_round_trip(tmp_path):
 )
 def test_bad_csv(tmp_path, text, message):
     file = tmp_path / "bad.csv"
-    file.write_text(text)
+    file.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=message):
         fb.from_csv(file)
 

@@ -271,7 +271,7 @@ def test_runs_are_saved_and_drawn_in_the_robots_words(tmp_path):
         LAB, fb.PD(LAB, 250, 50), fb.line((0.0, 0.2), (0.06, 0.35), 0.5), torque_limit=10.0
     )
     run.to_csv(tmp_path / "run.csv")
-    header = (tmp_path / "run.csv").read_text().splitlines()[1]
+    header = (tmp_path / "run.csv").read_text("utf-8").splitlines()[1]
     assert header == "t,q1,q2,q1_dot,q2_dot,x,y,tau1,tau2,energy,x_ref,y_ref"
     again = fb.Run.from_csv(tmp_path / "run.csv")
     assert (
@@ -286,7 +286,7 @@ def test_runs_are_saved_and_drawn_in_the_robots_words(tmp_path):
         "N)"
     )
     run.animate(tmp_path / "run.html")
-    page = (tmp_path / "run.html").read_text()
+    page = (tmp_path / "run.html").read_text("utf-8")
     assert "<title>biglide robot" in page
     with pytest.raises(ValueError, match="nothing named 'colour' can be shown"):
         run.animate(tmp_path / "run.html", "colour")

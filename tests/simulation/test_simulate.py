@@ -31,7 +31,7 @@ def kinetic(run):
 def test_sampled_computed_torque_of_the_reference():
     import json
 
-    data = json.loads((DATA / "sampled_control.json").read_text())
+    data = json.loads((DATA / "sampled_control.json").read_text("utf-8"))
     for case in data["computed_torque_lab_task_1"]["runs"]:
         controller = fb.ComputedTorque(ROBOT, case["Kp"], case["Kd"])
         run = fb.simulate(
@@ -237,7 +237,7 @@ def test_run_is_saved_and_read_back(tmp_path, free_start):
         )
         for name in ("t", "q", "q_dot", "xi", "tau", "energy", "xi_ref"):
             np.testing.assert_array_equal(getattr(back, name), getattr(run, name))
-    (tmp_path / "other.csv").write_text("t,x,y\n0,0,0\n")
+    (tmp_path / "other.csv").write_text("t,x,y\n0,0,0\n", encoding="utf-8")
     with pytest.raises(ValueError, match="line 1: not a file written by Run.to_csv"):
         fb.Run.from_csv(tmp_path / "other.csv")
     with pytest.raises(ValueError, match="no reference"):

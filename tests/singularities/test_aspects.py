@@ -16,7 +16,7 @@ from fivebar.singularities.maps import singularity_map
 from fivebar.singularities.margins import Singularity
 from tests.helpers import DATA
 
-REFERENCE = json.loads((DATA / "workspace.json").read_text())
+REFERENCE = json.loads((DATA / "workspace.json").read_text("utf-8"))
 AMORO = fb.FiveBar()
 UNEQUAL = fb.FiveBar(0.12, 0.1, 0.08, 0.15, 0.1)
 LIU = {letter: fb.ROBOTS[f"liu-2006-{letter}"].robot for letter in "abcdef"}

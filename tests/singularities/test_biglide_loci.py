@@ -193,7 +193,7 @@ def test_map(slides, space, tmp_path):
     again = Map.from_npz(tmp_path / "map.npz")
     assert again.robot == slides and np.array_equal(again.values, data.values, equal_nan=True)
     data.to_csv(tmp_path / "map.csv")
-    header = (tmp_path / "map.csv").read_text().splitlines()[1]
+    header = (tmp_path / "map.csv").read_text("utf-8").splitlines()[1]
     assert header.startswith("x,y" if space == "task" else "q1,q2")
     figure = picture(data)
     figure.savefig(tmp_path / "map.png", dpi=40)
@@ -287,7 +287,8 @@ def test_on_the_command_line(tmp_path, capsys):
     path = tmp_path / "path.csv"
     path.write_text(
         "t,x,y\n"
-        + "".join(f"{t},{0.05 - 0.05 * t},{0.2 + 0.1 * t}\n" for t in np.linspace(0, 2, 9))
+        + "".join(f"{t},{0.05 - 0.05 * t},{0.2 + 0.1 * t}\n" for t in np.linspace(0, 2, 9)),
+        encoding="utf-8",
     )
     assert cli.main(["map", *robot, "--path", str(path), "--data", str(tmp_path / "map.csv")]) == 0
     out, err = capsys.readouterr()
@@ -300,9 +301,9 @@ def test_on_the_command_line(tmp_path, capsys):
         assert cli.main(["map", *robot, *wrong]) == 2
         assert words in capsys.readouterr().err
     file = tmp_path / "own.toml"
-    file.write_text("l1 = 0.5\nmf1 = 2.0\n")
+    file.write_text("l1 = 0.5\nmf1 = 2.0\n", encoding="utf-8")
     assert cli.main(["map", "--robot", str(file), *robot[2:]]) == 0
-    file.write_text("l1 = 0.5\nzz12 = 2.0\n")
+    file.write_text("l1 = 0.5\nzz12 = 2.0\n", encoding="utf-8")
     assert cli.main(["map", "--robot", str(file), *robot[2:]]) == 2
     assert "no parameter" in capsys.readouterr().err
 

@@ -13,7 +13,7 @@ from fivebar.singularities.aspects import aspects
 from fivebar.singularities.regions import points_of_largest_clearance
 from tests.helpers import DATA
 
-REFERENCE = json.loads((DATA / "workspace.json").read_text())
+REFERENCE = json.loads((DATA / "workspace.json").read_text("utf-8"))
 LIU = {letter: fb.ROBOTS[f"liu-2006-{letter}"].robot for letter in "abcde"}
 ROBOTS = {
     "amoro": fb.FiveBar(),

@@ -14,7 +14,7 @@ from fivebar.singularities.loci import singularity_loci
 from fivebar.singularities.margins import Singularity
 from tests.helpers import DATA
 
-REFERENCE = json.loads((DATA / "five_bar.json").read_text())
+REFERENCE = json.loads((DATA / "five_bar.json").read_text("utf-8"))
 
 
 @dataclass(frozen=True, eq=False)

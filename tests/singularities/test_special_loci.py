@@ -10,7 +10,7 @@ from fivebar.singularities.loci import singularity_loci
 from fivebar.singularities.margins import Singularity
 from tests.helpers import DATA
 
-REFERENCE = json.loads((DATA / "workspace.json").read_text())
+REFERENCE = json.loads((DATA / "workspace.json").read_text("utf-8"))
 
 
 def test_self_motion_circles_of_the_amoro_robot():

@@ -118,8 +118,10 @@ def test_an_interrupted_run_goes_on(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         measured(tmp_path)
     path = tmp_path / "toy.partial.jsonl"
-    assert len(path.read_text().splitlines()) == 1 + 3
-    path.write_text(path.read_text() + '{"problem": "p", "meth')  # cut off in the middle
+    assert len(path.read_text("utf-8").splitlines()) == 1 + 3
+    path.write_text(
+        path.read_text("utf-8") + '{"problem": "p", "meth', encoding="utf-8"
+    )  # cut off in the middle
     assert len(measured(tmp_path).rows) == 16
     assert calls.count(("<ours> & mine", 1)) == 1 and calls.count(calls[3]) == 2
     assert len(calls) == 4 + 12  # 15 that can run, 3 of them known
@@ -155,7 +157,10 @@ def test_another_kind_of_run_is_begun_anew(tmp_path):
     Partial(path, {"quick": True}).add(row)
     again = Partial(path, {"quick": True})
     assert again.rows == [row] and again.has("p", "m", 0.1)
-    assert Partial(path, {"quick": False}).rows == [] and len(path.read_text().splitlines()) == 1
+    assert (
+        Partial(path, {"quick": False}).rows == []
+        and len(path.read_text("utf-8").splitlines()) == 1
+    )
 
 
 def test_command(toy, tmp_path, capsys, monkeypatch):
@@ -169,7 +174,7 @@ def test_command(toy, tmp_path, capsys, monkeypatch):
     assert "A &lt;toy&gt; &amp; its failures" in page and "<toy>" not in page
     assert "&lt;ours&gt; &amp; mine" in page and "http" not in page.replace("http-equiv", "")
     assert not re.search(r'(src|href)="(?!data:|#|toy\.)', page)
-    first, *lines = (tmp_path / "toy.csv").read_text().splitlines()
+    first, *lines = (tmp_path / "toy.csv").read_text("utf-8").splitlines()
     about = json.loads(first.split(": ", 1)[1])
     assert about["quick"] is True and about["cpu"] and len(lines) == 1 + 8
 

@@ -38,7 +38,7 @@ def pages(tmp_path_factory):
 def firefox(tmp_path_factory):
     profile = tmp_path_factory.mktemp("profile")
     (profile / "user.js").write_text(
-        'user_pref("webgl.disabled", true);\n'
+        'user_pref("webgl.disabled", true);\n', encoding="utf-8"
     )  # which only scenes would use
     with opened(profile) as page:
         yield page

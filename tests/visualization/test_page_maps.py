@@ -316,7 +316,7 @@ def test_size_and_notes(tmp_path, monkeypatch):
 def test_from_the_command_line(tmp_path, capsys):
     page = tmp_path / "page.html"
     (tmp_path / "path.csv").write_text(
-        "t_s,x,y\n" + "".join(f"{t},{0.01 * t},0.1\n" for t in range(7))
+        "t_s,x,y\n" + "".join(f"{t},{0.01 * t},0.1\n" for t in range(7)), encoding="utf-8"
     )
     track = ["--path", str(tmp_path / "path.csv"), "--sin", "0.3"]
     assert (
@@ -336,9 +336,9 @@ def test_from_the_command_line(tmp_path, capsys):
     )
     assert capsys.readouterr().out.rstrip().endswith(str(page)) and page.stat().st_size > 1e6
     content = json.loads(
-        re.search(r'<script type="application/json" id="content">(.*?)</script>', page.read_text())[
-            1
-        ]
+        re.search(
+            r'<script type="application/json" id="content">(.*?)</script>', page.read_text("utf-8")
+        )[1]
     )
     kinds = [locus["kind"] for locus in content["loci"]]
     assert kinds.count("path, from ● to ■") == 1 and "dexterous region, inside its border" in kinds

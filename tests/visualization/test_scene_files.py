@@ -167,7 +167,9 @@ def test_a_film_without_ffmpeg_names_it_and_what_goes_without(run, tmp_path, mon
         match=r"\.mp4 is written by the program ffmpeg",
     ):
         run.animate(tmp_path / "run.mp4")
-    (tmp_path / "ffmpeg").write_text("#!/bin/sh\necho no codec today >&2\nexit 1\n")
+    (tmp_path / "ffmpeg").write_text(
+        "#!/bin/sh\necho no codec today >&2\nexit 1\n", encoding="utf-8"
+    )
     (tmp_path / "ffmpeg").chmod(0o755)
     with pytest.raises(OSError, match=r"ffmpeg could not write a \.webm: no codec today"):
         run.animate(tmp_path / "run.webm")

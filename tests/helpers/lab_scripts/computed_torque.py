@@ -65,7 +65,7 @@ def main(args=None):
                     scope_joint1.update(time, qt[i, 0], q11)
                 index += 1
     except KeyboardInterrupt:
-        Path(args[2]).write_text(json.dumps(errors))
+        Path(args[2]).write_text(json.dumps(errors), encoding="utf-8")
         print(f"{len(errors)} samples")
 
 
