@@ -180,6 +180,7 @@ def test_a_path_with_all_letters(tmp_path, monkeypatch, capsys):
 
 def test_models_are_compiled_in_such_a_path(tmp_path, monkeypatch):
     need("a C compiler")
+    need("UTF-8 in file names")
     monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path / PLACE))
     assert fb.compile(ROBOT, ["q"], ["xi"], jit=True)([0.0, 0.0]).full()[0, 0] == pytest.approx(
         0.09

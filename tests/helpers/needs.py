@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import sys
 from importlib.util import find_spec
 
 import pytest
@@ -43,9 +44,14 @@ NEEDED = {
         lambda: shutil.which("localedef") and os.path.exists("/usr/share/i18n/locales/de_DE"),
         "apt-get install locales",
     ),
+    "UTF-8 in file names": (
+        lambda: sys.getfilesystemencoding() == "utf-8",
+        "set LC_ALL=C.UTF-8 or PYTHONUTF8=1",
+    ),
     "other simulators": (
-        lambda: all(map(find_spec, PEERS)),
-        "pip install 'fivebar[peers]', where there are wheels of all",
+        # Drake cannot be imported where file names are ASCII.
+        lambda: all(map(find_spec, PEERS)) and sys.getfilesystemencoding() == "utf-8",
+        "pip install 'fivebar[peers]', where there are wheels of all, and set a UTF-8 locale",
     ),
 }
 MARK = "this test needs {}: "
