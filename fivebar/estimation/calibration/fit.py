@@ -190,8 +190,8 @@ def weighted_by_loops(task: LeastSquares, p: ndarray, scatter: float) -> LeastSq
             return task
     else:
         near = np.isfinite(rows.loop[:, 0, 0])
-    loop = whitening(p, rows.q, sigma)
-    loop[~near] = np.nan
+    loop = np.full((len(rows), 2, 3), np.nan)
+    loop[near] = whitening(p, rows.q[near], sigma[near])
     return replace(task, rows=replace(rows, loop=loop))
 
 

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy import ndarray
 
+from ...base.backend import EPS
 from ...base.checks import LONGEST, SHORTEST
 from ...models.dyads import RRR
 from ...models.robots import FiveBar
@@ -25,7 +26,6 @@ UNKNOWNS = (*LENGTHS, *READING, *FRAME)
 PLACE = {name: k for k, name in enumerate(UNKNOWNS)}
 METRES = (*LENGTHS, "x0", "y0")
 UNITS = dict.fromkeys(METRES, "m") | dict.fromkeys(("offset1", "offset2", "turn"), "rad")
-EPS = np.finfo(float).eps
 SIDES = np.array([-1.0, 1.0])  # of the legs
 NEUTRAL = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0])  # READING and FRAME
 

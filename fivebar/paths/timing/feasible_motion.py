@@ -67,8 +67,7 @@ def polygons(
     bent, lean (n,): x_ss / 2 = bent + lean (x0 + x1) / 2 where it may be chosen; beside a node on
     Type 2 the criterion gives it. near (n + 1,): x about which that is made linear at the nodes of
     `Mesh.tied`. off (n,): with 0, x is free there and the result is no proof; else x is `near`
-    there,
-    and beside them not much more than so much of it away.
+    there, and beside them not much more than so much of it away.
     """
     n = len(length)
     crossing = mesh.criterion

@@ -229,7 +229,7 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
             x, closed = profile(table, below, rest)
             near = np.where(x > 0, x, near)
             found = found._replace(looks=found.looks + len(mesh))
-        for off in _lowered(mesh, near, part) if tied else (none,):
+        for off in _lowered(mesh, part) if tied else (none,):
             table = polygons(
                 rows,
                 alone,
@@ -294,8 +294,8 @@ def solve(mesh: Mesh, limits: Limits, hints: np.ndarray | None = None) -> Solved
     return best._replace(stuck=stuck)
 
 
-def _lowered(mesh, near, part):
-    """Yield shares (n,) by which a motion may be below x = near on Type 2, a share for all nodes.
+def _lowered(mesh, part):
+    """Yield shares (n,) by which a motion may be below the x that was found for Type 2.
 
     Where friction slows it down between two crossings, x of the second one falls by more than that
     of the first one, and where gravity drives it by less.
