@@ -54,6 +54,16 @@ ROOMS = {  # room: its tests, less those that take long or are about other proce
         "tests/paths", "--ignore=tests/paths/test_timing_by_collocation.py",
         "-k", "not what_is_kept_and_what_does_not_fit and not grazes_a_locus and not checker_is_short",
     ),
+    "estimation": (
+        "tests/estimation", "-k", "not without_any_margin and not never_refused and not a_hundred_thousand_rows",
+    ),
+    "optimal_design": (
+        "tests/optimal_design", "--ignore=tests/optimal_design/test_dask.py",
+        "--ignore=tests/optimal_design/test_killed.py",
+    ),
+    "control": ("tests/control", "-k", "not benchmark_runs"),
+    "linkages": ("tests/linkages",),
+    "exporters": ("tests/exporters",),
     "grading": tuple(f"tests/grading/test_{name}.py" for name in "judge values relations results".split()),
 }  # fmt: skip
 # What those that are left by these, and not justified, must pass too: in a process of its own, so that what is made
@@ -70,6 +80,11 @@ SLOW = {
     ),
     "planning": ("tests/planning/test_loads.py",),
     "paths": ("tests/paths/test_timing_by_collocation.py", "tests/cli/test_draw.py"),
+    "estimation": ("tests/estimation/test_near_type_2.py", "tests/cli"),
+    "optimal_design": ("tests/optimal_design/test_dask.py", "tests/optimal_design/test_killed.py", "tests/cli"),
+    "control": ("tests/control/test_tracker.py", "tests/simulation"),
+    "linkages": ("tests/amoro", "tests/models/test_compiled.py"),
+    "exporters": ("tests/cli",),
 }  # fmt: skip
 # Of grading what gives the points: the rest is about processes, files and words.
 FILES = {"grading": ["judge.py", "values.py", "relations.py", "results.py", "exercise.py"]}
