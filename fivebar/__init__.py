@@ -85,6 +85,7 @@ _MODULES = {
     "singularity_map": "singularities.maps",
     "singularity_margins": "singularities.margins",
     "SingularityError": "base.errors",
+    "stepper": "simulation.stepping",
     "sweep": "optimal_design.sweeping",
     "time_path": "paths.timing.time_path",
     "TimedPath": "paths.timing.timed_path",
@@ -166,6 +167,7 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .simulation.run import Run
     from .simulation.settings import Integrator, Measurement
     from .simulation.simulate import simulate
+    from .simulation.stepping import stepper
     from .singularities.aspects import aspect, aspects
     from .singularities.dexterous import dexterous
     from .singularities.distance import locus_distance

@@ -5,27 +5,35 @@ others.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import nullcontext
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.backend import as_numbers, is_symbolic
+from ..base.checks import flag, modes, strings, takes
 from ..base.checks import jit as must_be_jit
-from ..base.checks import modes, strings, takes
 from ..base.checks import robot as must_be_robot
 from .dynamics import dynamic_model, energy, forward_dynamics, gravity_torques, inverse_dynamics
+from .four_joints import bars_of, bars_rates
 from .geometry import joint_pose, task_pose
 from .kinematics import dkm, dkm2, ikm, ikm2
 from .loads import friction_torques, potential
+from .parameters import parameters_of
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     import casadi
 
     from .robots import Robot
 
 # Each level of motion has its inputs, one of which is given, and the outputs that then can be asked
 # for.
-POSITION = ("q", "xi")
-VELOCITY = ("q_dot", "xi_dot")
+# The state, the four bars' angles and rates, is two levels in one.
+POSITION = ("q", "xi", "state")
+VELOCITY = ("q_dot", "xi_dot", "state")
 ACCELERATION = ("q_ddot", "xi_ddot", "tau")
 POSE_OUTPUTS = (
     "q",
@@ -40,14 +48,25 @@ POSE_OUTPUTS = (
     "gravity_torques",
     "potential",
 )
-RATES_OUTPUTS = ("q_dot", "xi_dot", "q_passive_dot", "d", "M", "c", "energy", "friction_torques")
+RATES_OUTPUTS = (
+    "q_dot",
+    "xi_dot",
+    "q_passive_dot",
+    "d",
+    "M",
+    "c",
+    "energy",
+    "friction_torques",
+    "state",
+)
 LOADS = {
     "gravity_torques": gravity_torques,
     "potential": potential,
     "friction_torques": friction_torques,
 }
 ACCELERATION_OUTPUTS = ("q_ddot", "xi_ddot", "q_passive_ddot", "tau")
-MODES = {"assembly": 1, "working": 2}  # how many; with q and xi
+LENGTHS = {"assembly": 1, "state": 8}  # of inputs; of the others 2
+MODES = {"q": "assembly", "xi": "working"}  # the mode that a position leaves open
 LEVELS = ((POSITION, POSE_OUTPUTS), (VELOCITY, RATES_OUTPUTS), (ACCELERATION, ACCELERATION_OUTPUTS))
 QUIET: dict[str, Any] = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
 STOPPED = (
@@ -63,6 +82,7 @@ STOPPED = (
     assembly=modes(1),
     working=modes(2),
     jit=must_be_jit,
+    source=flag,
 )
 def compile(
     robot: Robot,
@@ -71,16 +91,20 @@ def compile(
     assembly: int = -1,
     working: tuple[int, int] = (-1, -1),
     jit: bool | str = False,
-) -> casadi.Function:
-    """Return a casadi.Function of a robot's models, from named inputs to named outputs.
+    to: ModuleType | None = None,
+    source: bool = False,
+) -> Any:
+    """Return a robot's models as one function, from named inputs to named outputs.
 
     Parameters
     ----------
     robot : FiveBar or Biglide
+        CasADi symbols among its parameters are inputs too, after the others, each by its own name.
     inputs : iterable of str
         One of q, xi; for what moves also one of q_dot, xi_dot; for accelerations and torques also
         one of q_ddot, xi_ddot, tau. assembly or working among them: the modes are told with each
-        call.
+        call. In place of position and velocity, state (8): the angles of the four bars
+        (q1, q1 + q12, q2, q2 + q22) and their rates, which need no mode.
     outputs : iterable of str
         Any of these, and attributes of Pose, Rates and Accelerations: q_passive, elbows, A, B, M,
         c, ...; gravity_torques, potential and friction_torques.
@@ -91,16 +115,25 @@ def compile(
     jit : bool or "auto"
         True: compile to machine code with the system's C compiler; it is kept in the user's cache
         folder. "auto": where that can be done, else with a warning.
+    to : module, optional
+        A library of the array API standard, such as numpy, jax.numpy or torch: the function is one
+        of its arrays.
+    source : bool
+        With `to`: return the function's text.
 
     Returns
     -------
-    casadi.Function
-        Vectors are 2 x 1, matrices 2 x 2.
+    casadi.Function, or with `to` a function of arrays
+        Of CasADi: vectors are 2 x 1, matrices 2 x 2. Of arrays: q, xi and the like are (*batch, 2),
+        of float32 or float64, and so are the results; matrices are (*batch, 2, 2). Several
+        outputs come as a tuple. Symbols of the robot are given by name, as numbers or (*batch).
+        Out of reach the result is nan. Where a leg is stretched to the last digit, a square root
+        counts as constant in derivatives.
 
     Raises
     ------
     ValueError
-        Names that are not known, or do not go together.
+        Names that are not known, or do not go together; a library that lacks a function.
 
     Examples
     --------
@@ -108,29 +141,70 @@ def compile(
     >>> function = fb.compile(fb.FiveBar(), ["q"], ["xi"])
     >>> function([0.0, 0.0]).full().ravel().round(6).tolist()
     [0.09, 0.067963]
+
+    >>> import numpy as np
+    >>> function = fb.compile(fb.FiveBar(), ["q"], ["xi"], to=np)
+    >>> function(np.zeros((1000, 2))).shape
+    (1000, 2)
     """
     import casadi
 
     inputs = list(inputs)
     outputs = list(outputs)
     chosen = _choose(inputs, outputs)
-    symbols = {name: casadi.SX.sym(name, MODES.get(name, 2)) for name in inputs}
-    known: dict = {}
-    parts = {name: tuple(casadi.vertsplit(symbol)) for name, symbol in symbols.items()}
-    if chosen[0] == "q":
-        pose = joint_pose(robot, parts["q"], symbols.get("assembly", assembly))
-    else:
-        pose = task_pose(robot, parts["xi"], parts.get("working", working))
+    if to is None and source:
+        raise ValueError("source is the text of a function of arrays: it goes with to")
+    if to is not None and jit:
+        raise ValueError("jit compiles CasADi's function: it does not go with to")
+    symbols = {name: casadi.SX.sym(name, LENGTHS.get(name, 2)) for name in inputs}
+    symbols = with_symbols_of(robot, symbols)
+    with nullcontext() if to is None else as_numbers():
+        value = _values(robot, chosen, symbols, assembly, working)
+        expressions = casadi.cse([casadi.densify(casadi.SX(value(name))) for name in outputs])
+    function = casadi.Function(
+        "fivebar", list(symbols.values()), expressions, list(symbols), outputs
+    )
+    if to is None:
+        return compiled(function, jit)
+    from . import arrays  # here, as it brings CasADi
+
+    return (
+        arrays.source(function, inputs) if source else arrays.array_function(function, inputs, to)
+    )
+
+
+def with_symbols_of(robot: Robot, inputs: dict[str, casadi.SX]) -> dict[str, casadi.SX]:
+    """Return the inputs {name: symbol}, and after them the symbols among a robot's parameters."""
+    import casadi
+
+    own = casadi.vertcat(casadi.SX(0), *filter(is_symbolic, parameters_of(robot)))
+    free = {symbol.name(): symbol for symbol in casadi.symvar(own)}
+    if taken := sorted(set(free) & set(inputs)):
+        raise ValueError(f"the symbol {taken[0]} of the robot has the name of an input")
+    return inputs | free
+
+
+def _values(robot, chosen, symbols, assembly, working):
+    """Return (output's name) -> its expression, in which no more is computed than it needs."""
+    import casadi
+
+    position, velocity, acceleration = chosen
+    parts = {name: casadi.vertsplit(symbol) for name, symbol in symbols.items()}
     rates: Any = None
     acc: Any = None
-    if chosen[1]:
-        rates = {"q_dot": dkm, "xi_dot": ikm}[chosen[1]](
-            pose,
-            symbols[chosen[1]],
-        )
-    if chosen[2]:
-        model = {"q_ddot": dkm2, "xi_ddot": ikm2, "tau": forward_dynamics}[chosen[2]]
-        acc = model(rates, symbols[chosen[2]])
+    if position == "state":
+        rates = bars_rates(robot, parts["state"][:4], parts["state"][4:])
+        pose = rates.pose
+    elif position == "q":
+        pose = joint_pose(robot, tuple(parts["q"]), symbols.get("assembly", assembly))
+    else:
+        pose = task_pose(robot, tuple(parts["xi"]), tuple(parts.get("working", working)))
+    if velocity in ("q_dot", "xi_dot"):
+        rates = {"q_dot": dkm, "xi_dot": ikm}[velocity](pose, symbols[velocity])
+    if acceleration:
+        model = {"q_ddot": dkm2, "xi_ddot": ikm2, "tau": forward_dynamics}[acceleration]
+        acc = model(rates, symbols[acceleration])
+    dynamics = cache(lambda: dict(zip(("M", "c"), dynamic_model(rates))))
 
     def value(name):
         if name in LOADS:
@@ -138,24 +212,17 @@ def compile(
         if name in POSE_OUTPUTS:
             return getattr(pose, name)
         if name in ("M", "c"):
-            if not known:
-                known["M"], known["c"] = dynamic_model(rates)
-            return known[name]
+            return dynamics()[name]
         if name == "energy":
             return energy(rates)
+        if name == "state":
+            angles, turns = bars_of(rates)
+            return casadi.vertcat(*angles, *turns)
         if name == "tau":
             return inverse_dynamics(acc)
         return getattr(rates if name in RATES_OUTPUTS else acc, name)
 
-    expressions = casadi.cse([casadi.densify(casadi.SX(value(name))) for name in outputs])
-    function = casadi.Function(
-        "fivebar",
-        list(symbols.values()),
-        expressions,
-        inputs,
-        outputs,
-    )
-    return compiled(function, jit)
+    return value
 
 
 def _choose(inputs, outputs):
@@ -166,17 +233,18 @@ def _choose(inputs, outputs):
         if len(given) > 1:
             raise ValueError(f"inputs {' and '.join(given)} are of one level: give one of them")
         chosen += given or [None]
-    known = [*POSITION, *VELOCITY, *ACCELERATION, *MODES]
+    known = [*dict.fromkeys(name for names, _ in LEVELS for name in names), *MODES.values()]
     for name in inputs:
         if name not in known:
             raise ValueError(f"no input {name!r}; the known ones are {', '.join(known)}")
     if chosen[0] is None:
-        raise ValueError("inputs need q or xi")
+        raise ValueError("inputs need q, xi or state")
     if chosen[2] and not chosen[1]:
         raise ValueError(f"input {chosen[2]} needs q_dot or xi_dot too")
-    mode, other = ("assembly", "working") if chosen[0] == "q" else ("working", "assembly")
-    if other in inputs:
-        raise ValueError(f"no input {other} with {chosen[0]}, whose mode is {mode}")
+    for name in inputs:
+        if name in MODES.values() and MODES.get(chosen[0]) != name:
+            own = f"whose mode is {MODES[chosen[0]]}" if chosen[0] in MODES else "which has no mode"
+            raise ValueError(f"no input {name} with {chosen[0]}, {own}")
     if not outputs:
         raise ValueError("outputs must name at least one quantity")
     level_of = {name: level for level, (_, names) in enumerate(LEVELS) for name in names}

@@ -18,7 +18,7 @@ from ..base.checks import a_callable, bounded, instance, optional, positive, sho
 from ..base.checks import robot as must_be_robot
 from ..base.progress import progress
 from ..control.laws import PD, ComputedTorque
-from ..models.charts import CHARTS, StateChart, halves
+from ..models.charts import CHARTS, BarAngles, StateChart, halves
 from ..models.compiled import Buffered, compiled
 from ..models.geometry import igm
 from ..models.kinematics import Rates, ikm, some_rates
@@ -197,11 +197,7 @@ def _runs_of(robot, controller, starts):
     controllers = list(controller) if isinstance(controller, Sequence) else [controller] * count
     _check_robots(robots)
     for each in controllers:
-        if not isinstance(each, (PD, ComputedTorque)):
-            raise ValueError(
-                "a compiled loop needs a PD or ComputedTorque controller, not"
-                f" {type(each).__name__}"
-            )
+        a_built_in_controller(each, "controller")
     if isinstance(starts, Rates) and any(each != starts.pose.robot for each in robots):
         raise ValueError(
             "starts is a batch of one robot's Rates: for several robots give a list, or None"
@@ -210,6 +206,15 @@ def _runs_of(robot, controller, starts):
         for each, start in zip(robots, starts):
             check_start(each, some_rates(start, "starts"))
     return robots, controllers, starts
+
+
+def a_built_in_controller(value: object, name: str) -> PD | ComputedTorque:
+    """Rule: a controller that a compiled loop can hold."""
+    if not isinstance(value, (PD, ComputedTorque)):
+        raise ValueError(
+            f"a compiled loop needs a PD or ComputedTorque controller, not {type(value).__name__}"
+        )
+    return value
 
 
 def _check_robots(robots):
@@ -395,6 +400,22 @@ def _period(loop):
         flat = _symbols(loop, casadi.SX)
         period = casadi.Function("period", flat, casadi.cse(period.expand()(*flat)))
     return period, observe
+
+
+def law_of(
+    robot: Robot,
+    controller: PD | ComputedTorque,
+    period: float,
+    state: casadi.SX,
+    target: casadi.SX,
+) -> casadi.SX:
+    """Return a controller's torques at a state of the four bars; target : q, q', q'' (6)."""
+    law, gains = _one_law([controller])
+    names = names_of([robot])
+    grid = Grid(1, period, 1)
+    loop = _Law(type(robot), names, law, BarAngles(), "dop8", grid, 1, None, Measurement())
+    parameters = casadi.vertcat(*parameters_of(robot, names))
+    return _sample(loop)(state, target, [0, 0], parameters, gains[0])[0]
 
 
 def _sample(loop):

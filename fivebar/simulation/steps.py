@@ -198,6 +198,15 @@ def _error(state, length, slopes):
     return length * fifth / casadi.sqrt(casadi.fmax(8 * (fifth + 0.01 * third), 1e-300))
 
 
+def slope_and_closing(robot: Robot, state: Any, tau: Any) -> tuple[Any, Any]:
+    """Return symbols of the slope of a state of the four bars, and of the state with its loop
+    closed.
+    """
+    chart = BarAngles()
+    slope = _slope(chart, _turned(robot, chart, state, ()), state, tau)
+    return slope, _closed(robot, chart, state, ())[0]
+
+
 @lru_cache(maxsize=8)
 def holding(kind: type, names: tuple) -> casadi.Function:
     """Return (state (8), tau, parameters, slip) -> the friction that keeps what sticks, N m."""

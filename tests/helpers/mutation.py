@@ -80,11 +80,11 @@ SLOW = {
     ),
     "planning": ("tests/planning/test_loads.py",),
     "paths": ("tests/paths/test_timing_by_collocation.py", "tests/cli/test_draw.py"),
-    "estimation": ("tests/estimation/test_near_type_2.py", "tests/cli"),
-    "optimal_design": ("tests/optimal_design/test_dask.py", "tests/optimal_design/test_killed.py", "tests/cli"),
-    "control": ("tests/control/test_tracker.py", "tests/simulation"),
+    "estimation": ("tests/estimation/test_near_type_2.py", "tests/cli/test_identify.py"),
+    "optimal_design": ("tests/optimal_design/test_dask.py", "tests/optimal_design/test_killed.py", "tests/cli/test_designing.py"),
+    "control": ("tests/control/test_tracker.py",),
     "linkages": ("tests/amoro", "tests/models/test_compiled.py"),
-    "exporters": ("tests/cli",),
+    "exporters": ("tests/cli/test_commands.py",),
 }  # fmt: skip
 # Of grading what gives the points: the rest is about processes, files and words.
 FILES = {"grading": ["judge.py", "values.py", "relations.py", "results.py", "exercise.py"]}

@@ -39,6 +39,8 @@ NEEDED = {
     ),
     "a C compiler": (c_compiler, "apt-get install gcc libc6-dev"),
     "ARM compilers": (lambda: not lacks_arm(), f"apt-get install {PACKAGES}"),
+    "JAX": (lambda: find_spec("jax"), "pip install 'fivebar[jax]'"),
+    "PyTorch": (lambda: find_spec("torch"), "pip install 'fivebar[torch]'"),
     "toppra": (lambda: find_spec("toppra"), "pip install 'fivebar[peers]'"),
     "locales": (
         lambda: shutil.which("localedef") and os.path.exists("/usr/share/i18n/locales/de_DE"),

@@ -156,7 +156,10 @@ CASES = {
     "forward_dynamics": Case(fb.forward_dynamics, dict(rates=RATES, tau=(0.1, 0.2))),
     "energy": Case(fb.energy, dict(rates=RATES)),
     "compile": Case(
-        fb.compile, dict(robot=ROBOT, inputs=["q"], outputs=["xi"], assembly=-1, working=(-1, -1), jit=False),
+        fb.compile,
+        dict(
+            robot=ROBOT, inputs=["q"], outputs=["xi"], assembly=-1, working=(-1, -1), jit=False, to=np, source=False,
+        ),
         words=("no input", "no output"),
     ),
     "export": Case(
@@ -311,6 +314,9 @@ CASES = {
             robot=[ROBOT, ROBOT], controller=CONTROLLER, reference=LINE, starts=None, duration=0.02, step=0.001,
             control_period=0.01, torque_limit=None, measurement=None, integrator=None,
         ), 20.0, ("robots", "controllers", "starts"), options=HUGE_NUMBERS,
+    ),
+    "stepper": Case(
+        fb.stepper, dict(robot=ROBOT, period=0.01, to=np, controller=CONTROLLER), 5.0, ("a compiled loop needs",),
     ),
     "compare": Case(fb.compare, dict(runs={"one": RUN})),
     # logs

@@ -113,13 +113,13 @@ def test_compiled_models_equal_numpy(compiler):
     "inputs, outputs, message",
     [
         (["q"], ["speed"], "no output 'speed'; the known ones are q, xi"),
-        (["angle"], ["xi"], "no input 'angle'; the known ones are q, xi, q_dot"),
+        (["angle"], ["xi"], "no input 'angle'; the known ones are q, xi, state, q_dot"),
         (["q", "xi"], ["A"], "inputs q and xi are of one level"),
         (["q", "working"], ["xi"], "no input working with q, whose mode is assembly"),
         (["xi", "assembly"], ["q"], "no input assembly with xi, whose mode is working"),
-        (["assembly"], ["xi"], "inputs need q or xi"),
+        (["assembly"], ["xi"], "inputs need q, xi or state"),
         (["q", "assembly"], ["assembly"], "output assembly is an input already"),
-        (["q_dot"], ["xi_dot"], "inputs need q or xi"),
+        (["q_dot"], ["xi_dot"], "inputs need q, xi or state"),
         (["q", "tau"], ["xi"], "input tau needs q_dot or xi_dot"),
         (["q"], ["xi_dot"], "output xi_dot needs an input of q_dot, xi_dot"),
         (["q"], ["q"], "output q is an input already"),
@@ -436,3 +436,52 @@ def test_tolerance_bounds_the_error():
         )
         assert run.step_error <= tolerance
         assert np.abs(run.q[-1] - exact.q[-1]).max() <= run.step_error
+
+
+def test_symbols_of_the_robot_are_inputs_after_the_others():
+    l11, m = casadi.SX.sym("l11"), casadi.SX.sym("m")
+    function = fb.compile(fb.FiveBar(l11=l11, m=m), ["q", "q_dot"], ["xi", "M"])
+    assert function.name_in() == ["q", "q_dot", "l11", "m"]
+    rates = fb.dkm(fb.dgm(fb.FiveBar(l11=0.1, m=0.3), (0.2, 0.1)), (0.3, 0.4))
+    xi, M = function((0.2, 0.1), (0.3, 0.4), 0.1, 0.3)
+    assert xi.full().ravel() == pytest.approx(rates.pose.xi, rel=1e-14)
+    assert M.full() == pytest.approx(fb.dynamic_model(rates)[0], rel=1e-13)
+    with pytest.raises(ValueError, match="the symbol q of the robot has the name of an input"):
+        fb.compile(fb.FiveBar(l11=casadi.SX.sym("q")), ["q"], ["xi"])
+
+
+@pytest.mark.parametrize("robot", [ROBOT, fb.Biglide()], ids=["cranks", "sliders"])
+def test_the_state_of_four_bars_is_read_and_given(robot):
+    """Both ways it is the same motion, of either mode without being told."""
+    q, q_dot, tau = (0.03, -0.02), (0.3, 0.4), (0.1, 0.2)
+    names = ["q", "xi", "assembly", "q_dot", "xi_dot", "M", "xi_ddot"]
+    for assembly in (-1, 1):
+        rates = fb.dkm(fb.dgm(robot, q, assembly), q_dot)
+        state = fb.compile(robot, ["q", "q_dot"], ["state"], assembly)(q, q_dot)
+        angles, turns = state.full().ravel()[:4], state.full().ravel()[4:]
+        if robot.turns:
+            assert angles[[1, 3]] - angles[[0, 2]] == pytest.approx(rates.pose.q_passive)
+            assert turns[[1, 3]] - turns[[0, 2]] == pytest.approx(rates.q_passive_dot)
+        else:
+            assert angles[[1, 3]] == pytest.approx(rates.pose.q_passive)
+            assert turns[[1, 3]] == pytest.approx(rates.q_passive_dot)
+        assert angles[[0, 2]].tolist() == list(q) and turns[[0, 2]].tolist() == list(q_dot)
+        found = fb.compile(robot, ["state", "tau"], names)(state, tau)
+        M, _ = fb.dynamic_model(rates)
+        pose, acceleration = rates.pose, fb.forward_dynamics(rates, tau)
+        expected = [q, pose.xi, pose.assembly, q_dot, rates.xi_dot, M, acceleration.xi_ddot]
+        for got, value in zip(found, expected):
+            assert got.full().squeeze() == pytest.approx(np.asarray(value), rel=1e-11, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    "inputs,words",
+    [
+        (["state", "q"], "inputs state and q are of one level"),
+        (["state", "q_dot"], "inputs state and q_dot are of one level"),
+        (["state", "assembly"], "no input assembly with state, which has no mode"),
+    ],
+)
+def test_what_does_not_go_with_a_state(inputs, words):
+    with pytest.raises(ValueError, match=words):
+        fb.compile(ROBOT, inputs, ["xi"])
