@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.benchmarks import engine, live_page, singularities, speed, time_paths
+from tests.benchmarks import arrays, engine, live_page, singularities, speed, time_paths
 from tests.helpers.needs import need
 
 
@@ -18,6 +18,17 @@ from tests.helpers.needs import need
 def test_a_benchmark_runs(benchmark, figures, capsys, compiler):
     benchmark.main(quick=True)
     assert capsys.readouterr().out.count("bound") == figures
+
+
+@pytest.mark.deep
+def test_array_libraries_agree(capsys, compiler):
+    need("JAX")
+    need("PyTorch")
+    arrays.main(quick=True)
+    words = capsys.readouterr().out
+    assert words.count("of JAX's") == 8
+    assert float(words.split("the same to ")[1].split()[0]) < 1e-12
+    assert float(words.split("at the end ")[1].split()[0]) < 1e-4
 
 
 def test_timed_paths_are_no_slower_than_toppras_and_keep_their_limits(capsys):

@@ -13,7 +13,8 @@ from pathlib import Path
 from ...models.machine_code import c_compiler
 
 LIBRARIES = (
-    "fivebar numpy scipy casadi matplotlib heyoka mujoco pin drake exudyn pylinkage numba".split()
+    "fivebar numpy scipy casadi matplotlib heyoka mujoco pin drake exudyn pylinkage numba jax torch"
+    " mujoco-warp".split()
 )
 
 

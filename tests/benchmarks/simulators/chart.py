@@ -24,7 +24,7 @@ from fivebar.study.speed_accuracy.chart import OURS, Attempt, Chart, Failed, Met
 from fivebar.study.speed_accuracy.charts.integrators import counts, fixed_steps, to_tolerance
 from fivebar.study.speed_accuracy.machine import lacks_c_compiler, lacks_module
 
-from . import branches
+from . import at_once, branches
 from .constrained import multipliers
 from .drake import DRAKE_BUSHINGS, drake_as_it_comes, drake_bushing, drake_by_hand
 from .exudyn import EXUDYN_SPRINGS, exudyn_as_it_comes, exudyn_springs
@@ -41,6 +41,8 @@ SAME = "constrained equations, fivebar's compiler"
 REPEATS = 5  # of what is timed alone
 LOST, FAR = 0.3, 100.0  # rad
 POSITIONS, TURNING = "positions", "cranks that turn, 90° apart"
+AT_ONCE = f"{at_once.USUAL_ROBOTS} robots at once, each thrown at its own rates"
+NUMBER = f"robots at once, {at_once.USUAL_STEPS} steps of 10 ms"
 ROUNDING = {"forced": 1e-15, "through": 1e-13}  # rad at the end, which grows at each crossing
 
 
@@ -374,10 +376,12 @@ def chart() -> Chart:
             " exported otherwise; Baumgarte gains of 1/step are on the chart integrators; pylinkage"
             " takes the branch nearest to the last pose, at any turn between them. The constrained"
             " equations through fivebar's compiler tell what compiling gains from what the choice"
-            " of coordinates gains."
+            " of coordinates gains. Robots at once: the same steps in array libraries on this"
+            " machine's processor; nothing here ran on a GPU."
         ),
-        problems={name: motion.words for name, motion in DRIVEN.items()} | {POSITIONS: TURNING},
-        methods=on(DRIVEN, simulated()) + on((POSITIONS,), branches.methods()),
+        problems={name: motion.words for name, motion in DRIVEN.items()}
+        | {POSITIONS: TURNING, at_once.STEPS: AT_ONCE, at_once.ROBOTS: NUMBER},
+        methods=on(DRIVEN, simulated()) + on((POSITIONS,), branches.methods()) + at_once.methods(),
         step=lambda count: DURATION / count,
         excluded=(SAME,),
         panels=(
@@ -412,6 +416,25 @@ def chart() -> Chart:
                     x="knob",
                     xlabel="turn of the cranks from pose to pose (°)",
                     floor=1e-3,
+                ),
+            ),
+            (
+                Panel(
+                    at_once.STEPS,
+                    AT_ONCE,
+                    ylabel="largest error of an active joint after 0.5 s (rad)",
+                    xlabel="time for 0.5 s of one robot (s)",
+                    levels=(1e-4, 1e-8),
+                    ceiling=LOST,
+                    rounding=1e-15,
+                ),
+                Panel(
+                    at_once.ROBOTS,
+                    NUMBER,
+                    y="seconds",
+                    ylabel="time of a step of one robot (s)",
+                    x="knob",
+                    xlabel="robots at once",
                 ),
             ),
         ),
