@@ -18,7 +18,7 @@ from tests.helpers.stored_outputs import NOTEBOOKS, differences, executed
 SUBJECTS = (
     "quick_start geometry kinematics second_order singularities dynamics control biglide singularity_maps "
     "where_methods_fail speed_against_accuracy crossing_a_singularity other_mechanisms real_robots measured_data "
-    "drawing design"
+    "drawing design gradients"
 ).split()
 LABS = {f"0{n}": f'check("lab{n}", ' for n in range(1, 8)}
 LARGEST = 3_000_000
@@ -26,7 +26,7 @@ INSTALL = """import importlib.util
 
 if importlib.util.find_spec("fivebar") is None:
     %pip install -q ..  # the clone that this notebook is in"""
-EXTRAS = {"15_drawing": '"..[draw,certify]"'}  # in place of ..
+EXTRAS = {"15_drawing": '"..[draw,certify]"', "17_gradients": '"..[jax]"'}  # in place of ..
 FETCHED = re.compile(r"""(?:\b(?:src|href|action)\s*=\s*["']?|url\(\s*["']?|@import\s+["']?|\bimport\s*\(?\s*["'])"""
                      r"""\s*(?:https?:)?//""", re.IGNORECASE)  # fmt: skip
 
