@@ -1,5 +1,5 @@
 """Compiled models as plain Python functions of arrays, for every library of the array API standard:
-NumPy, JAX, PyTorch, CuPy.
+NumPy, JAX, PyTorch.
 """
 
 from __future__ import annotations
