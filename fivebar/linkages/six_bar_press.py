@@ -14,6 +14,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ..base.checks import inertia
 from ..models.robots import must_close
 from .chain import Along, Fixed, Reach, Still, Turned, meet, slide
 from .checks import check, check_lengths, coordinate
@@ -83,8 +84,7 @@ class SixBarPress:
         check_lengths(self, "l2", "l3", "l4", "l5", "l11", "l12")
         check(self, coordinate, "theta11")
         must_close("press", {name: getattr(self, name) for name in ("l2", "l3", "l4", "l11")})
-        for k in range(2, 7):
-            Body(getattr(self, f"m{k}"), getattr(self, f"j{k}", 0.0))
+        check(self, inertia, "m2", "m3", "m4", "m5", "m6", "j2", "j3", "j4", "j5")
 
     @property
     def rocker_pivot(self) -> tuple[float, float]:

@@ -1,0 +1,174 @@
+"""Choices of a design by their names, and what is kept on disk: each number that does not go is refused by its name."""
+
+import json
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.optimal_design import shards
+from fivebar.optimal_design.closed_forms import _lens
+from fivebar.optimal_design.evolution import refine, thinned
+from fivebar.optimal_design.results import plain_parameters, robot_of_plain
+from fivebar.optimal_design.task import MOTORS, Motor, task_of
+
+LENGTHS = {"l1": (0.05, 0.3), "d": (0.0, 0.2)}
+
+
+@pytest.mark.parametrize("motor", [Motor(2.0, 5.0, "a data sheet"), (2.0, 5.0), [2, 5]])
+def test_a_motor_is_taken_as_it_is_given(motor):
+    assert task_of({"motor": motor}).motor[:2] == (2.0, 5.0)
+
+
+def test_a_motor_is_taken_by_its_name():
+    name = next(iter(MOTORS))
+    assert task_of({"motor": name}).motor == MOTORS[name]
+
+
+@pytest.mark.parametrize(
+    "choice,words",
+    [
+        ({"motor": (0.0, 5.0)}, "motor's torque must be"),
+        ({"motor": (2.0, -5.0)}, "motor's speed must be"),
+        ({"motor": (1, 2, 3)}, "motor must be"),
+        ({"table": (0, 1, 2, 2)}, r"table = \(x_min, x_max, y_min, y_max\) must rise"),
+        ({"table": (1, 1, 0, 2)}, r"table = .* must rise"),
+        ({"table": (0, 1, 0, np.nan)}, "table must be"),
+        ({"disc": 0.0}, "disc must be"),
+        ({"table": (1, 1), "poses": 1}, "poses must be"),
+        ({"table": (1, 1), "poses": (3, 10**5)}, "poses must be"),
+    ],
+)
+def test_choices_that_do_not_go(choice, words):
+    with pytest.raises((ValueError, TypeError), match=f"^{words}"):
+        task_of(choice)
+
+
+@pytest.mark.parametrize("effort", [0.0, 1e-3, 101.0, np.inf, None, "much"])
+def test_an_effort_beyond_its_range(effort):
+    with pytest.raises((ValueError, TypeError), match="^effort must be"):
+        fb.design("workspace_area", LENGTHS, effort=effort)
+
+
+@pytest.mark.parametrize(
+    "limit,words",
+    [
+        (("a", None), "limits: bars's low must be"),
+        ((None, "b"), "limits: bars's high must be"),
+        ((2.0, 1.0), r"limits: bars = \(2, 1\) is the wrong way round"),
+        ((None, None), "limits: bars has neither"),
+        ((1, 2, 3), r"limits: bars must have \(low, high\) or a number"),
+    ],
+)
+def test_limits_that_do_not_go(limit, words):
+    with pytest.raises((ValueError, TypeError), match=f"^{words}"):
+        fb.design("workspace_area", LENGTHS, limits={"bars": limit})
+
+
+def test_designs_say_what_they_are():
+    assert (
+        repr(fb.optimal_design.grid(l1=[0.1, 0.2], d=[0.0, 0.1, 0.2])) == "<Designs: l1, d, 6 rows>"
+    )
+
+
+@pytest.mark.parametrize(
+    "robot", [fb.FiveBar(gravity=(0.0, -9.81), l11=0.1), fb.Biglide(0.1, 0.2, 0.1)]
+)
+def test_a_robot_comes_back_from_plain_numbers(robot):
+    plain = json.loads(json.dumps(plain_parameters(robot)))
+    assert robot_of_plain(plain) == robot
+    assert all(not isinstance(value, list) for value in robot_of_plain(plain).parameters.values())
+
+
+def test_a_step_gives_no_negative_zero_and_bounds_are_met():
+    """What is a billionth of the range from a bound is put on it; the rest to multiples of the step."""
+    found = fb.design("workspace_area", {"l1": (0.05, 0.3), "d": (0.0, 0.2)}, step=0.01)
+    values = np.array(list(found.parameters.values()))
+    assert not np.signbit(values).any()
+    assert values == pytest.approx(np.round(values, 2), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "r1,r2,d", [(1.0, 0.6, 0.9), (0.5, 0.5, 0.3), (1.0, 0.2, 1.1), (1, 0.3, 0.5), (1, 1, 2.5)]
+)
+def test_what_two_discs_have_in_common(r1, r2, d):
+    """By counting on a grid, of one pair and of several at once, one of them touching nothing."""
+    x, y = np.meshgrid(np.linspace(-1.2, 2.2, 3401), np.linspace(-1.2, 1.2, 2401))
+    counted = ((np.hypot(x, y) < r1) & (np.hypot(x - d, y) < r2)).sum() * 1e-6
+    assert float(_lens(r1, r2, np.float64(d))) == pytest.approx(counted, abs=1e-4)
+    both = _lens(np.array([r1, r1]), np.array([r2, 0.0]), np.array([d, 0.0]))
+    assert both == pytest.approx([counted, 0.0], abs=1e-4)
+
+
+@pytest.fixture
+def kept(tmp_path):
+    fb.sweep(
+        "bars", {"l1": [0.1, 0.2, 0.3], "d": [0.1, 0.1, 0.1]}, out=tmp_path / "swept", workers=1
+    )
+    return tmp_path / "swept"
+
+
+@pytest.mark.parametrize(
+    "change,words",
+    [
+        ({"what": "a cake"}, "it is of 'a cake'"),
+        ({"robot": []}, "its robot, choices and designs are no tables"),
+        ({"done": {"chunks": -1, "designs": 3}}, "chunks must be a whole number"),
+        ({"done": {"chunks": 1, "designs": "all"}}, "designs must be a whole number"),
+        ({"done": {"chunks": 1}}, "designs"),
+        ({"variables": "l1"}, "variables must be"),
+        ({"figures": [{"name": 3}]}, "figures"),
+    ],
+)
+def test_a_manifest_that_was_changed_is_refused(kept, change, words):
+    file = kept / "manifest.json"
+    file.write_text(json.dumps(json.loads(file.read_text("utf-8")) | change), "utf-8")
+    with pytest.raises(ValueError, match=f"is not what a sweep left there .*{words}"):
+        shards.read_manifest(kept)
+
+
+@pytest.mark.parametrize(
+    "change,words",
+    [
+        ({"error_at": np.zeros(2, dtype=int)}, "its errors are not one a row"),
+        ({"error_at": np.zeros(0)}, "its errors are not one a row"),
+        ({"values": np.zeros((2, 1))}, "values of shape"),
+        ({"values": np.zeros((3, 1), dtype=int)}, "values of shape"),
+        ({"designs": np.zeros(3)}, "designs of shape"),
+        ({"error_text": np.frombuffer(b"[1]", dtype=np.uint8)}, "errors"),
+    ],
+)
+def test_a_chunk_that_was_changed_is_refused(kept, change, words):
+    file = shards.shard(kept, 0)
+    with np.load(file) as known:
+        arrays = {name: known[name] for name in known} | change
+    np.savez(file, **arrays)
+    with pytest.raises(ValueError, match=f"is no chunk of a sweep, or not whole .*{words}"):
+        shards.read_chunk(file)
+
+
+def test_a_thinned_front_has_its_ends_and_even_gaps_wherever_it_lies():
+    """Shifted and scaled it is the same choice."""
+    s = np.sort(np.random.default_rng(0).uniform(0, 1, 300))
+    front = np.stack([s, 1 - s], axis=1)
+    chosen = thinned(front, np.arange(300), 11)
+    assert {0, 299} <= set(chosen) and len(set(chosen)) == 11
+    assert sorted(chosen) == sorted(thinned(front * (3, 50) + (-7, 1000), np.arange(300), 11))
+    assert np.diff(np.sort(s[chosen])).max() < 0.2
+
+
+def test_a_group_starts_about_its_own_points():
+    """Without one generation each point is as good as it was, and its neighbours are near it."""
+    low, high = np.zeros(3), np.ones(3)
+    x = np.random.default_rng(1).uniform(0.4, 0.6, (30, 3))
+    seen = []
+
+    def evaluate(rows):
+        seen.append(rows)
+        return rows[:, :2].copy(), np.zeros(len(rows))
+
+    f = x[:, :2].copy()
+    refine(evaluate, low, high, x, f, [0, 5, 9], 8, 0, np.random.default_rng(2))
+    first = seen[0]
+    assert len(first) == 24 and (first > 0.3).all() and (first < 0.7).all()
+    assert np.abs(first.reshape(3, 8, 3)[:, 0] - x[[0, 5, 9]]).max() == 0
