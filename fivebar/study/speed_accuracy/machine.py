@@ -14,7 +14,7 @@ from ...models.machine_code import c_compiler
 
 LIBRARIES = (
     "fivebar numpy scipy casadi matplotlib heyoka mujoco pin drake exudyn pylinkage numba jax torch"
-    " mujoco-warp".split()
+    " mujoco-warp newton".split()
 )
 
 

@@ -1,11 +1,13 @@
 """Many robots at once, each thrown with its own rates: our steps in NumPy, JAX, PyTorch and compiled,
-MuJoCo on all cores and MuJoCo Warp.
+MuJoCo on all cores, MuJoCo Warp and Newton (pip install mujoco-warp newton).
 """
 
 from __future__ import annotations
 
 import os
+import tempfile
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -191,12 +193,47 @@ def warp(problem, knob):
     return attempt(problem, call, count, steps)
 
 
+def kamino(problem, knob):
+    """Newton's solver for closed loops, of order 1; on a GPU where there is one."""
+    import newton
+    import warp as wp
+
+    wp.config.quiet = True
+    count, steps = sizes(problem, knob)
+    one, all_worlds = newton.ModelBuilder(), newton.ModelBuilder()
+    text = fb.export(ROBOT, "mjcf", start=fb.dgm(ROBOT, (0.0, 0.0)), step=DURATION / steps)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "robot.xml")
+        file.write_text(text, "utf-8")
+        one.add_mjcf(str(file))
+    all_worlds.replicate(one, count)
+    model = all_worlds.finalize()
+    rates = model.joint_qd.numpy().reshape(count, -1)
+    rates[:, :4:2], rates[:, 1:4:2] = thrown(count).q_dot, thrown(count).q_passive_dot
+    model.joint_qd.assign(rates.ravel())
+    solver, control = newton.solvers.SolverKamino(model), model.control()
+
+    def call():
+        now, after = model.state(), model.state()
+        newton.eval_fk(model, model.joint_q, model.joint_qd, now)
+        for _ in range(steps):
+            solver.step(now, after, control, None, DURATION / steps)
+            now, after = after, now
+        q, q_dot = wp.zeros_like(model.joint_q), wp.zeros_like(model.joint_qd)
+        newton.eval_ik(model, now, q, q_dot)
+        return q.numpy().reshape(count, -1)[:, [0, 2]]
+
+    call()  # it compiles its kernels
+    return attempt(problem, call, count, steps)
+
+
 def methods():
     """Methods of the panels about many robots."""
     few = {STEPS: counts(5, 80), ROBOTS: (1, 16, 256, 4096, 65536)}
     fewer = {STEPS: counts(5, 80), ROBOTS: (1, 16, 256, 4096)}
     jax, torch = (lacks_module("jax"),), (lacks_module("torch"),)
     mujoco, mjwarp = (lacks_module("mujoco"),), (lacks_module("mujoco_warp", "mujoco-warp"),)
+    newton = (lacks_module("newton"),)
     return (
         Method("fivebar: JAX, float64", OURS, scanned(np.float64), few, jax),
         Method("fivebar: JAX, float32", OURS, scanned(np.float32), few, jax),
@@ -211,4 +248,5 @@ def methods():
             mujoco,
         ),
         Method("MuJoCo Warp, Euler", "MuJoCo Warp", warp, {ROBOTS: (1, 16)}, mjwarp),
+        Method("Newton's Kamino, Euler", "Newton", kamino, {ROBOTS: (1, 16)}, newton),
     )
