@@ -80,7 +80,7 @@ SLOW = {
     ),
     "planning": ("tests/planning/test_loads.py",),
     "paths": ("tests/paths/test_timing_by_collocation.py", "tests/cli/test_draw.py"),
-    "estimation": ("tests/estimation/test_near_type_2.py", "tests/cli/test_identify.py"),
+    "estimation": ("tests/estimation/test_mistakes.py", "tests/estimation/test_near_type_2.py", "tests/cli/test_identify.py"),
     "optimal_design": ("tests/optimal_design/test_figures.py", "tests/optimal_design/test_killed.py", "tests/cli/test_designing.py"),
     "control": ("tests/control/test_tracker.py",),
     "linkages": ("tests/amoro", "tests/models/test_compiled.py"),

@@ -1,0 +1,133 @@
+"""Pieces of calibration and identification by themselves, against sums written out, trials of all, and changed units."""
+
+import re
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.estimation.calibration.fit import spectrum
+from fivebar.estimation.calibration.measured_robot import NEUTRAL, stretched
+from fivebar.estimation.calibration.poses import _exchanged
+from fivebar.estimation.identification.filtering import RegressionRows
+from fivebar.estimation.identification.regression import fit, triangle
+from fivebar.estimation.logs.replays import _smooth
+from tests.helpers.twins import LAB, measured, twin
+
+
+def parameters(l12, l22, d):
+    """Cranks of 0.05 m, a frame that is the robot's."""
+    return np.concatenate([[0.05, l12, 0.05, l22, d], NEUTRAL])
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-3])
+@pytest.mark.parametrize(
+    "l12,l22,d", [(0.06, 0.14, 0.3), (0.14, 0.06, 0.3), (0.2, 0.05, 0.25), (0.05, 0.2, 0.25)]
+)
+def test_where_bars_in_line_meet(l12, l22, d, gap):
+    """Cranks along the base point at each other: what is missing is shared by both bars."""
+    between = d - 0.1 + gap
+    p = parameters(l12, l22, d + gap)
+    left = -p[4] / 2 + 0.05
+    if between > max(l12, l22):
+        expected = left + l12 + (between - l12 - l22) / 2
+    else:  # the shorter bar is folded over the longer one
+        way = np.sign(l12 - l22)
+        expected = (left + way * l12 + left + between + way * l22) / 2
+    x, y = stretched(p, np.array([[0.0, np.pi]]))[0]
+    assert (x, y) == pytest.approx((expected, 0.0), abs=1e-15)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_exchanged_poses_are_about_the_best_of_all(seed):
+    """4 of 12 candidates with two rows each: at least 0.9 of the determinant of the best of 495."""
+    jacobian = np.random.default_rng(seed).normal(size=(12, 2, 3))
+
+    def det(chosen):
+        return np.linalg.det(sum(jacobian[k].T @ jacobian[k] for k in chosen))
+
+    chosen = _exchanged(jacobian, 4)
+    assert len(set(chosen)) == 4
+    assert det(chosen) > 0.9 * max(map(det, combinations(range(12), 4)))
+
+
+@pytest.mark.parametrize("shape", [(3, 5), (5, 3), (4, 4)])
+def test_a_spectrum_has_as_many_values_as_unknowns(shape):
+    jacobian = np.random.default_rng(0).normal(size=shape)
+    left, s, right, least = spectrum(jacobian)
+    m, k = shape
+    assert left.shape == (m, k) and s.shape == (k,) and right.shape == (k, k)
+    assert (left * s) @ right == pytest.approx(jacobian)
+    assert (s > least).sum() == min(shape)
+
+
+def test_smoothed_positions_are_nearer_the_truth_to_their_ends():
+    t = np.linspace(0.0, 1.0, 401)
+    truth = np.stack([np.cos(6 * t), np.sin(5 * t)], axis=1) * 0.1
+    noisy = truth + 1e-4 * np.random.default_rng(3).normal(size=truth.shape)
+    smooth = _smooth(noisy, t[1])
+    for part in (slice(0, 40), slice(-40, None), slice(40, -40)):
+        assert (smooth[part] != noisy[part]).all()
+        assert np.abs(smooth - truth)[part].mean() < 0.8 * np.abs(noisy - truth)[part].mean()
+
+
+@pytest.mark.parametrize("rows", [3, 64, 65, 1000])
+def test_a_triangle_has_the_products_of_its_rows(rows):
+    flat = np.random.default_rng(rows).normal(size=(rows, 5))
+    R = triangle(flat)
+    assert R.T @ R == pytest.approx(flat.T @ flat)
+
+
+def rows_of(scale=1.0, seed=1):
+    """Two motors, the second in other units, with noise that lasts for some rows."""
+    rng = np.random.default_rng(seed)
+    n = 400
+    W = rng.normal(size=(n, 2, 3))
+    noise = np.apply_along_axis(
+        np.convolve, 0, rng.normal(size=(n, 2)) * (0.1, 0.4), np.ones(6), "same"
+    )
+    tau = W @ (1.0, -2.0, 0.5) + noise * (1 + np.abs(W[:, :, 0]))
+    factors = np.array([1.0, scale])
+    return RegressionRows(
+        W * factors[:, None],
+        tau * factors,
+        np.ones((n, 2), bool),
+        np.arange(n) * 0.01,
+        np.ones((n, 2)),
+        (0,),
+        1.0,
+    )
+
+
+def test_a_regression_does_not_depend_on_the_units_of_a_motor():
+    one, other = fit(rows_of(), [0, 1, 2]), fit(rows_of(1000.0), [0, 1, 2])
+    assert other.theta == pytest.approx(one.theta, rel=1e-9)
+    assert other.cov == pytest.approx(one.cov, rel=1e-9, abs=1e-15)
+    assert other.sigma == pytest.approx(one.sigma * (1, 1000))
+
+
+def test_deviations_of_a_regression_are_those_of_many():
+    """Of noise that is neither white nor of one size: within a third, and not too small on the whole."""
+    found = [fit(rows_of(seed=seed), [0, 1, 2]) for seed in range(60)]
+    spread = np.std([each.theta for each in found], axis=0)
+    said = np.mean([np.sqrt(np.diag(each.cov)) for each in found], axis=0)
+    assert (said > 0.7 * spread).all() and (said < 1.5 * spread).all()
+
+
+def test_a_report_says_by_how_much_the_noise_is_larger_than_told():
+    rng = np.random.default_rng(2)
+    unknown = ("l11", "l12", "l21", "l22", "d")
+    data = measured(twin(rng, LAB, unknown), 40, rng, 5e-5)
+    report = str(fb.calibrate(LAB, data, unknown, sigma=1e-5))
+    times = float(re.search("the misses are (.*) x sigma", report)[1])
+    assert times == pytest.approx(5.0, rel=0.3)
+
+
+def test_measurement_poses_say_how_many_modes_they_have():
+    poses = fb.measurement_poses(LAB, n=12)
+    modes = {
+        (*working, assembly)
+        for working, assembly in zip(poses.working.tolist(), poses.assembly.tolist())
+    }
+    assert f"12 poses, {len(modes)} modes" in repr(poses)
