@@ -12,7 +12,7 @@ from tests.helpers.density import densities
 
 # Room: most syntax nodes, nodes a line, lines over 100 columns, nested comprehensions.
 LIMITS = {
-    "": (441, 2.50, 0, 0),
+    "": (445, 2.49, 0, 0),
     "amoro": (5732, 5.93, 0, 0),
     "base": (9008, 6.19, 0, 0),
     "cli": (13245, 5.51, 0, 0),
@@ -21,12 +21,12 @@ LIMITS = {
     "estimation": (30105, 6.51, 0, 0),
     "exporters": (3351, 4.25, 0, 0),
     "grading": (40500, 6.04, 0, 0),
-    "linkages": (14346, 6.14, 0, 0),
-    "models": (16549, 6.23, 0, 0),
+    "linkages": (14338, 6.14, 0, 0),
+    "models": (17517, 6.25, 0, 0),
     "optimal_design": (13702, 6.42, 0, 0),
     "paths": (38055, 6.38, 0, 0),
     "planning": (16072, 6.51, 0, 0),
-    "simulation": (11352, 6.43, 0, 0),
+    "simulation": (11759, 6.41, 0, 0),
     "singularities": (18552, 6.40, 0, 0),
     "study": (18072, 6.23, 0, 0),
     "visualization": (29347, 5.76, 0, 0),
