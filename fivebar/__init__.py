@@ -55,6 +55,7 @@ _MODULES = {
     "line": "planning.trajectory",
     "Link": "models.links",
     "LinkCollisions": "constraints.link_collisions",
+    "load_robot": "models.robot_files",
     "locus_distance": "singularities.distance",
     "Measurement": "simulation.settings",
     "measurement_poses": "estimation.calibration.poses",
@@ -146,6 +147,7 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .models.links import Link
     from .models.loads import friction_torques, potential
     from .models.named_robots import ROBOTS
+    from .models.robot_files import load_robot
     from .models.robots import Biglide, FiveBar
     from .optimal_design.optimum import design
     from .optimal_design.sweeping import sweep

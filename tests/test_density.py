@@ -12,17 +12,17 @@ from tests.helpers.density import densities
 
 # Room: most syntax nodes, nodes a line, lines over 100 columns, nested comprehensions.
 LIMITS = {
-    "": (445, 2.49, 0, 0),
+    "": (449, 2.49, 0, 0),
     "amoro": (5732, 5.93, 0, 0),
-    "base": (9008, 6.19, 0, 0),
-    "cli": (13245, 5.51, 0, 0),
+    "base": (9021, 6.19, 0, 0),
+    "cli": (13169, 5.50, 0, 0),
     "constraints": (10871, 6.49, 0, 0),
     "control": (5840, 6.20, 0, 0),
-    "estimation": (30105, 6.51, 0, 0),
+    "estimation": (30026, 6.50, 0, 0),
     "exporters": (3351, 4.25, 0, 0),
     "grading": (40500, 6.04, 0, 0),
     "linkages": (14338, 6.14, 0, 0),
-    "models": (17517, 6.25, 0, 0),
+    "models": (17977, 6.26, 0, 0),
     "optimal_design": (13702, 6.42, 0, 0),
     "paths": (38055, 6.38, 0, 0),
     "planning": (16072, 6.51, 0, 0),

@@ -106,6 +106,8 @@ def test_told_as_a_story(path):
 def test_runs_to_its_end_and_gives_what_is_stored(path, tmp_path):
     if "import mujoco" in path.read_text(encoding="utf-8"):
         need("other simulators")  # else its cell says what to install, which is not what is stored
+    if path.stem == "17_gradients":
+        need("JAX")
     own = executed(path, tmp_path).cells
     before = nbformat.read(path, as_version=4).cells
     outdated = [

@@ -25,6 +25,7 @@ import shutil
 import signal
 import threading
 import traceback
+import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -137,7 +138,9 @@ class WorkerPool(ProcessPoolExecutor):
         super().__init__(workers, context, _start_worker, arguments)
 
     def submit(self, *args: Any, **kwargs: Any) -> Any:
-        with without_interrupts():  # processes are started here
+        with without_interrupts(), warnings.catch_warnings():  # processes are started here
+            # JAX warns of every fork, as its threads are not there afterwards: workers use none.
+            warnings.filterwarnings("ignore", "os.fork", RuntimeWarning)
             return super().submit(*args, **kwargs)
 
     def kill(self) -> None:

@@ -1,20 +1,18 @@
 """The robot on the command line: a named set, a TOML or JSON file, single values."""
 
-import json
 import sys
-import tomllib
 from argparse import SUPPRESS
 from dataclasses import fields, replace
+from pathlib import Path
 
 from ..base.errors import UsageError
 from ..models.named_robots import ROBOTS
-from ..models.parameters import robot_of
+from ..models.robot_files import READERS, robot_and_defaults
 from ..models.robots import KINDS
 from .options import add_options, usage_errors, used_options
 
 DEFAULT = "amoro"
 PARAMETERS = tuple(dict.fromkeys(field.name for kind in KINDS for field in fields(kind)))
-READERS = {".toml": tomllib.load, ".json": json.load}
 
 
 def add_robot_options(parser):
@@ -58,18 +56,11 @@ def chosen_robot(arguments):
 
 def robot_from(path):
     """Return the robot in a TOML or JSON file."""
-    read = READERS.get(path[-5:])
-    if read is None:
+    if Path(path).suffix.lower() not in READERS:
         known = ", ".join(ROBOTS)
         raise UsageError(f"no robot {path!r}: the known ones are {known}; or a .toml or .json file")
-    with usage_errors(OSError), open(path, "rb") as file:
-        try:
-            table = read(file)
-            robot = robot_of(table)
-        except (ValueError, TypeError, RecursionError) as error:
-            raise UsageError(f"{path}: {error}") from None
-    needed = () if "links" in table else fields(robot)[: robot.lab]
-    defaults = [f"{f.name} = {f.default:g}" for f in needed if f.name not in table]
+    with usage_errors(OSError, ValueError):
+        robot, defaults = robot_and_defaults(path)
     if defaults:
         title, values = robot.words.title, ", ".join(defaults)
         print(f"{path}: not in it, so as usual of a {title}: {values}", file=sys.stderr)

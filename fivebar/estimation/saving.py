@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from types import NoneType
 from typing import (
@@ -118,17 +118,3 @@ def _array(value):
     if array.dtype.kind not in "bif":
         raise ValueError("its arrays must be of numbers")
     return array
-
-
-def write_toml(
-    path: TextFile,
-    robot: Robot,
-    sd: Mapping[str, float],
-    comments: Iterable,
-) -> None:
-    """Write a robot for `--robot FILE.toml`, under lines of comment, with standard deviations."""
-    with written(path) as out:
-        out.writelines(f"# {line}\n" for line in comments)
-        for name, value in robot.parameters.items():
-            known = f"  # sd {sd[name]:.2g}" if name in sd else ""
-            out.write(f"{name} = {list(value) if isinstance(value, tuple) else value!r}{known}\n")

@@ -57,7 +57,7 @@ def _beyond(kind):
     return fields(kind)[kind.lab :]
 
 
-def robot_of(parameters: dict[str, Any]) -> FiveBar | Biglide:
+def robot_of(parameters: dict[str, Any], kind: Any = None) -> FiveBar | Biglide:
     """Return the robot with these parameters {name: value}, of the kind that knows them.
 
     With "links" it is a five-bar of bars as they are built, the arguments of `FiveBar.from_links`:
@@ -66,10 +66,12 @@ def robot_of(parameters: dict[str, Any]) -> FiveBar | Biglide:
     """
     if "links" in parameters:
         return _of_links(dict(parameters))
-    counts = []
-    for kind in KINDS:
-        counts.append(len(set(parameters) - {f.name for f in fields(kind)}))
-    kind = KINDS[counts.index(min(counts))]
+    if kind is None:
+
+        def unknown(kind):
+            return len(set(parameters) - {f.name for f in fields(kind)})
+
+        kind = min(KINDS, key=unknown)
     _refuse_unknown(f"a {kind.words.title}", parameters, [f.name for f in fields(kind)])
     return kind(**parameters)
 

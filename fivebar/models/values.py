@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..base.backend import is_symbolic
 from ..base.checks import (
@@ -17,6 +17,9 @@ from ..base.checks import (
     two_numbers,
 )
 from .physics import named
+
+if TYPE_CHECKING:
+    from ..base.tables import TextFile
 
 MAY_BE_NEGATIVE = (
     "zz1",
@@ -104,3 +107,20 @@ class Named:
             for k, v in values.items()
             if k in always or (any(map(named, v)) if k == "gravity" else named(v))
         }
+
+    def save(self, path: TextFile) -> None:
+        """Write the parameters as TOML, which `load_robot` and `--robot` read.
+
+        Parameters
+        ----------
+        path : path or file
+            A name that ends with .toml.
+
+        Raises
+        ------
+        ValueError
+            For another ending, or CasADi symbols among the parameters.
+        """
+        from .robot_writing import write_robot  # here, as few robots are written
+
+        write_robot(path, self)

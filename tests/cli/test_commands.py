@@ -78,7 +78,7 @@ def test_track_a_csv_with_a_robot_from_toml(tmp_path, capsys):
         "real-time factor" in notes.out
         and "not in it, so as usual of a five-bar robot: l12 = 0.09, l21" in notes.err
     )
-    (tmp_path / "robot.toml").write_text("l1 = 0.3\n", encoding="utf-8")
+    (tmp_path / "robot.toml").write_text('kind = "biglide"\nl1 = 0.3\n', encoding="utf-8")
     chosen("--robot", str(tmp_path / "robot.toml"))
     assert "biglide robot: l2 = 0.28" in capsys.readouterr().err
 

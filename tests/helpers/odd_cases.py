@@ -21,6 +21,8 @@ HOME = (0.09, 0.068)
 FOLDER = File(tempfile.mkdtemp(prefix="fivebar-odd-"))
 atexit.register(shutil.rmtree, FOLDER)
 CSV = FOLDER / "path.csv"
+ROBOT_FILE = FOLDER / "kept.toml"
+ROBOT.save(ROBOT_FILE)
 CSV.write_text(
     "t,x,y\n" + "\n".join(f"{k / 10},{0.09 - 0.001 * k},0.068" for k in range(8)), encoding="utf-8"
 )
@@ -155,6 +157,7 @@ CASES = {
     "inverse_dynamics": Case(fb.inverse_dynamics, dict(accelerations=ACCELERATIONS)),
     "forward_dynamics": Case(fb.forward_dynamics, dict(rates=RATES, tau=(0.1, 0.2))),
     "energy": Case(fb.energy, dict(rates=RATES)),
+    "load_robot": Case(fb.load_robot, dict(path=ROBOT_FILE), words=WORDS_OF_FILES),
     "compile": Case(
         fb.compile,
         dict(

@@ -247,6 +247,22 @@ def test_float64_without_jaxs_setting_for_it_is_refused():
     assert dtype == "float32" and "jax_enable_x64" in message
 
 
+def test_workers_begin_without_a_word_where_jax_is_loaded():
+    """JAX warns of processes that are forked while its threads run; workers do not use them."""
+    need("JAX")
+    text = (
+        "import jax.numpy, fivebar, os\n"
+        "jax.numpy.zeros(3).block_until_ready()\n"
+        "done = fivebar.sweep('bars', {'l1': [0.1, 0.2], 'd': [0.1, 0.1]}, workers=2)\n"
+        "print(done['bars'].tolist())"
+    )
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", text], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    assert done.stdout.startswith("[")
+
+
 def test_nothing_is_imported_for_it():
     text = (
         "import sys, numpy, fivebar\n"

@@ -16,8 +16,9 @@ from ...base.presentation import Plotted
 from ...base.representation import one_line
 from ...base.tables import TextFile
 from ...models.dyads import SINGULAR
+from ...models.robot_writing import write_robot
 from ...models.robots import FiveBar
-from ..saving import read_json, write_json, write_toml
+from ..saving import read_json, write_json
 from .fit import LeastSquares, loss_slopes, residuals, solve, spectrum
 from .indistinguishable import (
     combination,
@@ -406,7 +407,7 @@ class Calibration(Plotted):
             value = float(self.p[PLACE[name]])
             values.append(f"{name} = {value!r}")
         title = "A calibrated robot, SI units; how it was read and measured:"
-        write_toml(path, self.robot, self.sd, [title, *values])
+        write_robot(path, self.robot, self.sd, [title, *values])
 
 
 def _check(found):

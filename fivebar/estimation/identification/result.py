@@ -10,8 +10,9 @@ from numpy import ndarray
 from ...base.presentation import Plotted
 from ...base.representation import one_line, table
 from ...base.tables import TextFile
+from ...models.robot_writing import write_robot
 from ...models.robots import Robot
-from ..saving import encode, read_json, write_json, write_toml
+from ..saving import encode, read_json, write_json
 
 KIND = "identification"
 
@@ -188,7 +189,7 @@ class Identification(Plotted):
 
     def to_toml(self, path: TextFile) -> None:
         """Write the robot as a file that `fivebar ... --robot FILE.toml` reads."""
-        write_toml(
+        write_robot(
             path,
             self.robot,
             self.sd,

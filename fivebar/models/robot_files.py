@@ -1,0 +1,82 @@
+"""Robots from TOML and JSON files, as `--robot FILE` reads them."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import fields
+from pathlib import Path
+
+from ..base.tables import TextFile, whole_text
+from .parameters import robot_of
+from .robots import Biglide, FiveBar
+
+READERS = {".toml": tomllib.loads, ".json": json.loads}
+KINDS: dict[str, type] = {"five-bar": FiveBar, "biglide": Biglide}
+LENGTHS = {"l1", "l2"}
+OF_BIGLIDES = {field.name for field in fields(Biglide)} - {field.name for field in fields(FiveBar)}
+
+
+def load_robot(path: TextFile) -> FiveBar | Biglide:
+    """Return the robot in a file.
+
+    Parameters
+    ----------
+    path : path or open file
+        A .toml or .json file of parameters by name, in SI units: those of `FiveBar` or `Biglide`,
+        or with links those of `FiveBar.from_links`. kind = "five-bar" or "biglide" says which.
+
+    Returns
+    -------
+    FiveBar or Biglide
+        What the file does not name has its usual value.
+
+    Raises
+    ------
+    ValueError
+        For a file that holds no robot, or one that could be of both kinds.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "robot.toml"
+    >>> fb.FiveBar(l11=0.1).save(path)
+    >>> fb.load_robot(path) == fb.FiveBar(l11=0.1)
+    True
+    """
+    robot, _ = robot_and_defaults(path)
+    return robot
+
+
+def robot_and_defaults(path: TextFile) -> tuple[FiveBar | Biglide, list[str]]:
+    """Return the robot in a file, and "name = value" of the lab's parameters that it leaves out."""
+    text, name = whole_text(path, "a robot")
+    read = READERS.get(Path(name).suffix.lower())
+    if read is None:
+        raise ValueError(f"a robot is read from a .toml or .json file, not {name!r}")
+    try:
+        table = read(text)
+        if not isinstance(table, dict):
+            raise ValueError("a robot is a table of its parameters by name")
+        kind = _kind_of(table)
+        robot = robot_of({name: table[name] for name in table if name != "kind"}, kind)
+    except (ValueError, TypeError, RecursionError) as error:
+        raise ValueError(f"{name}: {error}") from None
+    needed = () if "links" in table else fields(robot)[: robot.lab]
+    return robot, [f"{f.name} = {f.default:g}" for f in needed if f.name not in table]
+
+
+def _kind_of(table):
+    """Return the kind that a table names, None where its parameters say it."""
+    if "kind" in table:
+        if table["kind"] not in KINDS:
+            raise ValueError(f'kind must be "five-bar" or "biglide", not {table["kind"]!r}')
+        return KINDS[table["kind"]]
+    if LENGTHS & set(table) and not (OF_BIGLIDES - LENGTHS) & set(table):
+        raise ValueError(
+            "l1 and l2 are a biglide's, or those of a five-bar with two equal legs: write"
+            ' kind = "biglide", or l11, l12, l21, l22'
+        )
+    return None

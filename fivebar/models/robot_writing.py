@@ -1,0 +1,30 @@
+"""A robot's parameters as TOML, which `robot_files` reads."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from ..base.backend import is_symbolic
+from ..base.tables import TextFile, written
+
+
+def write_robot(
+    path: TextFile,
+    robot: Any,
+    sd: Mapping[str, float] = {},
+    comments: Iterable[str] = (),
+) -> None:
+    """Write a robot as TOML, under lines of comment, with standard deviations."""
+    if isinstance(path, (str, os.PathLike)) and Path(path).suffix.lower() != ".toml":
+        raise ValueError(f"a robot is written to a .toml file, not {os.fspath(path)!r}")
+    if symbols := [name for name, value in robot.parameters.items() if is_symbolic(value)]:
+        raise ValueError(f"a robot with CasADi symbols cannot be written: {', '.join(symbols)}")
+    with written(path) as out:
+        out.writelines(f"# {line}\n" for line in comments)
+        out.write(f'kind = "{robot.words.title.removesuffix(" robot")}"\n')
+        for name, value in robot.parameters.items():
+            known = f"  # sd {sd[name]:.2g}" if name in sd else ""
+            out.write(f"{name} = {list(value) if isinstance(value, tuple) else value!r}{known}\n")
