@@ -67,13 +67,16 @@ def robot_of(parameters: dict[str, Any], kind: Any = None) -> FiveBar | Biglide:
     if "links" in parameters:
         return _of_links(dict(parameters))
     if kind is None:
-
-        def unknown(kind):
-            return len(set(parameters) - {f.name for f in fields(kind)})
-
-        kind = min(KINDS, key=unknown)
+        kind = _kind_that_knows(parameters)
     _refuse_unknown(f"a {kind.words.title}", parameters, [f.name for f in fields(kind)])
     return kind(**parameters)
+
+
+def _kind_that_knows(parameters) -> Any:
+    counts = []
+    for kind in KINDS:
+        counts.append(len(set(parameters) - {f.name for f in fields(kind)}))
+    return KINDS[counts.index(min(counts))]
 
 
 def _of_links(parameters):
