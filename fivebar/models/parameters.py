@@ -64,7 +64,7 @@ def robot_of(parameters: dict[str, Any], kind: Any = None) -> FiveBar | Biglide:
     each link its mass or a table of Link's arguments, with inertia_about_centre in place of inertia
     where it is that.
     """
-    if "links" in parameters:
+    if "links" in parameters and kind in (None, FiveBar):
         return _of_links(dict(parameters))
     if kind is None:
         kind = _kind_that_knows(parameters)
