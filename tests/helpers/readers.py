@@ -249,7 +249,7 @@ def _zipped(content):
 
 # Who reads, and the reader above through which it is fuzzed.
 COVERS = {
-    "cli.robot_options:robot_from": "robot.toml", "base.columns:_numbers": "columns", "base.tables:whole_text": "columns",
+    "base.columns:_numbers": "columns", "base.tables:whole_text": "columns",
     "base.tables:arrays_in": "Map",
     "grading.course.cohort:begin": "state", "grading.course.cohort:done": "kept result",
     "grading.course.gradebook:_read": "gradebook", "grading.worker.submission:_bytes": "hand-in.py",

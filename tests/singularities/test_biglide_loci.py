@@ -303,7 +303,7 @@ def test_on_the_command_line(tmp_path, capsys):
     file = tmp_path / "own.toml"
     file.write_text("l1 = 0.5\nmf1 = 2.0\n", encoding="utf-8")
     assert cli.main(["map", "--robot", str(file), *robot[2:]]) == 0
-    file.write_text("l1 = 0.5\nzz12 = 2.0\n", encoding="utf-8")
+    file.write_text('kind = "biglide"\nl1 = 0.5\nzz12 = 2.0\n', encoding="utf-8")
     assert cli.main(["map", "--robot", str(file), *robot[2:]]) == 2
     assert "no parameter" in capsys.readouterr().err
 
