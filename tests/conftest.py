@@ -8,6 +8,8 @@ from collections import Counter
 # One test runs on each core: threads of the linear algebra would only wait for each other.
 # Before NumPy is imported in the processes that run the tests, which inherit it.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # PyTorch's
+os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")  # JAX's
 
 import hypothesis
 import numpy as np

@@ -21,6 +21,7 @@ def test_a_benchmark_runs(benchmark, figures, capsys, compiler):
 
 
 @pytest.mark.deep
+@pytest.mark.filterwarnings("ignore:.*torch.jit:DeprecationWarning")  # of PyTorch's own files
 def test_array_libraries_agree(capsys, compiler):
     need("JAX")
     need("PyTorch")

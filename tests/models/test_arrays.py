@@ -96,6 +96,7 @@ def test_numpys_inverse_models(name):
     assert tau[good] == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize("shape", [(), (5,), (2, 3), (0,)])
 def test_every_library_gives_what_numpy_gives(xp, name, shape):
@@ -175,6 +176,7 @@ def limits(robot, count):
     return centre + (robot.l11 + robot.l12) * reach[:, None] * ray
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", ["jax.numpy", "torch"])
 def test_gradients_are_finite_wherever_the_function_is(name):
     """Also where a leg is stretched, both legs coincide, or a branch that is not taken divides by 0."""

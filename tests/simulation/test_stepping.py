@@ -60,6 +60,7 @@ def bars(rates):
     return angles, turns
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("name", LIBRARIES)
 @pytest.mark.parametrize("loop", LOOPS)
 def test_a_closed_loop_is_that_of_simulate(name, loop):
@@ -82,6 +83,7 @@ def test_a_closed_loop_is_that_of_simulate(name, loop):
     assert torques[:, 0] == pytest.approx(run.tau[:-1], rel=1e-10, abs=1e-11)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", LIBRARIES)
 def test_robots_of_their_own_lengths_and_masses_are_those_of_simulate_many(name):
     """The parameters differ along the batch."""
@@ -108,6 +110,7 @@ def test_robots_of_their_own_lengths_and_masses_are_those_of_simulate_many(name)
         assert torques[:, k] == pytest.approx(run.tau[:-1], rel=1e-10, abs=1e-11)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", [*LIBRARIES, "array_api_strict"])
 def test_held_torques_through_type_2(name):
     """A push that crosses Type 2 within the steps; the loop stays closed and energy balances."""
@@ -138,6 +141,7 @@ def test_held_torques_through_type_2(name):
     assert np.stack(states)[:, [0, 2]] == pytest.approx(run.q, abs=1e-9)
 
 
+@pytest.mark.deep
 def test_in_a_scan_and_differentiated_through_two_seconds():
     """d (end of a run) / d m against differences of `simulate`."""
     xp = library("jax.numpy")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from itertools import cycle
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -81,7 +82,7 @@ def panels(result: Result) -> Figure:
 def method_styles(chart):
     """Return {method: how its line is drawn}: a colour for a family, a marker for a method."""
     others = dict.fromkeys(method.family for method in chart.methods if method.family != OURS)
-    colours = {OURS: INK} | dict(zip(others, COLOURS))
+    colours = {OURS: INK} | dict(zip(others, cycle(COLOURS)))
     styles = {}
     for k, method in enumerate(chart.methods):
         ours = method.family == OURS

@@ -247,6 +247,6 @@ def methods():
             {STEPS: counts(20, 640), ROBOTS: (1, 16, 256, 4096)},
             mujoco,
         ),
-        Method("MuJoCo Warp, Euler", "MuJoCo Warp", warp, {ROBOTS: (1, 16)}, mjwarp),
+        Method("MuJoCo Warp, Euler", "MuJoCo", warp, {ROBOTS: (1, 16)}, mjwarp),
         Method("Newton's Kamino, Euler", "Newton", kamino, {ROBOTS: (1, 16)}, newton),
     )
