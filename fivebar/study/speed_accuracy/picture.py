@@ -114,12 +114,14 @@ def _draw_panel(axes, result, panel, styles):
     axes.tick_params(labelsize=8, which="both")
     axes.margins(x=0.07, y=0.09)
     axes.grid(alpha=0.25, which="major")
+    known = [row[panel.x] for name in styles for row in counted(result, panel, name)]
+    widths = [min(known, default=1.0), max(known, default=1.0)]
     for name, style in styles.items():
         points = counted(result, panel, name)
         x = np.array([row[panel.x] for row in points])
         y = np.maximum([row[panel.y] for row in points], panel.floor)
         if panel.x == "knob" and len(points) == 1:
-            axes.axhline(y[0], color=style["color"], lw=style["lw"], ls="--")
+            axes.plot(widths, [y[0]] * 2, color=style["color"], lw=style["lw"], ls="--")
         elif points:
             axes.plot(x, y, **style)
         if panel.x == "seconds" and points:

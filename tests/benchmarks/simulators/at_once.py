@@ -54,7 +54,7 @@ def attempt(problem, call, count, steps):
         error = np.abs(np.asarray(q, dtype=float)[judged] - expected).max()
         if not np.isfinite(error):
             raise Failed("nan")
-        return {"error": float(error)}
+        return {"error": float(error), "robots": count}
 
     return Attempt(call, judge, per=count if problem == STEPS else count * steps)
 

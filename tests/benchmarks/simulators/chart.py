@@ -433,7 +433,7 @@ def chart() -> Chart:
                     NUMBER,
                     y="seconds",
                     ylabel="time of a step of one robot (s)",
-                    x="knob",
+                    x="robots",
                     xlabel="robots at once",
                 ),
             ),
