@@ -55,8 +55,10 @@ _MODULES = {
     "line": "planning.trajectory",
     "Link": "models.links",
     "LinkCollisions": "constraints.link_collisions",
+    "load_machine": "paths.machine",
     "load_robot": "models.robot_files",
     "locus_distance": "singularities.distance",
+    "Machine": "paths.machine",
     "Measurement": "simulation.settings",
     "measurement_poses": "estimation.calibration.poses",
     "page": "visualization.pages",
@@ -153,6 +155,7 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .optimal_design.sweeping import sweep
     from .paths.certificates.certify import certify
     from .paths.curve import Path
+    from .paths.machine import Machine, load_machine
     from .paths.placement import Placement
     from .paths.placing.place import place
     from .paths.reading.read import path

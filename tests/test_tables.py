@@ -53,14 +53,16 @@ def runs(draw):
     def columns(k, rows=n):
         return draw(arrays(float, (rows, k) if k else rows, elements=ANY))
 
-    control = None
-    if draw(st.booleans()):
-        k = draw(st.integers(0, 3))
-        control = Control(columns(0, k), *(columns(2, k) for _ in range(4)))
+    t, tau, control = draw(times(n)), columns(2), None
+    if draw(st.booleans()):  # of some of the rows, in which the torque is the applied one
+        at = draw(st.lists(st.booleans(), min_size=n, max_size=n))
+        k = sum(at)
+        measured = [draw(arrays(float, (k, 2), elements=FINITE)) for _ in range(3)]
+        control = Control(t[at], *measured, tau[at])
     modes = st.tuples(*[st.sampled_from([-1, 0, 1])] * 3)
     events = st.tuples(FINITE, st.sampled_from(fb.Singularity), st.text(), modes, modes)
     return fb.Run(
-        robot, draw(times(n)), columns(2), columns(2), columns(2), columns(2), columns(0), control=control,
+        robot, t, columns(2), columns(2), columns(2), tau, columns(0), control=control,
         xi_ref=draw(st.one_of(st.none(), st.just(columns(2)))), torque_limit=draw(st.one_of(st.none(), FINITE)),
         events=tuple(Event(*e) for e in draw(st.lists(events, max_size=2))),
         step_error=draw(st.one_of(st.none(), FINITE)),

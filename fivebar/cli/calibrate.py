@@ -10,7 +10,7 @@ from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from ..base.tables import written
 from .options import JSON, add_options, parse_values, print_json, usage_errors
-from .robot_options import add_robot_options, chosen_robot
+from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = JSON | {
     "--unknown NAME ...": (
@@ -45,8 +45,10 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 def _calibrate(arguments):
     from ..estimation.calibration.calibrate import DEFAULT, LOSSES, calibrate, known_names
+    from ..estimation.calibration.measured_robot import mounting_of
 
-    robot = chosen_robot(arguments)
+    machine = chosen_machine(arguments)
+    robot = machine.robot
     if not Path(arguments.data).exists():
         raise UsageError(f"no file {arguments.data!r}")
     if not robot.turns:
@@ -56,7 +58,7 @@ def _calibrate(arguments):
     if arguments.loss not in LOSSES:
         raise UsageError(f"--loss must be one of {', '.join(LOSSES)}, not {arguments.loss!r}")
     unknown = tuple(" ".join(arguments.unknown or DEFAULT).replace(",", " ").split())
-    start = {}
+    start = mounting_of(machine)
     for text in arguments.start:
         name, values = parse_values(text, "--start")
         start[name] = values[0]
@@ -97,7 +99,7 @@ def _calibrate(arguments):
             result.to_json(files[1])
             with written(files[2]) as file:
                 file.write(text + "\n")
-            result.to_toml(files[3])
+            result.machine.save(files[3], result.sd, ("calibrated; SI units",))
         print(*files, sep="\n", file=sys.stderr if arguments.json else sys.stdout)
 
 

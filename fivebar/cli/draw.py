@@ -6,10 +6,12 @@ from __future__ import annotations
 
 import sys
 from argparse import _SubParsersAction
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from ..base.checks import not_negative, positive
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from .options import (
@@ -23,7 +25,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_robot
+from .robot_options import add_robot_options, chosen_machine
 
 MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
 USUAL = {"acceleration": 0.5, "speed": 0.1}  # m/s^2, m/s: where no limit is given
@@ -49,6 +51,12 @@ SPEED = {
     "--acceleration-limit M/S2": "of the pen",
     "--joint-speed-limit RAD/S": "of either joint",
     "--duration S": "asked for instead of the least",
+    "--pen-time S": (0.0, "of rest where the pen goes down or up, at both ends too"),
+}
+DRIVES = {
+    "--counts-per-turn N": "of the encoders: what the simulated controller reads",
+    "--delay N": (0, "of the simulated controller, periods"),
+    "--backlash RAD": "of each joint: by how much it may turn while its motor holds",
 }
 PROOF = {
     "--tolerance M": (5e-5, "of all five lengths"),
@@ -57,7 +65,7 @@ PROOF = {
 OUTPUT = JSON | {
     "--period S": "of the tracker (default: 0.005, or as the fastest motion asks)",
     "--rate HZ": (1000.0, "of the setpoints"),
-    "--angles rad|deg": ("rad", "of the setpoints"),
+    "--angles rad|deg|counts": ("rad", "of the setpoints"),
     "--out DIR": (
         Path("fivebar-draw"),
         "folder for drawing.png, setpoints.csv, run.csv and proof.json",
@@ -75,6 +83,8 @@ def add_parsers(commands: _SubParsersAction) -> None:
     add_options(draw, PLACE, "place", words)
     words = "least time under these limits; default: 0.1 m/s and 0.5 m/s²"
     add_options(draw, SPEED, "speed", words)
+    words = "what is between the motors and the tip"
+    add_options(draw, DRIVES, "drives", words)
     words = "that all robots within the tolerance reach it, in their mode"
     add_options(draw, PROOF, "proof", words)
     add_options(draw, OUTPUT)
@@ -87,38 +97,51 @@ def _draw(arguments):
     from ..models.geometry import igm
     from ..models.kinematics import ikm
     from ..paths import strokes
+    from ..paths.placing.fitting_in import bounds
     from ..paths.setpoints import setpoints
     from ..simulation.comparison import peak_name
+    from ..simulation.settings import Measurement
     from ..simulation.simulate import simulate
 
-    robot = chosen_robot(arguments)
+    machine = chosen_machine(arguments)
+    robot = machine.robot
+    counts = arguments.counts_per_turn
+    if arguments.angles == "counts" and counts is None:
+        raise UsageError("--angles counts needs --counts-per-turn")
+    with usage_errors(ValueError):
+        resolution = None if counts is None else 2 * np.pi / positive(counts, "--counts-per-turn")
+        measurement = Measurement(arguments.delay, resolution)
+        pen_time = not_negative(arguments.pen_time, "--pen-time")
+        backlash = not_negative(arguments.backlash or 0.0, "--backlash")
     path = _read(arguments)
     print_notes(arguments.drawing, path.notes)
-    path, working, share = _placed(arguments, robot, path)
-    check = _checked(arguments, robot, path, working)
+    path, working, share = _placed(arguments, machine, path)
+    path = strokes.with_pen_time(path, pen_time) if pen_time else path
+    check = _checked(arguments, machine, path, working)
     proof = _proved(arguments, robot, path, working) if check.singularity_free else None
-    motion = _timed(arguments, robot, path, working)
+    motion, limit = _timed(arguments, machine, path, working)
     start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
-    limit = arguments.torque_limit
     peak = peak_acceleration(motion, 0.0, motion.duration)
     period = period_for(robot, peak) if arguments.period is None else arguments.period
     run = simulate(
         robot,
-        matched(robot, peak, period, limit, int(start.pose.assembly)),
+        matched(robot, peak, period, limit, int(start.pose.assembly), arguments.delay, resolution),
         motion,
         start=start,
         control_period=period,
         step=period / max(1, round(period / STEP)),
         torque_limit=limit,
+        measurement=measurement,
     )
     table = setpoints(robot, motion, arguments.rate, working)
-    down = strokes.pen_down(motion, run.t)
+    down = motion.pen(run.t)
     error = np.linalg.norm(run.error, axis=1)
     figures = {
         "strokes": len(strokes.runs(down)),
         "drawn_m": sum(piece.length for piece, pen in zip(path.pieces, path.pen) if pen),
         "working": list(working),
         "largest_scale": share,
+        "middle": machine.frame(bounds(path).mean(axis=0)).tolist(),
         "duration_s": motion.duration,
         "lower_bound_s": motion.lower_bound,
         "period_s": period,
@@ -126,6 +149,7 @@ def _draw(arguments):
         "smallest_margin": check.min_margin,
         "certified": proof is not None and proof.proved,
         "max_error_m": float(error[down].max()),
+        "backlash_error_m": _backlash_error(robot, run.xi_ref[down], working, backlash),
         peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
     }
     size = np.ptp(run.xi_ref[down], axis=0).max()
@@ -136,7 +160,7 @@ def _draw(arguments):
             " a shorter --period",
             file=sys.stderr,
         )
-    files = _written(arguments, robot, path, working, run, table, down, error)
+    files = _written(arguments, machine, path, working, run, table, down, error)
     certificate = arguments.out / "proof.json"
     certificate.unlink(missing_ok=True)  # that of an earlier drawing would be false
     if figures["certified"]:
@@ -145,7 +169,7 @@ def _draw(arguments):
     if arguments.json:
         print_json({**figures, "notes": list(path.notes), "files": files})
         return
-    _print(robot, figures)
+    _print(arguments, machine, figures)
     print_files(files)
 
 
@@ -160,37 +184,49 @@ def _read(arguments):
         return path(arguments.drawing, deviation=arguments.deviation, units=arguments.units)
 
 
-def _placed(arguments, robot, path):
-    """Return the path in its place, the working modes, and the largest scale known to fit, or
-    None.
+def _placed(arguments, machine, path):
+    """Return the path in its place in the robot's frame, the working modes, and the largest scale
+    known to fit, or None.
     """
     from ..paths.placement import Placement
     from ..paths.placing.fitting_in import bounds, fitted_in
 
     if arguments.fit and (arguments.scale or arguments.at):
         raise UsageError("--fit chooses scale and place: it goes without --scale and --at")
-    turn = np.deg2rad(arguments.turn_deg)
-    scale = arguments.scale or 1.0
+    robot = machine.robot
+    to_robot = machine.frame.inverse
+    turn = np.deg2rad(arguments.turn_deg) + to_robot.turn
+    scale = (arguments.scale or 1.0) * to_robot.scale
     if arguments.at is not None:
         first = Placement((0.0, 0.0), turn, scale)(path)
-        shift = np.array(arguments.at) - bounds(first).mean(axis=0)
+        shift = to_robot(arguments.at) - bounds(first).mean(axis=0)
         placed = Placement(tuple(shift.tolist()))(first)
-        return placed, _modes(arguments, robot, placed), None
+        return placed, _modes(arguments, machine, placed), None
     if not robot.turns:
         raise UsageError("a biglide's aspects have no ends to fit into: say where with --at X Y")
     scale = None if arguments.fit else scale
-    fit = fitted_in(robot, path, turn, scale, arguments.working, arguments.margin)
-    return fit.placement(path), fit.aspect.working, fit.scale
+    kept = replace(_on_poses(machine), clearance=arguments.margin)
+    fit = fitted_in(robot, path, turn, scale, arguments.working, kept)
+    return fit.placement(path), fit.aspect.working, fit.scale * machine.frame.scale
 
 
-def _modes(arguments, robot, path):
+def _on_poses(machine):
+    """Return the constraints on poses of the robot's file."""
+    from ..constraints.constraints import ON_POSES, Constraints
+
+    return Constraints(**{name: getattr(machine.constraints, name) for name in ON_POSES})
+
+
+def _modes(arguments, machine, path):
     """Return the working modes in which the path keeps farthest from singularities."""
     from ..constraints.path_check import check_path
 
     modes = [tuple(arguments.working)] if arguments.working else MODES
-    checks = {mode: check_path(robot, path.at_unit_speed, mode) for mode in modes}
-    margins = {mode: check.min_margin for mode, check in checks.items() if check.singularity_free}
-    possible = [mode for mode, check in checks.items() if _may_cross(arguments, check)]
+    robot, kept = machine.robot, _on_poses(machine)
+    checks = {mode: check_path(robot, path.at_unit_speed, mode, None, kept) for mode in modes}
+    free = {mode: check for mode, check in checks.items() if not check.broken}
+    margins = {mode: check.min_margin for mode, check in free.items() if check.singularity_free}
+    possible = [mode for mode, check in free.items() if _may_cross(arguments, check)]
     # `_checked` says what is in the way where no mode is possible.
     return max(margins, key=margins.get) if margins else [*possible, *modes][0]
 
@@ -202,19 +238,19 @@ def _may_cross(arguments, check):
     return arguments.through and check.leaves is None and int(check.type) == 2
 
 
-def _met(path, check):
+def _met(machine, path, check):
     """Return in words where a path meets the first singularity."""
     s = check.leaves if check.time is None else check.time
-    x, y = 1e3 * path(s)[0]
+    x, y = 1e3 * machine.frame(path(s)[0])
     what = "leaves the workspace" if check.leaves == s else f"meets Type {int(check.type)}"
     line = path.line_of(s)
     where = f" (line {line})" if line else ""
     return f"it {what} at ({x:.4g}, {y:.4g}) mm, {1e3 * s:.4g} mm along it{where}"
 
 
-def _timed(arguments, robot, path, working):
-    """Return the motion along the path in the least time."""
-    from ..constraints.constraints import Constraints
+def _timed(arguments, machine, path, working):
+    """Return the motion along the path in the least time, and the limit of both torques or None."""
+    from ..paths.timing.constraint_rows import Limits
     from ..paths.timing.time_path import time_path
 
     options = ("torque_limit", "speed_limit", "acceleration_limit", "joint_speed_limit")
@@ -222,21 +258,52 @@ def _timed(arguments, robot, path, working):
     limits = {name.removesuffix("_limit"): value for name, value in values.items()}
     if not 0 <= arguments.reserve < 1:
         raise UsageError(f"--reserve must be from 0 to below 1, not {arguments.reserve:g}")
-    if "torque" in limits:
-        limits["torque"] *= 1 - arguments.reserve
-    constraints = Constraints(**(limits or USUAL))
-    return time_path(robot, path, arguments.duration, constraints=constraints, working=working)
+    constraints = replace(machine.constraints, clearance=0.0, **limits)
+    known = Limits.of(constraints)
+    if known == Limits():
+        constraints = replace(constraints, **USUAL)
+    elif arguments.duration is None and not known.forces:
+        constraints = replace(constraints, acceleration=USUAL["acceleration"])
+    limit = None
+    if constraints.torque is not None:
+        limit = min(constraints.torque)  # the tracker has one for both motors
+        constraints = replace(constraints, torque=limit * (1 - arguments.reserve))
+    duration = arguments.duration
+    motion = time_path(machine.robot, path, duration, constraints=constraints, working=working)
+    return motion, limit
 
 
-def _checked(arguments, robot, path, working):
-    """Return the result of `check_path`; ValueError where a singularity is in the way."""
+def _checked(arguments, machine, path, working):
+    """Return the result of `check_path`; ValueError where a singularity or a constraint is in the
+    way.
+    """
     from ..constraints.path_check import check_path
 
-    check = check_path(robot, path.at_unit_speed, working)
+    check = check_path(machine.robot, path.at_unit_speed, working, None, _on_poses(machine))
     if not (check.singularity_free or _may_cross(arguments, check)):
-        where = f"in working modes {working} {_met(path, check)}"
+        where = f"in working modes {working} {_met(machine, path, check)}"
         raise ValueError(f"{arguments.drawing}: it cannot be drawn there: {where}")
+    for each in check.broken[:1]:
+        x, y = 1e3 * machine.frame(path(each.worst)[0])
+        raise ValueError(
+            f"{arguments.drawing}: it cannot be drawn there: {arguments.robot} has the constraint"
+            f" {each.what}, which is violated by {each.by:.4g} at ({x:.4g}, {y:.4g}) mm"
+        )
     return check
+
+
+def _backlash_error(robot, xi, working, backlash):
+    """Return how far the tip may be off, m, where both joints are off by half of the backlash."""
+    from ..models.geometry import igm
+
+    if not backlash:
+        return 0.0
+    J = igm(robot, xi, working).J
+    worst = np.maximum(
+        np.linalg.norm(J[..., 0] + J[..., 1], axis=-1),
+        np.linalg.norm(J[..., 0] - J[..., 1], axis=-1),
+    )
+    return float(worst.max() * backlash / 2)
 
 
 def _proved(arguments, robot, path, working):
@@ -252,7 +319,7 @@ def _proved(arguments, robot, path, working):
     return proof
 
 
-def _written(arguments, robot, path, working, run, table, down, error):
+def _written(arguments, machine, path, working, run, table, down, error):
     """Write the picture, the setpoints and the run; return their files."""
     from ..base.tables import saved
     from ..paths import strokes
@@ -261,7 +328,7 @@ def _written(arguments, robot, path, working, run, table, down, error):
     files = [arguments.out / name for name in ("drawing.png", "setpoints.csv", "run.csv")]
     rows = strokes.runs(down)
     picture = drawing(
-        robot,
+        machine.robot,
         working,
         strokes.outlines(path),
         [run.xi[row] for row in rows],
@@ -270,29 +337,41 @@ def _written(arguments, robot, path, working, run, table, down, error):
     )
     with locked_folder(arguments.out):
         saved(picture, files[0], dpi=150)
-        table.to_csv(files[1], arguments.angles)
+        counts = arguments.counts_per_turn if arguments.angles == "counts" else None
+        table.to_csv(files[1], arguments.angles, machine, counts)
         run.to_csv(files[2])
     return files
 
 
-def _print(robot, figures):
+def _print(arguments, machine, figures):
     from ..simulation.comparison import peak_name
     from ..visualization.style import length
 
-    words = robot.words
-    left, right = figures[peak_name(robot)]
-    bound = 100 * (figures["duration_s"] / figures["lower_bound_s"] - 1)
+    words = machine.robot.words
+    left, right = figures[peak_name(machine.robot)]
+    x, y = (1e3 * value for value in figures["middle"])
+    least = figures["lower_bound_s"]
+    if arguments.duration is None:
+        near = f", within {100 * (figures['duration_s'] / least - 1):.2g} % of the least possible"
+    else:
+        near = f", as asked for; the least is {least:.4g} s" if least else ", as asked for"
     drawn = 1e3 * figures["drawn_m"]
     peak = figures["peak_acceleration"]
-    print_table(
-        [
-            ("drawn", f"{drawn:.4g} mm in {figures['strokes']} strokes"),
-            ("working modes", ", ".join(f"{sign:+d}" for sign in figures["working"])),
-            ("time", f"{figures['duration_s']:.4f} s, within {bound:.2g} % of the least possible"),
-            ("smallest margin", f"{figures['smallest_margin']:.4f} (sine of a leg, or det A)"),
-            ("certified", "yes, proof.json" if figures["certified"] else "no"),
-            ("largest error", length(figures["max_error_m"])),
-            ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²"),
-            (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
-        ]
-    )
+    rows = [
+        ("drawn", f"{drawn:.4g} mm in {figures['strokes']} strokes"),
+        ("middle of it", f"({x:.4g}, {y:.4g}) mm"),
+        ("working modes", ", ".join(f"{sign:+d}" for sign in figures["working"])),
+        ("time", f"{figures['duration_s']:.4f} s{near}"),
+        ("smallest margin", f"{figures['smallest_margin']:.4f} (sine of a leg, or det A)"),
+        ("certified", "yes, proof.json" if figures["certified"] else "no"),
+        ("largest error", length(figures["max_error_m"])),
+        ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²"),
+        (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
+    ]
+    if figures["backlash_error_m"]:
+        rows.insert(7, ("of backlash", f"up to {length(figures['backlash_error_m'])} more"))
+    if machine.reads_otherwise:
+        offsets = ", ".join(f"{value:.5g}" for value in machine.offset)
+        ratios = ", ".join(f"{value:.6g}" for value in machine.ratio)
+        rows.append(("setpoints", f"as the drives read: offsets {offsets}, ratios {ratios}"))
+    print_table(rows)

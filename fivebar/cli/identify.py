@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from argparse import _SubParsersAction
+from dataclasses import replace
 from pathlib import Path
 
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from .options import JSON, add_options, print_json, used_options
-from .robot_options import add_robot_options, chosen_robot
+from .robot_options import add_robot_options, chosen_machine
 
 GAUGES = {
     "counts_per_turn": "of an encoder, where q is in counts",
@@ -16,6 +17,7 @@ GAUGES = {
     "offset": "of the joint beyond the encoder's zero, rad",
     "torque_constant": "of the motor for a unit of tau, N m",
 }
+NEAR_1 = 0.01  # within which a ratio is that of an encoder that is a little off
 OPTIONS = JSON | {
     "--validate LOG.csv": "a second run, whose torques are only predicted",
     "--out DIR": "write robot.toml, identification.json and torques.png there",
@@ -42,7 +44,8 @@ def add_parsers(commands: _SubParsersAction) -> None:
 def _identify(arguments):
     from ..estimation.identification.identify import identify
 
-    robot = chosen_robot(arguments)
+    machine = chosen_machine(arguments)
+    robot = machine.robot
     for path in [*arguments.logs, arguments.validate]:
         if path is not None and not Path(path).exists():
             raise UsageError(f"no file {path!r}")
@@ -55,28 +58,37 @@ def _identify(arguments):
         cutoff=arguments.cutoff,
         consistent=arguments.consistent,
         units=_units(arguments.units),
-        **_gauges(arguments),
+        **_gauges(arguments, machine),
     )
     files = []
     if folder := arguments.out:
         names = "robot.toml", "identification.json", "torques.png"
         files = [folder / name for name in names]
         with locked_folder(folder):
-            for write, file in zip((result.to_toml, result.to_json, result.plot), files):
-                write(file)
+            replace(machine, robot=result.robot).save(
+                files[0], result.sd, ("identified; SI units",)
+            )
+            result.to_json(files[1])
+            result.plot(files[2])
     if arguments.json:
         print_json({**result.table, "files": files})
     else:
         print(result, *files, sep="\n")
 
 
-def _gauges(arguments):
-    options = {}
+def _gauges(arguments, machine):
+    options = {"offset": machine.offset}
     for name, numbers in used_options(arguments, *GAUGES).items():
         if len(numbers) > 2:
             option = name.replace("_", "-")
             raise UsageError(f"--{option} takes one number or two, not {len(numbers)}")
         options[name] = numbers[0] if len(numbers) == 1 else tuple(numbers)
+    scaled = max(abs(ratio - 1) for ratio in machine.ratio) > NEAR_1
+    if scaled and not {"counts_per_turn", "gear_ratio"} & set(options):
+        raise UsageError(
+            f"the drives of {arguments.robot} have ratios of {machine.ratio[0]:.6g} and"
+            f" {machine.ratio[1]:.6g}: name --counts-per-turn or --gear-ratio of what was logged"
+        )
     return options
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import _SubParsersAction
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_robot
+from .robot_options import add_robot_options, chosen_machine
 
 SAMPLES = 4001
 LIMITS = {  # option: constraint
@@ -69,10 +70,11 @@ def add_parsers(commands: _SubParsersAction) -> None:
 
 
 def _plan(arguments):
-    from ..constraints.constraints import Constraints
     from ..planning.plan import LEAST_SIN, Collocation, plan
 
-    robot = chosen_robot(arguments)
+    machine = chosen_machine(arguments)
+    robot = machine.robot
+    to_robot = machine.frame.inverse
     if arguments.working and (arguments.from_working or arguments.to_working):
         raise UsageError(
             "--working keeps the modes: it goes without --from-working and --to-working"
@@ -82,24 +84,24 @@ def _plan(arguments):
         limits.setdefault("sin", LEAST_SIN)
     if arguments.workspace:
         x0, x1, y0, y1 = arguments.workspace
-        limits["region"] = (x0, y0), (x1, y0), (x1, y1), (x0, y1)
+        limits["region"] = to_robot([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
     if len(arguments.via) % 2:
         raise UsageError("--via takes pairs X Y")
     with usage_errors(ValueError, SingularityError):
-        start = _end(robot, arguments.start, arguments.working or arguments.from_working)
-        goal = _end(robot, arguments.goal, arguments.working or arguments.to_working)
+        start = _end(machine, arguments.start, arguments.working or arguments.from_working)
+        goal = _end(machine, arguments.goal, arguments.working or arguments.to_working)
         result = plan(
             robot,
             start,
             goal,
             arguments.duration,
-            via=[(None, point) for point in zip(arguments.via[::2], arguments.via[1::2])],
+            via=[(None, tuple(to_robot(p).tolist())) for p in zip(*[iter(arguments.via)] * 2)],
             objective=arguments.objective or ("effort" if arguments.duration else "time"),
-            constraints=Constraints(**limits),
+            constraints=replace(machine.constraints, **limits),
             collocation=Collocation(max_time=arguments.max_time),
         )
     figures = _figures(robot, result)
-    files = _written(arguments, robot, result) if arguments.out else []
+    files = _written(arguments, machine, result) if arguments.out else []
     if arguments.json:
         print_json({**figures, "files": files})
         return
@@ -107,9 +109,10 @@ def _plan(arguments):
     print_files(files)
 
 
-def _end(robot, point, modes):
-    """Return the point, or the Pose where modes are named."""
-    return tuple(point) if modes is None else igm(robot, point, tuple(modes))
+def _end(machine, point, modes):
+    """Return the point in the robot's frame, or the Pose where modes are named."""
+    xi = tuple(machine.frame.inverse(point).tolist())
+    return xi if modes is None else igm(machine.robot, xi, tuple(modes))
 
 
 def _figures(robot, plan):
@@ -133,7 +136,7 @@ def _figures(robot, plan):
     }
 
 
-def _written(arguments, robot, plan):
+def _written(arguments, machine, plan):
     """Return the plan's own table, its picture and its setpoints, in their folder."""
     from ..paths.setpoints import setpoints
 
@@ -141,7 +144,8 @@ def _written(arguments, robot, plan):
     with locked_folder(arguments.out):
         plan.to_csv(files[0])
         plan.plot(files[1])
-        setpoints(robot, plan, arguments.rate).to_csv(files[2], arguments.angles)
+        table = setpoints(machine.robot, plan, arguments.rate)
+        table.to_csv(files[2], arguments.angles, machine)
     return files
 
 

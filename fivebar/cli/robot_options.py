@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..base.errors import UsageError
 from ..models.named_robots import ROBOTS
-from ..models.robot_files import READERS, robot_and_defaults
+from ..models.robot_files import READERS
 from ..models.robots import KINDS
 from .options import add_options, usage_errors, used_options
 
@@ -40,28 +40,38 @@ def robot_is_chosen(arguments):
 
 def chosen_robot(arguments):
     """Return the robot of these arguments."""
+    return chosen_machine(arguments).robot
+
+
+def chosen_machine(arguments):
+    """Return the Machine of these arguments: its robot, and what its file says beside it."""
+    from ..paths.machine import Machine
+
     values = used_options(arguments, *PARAMETERS)
     with usage_errors(ValueError):
         if arguments.robot in ROBOTS:
-            robot = ROBOTS[arguments.robot].robot
+            machine = Machine(ROBOTS[arguments.robot].robot)
         else:
-            robot = robot_from(arguments.robot)
+            machine = machine_from(arguments.robot)
+        robot = machine.robot
         known = [field.name for field in fields(robot)]
         for name in values:
             if name not in known:
                 title, names = robot.words.title, ", ".join(known)
                 raise UsageError(f"--{name}: {arguments.robot} is a {title}, with {names}")
-        return replace(robot, **values)
+        return replace(machine, robot=replace(robot, **values))
 
 
-def robot_from(path):
-    """Return the robot in a TOML or JSON file."""
+def machine_from(path):
+    """Return the Machine in a TOML or JSON file."""
+    from ..paths.machine import machine_and_defaults
+
     if Path(path).suffix.lower() not in READERS:
         known = ", ".join(ROBOTS)
         raise UsageError(f"no robot {path!r}: the known ones are {known}; or a .toml or .json file")
     with usage_errors(OSError, ValueError):
-        robot, defaults = robot_and_defaults(path)
+        machine, defaults = machine_and_defaults(path)
     if defaults:
-        title, values = robot.words.title, ", ".join(defaults)
+        title, values = machine.robot.words.title, ", ".join(defaults)
         print(f"{path}: not in it, so as usual of a {title}: {values}", file=sys.stderr)
-    return robot
+    return machine

@@ -108,8 +108,13 @@ def matched(
     period: float,
     torque_limit: float | None,
     assembly: int,
+    delay: int = 0,
+    encoder_resolution: float | None = None,
 ) -> Tracker:
-    """Return a Tracker for feasible motions of this peak acceleration, m/s^2."""
+    """Return a Tracker for feasible motions of this peak acceleration, m/s^2.
+
+    delay, encoder_resolution: those of the simulation, which a Tracker knows.
+    """
     share = min(1.0, USUAL / max(acceleration, 1e-9))
     rate = RATE / (ARM * moved(robot)) * share if moved(robot) else None
     return Tracker(
@@ -118,6 +123,8 @@ def matched(
         period,
         seconds=HORIZON * period,
         constraints=Constraints(torque=torque_limit),
+        delay=delay,
+        encoder_resolution=encoder_resolution,
         assembly=assembly,
         position=POSITION * _smaller(robot),
         acceleration=ACCELERATION * share,

@@ -6,6 +6,7 @@ import json
 import tomllib
 from dataclasses import fields
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from ..base.tables import TextFile, whole_text
 from .parameters import robot_of
@@ -13,6 +14,7 @@ from .robots import Biglide, FiveBar
 
 READERS = {".toml": tomllib.loads, ".json": json.loads}
 KINDS: dict[str, type] = {"five-bar": FiveBar, "biglide": Biglide}
+SECTIONS = "readings", "frame", "constraints"  # of a `Machine`, beside its robot
 LENGTHS = {"l1", "l2"}
 OF_BIGLIDES = {field.name for field in fields(Biglide)} - {field.name for field in fields(FiveBar)}
 
@@ -29,7 +31,8 @@ def load_robot(path: TextFile) -> FiveBar | Biglide:
     Returns
     -------
     FiveBar or Biglide
-        What the file does not name has its usual value.
+        What the file does not name has its usual value. Offsets, frame and constraints of the file
+        come with `load_machine`.
 
     Raises
     ------
@@ -46,12 +49,20 @@ def load_robot(path: TextFile) -> FiveBar | Biglide:
     >>> fb.load_robot(path) == fb.FiveBar(l11=0.1)
     True
     """
-    robot, _ = robot_and_defaults(path)
-    return robot
+    return read_robot(path).robot
 
 
-def robot_and_defaults(path: TextFile) -> tuple[FiveBar | Biglide, list[str]]:
-    """Return the robot in a file, and "name = value" of the lab's parameters that it leaves out."""
+class RobotFile(NamedTuple):
+    """What a file holds: its robot, its tables by name, "name = value" of what it leaves out."""
+
+    robot: FiveBar | Biglide
+    sections: dict[str, Any]
+    defaults: list[str]
+    name: str
+
+
+def read_robot(path: TextFile) -> RobotFile:
+    """Return what a file says of a robot; ValueError for a file that holds none."""
     text, name = whole_text(path, "a robot")
     read = READERS.get(Path(name).suffix.lower())
     if read is None:
@@ -61,11 +72,17 @@ def robot_and_defaults(path: TextFile) -> tuple[FiveBar | Biglide, list[str]]:
         if not isinstance(table, dict):
             raise ValueError("a robot is a table of its parameters by name")
         kind = _kind_of(table)
-        robot = robot_of({name: table[name] for name in table if name != "kind"}, kind)
+        own = {name: table[name] for name in table if name not in ("kind", *SECTIONS)}
+        robot = robot_of(own, kind)
     except (ValueError, TypeError, RecursionError) as error:
         raise ValueError(f"{name}: {error}") from None
     needed = () if "links" in table else fields(robot)[: robot.lab]
-    return robot, [f"{f.name} = {f.default:g}" for f in needed if f.name not in table]
+    return RobotFile(
+        robot,
+        {name: table[name] for name in SECTIONS if name in table},
+        [f"{f.name} = {f.default:g}" for f in needed if f.name not in table],
+        name,
+    )
 
 
 def _kind_of(table):

@@ -16,8 +16,9 @@ def write_robot(
     robot: Any,
     sd: Mapping[str, float] = {},
     comments: Iterable[str] = (),
+    tables: Mapping[str, Mapping[str, Any]] = {},
 ) -> None:
-    """Write a robot as TOML, under lines of comment, with standard deviations."""
+    """Write a robot as TOML, under lines of comment, with standard deviations, and tables."""
     if isinstance(path, (str, os.PathLike)) and Path(path).suffix.lower() != ".toml":
         raise ValueError(f"a robot is written to a .toml file, not {os.fspath(path)!r}")
     if symbols := [name for name, value in robot.parameters.items() if is_symbolic(value)]:
@@ -27,4 +28,15 @@ def write_robot(
         out.write(f'kind = "{robot.words.title.removesuffix(" robot")}"\n')
         for name, value in robot.parameters.items():
             known = f"  # sd {sd[name]:.2g}" if name in sd else ""
-            out.write(f"{name} = {list(value) if isinstance(value, tuple) else value!r}{known}\n")
+            out.write(f"{name} = {_toml(value)}{known}\n")
+        for title, table in tables.items():
+            out.write(f"\n[{title}]\n")
+            out.writelines(f"{name} = {_toml(value)}\n" for name, value in table.items())
+
+
+def _toml(value):
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{name} = {_toml(part)}" for name, part in value.items()) + "}"
+    return repr(value)

@@ -15,20 +15,22 @@ from ..base.tables import TextFile, write
 from ..models.geometry import igm
 from ..models.kinematics import ikm
 from ..models.robots import Robot
-from .strokes import pen_down
+from .machine import Machine
 
 MOST_ROWS = 10**7
+IN_RADIANS = 0.2  # of a machine's ratio: below, its drives read degrees or counts
 
 
 @dataclass(frozen=True, eq=False)
 class Setpoints:
-    """t (n,) s, even steps from the first instant to the last or the first row after it; q, q_dot
-    (n, 2) rad, rad/s (m, m/s where a foot slides), continuous; pen (n,), True where it is down, or
-    None.
+    """t (n,) s, even steps from the first instant to the last or the first row after it; xi (n, 2)
+    m; q, q_dot (n, 2) rad, rad/s (m, m/s where a foot slides), continuous; pen (n,), True where it
+    is down, or None.
     """
 
     robot: Robot
     t: np.ndarray
+    xi: np.ndarray
     q: np.ndarray
     q_dot: np.ndarray
     pen: np.ndarray | None = None
@@ -37,33 +39,64 @@ class Setpoints:
         rows = f"{len(self.t)} rows, {self.t[1] - self.t[0]:g} s apart"
         return one_line("Setpoints", self.robot.words.title, rows)
 
-    def to_csv(self, path: TextFile, angles: str = "rad") -> None:
-        """Write them: t, q1, q2, their rates, and pen where there is one. angles: "rad" or
-        "deg".
+    def to_csv(
+        self,
+        path: TextFile,
+        angles: str = "rad",
+        machine: Machine | None = None,
+        counts_per_turn: float | None = None,
+    ) -> None:
+        """Write t, x, y, the joint coordinates and their rates, and pen where there is one.
+
+        Parameters
+        ----------
+        path : path or open file
+        angles : "rad", "deg" or "counts"
+            Unit of the joint coordinates.
+        machine : Machine, optional
+            Then they are what its drives read, and x, y are points of its frame.
+        counts_per_turn : float, optional
+            Of the encoders, for counts, which are rounded.
+
+        Raises
+        ------
+        ValueError
+            For a unit that these joints do not have.
         """
-        one_of("rad", "deg")(angles, "angles")
-        if angles == "deg" and not self.robot.turns:
-            raise ValueError("to_csv: the joints of a biglide slide, they have no angles")
-        factor, unit = (180 / math.pi, "_deg") if angles == "deg" else (1.0, "")
-        header = [
-            "t",
-            f"q1{unit}",
-            f"q2{unit}",
-            f"q1_dot{unit}",
-            f"q2_dot{unit}",
-            *["pen"] * (self.pen is not None),
-        ]
-        table = [
-            self.t,
-            self.q * factor,
-            self.q_dot * factor,
-            *([self.pen.astype(int)] if self.pen is not None else []),
-        ]
-        rows = np.column_stack(table).tolist()
+        factor, unit = self._unit(angles, machine, counts_per_turn)
+        x, y = (self.xi if machine is None else machine.frame(self.xi)).T
+        q, q_dot = self.q, self.q_dot
+        about: dict[str, Any] = {"robot": self.robot.parameters}
+        if machine is not None and machine.reads_otherwise:
+            q, q_dot = machine.readings(q), q_dot / machine.ratio
+            about |= {"offset": machine.offset, "ratio": machine.ratio}
+        if angles != "rad":
+            about["angles"] = angles
+        q = np.round(q * factor) if angles == "counts" else q * factor
+        names = ["t", "x", "y", *(f"{name}{unit}" for name in ("q1", "q2", "q1_dot", "q2_dot"))]
+        rows = np.column_stack([self.t, x, y, q, q_dot * factor]).tolist()
         if self.pen is not None:
-            rows = [[*row[:-1], int(row[-1])] for row in rows]
-        about = {"robot": self.robot.parameters, **({"angles": "deg"} if angles == "deg" else {})}
-        write(path, "setpoints", about, header, rows)
+            names.append("pen")
+            rows = [[*row, int(pen)] for row, pen in zip(rows, self.pen)]
+        write(path, "setpoints", about, names, rows)
+
+    def _unit(self, angles, machine, counts_per_turn):
+        """Return the factor from rad (or m) to a unit, and its ending in the names of columns."""
+        one_of("rad", "deg", "counts")(angles, "angles")
+        if (angles == "counts") != (counts_per_turn is not None):
+            raise ValueError('to_csv: angles="counts" and counts_per_turn go together')
+        if angles == "rad":
+            return 1.0, ""
+        if not self.robot.turns:
+            raise ValueError("to_csv: the joints of a biglide slide, they have no angles")
+        if machine is not None and max(map(abs, machine.ratio)) < IN_RADIANS:
+            raise ValueError(
+                f"to_csv: the drives read {2 * math.pi / machine.ratio[0]:.6g} a turn, by the ratio"
+                ' of the machine: that is no angle in rad; leave angles="rad"'
+            )
+        if angles == "deg":
+            return 180 / math.pi, "_deg"
+        return positive(counts_per_turn, "to_csv: counts_per_turn") / (2 * math.pi), "_counts"
 
 
 @takes(robot=must_be_robot, reference=a_callable, rate=positive, working=optional(modes(2)))
@@ -115,23 +148,19 @@ def setpoints(
     t = np.arange(steps + 1) / rate
     times = getattr(reference, "start", 0.0) + t
     modes_own = getattr(reference, "working", None)
-    if (
-        working is None and modes_own is None and hasattr(reference, "joints")
-    ):  # a plan that is free of modes
+    xi, xi_dot, _ = reference(times)
+    # A plan may be free of modes.
+    if working is None and modes_own is None and hasattr(reference, "joints"):
         q, q_dot = reference.joints(times)
     else:
-        xi, xi_dot, _ = reference(times)
-        rates = ikm(
-            igm(robot, xi, working or modes_own or (-1, -1)),
-            xi_dot,
-        )
+        rates = ikm(igm(robot, xi, working or modes_own or (-1, -1)), xi_dot)
         q = rates.pose.q
         q_dot = rates.q_dot
-    pen = pen_down(reference, times) if hasattr(reference, "path") else None
     return Setpoints(
         robot,
         t,
+        xi,
         np.unwrap(q, axis=0) if robot.turns else q,
         q_dot,
-        pen,
+        reference.pen(times) if hasattr(reference, "pen") else None,
     )

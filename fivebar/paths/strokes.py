@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 
 from .curve import Path
-
-if TYPE_CHECKING:
-    from .timing.timed_path import TimedPath
 
 
 def outlines(path: Path, each: int = 33) -> list[np.ndarray]:
@@ -30,9 +27,13 @@ def outlines(path: Path, each: int = 33) -> list[np.ndarray]:
     return found
 
 
-def pen_down(motion: TimedPath, t: np.ndarray) -> np.ndarray:
-    """Return whether the pen is down at times t (n,) of a motion along a path."""
-    return np.array(motion.path.pen)[motion.piece[motion.along(t)[0]]]
+def with_pen_time(path: Path, seconds: float) -> Path:
+    """Return the path with a rest where the pen goes down or up, its two ends among them."""
+    pen = np.array([False, *path.pen, False])
+    dwells = dict(path.dwells)
+    for s in path.knots[np.flatnonzero(pen[1:] != pen[:-1])].tolist():
+        dwells[s] = dwells.get(s, 0.0) + seconds
+    return replace(path, dwells=dwells)
 
 
 def runs(down: np.ndarray) -> list[slice]:

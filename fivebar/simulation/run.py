@@ -67,12 +67,18 @@ def has_friction(robot: Robot) -> bool:
     return loads_of(robot).has_friction
 
 
-def columns(robot: Robot, has_reference: bool) -> tuple[str, ...]:
+def columns(robot: Robot, has_reference: bool, has_control: bool = False) -> tuple[str, ...]:
     """Return the names of the columns of a run's CSV file."""
     left, right = robot.words.joints
     names = ["t", left, right, f"{left}_dot", f"{right}_dot", "x", "y", "tau1", "tau2", "energy"]
     names += ["x_ref", "y_ref"] * has_reference + ["friction_loss"] * has_friction(robot)
-    return tuple(names)
+    return (*names, *control_columns(robot) * has_control)
+
+
+def control_columns(robot: Robot) -> tuple[str, ...]:
+    """Return the names of what the controller measured and commanded."""
+    joints = [f"{name}{dot}_measured" for dot in ("", "_dot") for name in robot.words.joints]
+    return (*joints, "tau1_commanded", "tau2_commanded")
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +223,10 @@ class Run(Animated):
         return joints(self.robot, elbows(self.robot, self.q), self.xi)
 
     def to_csv(self, path: TextFile) -> None:
-        """Write the run in SI units; what is not in its rows, but the log, is in a comment line."""
+        """Write the run in SI units; what is not in its rows, but the log, is in a comment line.
+
+        What the controller measured and commanded is nan in rows between its samples.
+        """
         about = {
             "robot": self.robot.parameters,
             "torque_limit": self.torque_limit,
@@ -227,8 +236,6 @@ class Run(Animated):
             about["step_error"] = self.step_error
         if self.measured is not None:
             about["measured"] = self.measured._asdict()
-        if self.control is not None:
-            about["control"] = self.control._asdict()
         table = [
             self.t,
             *self.q.T,
@@ -242,7 +249,12 @@ class Run(Animated):
         if has_friction(self.robot):
             unknown = np.full(len(self.t), np.nan)
             table.append(unknown if self.friction_loss is None else self.friction_loss)
-        header = columns(self.robot, self.xi_ref is not None)
+        if self.control is not None:
+            samples = np.full((len(self.t), 6), np.nan)
+            rows = np.searchsorted(self.t, self.control.t)
+            samples[rows] = np.column_stack(self.control[1:4])
+            table += [*samples.T]
+        header = columns(self.robot, self.xi_ref is not None, self.control is not None)
         write(path, "run", about, header, np.column_stack(table).tolist())
 
     @classmethod
@@ -256,9 +268,17 @@ class Run(Animated):
         """
         table = Table(path)
         about = table.about("run", "a file written by Run.to_csv", _known)
+        robot = about["robot"]
         has_reference = "x_ref" in table.header
-        values = table.numbers(columns(about["robot"], has_reference), finite=False)
+        has_control = control_columns(robot)[0] in table.header
+        values = table.numbers(columns(robot, has_reference, has_control), finite=False)
+        values, samples = np.split(values, [len(columns(robot, has_reference))], axis=1)
         t, q, q_dot, xi, tau, energy, rest = np.split(values, (1, 3, 5, 7, 9, 10), axis=1)
+        control = None
+        if has_control:
+            at = np.isfinite(samples).all(axis=1)
+            q_at, q_dot_at, commanded = np.split(samples[at], (2, 4), axis=1)
+            control = Control(t[at, 0], q_at, q_dot_at, commanded, tau[at])
         return cls(
             t=t[:, 0],
             q=q,
@@ -267,7 +287,8 @@ class Run(Animated):
             tau=tau,
             energy=energy[:, 0],
             xi_ref=rest[:, :2] if has_reference else None,
-            friction_loss=rest[:, -1] if has_friction(about["robot"]) else None,
+            friction_loss=rest[:, -1] if has_friction(robot) else None,
+            control=control,
             **about,
         )
 
@@ -276,14 +297,12 @@ def _known(about):
     """Return the fields of a Run that are in the comment line of its file."""
     limit = about["torque_limit"]
     error = about.get("step_error")
-    control = about.get("control")
     measured = about.get("measured")
     return {
         "robot": robot_of(about["robot"]),
         "torque_limit": None if limit is None else float(limit),
         "step_error": None if error is None else float(error),
         "events": tuple(_event(*event) for event in about["events"]),
-        "control": None if control is None else _control(**control),
         "measured": None if measured is None else _measured(**measured),
     }
 
@@ -301,10 +320,3 @@ def _event(t, kind, margin, before, after):
 def _measured(gaps, notes, rates):
     gaps = tuple((float(low), float(high), str(why)) for low, high, why in gaps)
     return Measured(gaps, tuple(map(str, notes)), bool(rates))
-
-
-def _control(t, **columns):
-    t = np.array(t, dtype=float).reshape(-1)
-    for name, column in columns.items():
-        columns[name] = np.array(column, dtype=float).reshape(len(t), 2)
-    return Control(t, **columns)

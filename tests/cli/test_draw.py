@@ -46,10 +46,10 @@ def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
     assert check(out / "proof.json") is None
     # The setpoints are those of the ends, evenly apart, and lead along the drawing.
     names, rows = table(out / "setpoints.csv")
-    assert names == ["t", "q1", "q2", "q1_dot", "q2_dot", "pen"]
-    t, q, pen = rows[:, 0], rows[:, 1:3], rows[:, 5]
+    assert names == ["t", "x", "y", "q1", "q2", "q1_dot", "q2_dot", "pen"]
+    t, q, pen = rows[:, 0], rows[:, 3:5], rows[:, 7]
     np.testing.assert_allclose(np.diff(t), 0.002, rtol=1e-9)
-    assert t[0] == 0 and 0 <= t[-1] - figures["duration_s"] < 0.002 and not rows[[0, -1], 3:5].any()
+    assert t[0] == 0 and 0 <= t[-1] - figures["duration_s"] < 0.002 and not rows[[0, -1], 5:7].any()
     xi = fb.dgm(fb.FiveBar(), q, assembly=-1).xi
     path = fb.path(drawing, deviation=2e-5)
     np.testing.assert_allclose(
@@ -82,7 +82,7 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
     notes = capsys.readouterr()
     assert "certified            yes" in notes.out and "leaves its drawing" not in notes.err
     names, rows = table(tmp_path / "setpoints.csv")
-    assert names[1] == "q1_deg"
+    assert names[3] == "q1_deg"
     run = fb.Run.from_csv(tmp_path / "run.csv")
     xi = run.xi
     assert 14 < np.abs(run.tau).max() <= 20 and run.torque_limit == 20
@@ -106,6 +106,95 @@ def test_a_place_of_ones_own_and_degrees(drawing, tmp_path, capsys):
         == 0
     )
     assert "too fast for its tracker" in capsys.readouterr().err
+
+
+@pytest.fixture
+def two_strokes(tmp_path):
+    text = "x,y,pen\n0,0,0\n0.01,0,1\n0.02,0,0\n0.02,0.01,1\n"
+    (tmp_path / "strokes.csv").write_text(text, encoding="utf-8")
+    return [
+        str(tmp_path / "strokes.csv"),
+        "--at",
+        "0.02",
+        "0.1",
+        "--period",
+        "0.02",
+        "--rate",
+        "100",
+    ]
+
+
+def test_the_pen_has_time_and_setpoints_are_read_back(two_strokes, tmp_path, capsys):
+    out = ["--out", str(tmp_path)]
+    assert main(["draw", *two_strokes, *out, "--json"]) == 0
+    fast = json.loads(capsys.readouterr().out)
+    assert main(["draw", *two_strokes, *out, "--json", "--pen-time", "0.3"]) == 0
+    slow = json.loads(capsys.readouterr().out)
+    # Down, up, down, up: the last one is at the end.
+    assert slow["duration_s"] == pytest.approx(fast["duration_s"] + 4 * 0.3, abs=1e-9)
+    names, rows = table(tmp_path / "setpoints.csv")
+    assert names == ["t", "x", "y", "q1", "q2", "q1_dot", "q2_dot", "pen"]
+    t, xi, q_dot, pen = rows[:, 0], rows[:, 1:3], rows[:, 5:7], rows[:, 7]
+    changes = np.flatnonzero(np.diff(pen)) + 1
+    assert pen[0] == 1 and list(pen[changes]) == [0, 1, 0]
+    # The robot rests for so long once the pen is told to move.
+    for k in (0, *changes):
+        rests = (t >= t[k]) & (t < t[k] + 0.29)
+        assert not q_dot[rests].any() and np.ptp(xi[rests], axis=0).max() == 0
+    motion = fb.from_csv(tmp_path / "setpoints.csv")
+    np.testing.assert_allclose(motion(t)[0], xi, atol=1e-12)
+    between = fb.Run.from_csv(tmp_path / "run.csv")
+    inside = between.t < motion.duration
+    away = motion(between.t[inside])[0] - between.xi_ref[inside]
+    assert np.abs(away).max() < 1e-5  # accelerations of 0.5 m/s^2 jump between rows
+
+
+def test_counts_encoders_delay_and_backlash(two_strokes, tmp_path, capsys):
+    options = ["--counts-per-turn", "4096", "--delay", "1", "--backlash", "0.004"]
+    out = ["--out", str(tmp_path), "--angles", "counts"]
+    assert main(["draw", *two_strokes, *out, "--json"]) == 2
+    assert "--angles counts needs --counts-per-turn" in capsys.readouterr().err
+    assert main(["draw", *two_strokes, *out, *options, "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    names, rows = table(tmp_path / "setpoints.csv")
+    assert names[3:5] == ["q1_counts", "q2_counts"]
+    q = rows[:, 3:5]
+    assert np.array_equal(q, np.round(q)) and q.dtype == float
+    exact = fb.igm(fb.FiveBar(), rows[:, 1:3]).q
+    np.testing.assert_allclose(q * 2 * np.pi / 4096, exact, atol=np.pi / 4096 * (1 + 1e-9))
+    run = fb.Run.from_csv(tmp_path / "run.csv")
+    steps = run.control.q * 4096 / (2 * np.pi)
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
+    assert 2e-5 < figures["max_error_m"] < 1e-3
+    # Both joints off by half of the backlash, against poses of such joints.
+    tips = []
+    for off in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        pose = fb.igm(fb.FiveBar(), run.xi_ref)
+        shifted = fb.dgm(fb.FiveBar(), pose.q + 0.002 * np.array(off), pose.assembly)
+        tips.append(np.linalg.norm(shifted.xi - pose.xi, axis=1))
+    assert figures["backlash_error_m"] == pytest.approx(np.max(tips), rel=0.02)
+
+
+def test_the_constraints_of_a_file_are_kept(two_strokes, tmp_path, capsys):
+    robot = fb.FiveBar()
+    limits = fb.Constraints(joint_speed=0.1, half_planes=[(0.0, 1.0, 0.09)])
+    fb.Machine(robot, constraints=limits).save(tmp_path / "robot.toml")
+    drawn = ["draw", *two_strokes, "--robot", str(tmp_path / "robot.toml"), "--out", str(tmp_path)]
+    assert main([*drawn, "--acceleration-limit", "1"]) == 0
+    _, rows = table(tmp_path / "setpoints.csv")
+    assert 0.09 < np.abs(rows[:, 5:7]).max() <= 0.1
+    assert main([*drawn, "--at", "0.02", "0.09"]) == 1
+    assert "violated by 0.005 at" in capsys.readouterr().err
+
+
+def test_a_duration_asked_for_is_named_as_such(two_strokes, tmp_path, capsys):
+    assert main(["draw", *two_strokes, "--duration", "20", "--out", str(tmp_path)]) == 0
+    assert "20.0000 s, as asked for; the least is" in capsys.readouterr().out
+    limits = ["--speed-limit", "0.1", "--duration", "20"]
+    assert main(["draw", *two_strokes, *limits, "--out", str(tmp_path)]) == 0
+    assert "20.0000 s, as asked for\n" in capsys.readouterr().out
+    first = (tmp_path / "run.csv").read_text("utf-8").partition("\n")[0]
+    assert len(first) < 1000
 
 
 @pytest.mark.parametrize(
@@ -174,9 +263,22 @@ def test_plan_between_points(tmp_path, capsys):
     assert "Type 2 at about 3.0" in capsys.readouterr().out
     plan = fb.Plan.from_csv(tmp_path / "plan.csv")
     names, rows = table(tmp_path / "setpoints.csv")
-    assert names == ["t", "q1", "q2", "q1_dot", "q2_dot"] and rows[-1, 0] == 4.0
-    np.testing.assert_allclose(rows[:, 1:3], plan.joints(rows[:, 0])[0], atol=1e-9)
+    assert names == ["t", "x", "y", "q1", "q2", "q1_dot", "q2_dot"] and rows[-1, 0] == 4.0
+    np.testing.assert_allclose(rows[:, 3:5], plan.joints(rows[:, 0])[0], atol=1e-9)
     assert (tmp_path / "plan.png").stat().st_size > 10_000
+
+
+def test_plan_in_the_frame_of_a_machine(tmp_path):
+    machine = fb.Machine(fb.FiveBar(), (0.1, 0.2), frame=fb.Placement((0.3, 0.1), 0.5))
+    machine.save(tmp_path / "robot.toml")
+    ends = {name: machine.frame(xi) for name, xi in (("from", (0.09, 0.068)), ("to", (0.0, 0.1)))}
+    words = ["plan", "--robot", str(tmp_path / "robot.toml"), "--out", str(tmp_path)]
+    words += [word for name, (x, y) in ends.items() for word in (f"--{name}", str(x), str(y))]
+    assert main([*words, "--duration", "2", "--rate", "100"]) == 0
+    _, rows = table(tmp_path / "setpoints.csv")
+    np.testing.assert_allclose(rows[[0, -1], 1:3], [*ends.values()], atol=1e-9)
+    xi = fb.dgm(machine.robot, machine.angles(rows[:, 3:5]), -1).xi
+    np.testing.assert_allclose(machine.frame(xi), rows[:, 1:3], atol=1e-9)
 
 
 def test_plan_between_modes(capsys):

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+import fivebar as fb
 from fivebar.cli import main
 from tests.helpers.synthetic_logs import RUNGS, case_of
 
@@ -55,6 +56,24 @@ def test_a_log_gives_a_robot_that_robot_reads(files, capsys):
     table = json.loads(capsys.readouterr().out)
     assert table["values"]["m"] == pytest.approx(CASE.robot.m, rel=0.01) and table["files"] == []
     assert set(table["chosen"]) == CASE.named | {"zz1", "zz2", "m"}
+
+
+def test_a_machine_stays_one(files, capsys):
+    robot = str(files / "robot.toml")
+    with open(robot, "a", encoding="utf-8") as file:
+        file.write("[readings]\noffset = [0.01, 0.02]\n[frame]\nshift = [0.1, 0.2]\n")
+    words = ["identify", str(files / "log.csv"), "--robot", robot, "--unknown", "zz1", "zz2", "m"]
+    assert main([*words, "--out", str(files)]) == 0
+    found = fb.load_machine(robot)
+    assert found.offset == (0.01, 0.02) and found.frame.shift == (0.1, 0.2)
+    capsys.readouterr()
+    # The offset of the file is used, unless another is named.
+    assert main([*words, "--offset", "0", "0", "--json"]) == 0
+    values = json.loads(capsys.readouterr().out)["values"]
+    assert values["zz1"] != pytest.approx(found.robot.zz1, rel=1e-3)
+    (files / "counts.toml").write_text("l11 = 0.1\n[readings]\nratio = [0.001, 0.001]\n", "utf-8")
+    assert main([*words[:2], "--robot", str(files / "counts.toml")]) == 2
+    assert "name --counts-per-turn or --gear-ratio" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

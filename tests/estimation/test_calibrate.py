@@ -140,9 +140,12 @@ def test_counts_of_an_encoder():
     alone = fb.calibrate(LAB, counts, (*GEOMETRY, "ratio1", "ratio2"))  # usual encoders are tried
     assert off(alone, true | start) < 1e-11 and alone.notes == ()
     assert np.allclose(
-        found.angles([[4096.0, 2000.0]]), 2 * np.pi + np.array([true["offset1"], true["offset2"]])
+        found.machine.angles([[4096.0, 2000.0]]),
+        2 * np.pi + np.array([true["offset1"], true["offset2"]]),
     )
-    assert np.allclose(found.readings(found.angles([[300.0, -70.0]])), [[300.0, -70.0]])
+    assert np.allclose(
+        found.machine.readings(found.machine.angles([[300.0, -70.0]])), [[300.0, -70.0]]
+    )
 
 
 def test_a_start_that_leads_nowhere_is_replaced():
@@ -157,10 +160,13 @@ def test_a_start_that_leads_nowhere_is_replaced():
     found = fb.calibrate(LAB, data, unknown)
     assert off(found, true) < 1e-11
     points, q = np.column_stack([data["x"], data["y"]]), np.column_stack([data["q1"], data["q2"]])
-    assert np.allclose(found.to_frame(found.to_robot(points)), points, rtol=0, atol=1e-13)
-    working = fb.dgm(found.robot, found.angles(q), found.assembly).working
+    assert np.allclose(
+        found.machine.frame(found.machine.frame.inverse(points)), points, rtol=0, atol=1e-13
+    )
+    working = fb.dgm(found.robot, found.machine.angles(q), found.assembly).working
     turned = (
-        found.angles(q) - fb.igm(found.robot, found.to_robot(points), working).q
+        found.machine.angles(q)
+        - fb.igm(found.robot, found.machine.frame.inverse(points), working).q
     )  # commanded for these points
     assert np.abs(np.sin(turned / 2)).max() < 1e-10
 

@@ -34,10 +34,10 @@ def test_a_file_of_a_calibration_comes_back(tmp_path):
         (tmp_path / "bad.json").write_text(json.dumps(content), encoding="utf-8")
         with pytest.raises(ValueError, match="bad.json: not a file of kind 'calibration"):
             fb.Calibration.from_json(tmp_path / "bad.json")
-    found.to_toml(tmp_path / "robot.toml")
-    from fivebar.cli.robot_options import robot_from
+    found.machine.save(tmp_path / "robot.toml")
+    from fivebar.cli.robot_options import machine_from
 
-    assert robot_from(str(tmp_path / "robot.toml")) == found.robot
+    assert machine_from(str(tmp_path / "robot.toml")) == found.machine
 
 
 def test_pictures_of_points_of_halves_and_of_distances(tmp_path):

@@ -158,6 +158,7 @@ CASES = {
     "forward_dynamics": Case(fb.forward_dynamics, dict(rates=RATES, tau=(0.1, 0.2))),
     "energy": Case(fb.energy, dict(rates=RATES)),
     "load_robot": Case(fb.load_robot, dict(path=ROBOT_FILE), words=WORDS_OF_FILES),
+    "load_machine": Case(fb.load_machine, dict(path=ROBOT_FILE), words=WORDS_OF_FILES),
     "compile": Case(
         fb.compile,
         dict(
@@ -267,6 +268,12 @@ CASES = {
         fb.Path,
         dict(pieces=STROKE.pieces, pen=(True,) * len(STROKE.pieces), dwells={0.0: 0.1}, feed=None, notes=(), lines=None),
         words=("Path:", "pieces"),
+    ),
+    "Machine": Case(
+        fb.Machine,
+        dict(
+            robot=ROBOT, offset=(0.1, 0.0), ratio=(1.0, 1.0), frame=fb.Placement((0.1, 0.0)), constraints=fb.Constraints()
+        ),
     ),
     "Placement": Case(fb.Placement, dict(shift=(0.1, 0.0), turn=0.3, scale=2.0)),
     "crossing_polynomial": Case(

@@ -21,7 +21,7 @@ import fivebar as fb
 from fivebar.base import columns
 from fivebar.base.errors import UsageError
 from fivebar.cli.grade_folder import _ids
-from fivebar.cli.robot_options import robot_from
+from fivebar.cli.robot_options import machine_from
 from fivebar.estimation.calibration.rows import rows_of
 from fivebar.grading.course.cohort import begin
 from fivebar.grading.course.gradebook import fill_gradebook
@@ -48,6 +48,21 @@ GCODE = (
     "%\nG21 G90\nM3\nG0 X10 Y10\nG1 X20 Y10 F600\nG2 X20 Y20 I0 J5\nG3 X10 Y10 R8 (back)\nM5\nM30\n"
 )
 TOML = "# by hand\nl11 = 0.1\nl12 = 0.11\nl21 = 0.1\nl22 = 0.11\nd = 0.12\nm = 0.5\nzz1 = 0.002\nzz2 = 0.002\n"
+MACHINE = (
+    TOML
+    + """[readings]
+offset = [0.01, -0.02]
+ratio = [1.001, -1]
+[frame]
+shift = [0.1, 0.2]
+turn = 0.1
+[constraints]
+torque = 0.1
+joints = [[-1, 1.5], []]
+half_planes = [[0, 1, 0.01]]
+collisions = {widths = 0.01, layers = [1, 1, 2, 2]}
+"""
+)
 SHEET = "Identifier,Full name,Maximum grade,Grade\nParticipant 1,A,20,\nParticipant 2,B,20,3\n"
 
 
@@ -172,9 +187,9 @@ def readers():
         "Study": Reader(Study.from_csv, "it.csv", (_text(found.to_csv),)),
         "Map": Reader(Map.from_npz, "it.npz", (_map(),)),
         "partial": Reader(_partial, "it.jsonl", (b'{"robot": 1}\n{"problem": "p", "method": "m", "knob": 1.0}\n',)),
-        "robot.toml": Reader(lambda path: robot_from(str(path)), "it.toml", (TOML.encode(), toml_links.encode()),
+        "robot.toml": Reader(lambda path: machine_from(str(path)), "it.toml", (TOML.encode(), toml_links.encode(), MACHINE.encode()),
                              (UsageError,)),
-        "robot.json": Reader(lambda path: robot_from(str(path)), "it.json",
+        "robot.json": Reader(lambda path: machine_from(str(path)), "it.json",
                              (numbers.encode(),),
                              (UsageError,)),
         "hand-in.py": Reader(_submission, "it.py", (solution[:3000], "# é\nl = 0.09\n".encode("latin-1"))),

@@ -36,7 +36,7 @@ def writers():
         "compare": (fb.compare({"a": run}).plot, "a.png"), "strip": (lambda path: strip(run, path), "a.svg"),
         "export": (lambda path: fb.export(ROBOT, "mjcf", path), "a.xml"),
         "export c": (lambda path: fb.export(ROBOT, "c", path), "a.h"),
-        "Calibration.to_json": (calibrated.to_json, "a.json"), "Calibration.to_toml": (calibrated.to_toml, "a.toml"),
+        "Calibration.to_json": (calibrated.to_json, "a.json"), "Machine.save": (calibrated.machine.save, "a.toml"),
         "Design.save": (best.save, "a.json"), "Design.to_robot_file": (best.to_robot_file, "a.json"),
         "Sweep.to_csv": (swept.to_csv, "a.csv"), "TimedPath.to_csv": (timed.to_csv, "a.csv"),
         "Live.save": (fb.play(ROBOT).save, "a.html"), "Certificate.to_json": (proof.to_json, "a.json"),

@@ -113,6 +113,12 @@ def test_the_file_in_the_guide_is_a_robot(tmp_path):
     )
     robot.save(tmp_path / "again.toml")
     assert fb.load_robot(tmp_path / "again.toml") == robot
+    blocks = re.findall("```toml\n(.*?)```", guide, re.DOTALL)
+    machine = fb.load_machine(written(tmp_path, "\n".join(blocks)))
+    assert machine.robot == robot and machine.offset == (0.011, -0.004)
+    assert machine.constraints.joints == ((-0.5, 2.2), None)
+    machine.save(tmp_path / "again.toml")
+    assert fb.load_machine(tmp_path / "again.toml") == machine
 
 
 def test_other_files_and_places(tmp_path):

@@ -31,7 +31,12 @@ def test_bounds_hold_arcs_and_curves():
 
 @pytest.mark.parametrize(
     "options",
-    [{}, {"turn": 1.0}, {"scale": None, "margin": 0.02, "working": (1, 1)}, {"working": (1, -1)}],
+    [
+        {},
+        {"turn": 1.0},
+        {"scale": None, "constraints": fb.Constraints(clearance=0.02), "working": (1, 1)},
+        {"working": (1, -1)},
+    ],
 )
 def test_what_is_placed_lies_in_its_aspect(options):
     fit = fitted_in(ROBOT, PATH, **options)
@@ -42,7 +47,7 @@ def test_what_is_placed_lies_in_its_aspect(options):
     )
     check = fb.check_path(ROBOT, placed.at_unit_speed, fit.aspect.working)
     assert check.singularity_free
-    margin = options.get("margin", 0.005)
+    margin = options["constraints"].clearance if "constraints" in options else 0.005
     distance = fb.locus_distance(ROBOT, seen[::50], working=fit.aspect.working)[0]
     assert distance.min() >= margin * (1 - 1e-6)
     if "scale" in options:
@@ -59,7 +64,7 @@ def test_a_drawing_larger_than_any_aspect_is_told_its_scale():
     scale = float(re.search(r"with scale ([\d.]+) at most", str(refused.value))[1])
     assert fitted_in(ROBOT, PATH, scale=scale).scale >= scale
     with pytest.raises(ValueError, match="keeps a clearance of 1 m"):
-        fitted_in(ROBOT, PATH, margin=1.0, working=(1, 1))
+        fitted_in(ROBOT, PATH, constraints=fb.Constraints(clearance=1.0), working=(1, 1))
 
 
 def test_strokes():
@@ -83,7 +88,7 @@ def test_setpoints_are_those_of_the_motion(tmp_path):
     table.to_csv(tmp_path / "deg.csv", "deg")
     rows = np.loadtxt(tmp_path / "deg.csv", delimiter=",", skiprows=2)
     np.testing.assert_allclose(
-        np.radians(rows[:, 1:]), np.hstack([table.q, table.q_dot]), atol=1e-15
+        np.radians(rows[:, 3:]), np.hstack([table.q, table.q_dot]), atol=1e-15
     )
     whole = setpoints(ROBOT, fb.line((0.0, 0.1), (0.05, 0.12), 1.0), 100.0)
     assert len(whole.t) == 101 and whole.t[-1] == 1.0

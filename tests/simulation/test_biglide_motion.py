@@ -272,7 +272,10 @@ def test_runs_are_saved_and_drawn_in_the_robots_words(tmp_path):
     )
     run.to_csv(tmp_path / "run.csv")
     header = (tmp_path / "run.csv").read_text("utf-8").splitlines()[1]
-    assert header == "t,q1,q2,q1_dot,q2_dot,x,y,tau1,tau2,energy,x_ref,y_ref"
+    measured = (
+        "q1_measured,q2_measured,q1_dot_measured,q2_dot_measured,tau1_commanded,tau2_commanded"
+    )
+    assert header == f"t,q1,q2,q1_dot,q2_dot,x,y,tau1,tau2,energy,x_ref,y_ref,{measured}"
     again = fb.Run.from_csv(tmp_path / "run.csv")
     assert (
         again.robot == LAB

@@ -18,6 +18,7 @@ from ...base.backend import EPS
 from ...base.checks import LONGEST, SHORTEST
 from ...models.dyads import RRR
 from ...models.robots import FiveBar
+from ...paths.machine import Machine
 
 LENGTHS = ("l11", "l12", "l21", "l22", "d")
 READING = ("offset1", "offset2", "ratio1", "ratio2")
@@ -36,6 +37,14 @@ def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> ndarra
     for name, value in (more or {}).items():
         p[PLACE[name]] = value
     return p
+
+
+def mounting_of(machine: Machine) -> dict[str, float]:
+    """Return the values of READING and FRAME of a machine, those that are not NEUTRAL."""
+    frame = machine.frame
+    values = (*machine.offset, *machine.ratio, *frame.shift, frame.turn, frame.scale)
+    named = zip((*READING, *FRAME), values, NEUTRAL.tolist())
+    return {name: value for name, value, neutral in named if value != neutral}
 
 
 def robot_with(robot: FiveBar, p: ndarray) -> FiveBar:

@@ -16,8 +16,9 @@ from ...base.presentation import Plotted
 from ...base.representation import one_line
 from ...base.tables import TextFile
 from ...models.dyads import SINGULAR
-from ...models.robot_writing import write_robot
 from ...models.robots import FiveBar
+from ...paths.machine import Machine
+from ...paths.placement import Placement
 from ..saving import read_json, write_json
 from .fit import LeastSquares, loss_slopes, residuals, solve, spectrum
 from .indistinguishable import (
@@ -29,17 +30,12 @@ from .indistinguishable import (
 from .measured_robot import (
     FRAME,
     PLACE,
-    READING,
-    as_complex,
-    as_pairs,
-    frame,
     length_ok,
     place,
     robot_with,
     seen,
     sizes,
     stretched,
-    unframe,
 )
 from .outliers import leave_one_out_error, outlying_rows
 from .profile import profile
@@ -369,21 +365,12 @@ class Calibration(Plotted):
         modes = np.broadcast_to(np.asarray(assembly), q.shape[:-1]).ravel()
         return seen(self.p, q.reshape(-1, 2), modes, derive=False)[0].reshape(q.shape)
 
-    def angles(self, q: Any) -> ndarray:
-        """Return true angles, rad, of readings q (*batch, 2)."""
-        return np.asarray(q, float) * self.p[7:9] + self.p[5:7]
-
-    def readings(self, angles: Any) -> ndarray:
-        """Return readings (*batch, 2) at true angles, rad: what to command for q of `igm`."""
-        return (np.asarray(angles, float) - self.p[5:7]) / self.p[7:9]
-
-    def to_frame(self, xi: Any) -> ndarray:
-        """Return points (*batch, 2) of the robot's frame in the measuring one."""
-        return as_pairs(frame(self.p, as_complex(np.asarray(xi, float))))
-
-    def to_robot(self, points: Any) -> ndarray:
-        """Return points (*batch, 2) of the measuring frame in the robot's."""
-        return as_pairs(unframe(self.p, as_complex(np.asarray(points, float))))
+    @cached_property
+    def machine(self) -> Machine:
+        """The robot with the offsets and ratios of its readings, and the measuring frame."""
+        offset1, offset2, ratio1, ratio2, x0, y0, turn, scale = self.p[5:].tolist()
+        frame = Placement((x0, y0), turn, scale)
+        return Machine(self.robot, (offset1, offset2), (ratio1, ratio2), frame)
 
     def to_json(self, path: TextFile) -> None:
         """Write all of it; `from_json` reads it back."""
@@ -399,15 +386,6 @@ class Calibration(Plotted):
     def from_json(cls, path: TextFile) -> Calibration:
         """Return a calibration as `to_json` wrote it; ValueError for another file."""
         return read_json(path, KIND, cls, _check)
-
-    def to_toml(self, path: TextFile) -> None:
-        """Write the robot for `--robot FILE.toml`; offsets and frame stand there as a comment."""
-        values = []
-        for name in (*READING, *FRAME):
-            value = float(self.p[PLACE[name]])
-            values.append(f"{name} = {value!r}")
-        title = "A calibrated robot, SI units; how it was read and measured:"
-        write_robot(path, self.robot, self.sd, [title, *values])
 
 
 def _check(found):

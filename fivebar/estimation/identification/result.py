@@ -10,7 +10,6 @@ from numpy import ndarray
 from ...base.presentation import Plotted
 from ...base.representation import one_line, table
 from ...base.tables import TextFile
-from ...models.robot_writing import write_robot
 from ...models.robots import Robot
 from ..saving import encode, read_json, write_json
 
@@ -186,12 +185,3 @@ class Identification(Plotted):
     def from_json(cls, path: TextFile) -> Identification:
         """Read what `to_json` wrote, without rows; ValueError for another file."""
         return read_json(path, KIND, cls, str)
-
-    def to_toml(self, path: TextFile) -> None:
-        """Write the robot as a file that `fivebar ... --robot FILE.toml` reads."""
-        write_robot(
-            path,
-            self.robot,
-            self.sd,
-            ["identified by fivebar; SI units"],
-        )

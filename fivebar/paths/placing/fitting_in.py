@@ -20,6 +20,8 @@ from ..curve import Path
 from ..pieces import Arc
 from ..placement import Placement
 
+KEPT = Constraints(clearance=0.005)  # m
+
 
 @dataclass(frozen=True, eq=False)
 class RectangleFit:
@@ -68,12 +70,12 @@ def fitted_in(
     turn: float = 0.0,
     scale: float | None = 1.0,
     working: tuple[int, int] | None = None,
-    margin: float = 0.005,
+    constraints: Constraints = KEPT,
 ) -> RectangleFit:
     """Return the drawing in the middle of an aspect's largest upright rectangle: Fit.
 
-    scale: of the drawing; None: as large as it fits. working: in these modes alone. margin: m, from
-        all singularities.
+    scale: of the drawing; None: as large as it fits. working: in these modes alone. constraints: on
+        poses, and a clearance from them and from all singularities, m.
     Aspects are taken in this order: those where the legs do not cross, above the motors, in the
     lab's modes, large; the first that holds the drawing, or without a scale the one that holds it
     largest and where the legs do not cross. The rectangle is in the aspect and the drawing in the
@@ -99,7 +101,7 @@ def fitted_in(
         if found and part.area <= max(found, key=itemgetter(0))[0] ** 2 * size.prod():
             continue
         try:
-            rectangle = largest_rectangle(part, Constraints(clearance=margin))
+            rectangle = largest_rectangle(part, constraints)
         except ValueError as error:
             refused = str(error)
             continue

@@ -210,9 +210,26 @@ class TimedPath(Plotted):
         xi, xi_dot, xi_ddot = self._motion(k, gone, speed, push)
         return inverse_dynamics(ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot))
 
+    @cached_property
+    def _pen_changes(self):
+        """Return times (n,) s, from which on the pen is down or up (n,): a rest belongs to what
+        comes after it.
+        """
+        begins = np.flatnonzero(np.diff(self.piece, prepend=-1))
+        times = self.times[begins]
+        if not self.clock.smooth:  # then these are the times at which a rest ends
+            times = times - self.clock.waits[begins] * self.pace
+        down = np.array(self.path.pen)[self.piece[begins]]
+        if self.path.stops[-1].seconds:
+            times = np.append(times, self.times[-1])
+            down = np.append(down, False)
+        return times, down
+
     def pen(self, t: ArrayLike) -> np.ndarray:
-        """Return whether the pen is down at times t."""
-        return np.array(self.path.pen)[self.piece[self.along(t)[0]]]
+        """Return whether the pen is down at times t; it goes down or up when a rest begins."""
+        times, down = self._pen_changes
+        k = np.searchsorted(times, np.asarray(t) + 1e-12 * self.duration, side="right") - 1
+        return down[np.maximum(k, 0)]
 
     def to_csv(self, path: TextFile, rate: float = 1000.0) -> None:
         """Write setpoints, `rate` times a second and at the last instant, for `from_csv`.

@@ -1,0 +1,191 @@
+"""A robot as it is built: its angles as its drives read them, and the frame it is measured in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..base.checks import instance, robot, two_numbers
+from ..base.representation import one_line, vector
+from ..base.tables import TextFile
+from ..constraints.constraints import Constraints
+from ..constraints.link_collisions import LinkCollisions
+from ..models.robot_files import SECTIONS, read_robot
+from ..models.robot_writing import write_robot
+from ..models.robots import Biglide, FiveBar
+from .placement import Placement
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A robot as it is built, with all that its file says.
+
+        true angle = ratio * reading + offset        measured point = frame(xi)
+
+    Parameters
+    ----------
+    robot : FiveBar or Biglide
+    offset : (2,)
+        True angles where the drives read 0, rad (of a biglide m).
+    ratio : (2,)
+        True angle for one of the drive's, not 0; negative where it turns the other way.
+    frame : Placement
+        From the robot's frame to the one in which points are measured, that of the table.
+    constraints : Constraints
+        What all motions keep.
+
+    Raises
+    ------
+    ValueError, TypeError
+        A value is none of these; the message names it.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> machine = fb.Machine(fb.FiveBar(), offset=(0.01, 0.0), frame=fb.Placement((0.1, 0.2)))
+    >>> pose = fb.igm(machine.robot, machine.frame.inverse((0.19, 0.268)))
+    >>> bool(abs(machine.angles(machine.readings(pose.q)) - pose.q).max() < 1e-15)
+    True
+    """
+
+    robot: FiveBar | Biglide
+    offset: tuple[float, float] = (0.0, 0.0)
+    ratio: tuple[float, float] = (1.0, 1.0)
+    frame: Placement = Placement()
+    constraints: Constraints = field(default_factory=Constraints)
+
+    def __post_init__(self) -> None:
+        robot(self.robot, "Machine: robot")
+        object.__setattr__(self, "offset", two_numbers(self.offset, "Machine: offset"))
+        ratio = two_numbers(self.ratio, "Machine: ratio")
+        if 0 in ratio:
+            raise ValueError(f"Machine: ratio must not be 0, not {ratio}")
+        object.__setattr__(self, "ratio", ratio)
+        instance(Placement)(self.frame, "Machine: frame")
+        instance(Constraints)(self.constraints, "Machine: constraints")
+
+    def __repr__(self) -> str:
+        words = [self.robot.words.title]
+        if self.reads_otherwise:
+            words.append(vector("offset", self.offset, self.robot.words.unit))
+            words.append(vector("ratio", self.ratio, ""))
+        for name, usual in (("frame", Placement()), ("constraints", Constraints())):
+            if getattr(self, name) != usual:
+                words.append(str(getattr(self, name)))
+        return one_line("Machine", *words)
+
+    @property
+    def reads_otherwise(self) -> bool:
+        """Whether its drives read other angles than the model has."""
+        return (self.offset, self.ratio) != ((0.0, 0.0), (1.0, 1.0))
+
+    def angles(self, readings: ArrayLike) -> np.ndarray:
+        """Return the true angles (*batch, 2), rad, at the drives' readings (*batch, 2)."""
+        return np.asarray(readings, float) * self.ratio + self.offset
+
+    def readings(self, angles: ArrayLike) -> np.ndarray:
+        """Return what the drives read (*batch, 2) at true angles, rad: what to command."""
+        return (np.asarray(angles, float) - self.offset) / self.ratio
+
+    def save(
+        self, path: TextFile, sd: Mapping[str, float] = {}, comments: tuple[str, ...] = ()
+    ) -> None:
+        """Write it as TOML, which `load_machine`, `load_robot` and `--robot` read.
+
+        Parameters
+        ----------
+        path : path or open file
+            A .toml file.
+        sd : mapping
+            Standard deviations of the robot's parameters, for comments beside them.
+        comments : tuple of str
+            Lines at the top.
+        """
+        tables = {"readings": {"offset": self.offset, "ratio": self.ratio}}
+        tables["frame"] = {f.name: getattr(self.frame, f.name) for f in fields(Placement)}
+        limits = {name: getattr(self.constraints, name) for name in self.constraints.named}
+        if "joints" in limits:
+            limits["joints"] = [limits_of or () for limits_of in limits["joints"]]
+        if "collisions" in limits:
+            links = limits["collisions"]
+            limits["collisions"] = {f.name: getattr(links, f.name) for f in fields(links)}
+        tables["constraints"] = limits
+        unused = {"readings": not self.reads_otherwise, "frame": self.frame == Placement()}
+        tables = {name: table for name, table in tables.items() if table and not unused.get(name)}
+        write_robot(path, self.robot, sd, comments, tables)
+
+
+def load_machine(path: TextFile) -> Machine:
+    """Return the machine in a file, which `--robot` reads.
+
+    Parameters
+    ----------
+    path : path or open file
+        A .toml or .json file: a robot, as `load_robot` reads it, and perhaps the tables readings
+        (offset, ratio), frame (shift, turn, scale) and constraints (those of `Constraints`; a joint
+        without a range has []).
+
+    Returns
+    -------
+    Machine
+
+    Raises
+    ------
+    ValueError
+        For a file that holds no robot, or a table with something else.
+
+    Examples
+    --------
+    >>> import fivebar as fb
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> path = Path(mkdtemp()) / "robot.toml"
+    >>> fb.Machine(fb.FiveBar(), offset=(0.01, 0.0)).save(path)
+    >>> fb.load_machine(path).offset
+    (0.01, 0.0)
+    """
+    machine, _ = machine_and_defaults(path)
+    return machine
+
+
+def machine_and_defaults(path: TextFile) -> tuple[Machine, list[str]]:
+    """Return the machine in a file, and "name = value" of the lab's parameters it leaves out."""
+    read = read_robot(path)
+    try:
+        machine = _with_tables(read.robot, read.sections)
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{read.name}: {error}") from None
+    return machine, read.defaults
+
+
+def _with_tables(robot, sections):
+    parts = {"offset", "ratio"}, _names(Placement), _names(Constraints)
+    for name, known in zip(SECTIONS, parts):
+        _refuse_unknown(name, sections.get(name, {}), known)
+    constraints: dict[str, Any] = dict(sections.get("constraints", {}))
+    if isinstance(joints := constraints.get("joints"), list):
+        constraints["joints"] = [limits or None for limits in joints]
+    if "collisions" in constraints:
+        links = constraints["collisions"]
+        _refuse_unknown("constraints.collisions", links, _names(LinkCollisions))
+        constraints["collisions"] = LinkCollisions(**links)
+    frame = Placement(**sections.get("frame", {}))
+    limits = Constraints(**constraints)
+    return Machine(robot, frame=frame, constraints=limits, **sections.get("readings", {}))
+
+
+def _names(kind):
+    return {field.name for field in fields(kind)}
+
+
+def _refuse_unknown(name, table, known):
+    if not isinstance(table, dict):
+        raise ValueError(f"{name} must be a table of {', '.join(sorted(known))}")
+    if unknown := sorted(set(table) - known):
+        raise ValueError(
+            f"no {', '.join(unknown)} in the table {name}; it has {', '.join(sorted(known))}"
+        )

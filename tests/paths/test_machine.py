@@ -1,0 +1,112 @@
+"""A robot as it is built: its file comes back, and its readings and frame are used by commands."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fivebar as fb
+from fivebar.cli import main
+from tests.helpers.twins import LAB, measured, robot_of, twin
+
+CONSTRAINTS = fb.Constraints(
+    torque=(0.1, 0.2),
+    joints=(None, (-1.0, 2.0)),
+    half_planes=[(0.0, 1.0, 0.01)],
+    region=[(-0.1, 0.0), (0.1, 0.0), (0.0, 0.15)],
+    det_A=0.1,
+    collisions=fb.LinkCollisions(widths=0.01, layers=(1, 2, 1, 2)),
+)
+FRAME = fb.Placement((0.2, -0.1), 0.4, 1.01)
+MACHINES = [
+    fb.Machine(LAB),
+    fb.Machine(LAB, (0.1, -0.2), (1.01, -2 * math.pi / 4096), FRAME, CONSTRAINTS),
+    fb.Machine(fb.Biglide(), (0.01, 0.0), frame=FRAME),
+]
+
+
+@pytest.mark.parametrize("machine", MACHINES, ids=repr)
+def test_a_saved_machine_comes_back(machine, tmp_path):
+    machine.save(tmp_path / "robot.toml")
+    assert fb.load_machine(tmp_path / "robot.toml") == machine
+    assert fb.load_robot(tmp_path / "robot.toml") == machine.robot
+
+
+numbers = st.floats(-10, 10)
+
+
+@settings(max_examples=50)
+@given(
+    st.tuples(numbers, numbers), st.floats(0.01, 2), st.tuples(numbers, numbers), numbers, numbers
+)
+def test_readings_and_frame_are_inverted(offset, ratio, shift, turn, angle):
+    machine = fb.Machine(LAB, offset, (ratio, -ratio), fb.Placement(shift, turn, ratio))
+    q = np.array([[angle, 1.0], [0.0, -angle]])
+    np.testing.assert_allclose(machine.angles(machine.readings(q)), q, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(machine.frame.inverse(machine.frame(q)), q, rtol=0, atol=1e-11)
+    assert machine.angles([[0.0, 0.0]])[0] == pytest.approx(offset)
+
+
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        ("[readings]\noffset1 = 1", "no offset1 in the table readings; it has offset, ratio"),
+        ("[readings]\nratio = [0, 1]", "ratio must not be 0"),
+        ("[readings]\noffset = 'x'", "offset must be two finite numbers|must be numbers"),
+        ("[frame]\nscale = -1", "scale must be finite and > 0"),
+        ("[constraints]\ntorque = -1", "torque must be"),
+        ("[constraints]\ncollisions = {width = 1}", "no width in the table constraints.collisions"),
+        ("[motor]\ntorque = 1", "no parameter motor"),
+        ("readings = 3", "readings must be a table of offset, ratio"),
+    ],
+)
+def test_what_is_no_machine_is_refused(text, words, tmp_path):
+    path = tmp_path / "robot.toml"
+    head, tables = ("", text) if "[" in text[:1] else (text + "\n", "")
+    path.write_text(f'{head}kind = "five-bar"\n{tables}\n', "utf-8")
+    with pytest.raises(ValueError, match=f"robot.toml: .*({words})"):
+        fb.load_machine(path)
+
+
+def write_data(path, data):
+    rows = zip(*data.values())
+    lines = [",".join(data), *(",".join(map(repr, map(float, row))) for row in rows)]
+    path.write_text("\n".join(lines) + "\n", "utf-8")
+
+
+def test_a_calibrated_robot_draws_where_it_is_told(tmp_path, capsys):
+    """Measured to 20 um; then the robot as it is built does what `setpoints.csv` says."""
+    rng = np.random.default_rng(4)
+    names = ("l11", "l12", "l21", "l22", "offset1", "offset2", "x0", "y0", "turn")
+    true = twin(rng, LAB, names, spread=3.0)
+    data = measured(true, 60, rng, 2e-5, ((-1, -1),))
+    write_data(tmp_path / "measured.csv", data)
+    out = ["--out", str(tmp_path / "cal")]
+    assert main(["calibrate", str(tmp_path / "measured.csv"), "--unknown", *names, *out]) == 0
+    (tmp_path / "square.csv").write_text("x,y\n0,0\n0.02,0\n0.02,0.02\n0,0.02\n0,0\n", "utf-8")
+    calibrated = str(tmp_path / "cal" / "robot.toml")
+    drawn = ["draw", str(tmp_path / "square.csv"), "--at", "0.05", "0.1", "--json"]
+    drawn += ["--rate", "100", "--period", "0.02"]
+    capsys.readouterr()
+    figures = {}
+    for name, robot in (("used", ["--robot", calibrated]), ("not", [])):
+        assert main([*drawn, "--out", str(tmp_path / name), *robot]) == 0
+        figures[name] = json.loads(capsys.readouterr().out)
+    assert figures["used"]["middle"] == pytest.approx((0.05, 0.1), abs=1e-12)
+    errors = {}
+    for name in figures:
+        table = np.genfromtxt(
+            tmp_path / name / "setpoints.csv", delimiter=",", names=True, skip_header=1
+        )
+        angles = table["q1"] * true["ratio1"] + true["offset1"], table["q2"] + true["offset2"]
+        xi = fb.dgm(robot_of(true), np.stack(angles, axis=-1)).xi @ (1, 1j)
+        tip = true["x0"] + 1j * true["y0"] + np.exp(1j * true["turn"]) * xi
+        errors[name] = np.abs(tip - (table["x"] + 1j * table["y"])).max()
+    assert errors["used"] < 1e-4 < 1e-3 < errors["not"]
+    # A calibration that goes on from there has nothing to mend.
+    assert main(["calibrate", str(tmp_path / "measured.csv"), "--robot", calibrated, *out]) == 0
+    again = fb.load_machine(tmp_path / "cal" / "robot.toml")
+    assert again.frame.shift == pytest.approx((true["x0"], true["y0"]), abs=1e-4)
