@@ -61,6 +61,8 @@ _MODULES = {
     "Machine": "paths.machine",
     "Measurement": "simulation.settings",
     "measurement_poses": "estimation.calibration.poses",
+    "Motor": "models.motors",
+    "MOTORS": "models.motors",
     "page": "visualization.pages",
     "Path": "paths.curve",
     "path": "paths.reading.read",

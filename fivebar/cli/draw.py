@@ -45,6 +45,7 @@ PLACE = {
     WORKING: "working modes, as -1 -1",
 }
 SPEED = {
+    "--motor NAME": "of both joints, by its torque-speed line: a name of `fivebar sweep --list`",
     "--torque-limit NM": "of either motor",
     "--reserve SHARE": (0.05, "of it, for the tracker"),
     "--speed-limit M/S": "of the pen",
@@ -123,9 +124,11 @@ def _draw(arguments):
     start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
     peak = peak_acceleration(motion, 0.0, motion.duration)
     period = period_for(robot, peak) if arguments.period is None else arguments.period
+    least = min(motor.torque for motor in limit) if isinstance(limit, tuple) else limit
+    assembly = int(start.pose.assembly)
     run = simulate(
         robot,
-        matched(robot, peak, period, limit, int(start.pose.assembly), arguments.delay, resolution),
+        matched(robot, peak, period, least, assembly, arguments.delay, resolution),
         motion,
         start=start,
         control_period=period,
@@ -249,7 +252,7 @@ def _met(machine, path, check):
 
 
 def _timed(arguments, machine, path, working):
-    """Return the motion along the path in the least time, and the limit of both torques or None."""
+    """Return the motion along the path in the least time, and the simulation's torque limit."""
     from ..paths.timing.constraint_rows import Limits
     from ..paths.timing.time_path import time_path
 
@@ -258,19 +261,31 @@ def _timed(arguments, machine, path, working):
     limits = {name.removesuffix("_limit"): value for name, value in values.items()}
     if not 0 <= arguments.reserve < 1:
         raise UsageError(f"--reserve must be from 0 to below 1, not {arguments.reserve:g}")
-    constraints = replace(machine.constraints, clearance=0.0, **limits)
+    if arguments.motor is not None:
+        limits["motors"] = arguments.motor
+    with usage_errors(ValueError):
+        constraints = replace(machine.constraints, clearance=0.0, **limits)
     known = Limits.of(constraints)
     if known == Limits():
         constraints = replace(constraints, **USUAL)
     elif arguments.duration is None and not known.forces:
         constraints = replace(constraints, acceleration=USUAL["acceleration"])
-    limit = None
+    limit = constraints.motors
     if constraints.torque is not None:
-        limit = min(constraints.torque)  # the tracker has one for both motors
-        constraints = replace(constraints, torque=limit * (1 - arguments.reserve))
+        share = 1 - arguments.reserve
+        least = min(constraints.torque)  # the tracker has one for both motors
+        limit = limit or least
+        motors = constraints.motors and [_weaker(motor, share) for motor in constraints.motors]
+        constraints = replace(constraints, torque=least * share, motors=motors)
     duration = arguments.duration
     motion = time_path(machine.robot, path, duration, constraints=constraints, working=working)
     return motion, limit
+
+
+def _weaker(motor, share):
+    """Return the motor with a share of its torque."""
+    torque = motor.largest_torque and motor.largest_torque * share
+    return replace(motor, stall_torque=motor.stall_torque * share, largest_torque=torque)
 
 
 def _checked(arguments, machine, path, working):

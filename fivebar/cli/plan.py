@@ -24,6 +24,7 @@ from .robot_options import add_robot_options, chosen_machine
 
 SAMPLES = 4001
 LIMITS = {  # option: constraint
+    "motor": "motors",
     "torque_limit": "torque",
     "joint_speed_limit": "joint_speed",
     "acceleration_limit": "acceleration",
@@ -39,6 +40,7 @@ ENDS = {
 PROBLEM = {
     "--duration S": "(default: free, for the least time)",
     "--objective effort|time|jerk": "(default: effort; without --duration time)",
+    "--motor NAME": "of both joints, by its torque-speed line: a name of `fivebar sweep --list`",
     "--torque-limit NM": "of either motor",
     "--joint-speed-limit RAD/S": "of either joint",
     "--acceleration-limit M/S2": "of the end-effector",

@@ -20,7 +20,7 @@ TASK = {
     "--disc M ...": "radius, or x y radius, in place of a table",
     "--poses N N": "nodes of the table (default: 31 31)",
     "--working SIGNS": "of the legs, as +- (default)",
-    "--motor NAME ...": "by name, or its torque (N m) and its speed (rad/s)",
+    "--motor NAME ...": "by name, or its torque at rest (N m) and its speed without load (rad/s)",
     "--motion PATH.csv": "t (s), x, y (m), about the task's own origin",
     "--path DRAWING": "a drawing or points, as `draw` reads them; about that origin",
     "--tolerance NAME=VALUE ...": "of q (rad), l or d (m)",
@@ -101,7 +101,8 @@ def figure_of(text: str) -> object:
 
 def figure_list() -> str:
     """Return all figures and motors, each with its words below it."""
-    from ..optimal_design import FIGURES, MOTORS
+    from ..models.motors import MOTORS
+    from ..optimal_design import FIGURES
 
     lines = []
     for figure in FIGURES.values():
@@ -110,7 +111,8 @@ def figure_list() -> str:
             head += "; needs " + ", ".join(f"--{need}" for need in figure.needs)
         lines += [head, indent(fill(figure.words, 96), "    ")]
     for name, motor in MOTORS.items():
-        lines.append(f"motor {name}: {motor.torque:g} N m, {motor.speed:.4g} rad/s")
+        line = f"{motor.stall:g} N m at rest, {motor.speed:.4g} rad/s without load"
+        lines.append(f"motor {name}: {line}")
         lines.append(f"    {motor.source}")
     return "\n".join(lines)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,13 +14,14 @@ from ..base.backend import finite_numbers, wrap
 from ..base.checks import instance, not_negative, number, share, shown
 from ..base.representation import one_line
 from ..models.geometry import Pose
+from ..models.motors import Motor, both_motors
 from .link_collisions import (
     LinkCollisions,
     point_segment_distance,
     segment_distance,
 )
 
-PER_JOINT = "torque", "joint_speed", "joint_acceleration"
+PER_JOINT = "motors", "torque", "joint_speed", "joint_acceleration"
 OF_END_EFFECTOR = "speed", "acceleration", "jerk"
 MARGINS = "det_A", "sin"
 ON_POSES = "joints", "half_planes", "region", *MARGINS, "collisions"
@@ -34,6 +36,8 @@ class Constraints:
 
     Parameters
     ----------
+    motors : Motor, name in MOTORS, or (2,) of these, optional
+        Both motors, or each: the torque that is left at a speed. `torque` is then at most theirs.
     torque, joint_speed, joint_acceleration : float or (2,), optional
         Largest torque, N m, speed, rad/s, and acceleration, rad/s^2, of both joints or of each. Of
         a biglide N, m/s and m/s^2.
@@ -65,6 +69,7 @@ class Constraints:
     <Constraints: torque (0.05, 0.05), half_planes ((0.0, 1.0, 0.01),), det_A 0.2>
     """
 
+    motors: Any = None  # a tuple of two Motors once checked
     torque: ArrayLike | None = None
     joint_speed: ArrayLike | None = None
     joint_acceleration: ArrayLike | None = None
@@ -84,6 +89,10 @@ class Constraints:
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, check(value, f"Constraints: {name}"))
+        if self.motors is not None:
+            given: Any = (math.inf, math.inf) if self.torque is None else self.torque
+            least = tuple(min(limit, m.torque) for limit, m in zip(given, self.motors))
+            object.__setattr__(self, "torque", least)
 
     def __repr__(self) -> str:
         return one_line(
@@ -99,6 +108,21 @@ class Constraints:
             if getattr(self, field.name) != field.default:
                 names.append(field.name)
         return tuple(names)
+
+    def torque_share(self, tau: ArrayLike, q_dot: Any) -> np.ndarray:
+        """Return the largest share (*batch,) of the allowed torque that is used, 0 if it is free.
+
+        It is the larger one of both joints' |tau| / torque and, of motors, |tau / stall + q' /
+        speed|, at torques tau, N m, and joint speeds q_dot, rad/s, (*batch, 2).
+        """
+        tau = np.asarray(tau, float)
+        if self.torque is None:
+            return np.zeros(tau.shape[:-1])
+        shares = np.abs(tau) / self.torque
+        if self.motors is not None:
+            stall, speed = at_joints(self.motors)
+            shares = np.maximum(shares, np.abs(tau / stall + np.asarray(q_dot) / speed))
+        return shares.max(axis=-1)
 
     def clearances(self, pose: Pose) -> dict[str, np.ndarray]:
         """Return how far each constraint on poses is from being violated.
@@ -189,6 +213,11 @@ class Constraints:
         if clearances:
             return closes & (np.min(clearances, axis=0) >= 0)
         return closes
+
+
+def at_joints(motors: tuple[Motor, Motor]) -> tuple[tuple, tuple]:
+    """Return both motors' torques at rest and speeds without load, at the joints."""
+    return tuple(motor.stall for motor in motors), tuple(motor.speed for motor in motors)
 
 
 def refuse_others(constraints: Constraints | None, function: str, kept: Sequence[str]) -> None:
@@ -320,7 +349,8 @@ def _polygon(region, name):
 
 
 CHECKS: dict[str, Callable] = {
-    **dict.fromkeys(PER_JOINT, _per_joint),
+    "motors": both_motors,
+    **dict.fromkeys(PER_JOINT[1:], _per_joint),
     **dict.fromkeys(OF_END_EFFECTOR, _limit),
     **dict.fromkeys(MARGINS, share),
     "joints": _joints,

@@ -4,16 +4,14 @@ from .designs import Designs, grid, sample, triangle
 from .figures import FIGURES, Figure
 from .results import Design, Front
 from .sweeps import Sweep
-from .task import MOTORS, Motor, Task
+from .task import Task
 
 __all__ = [
     "FIGURES",
-    "MOTORS",
     "Design",
     "Designs",
     "Figure",
     "Front",
-    "Motor",
     "Sweep",
     "Task",
     "grid",

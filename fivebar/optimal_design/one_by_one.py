@@ -141,7 +141,7 @@ def _worst_speed(robot, task, place):
 
 def _time(robot, task, place):
     """Run s times as fast, tau = a s^2 + v s + c in each sample: the first s at which a motor is at
-    its limit.
+    its limit, |tau| = torque or |tau + s q' stall / speed| = stall.
     """
     moved = _moved(robot, task, place)
     if moved is None:
@@ -155,9 +155,12 @@ def _time(robot, task, place):
     a, v, c = np.linalg.solve(np.vander(s), at)
     if np.abs(c).max() >= task.motor.torque:
         return np.inf  # it cannot even be held
-    fastest = task.motor.speed / max(np.abs(moved.rates.q_dot).max(), 1e-300)
-    for limit in (task.motor.torque, -task.motor.torque):
-        fastest = min(fastest, _first_root(a, v, c - limit))
+    motor = task.motor
+    line = v + moved.rates.q_dot.ravel() * (motor.stall / motor.speed)
+    fastest = np.inf
+    for sign in (1, -1):
+        fastest = min(fastest, _first_root(a, v, c - sign * motor.torque))
+        fastest = min(fastest, _first_root(a, line, c - sign * motor.stall))
     return float(task.motion.duration / fastest)
 
 
@@ -170,7 +173,7 @@ def _path_time(robot, task, place):
         return time_path(
             robot,
             moved,
-            constraints=Constraints(torque=task.motor.torque, joint_speed=task.motor.speed),
+            constraints=Constraints(motors=task.motor),
             working=task.working,
         ).duration
     except (UnreachableError, SingularityError):

@@ -234,8 +234,6 @@ def _load(file):
         choices = dict(about["choices"])
         for name in ("motion", "path"):
             choices.pop(name, None)
-        if "motor" in choices:
-            choices["motor"] = tuple(choices["motor"].values())
         if not about["designs"]:
             raise ValueError("it has none")
         task = task_of(choices)

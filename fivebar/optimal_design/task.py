@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from typing import NamedTuple
 
@@ -23,35 +23,13 @@ from ..base.checks import (
     whole,
 )
 from ..base.representation import one_line
+from ..base.tables import named
+from ..models.motors import Motor, motor_of
 from ..paths.curve import Path
 from ..paths.reading.read import path
 from .batch import is_number
 
 SAMPLES = 201  # of a motion
-
-
-class Motor(NamedTuple):
-    """Both motors of a robot.
-
-    Attributes
-    ----------
-    torque : float
-        N m.
-    speed : float
-        rad/s.
-    source : str
-        Of the numbers.
-
-    Examples
-    --------
-    >>> import fivebar as fb
-    >>> fb.optimal_design.Motor(1.0, 2.0).torque
-    1.0
-    """
-
-    torque: float
-    speed: float
-    source: str = ""
 
 
 class TaskMotion(NamedTuple):
@@ -61,13 +39,6 @@ class TaskMotion(NamedTuple):
     xi: np.ndarray
     xi_dot: np.ndarray
     xi_ddot: np.ndarray
-
-
-MOTORS = {
-    "xh430-w350": Motor(
-        3.4, np.pi, "ROBOTIS e-Manual: stall torque 3.4 N m, no-load speed 30 rev/min, both at 12 V"
-    ),
-}
 
 
 @dataclass(frozen=True)
@@ -85,7 +56,8 @@ class Task:
     working : tuple of int
         Modes of the legs; (1, -1): elbows outside above the base, as Liu's.
     motor : str or tuple
-        The name of one of MOTORS, or (torque N m, speed rad/s).
+        Both motors: a Motor, the name of one of MOTORS, or (stall torque N m, speed without load
+        rad/s).
     motion : trajectory
         t -> (xi, xi', xi''), with .start and .duration, about the task's own origin.
     path : Path
@@ -160,7 +132,7 @@ class Task:
                 points = value(value.length * np.linspace(0, 1, SAMPLES))[0]
                 value = {"length": value.length, "sha256": _sha256(points)}
             elif name == "motor":
-                value = {"torque": value.torque, "speed": value.speed}
+                value = asdict(value)
             about[name] = value
         return json.loads(json.dumps(about))
 
@@ -234,18 +206,10 @@ def _poses(value, name):
 
 
 def _motor(value, name):
-    if isinstance(value, str):
-        if value not in MOTORS:
-            raise ValueError(
-                f"{name}: no motor {value!r}; the known ones are {', '.join(MOTORS)}, or (torque,"
-                " speed)"
-            )
-        return MOTORS[value]
-    torque, speed = two_numbers(value[:2] if isinstance(value, Motor) else value, name)
-    return Motor(
-        positive(torque, f"{name}'s torque"),
-        positive(speed, f"{name}'s speed"),
-    )
+    if isinstance(value, Motor | str | Mapping):
+        return motor_of(value, name)
+    with named(name):
+        return Motor(*two_numbers(value, name))
 
 
 def _motion(value, name):

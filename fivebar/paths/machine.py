@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -110,6 +110,9 @@ class Machine:
         limits = {name: getattr(self.constraints, name) for name in self.constraints.named}
         if "joints" in limits:
             limits["joints"] = [limits_of or () for limits_of in limits["joints"]]
+        if "motors" in limits:
+            motors = [{k: v for k, v in asdict(m).items() if v} for m in limits["motors"]]
+            limits["motors"] = motors
         if "collisions" in limits:
             links = limits["collisions"]
             limits["collisions"] = {f.name: getattr(links, f.name) for f in fields(links)}

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from ..constraints.constraints import distance_inside
+from ..constraints.constraints import at_joints, distance_inside
 from ..models.dynamics import inverse_dynamics
 from ..models.geometry import igm
 from .problem import PlanError, Problem
@@ -124,6 +124,9 @@ def _time_needed(problem, motion, duration):
     ]
     if limits.torque is not None:
         factors.append(np.sqrt(np.quantile(np.abs(tau) / limits.torque, 0.95)))
+    if limits.motors is not None:
+        _, speed = at_joints(limits.motors)
+        factors.append(np.quantile(np.abs(acc.rates.q_dot) / speed, 0.95))
     if limits.joint_speed is not None:
         factors.append(np.quantile(np.abs(acc.rates.q_dot) / limits.joint_speed, 0.95))
     if limits.acceleration is not None:

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from ..models.robots import Robot
 
 # Limits on torques and rates that are limits of the program.
-RATES = "torque", "joint_speed", "acceleration"
+RATES = "motors", "torque", "joint_speed", "acceleration"
 LEAST_SIN = 0.05  # that a motion in one pair of working modes keeps by default
 REFINEMENTS = 12
 MOST_INTERVALS = 600
@@ -148,9 +148,9 @@ def plan(
         Integral of tau^2, duration, integral of the squared third derivative of xi; or weights
         {name: weight >= 0} on their SI values.
     constraints : Constraints, optional
-        torque, joint_speed, acceleration, joints, half_planes, region, det_A, sin and collisions.
-        Those on poses are limits of the program at the nodes, and checked between them. A region
-        that is not convex is only checked.
+        motors, torque, joint_speed, acceleration, joints, half_planes, region, det_A, sin and
+        collisions. Those on poses are limits of the program at the nodes, and checked between them.
+        A region that is not convex is only checked.
     collocation : Collocation, optional
         Mesh and accuracy.
 

@@ -255,11 +255,9 @@ class Plan(Animated):
     @property
     def saturated(self) -> float:
         """Return the part of the time in which at least one torque is within 0.1 % of its limit."""
-        limits = self.problem.constraints.torque
-        if limits is None:
-            return 0.0
-        tau = self.tau(np.linspace(0, self.duration, 2001))
-        return float(np.mean((np.abs(tau) >= 0.999 * np.array(limits)).any(axis=1)))
+        t = np.linspace(0, self.duration, 2001)
+        share = self.problem.constraints.torque_share(self.tau(t), self.joints(t)[1])
+        return float(np.mean(share >= 0.999))
 
     def to_csv(self, path: TextFile) -> None:
         """Write the plan at its nodes and both ends, SI.

@@ -145,6 +145,9 @@ class Problem:
         excess = {}
         if tau is not None and limits.torque:
             excess["torque"] = (np.abs(tau) - limits.torque).max(axis=-1)
+            if limits.motors:
+                beyond = limits.torque_share(tau, q_dot) - 1
+                excess["torque"] = np.maximum(excess["torque"], beyond * np.max(limits.torque))
         if q_dot is not None and limits.joint_speed:
             excess["joint_speed"] = (np.abs(q_dot) - limits.joint_speed).max(axis=-1)
         if xi_ddot is not None and limits.acceleration:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
+from ..constraints.constraints import at_joints
 from ..models.compiled import minimized
 from .collocation import LIMITS, Pieces
 from .derivatives import Derivatives
@@ -232,6 +233,11 @@ class NonlinearProgram:
             unit = ca.diag(self.torque / ca.DM(limits.torque))
             share = unit @ self.rows(rule.to_bezier, self.tau)
             self.keep(share, -1.0, 1.0, "torque")
+        if limits.motors is not None:
+            stall, speed = at_joints(limits.motors)
+            unit = ca.diag(self.torque / ca.DM(stall))
+            per_speed = ca.diag(1 / (self.time * ca.DM(speed)))
+            self.keep(unit @ self.tau + per_speed @ self.q_dot, -1.0, 1.0, "torque")
         if limits.joint_speed is not None:
             unit = ca.diag(1 / (self.time * ca.DM(limits.joint_speed)))
             self.keep(

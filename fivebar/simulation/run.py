@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.checks import positive
 from ..base.presentation import Animated
 from ..base.representation import one_line
 from ..base.tables import Table, TextFile, write
@@ -16,6 +17,7 @@ from ..models.four_joints import rates_from_joint_state
 from ..models.geometry import igm
 from ..models.joint_positions import elbows, joints
 from ..models.loads import potential
+from ..models.motors import Motor, both_motors
 from ..models.parameters import robot_of
 from ..models.physics import loads_of
 from ..models.robots import Robot
@@ -62,6 +64,22 @@ class Measured(NamedTuple):
     rates: bool = False
 
 
+def torque_limits(value: object, name: str) -> Any:
+    """Rule: a number > 0, or both motors; ValueError or TypeError for anything else."""
+    if isinstance(value, Motor | tuple | list | str):
+        return both_motors(value, name)
+    return positive(value, name)
+
+
+def torque_bounds(limit: float | tuple[Motor, Motor], q_dot: np.ndarray) -> tuple:
+    """Return the least and the largest torques (*batch, 2) at joint speeds (*batch, 2)."""
+    if not isinstance(limit, tuple):
+        return -limit, limit
+    bounds = [motor.bounds(q_dot[..., k]) for k, motor in enumerate(limit)]
+    low, high = (np.stack(each, axis=-1) for each in zip(*bounds))
+    return low, high
+
+
 def has_friction(robot: Robot) -> bool:
     """Return whether friction takes energy from the robot's motion."""
     return loads_of(robot).has_friction
@@ -98,7 +116,7 @@ class Run(Animated):
         Kinetic energy; `potential` is the other.
     xi_ref : (n, 2), m, optional
         The reference.
-    torque_limit : float, optional
+    torque_limit : float or (2,) of Motor, optional
         N m.
     control : Control, optional
         The controller's own samples.
@@ -129,7 +147,7 @@ class Run(Animated):
     tau: np.ndarray
     energy: np.ndarray
     xi_ref: np.ndarray | None = None
-    torque_limit: float | None = None
+    torque_limit: float | tuple[Motor, Motor] | None = None
     control: Control | None = None
     events: tuple = ()
     step_error: float | None = None
@@ -181,10 +199,24 @@ class Run(Animated):
         return self.xi_ref
 
     @property
+    def largest_torque(self) -> float | None:
+        """Largest torque that the limit allows, N m; None without a limit."""
+        if isinstance(self.torque_limit, tuple):
+            return max(motor.torque for motor in self.torque_limit)
+        return self.torque_limit
+
+    @property
     def saturated(self) -> np.ndarray:
         """Where each torque is at its limit: (n, 2) bool; nowhere without a limit."""
-        limit = np.inf if self.torque_limit is None else self.torque_limit
-        return np.abs(self.tau) >= limit * (1 - 1e-12)
+        if self.torque_limit is None:
+            return np.zeros(self.tau.shape, dtype=bool)
+        q_dot = self.q_dot
+        if self.control is not None:  # torques are held, and so are the speeds of that moment
+            rows = np.searchsorted(self.t, self.control.t)
+            q_dot = q_dot[rows[np.searchsorted(rows, np.arange(len(self.t)), side="right") - 1]]
+        low, high = torque_bounds(self.torque_limit, q_dot)
+        rounding = 1e-12 * np.max(np.abs([low, high]))
+        return (self.tau <= low + rounding) | (self.tau >= high - rounding)
 
     @cached_property
     def energy_error(self) -> np.ndarray:
@@ -227,9 +259,12 @@ class Run(Animated):
 
         What the controller measured and commanded is nan in rows between its samples.
         """
+        limit = self.torque_limit
+        if isinstance(limit, tuple):
+            limit = [asdict(motor) for motor in limit]
         about = {
             "robot": self.robot.parameters,
-            "torque_limit": self.torque_limit,
+            "torque_limit": limit,
             "events": [list(e) for e in self.events],
         }
         if self.step_error is not None:
@@ -296,11 +331,15 @@ class Run(Animated):
 def _known(about):
     """Return the fields of a Run that are in the comment line of its file."""
     limit = about["torque_limit"]
+    if isinstance(limit, list):
+        limit = torque_limits(limit, "torque_limit")
+    elif limit is not None:
+        limit = float(limit)
     error = about.get("step_error")
     measured = about.get("measured")
     return {
         "robot": robot_of(about["robot"]),
-        "torque_limit": None if limit is None else float(limit),
+        "torque_limit": limit,
         "step_error": None if error is None else float(error),
         "events": tuple(_event(*event) for event in about["events"]),
         "measured": None if measured is None else _measured(**measured),

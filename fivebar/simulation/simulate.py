@@ -20,7 +20,7 @@ from ..models.loads import lost_power
 from ..models.robots import Robot
 from .events import crossings
 from .plant import FixedPlant, Plant
-from .run import Control, Run, has_friction
+from .run import Control, Run, has_friction, torque_bounds, torque_limits
 from .settings import Integrator, Measurement
 from .steps import ENERGY, Q_DOT, XI, Q, motion_of
 from .stick_slip import plant_of
@@ -41,7 +41,7 @@ ROW_BYTES = 400  # memory of a row while the run is made
     duration=optional(positive),
     control_period=positive,
     step=positive,
-    torque_limit=optional(positive),
+    torque_limit=optional(torque_limits),
     measurement=optional(instance(Measurement)),
     integrator=optional(instance(Integrator)),
 )
@@ -54,7 +54,7 @@ def simulate(
     start: Rates | None = None,
     control_period: float = 0.01,
     step: float = 0.001,
-    torque_limit: float | None = None,
+    torque_limit: Any = None,
     measurement: Measurement | None = None,
     integrator: Integrator | None = None,
 ) -> Run:
@@ -83,8 +83,9 @@ def simulate(
         s, a multiple of step.
     step : float
         s, from row to row of the Run. The last row is the first at or after the duration.
-    torque_limit : float, optional
-        N m, the size at which either torque saturates.
+    torque_limit : float, or motors as of `Constraints`, optional
+        N m, the size at which either torque saturates; of motors, it depends on the joint's speed
+        when the controller is called.
     measurement : Measurement, optional
         Delay and encoders. None: exact measurements without delay.
     integrator : Integrator, optional
@@ -305,6 +306,7 @@ class _Loop:
         """Return the applied torque of the period that begins at t."""
         if self.controller is None:
             return np.zeros(2)
+        rates = q_dot
         if self.resolution is not None:
             q = np.round(q / self.resolution) * self.resolution
             if self.samples:
@@ -313,7 +315,7 @@ class _Loop:
         self.pending.append(commanded)
         applied = self.pending.pop(0)
         if self.torque_limit is not None:
-            applied = np.clip(applied, -self.torque_limit, self.torque_limit)
+            applied = np.clip(applied, *torque_bounds(self.torque_limit, rates))
         self.samples.append((t, q, q_dot, commanded, applied))
         return applied
 

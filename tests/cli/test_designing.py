@@ -112,7 +112,7 @@ def test_the_other_designs_and_choices(tmp_path, capsys):
         (["sweep", "bars", "--bound", "l1=0.1:0.2", *GRID], "--bound is of --sample N"),
         (
             ["sweep", "tip_speed", *GRID, *TABLE, "--motor", "big"],
-            "motor: no motor 'big'; the known ones are xh430-w350",
+            "motor: no motor 'big'; the known ones are ax-12a, xh430-w350",
         ),
         (
             ["sweep", "det_A", *GRID, *TABLE, "--working", "out"],

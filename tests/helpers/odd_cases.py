@@ -209,6 +209,7 @@ CASES = {
     "Constraints": Case(
         fb.Constraints,
         dict(
+            motors="xl430-w250",
             torque=0.1, joint_speed=None, joint_acceleration=None, speed=0.1, acceleration=None, jerk=None,
             joints=((-1.0, 2.0), (-3.0, 3.0)), half_planes=[(0, 1, 0)], region=None, det_A=0.1, sin=0.1,
             clearance=0.0, collisions=None,
@@ -314,6 +315,13 @@ CASES = {
             robot=ROBOT, horizon=5, period=0.01, seconds=None, constraints=None, delay=0,
             encoder_resolution=None, position=1e4, acceleration=10.0, torque_rate=100.0, assembly=-1, jit=False,
         ), 20.0, options=HUGE_NUMBERS,
+    ),
+    "Motor": Case(
+        fb.Motor,
+        dict(
+            stall_torque=0.1, no_load_speed=300.0, largest_torque=0.05, rotor_inertia=1e-7, gear=20.0, efficiency=0.8,
+            source="a data sheet",
+        ),
     ),
     "Measurement": Case(fb.Measurement, dict(delay=1, encoder_resolution=1e-4)),
     "Integrator": Case(fb.Integrator, dict(method=None, chart="auto", tolerance=1e-9, jit=False)),

@@ -6,18 +6,19 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.models.motors import MOTORS, Motor
 from fivebar.optimal_design import shards
 from fivebar.optimal_design.closed_forms import _lens
 from fivebar.optimal_design.evolution import refine, thinned
 from fivebar.optimal_design.results import plain_parameters, robot_of_plain
-from fivebar.optimal_design.task import MOTORS, Motor, task_of
+from fivebar.optimal_design.task import task_of
 
 LENGTHS = {"l1": (0.05, 0.3), "d": (0.0, 0.2)}
 
 
-@pytest.mark.parametrize("motor", [Motor(2.0, 5.0, "a data sheet"), (2.0, 5.0), [2, 5]])
+@pytest.mark.parametrize("motor", [Motor(2.0, 5.0), (2.0, 5.0), [2, 5]])
 def test_a_motor_is_taken_as_it_is_given(motor):
-    assert task_of({"motor": motor}).motor[:2] == (2.0, 5.0)
+    assert task_of({"motor": motor}).motor == Motor(2.0, 5.0)
 
 
 def test_a_motor_is_taken_by_its_name():
@@ -28,8 +29,8 @@ def test_a_motor_is_taken_by_its_name():
 @pytest.mark.parametrize(
     "choice,words",
     [
-        ({"motor": (0.0, 5.0)}, "motor's torque must be"),
-        ({"motor": (2.0, -5.0)}, "motor's speed must be"),
+        ({"motor": (0.0, 5.0)}, "motor: Motor: stall_torque must be"),
+        ({"motor": (2.0, -5.0)}, "motor: Motor: no_load_speed must be"),
         ({"motor": (1, 2, 3)}, "motor must be"),
         ({"table": (0, 1, 2, 2)}, r"table = \(x_min, x_max, y_min, y_max\) must rise"),
         ({"table": (1, 1, 0, 2)}, r"table = .* must rise"),

@@ -129,7 +129,7 @@ def test_folders_that_cannot_be_used(tmp_path):
         (
             lambda: fb.sweep("bars", {"l1": [0.1]}, motor="maxon"),
             ValueError,
-            "no motor 'maxon'; the known ones are xh430",
+            "no motor 'maxon'; the known ones are ax-12a, xh430",
         ),
         (lambda: fb.sweep("bars", {"l1": [0.1]}, motion=5), TypeError, "motion must be a function"),
         (

@@ -278,5 +278,5 @@ def test_the_manifest_says_what_it_is_of(whole):
         and about["done"]["designs"] == 330
         and about["done"]["chunks"] == 7
     )
-    assert about["choices"]["motor"] == {"torque": 1.0, "speed": 4.0}
+    assert fb.Motor(**about["choices"]["motor"]) == fb.Motor(1.0, 4.0)
     assert resource.getpagesize()  # the module is of Unix, as the limit of a file's size above

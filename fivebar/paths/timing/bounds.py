@@ -119,8 +119,8 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
     """Return {name: Series}, of two terms less than the place.
 
     D (det A), a1, a2, b1, ..., f2 of the equation above (v, f and c where the robot has them); q1,
-    q2, p1, p2 (first and second derivative of q); w0, w1, w2 (squares of |xi_s|, q1 and q2); g, m,
-    k (|xi_s| and the parts of xi_ss along and across xi_s).
+    q2, p1, p2 (first and second derivative of q); d1, d2 (det A times q1, q2); w0, w1, w2 (squares
+    of |xi_s|, q1 and q2); g, m, k (|xi_s| and the parts of xi_ss along and across xi_s).
     """
     left, q1_s = _leg(
         robot.drives[0],
@@ -197,6 +197,7 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
         "p1": q_ss[0],
         "p2": q_ss[1],
     }
+    found |= {"d1": det_A * q_s[0], "d2": det_A * q_s[1]}
     found |= {
         "w1": q_s[0] * q_s[0],
         "w2": q_s[1] * q_s[1],

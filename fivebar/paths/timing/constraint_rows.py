@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...constraints.constraints import Constraints
+from ...constraints.constraints import Constraints, at_joints
 from .bounds import Bernstein
 
 DIRECTIONS = 16  # in which an acceleration is limited first
@@ -28,7 +28,10 @@ PARTS = "a", "b", "v", "c"
 
 @dataclass(frozen=True)
 class Limits:
-    """The limits on torques and rates among constraints, SI, None where there is none."""
+    """The limits on torques and rates among constraints, SI, None where there is none.
+
+    stall, no_load: torques at rest and speeds without load of the motors' lines, at the joints.
+    """
 
     torque: tuple[float, float] | None = None
     joint_speed: tuple[float, float] | None = None
@@ -36,11 +39,15 @@ class Limits:
     speed: float | None = None
     acceleration: float | None = None
     jerk: float | None = None
+    stall: tuple[float, float] | None = None
+    no_load: tuple[float, float] | None = None
 
     @classmethod
     def of(cls, constraints: Constraints) -> Limits:
         """Return the limits on torques and rates among the constraints."""
-        return cls(**{field.name: getattr(constraints, field.name) for field in fields(cls)})
+        lines = at_joints(constraints.motors) if constraints.motors else (None, None)
+        names = [field.name for field in fields(cls)][: -len(lines)]
+        return cls(*(getattr(constraints, name) for name in names), *lines)
 
     @property
     def forces(self) -> bool:
@@ -50,9 +57,9 @@ class Limits:
 
     def times(self, share: float, speeds: bool = False) -> Limits:
         """Return limits with those on torque and acceleration, or on speeds, times a share."""
-        names = "torque", "joint_acceleration", "acceleration"
+        names: tuple[str, ...] = "torque", "stall", "joint_acceleration", "acceleration"
         if speeds:
-            names = "joint_speed", "speed"
+            names = "joint_speed", "speed", "no_load"
         return replace(
             self,
             **{name: _scaled(getattr(self, name), share) for name in names},
@@ -107,8 +114,10 @@ def rows_of(
         (1, -1.0),
     ):
         joint = k + 1
-        if limits.torque is not None:
-            share = sign * side / limits.torque[k]
+        for limit in (limits.torque, limits.stall):
+            if limit is None:
+                continue
+            share = sign * side / limit[k]
             row = {}
             for part in PARTS:
                 if f"{part}{joint}" in found:
@@ -124,6 +133,10 @@ def rows_of(
                     either,
                 )
                 row["c"].append((friction, found[f"f{joint}"]))
+            if limits.no_load is not None and limit is limits.stall:
+                # tau / stall + q' / no_load <= 1, times det A.
+                line = sign * side / limits.no_load[k]
+                row["v"] = [*row.get("v", ()), (line, found[f"d{joint}"])]
             rows.append((row, True))
         if limits.joint_acceleration is not None:
             share = np.full(n, sign / limits.joint_acceleration[k])

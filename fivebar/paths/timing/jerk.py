@@ -169,7 +169,12 @@ def _paced(motion):
                 ikm(pose, xi_s * v / pace),
                 (xi_ss * v**2 + xi_s * u) / pace**2,
             )
-            return (np.abs(inverse_dynamics(slow)) <= np.array(limits.torque) * (1 - MARGIN)).all()
+            tau = inverse_dynamics(slow)
+            shares = np.abs(tau) / limits.torque
+            if limits.stall:
+                line = tau / limits.stall + slow.rates.q_dot / limits.no_load
+                shares = np.maximum(shares, np.abs(line))
+            return (shares <= 1 - MARGIN).all()
 
         low = pace
         while not fits(pace) and pace < 1e6:

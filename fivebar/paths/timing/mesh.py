@@ -136,7 +136,7 @@ class Mesh:
             return self.found
         after = nodes[:-1]
         before = nodes[1:]
-        names = [name for name in self.found if name == "D" or name[0] in "abvcf"]
+        names = [name for name in self.found if name == "D" or name[0] in "abvcfd"]
         return self.found | {
             name: _over_distance(self.found[name], after, before) for name in names
         }

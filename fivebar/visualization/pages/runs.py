@@ -164,7 +164,7 @@ def _panels(key, runs, columns, names, unit, several):
     """
     title = QUANTITIES[key].title
     step = key == "tau"
-    known = {run.torque_limit for run in runs.values() if step} - {None}
+    known = {run.largest_torque for run in runs.values() if step} - {None}
     limits = [sign * limit for limit in sorted(known) for sign in (1, -1)]
     if not several:
         curves = [

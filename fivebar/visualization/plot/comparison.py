@@ -71,7 +71,7 @@ def _torques(axes, runs, styles, motor):
             scale * run.tau[:, motor],
             **style,
         )
-    for limit in {run.torque_limit for run in runs} - {None}:
+    for limit in {run.largest_torque for run in runs} - {None}:
         draw_level(axes, "line.limit", scale * limit, -scale * limit)
     return f"{words.effort} ({unit})"
 

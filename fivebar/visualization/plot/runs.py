@@ -117,7 +117,7 @@ def _torques(axes, run):
             label=name,
         )
     if run.torque_limit is not None:
-        limit = scale * run.torque_limit
+        limit = scale * run.largest_torque
         draw_level(axes, "line.limit", limit, -limit, label="limit")
         saturated = run.saturated.any(axis=1)
         label = f"saturated, {100 * np.mean(saturated[:-1]):.0f} % of the time"
