@@ -120,20 +120,19 @@ def _draw(arguments):
     path = strokes.with_pen_time(path, pen_time) if pen_time else path
     check = _checked(arguments, machine, path, working)
     proof = _proved(arguments, robot, path, working) if check.singularity_free else None
-    motion, limit = _timed(arguments, machine, path, working)
+    motion, drives = _timed(arguments, machine, path, working)
     start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
     peak = peak_acceleration(motion, 0.0, motion.duration)
     period = period_for(robot, peak) if arguments.period is None else arguments.period
-    least = min(motor.torque for motor in limit) if isinstance(limit, tuple) else limit
     assembly = int(start.pose.assembly)
     run = simulate(
         robot,
-        matched(robot, peak, period, least, assembly, arguments.delay, resolution),
+        matched(robot, peak, period, drives, assembly, arguments.delay, resolution),
         motion,
         start=start,
         control_period=period,
         step=period / max(1, round(period / STEP)),
-        torque_limit=limit,
+        torque_limit=drives.motors or (drives.torque and drives.torque[0]),
         measurement=measurement,
     )
     table = setpoints(robot, motion, arguments.rate, working)
@@ -252,7 +251,8 @@ def _met(machine, path, check):
 
 
 def _timed(arguments, machine, path, working):
-    """Return the motion along the path in the least time, and the simulation's torque limit."""
+    """Return the motion along the path in the least time, and what limits the tracker's torques."""
+    from ..constraints.constraints import Constraints
     from ..paths.timing.constraint_rows import Limits
     from ..paths.timing.time_path import time_path
 
@@ -270,16 +270,16 @@ def _timed(arguments, machine, path, working):
         constraints = replace(constraints, **USUAL)
     elif arguments.duration is None and not known.forces:
         constraints = replace(constraints, acceleration=USUAL["acceleration"])
-    limit = constraints.motors
+    drives = Constraints(motors=constraints.motors)
     if constraints.torque is not None:
         share = 1 - arguments.reserve
         least = min(constraints.torque)  # the tracker has one for both motors
-        limit = limit or least
-        motors = constraints.motors and [_weaker(motor, share) for motor in constraints.motors]
+        drives = replace(drives, torque=least)
+        motors = drives.motors and [_weaker(motor, share) for motor in drives.motors]
         constraints = replace(constraints, torque=least * share, motors=motors)
     duration = arguments.duration
     motion = time_path(machine.robot, path, duration, constraints=constraints, working=working)
-    return motion, limit
+    return motion, drives
 
 
 def _weaker(motor, share):

@@ -159,9 +159,9 @@ def _mpc(arguments, robot, reference, working, assembly):
         raise UsageError("--kp and --kd are gains of ctc and pd: mpc has none")
     period = arguments.period
     limit = arguments.torque_limit
-    if peak := asks_for_it(robot, reference, period, limit, working):
-        return matched(robot, peak, period, limit, assembly)
     constraints = Constraints(torque=limit)
+    if peak := asks_for_it(robot, reference, period, limit, working):
+        return matched(robot, peak, period, constraints, assembly)
     return Tracker(robot, period=period, constraints=constraints, assembly=assembly)
 
 

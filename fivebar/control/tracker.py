@@ -20,6 +20,7 @@ from ..base.checks import jit as must_be_jit
 from ..base.checks import robot as must_be_robot
 from ..base.checks import seconds as span
 from ..constraints.constraints import Constraints, refuse_others
+from ..models.motors import torque_bounds
 from ..models.physics import loads_of, physics_of, smoothed
 from .estimator import EXACT, Estimator
 from .fallback import free_of_modes, reference_torques, safe_torque
@@ -85,8 +86,8 @@ class Tracker:
     seconds : float, optional
         Length of the horizon, s. By default 1, less where stages of at most 0.14 s cover less.
     constraints : Constraints, optional
-        torque, N m, and joint_speed, rad/s, the same for both joints. The speed is kept unless that
-        is impossible.
+        motors, torque, N m, and joint_speed, rad/s, the last two the same for both joints. The
+        speed is kept unless that is impossible.
     delay : int
         Samples between a measurement and its torque, bridged by prediction.
     encoder_resolution : float, optional
@@ -163,8 +164,9 @@ class Tracker:
         self.horizon = horizon
         self.period = period
         self.delay = delay
-        refuse_others(constraints, "Tracker", ("torque", "joint_speed"))
+        refuse_others(constraints, "Tracker", ("motors", "torque", "joint_speed"))
         constraints = Constraints() if constraints is None else constraints
+        self.motors = constraints.motors
         torque_limit = _same(constraints.torque, "torque")
         self.torque_limit = np.inf if torque_limit is None else torque_limit
         self.speed_limit = _same(constraints.joint_speed, "joint_speed")
@@ -320,6 +322,12 @@ class Tracker:
             lengths[ends:] = 0.0
             arcs = lengths, JOINTS, np.array([self.levers])
         states[ends:] = 0.0
+        if self.motors is not None:
+            rates = np.vstack([state[RATES], states[:-1, RATES]])
+            limit = self.torque_limit
+            low, high = np.clip(torque_bounds(self.motors, rates), -limit, limit) / self.scale
+            self.low[: low.size] = low.ravel()
+            self.high[: high.size] = high.ravel()
         H, g = self.condense(
             now,
             error,

@@ -153,6 +153,15 @@ def both_motors(value: object, name: str) -> tuple[Motor, Motor]:
     return motor_of(motors[0], name), motor_of(motors[1], name)
 
 
+def torque_bounds(limit: float | tuple[Motor, Motor], q_dot: np.ndarray) -> tuple:
+    """Return the least and the largest torques (*batch, 2) at joint speeds (*batch, 2)."""
+    if not isinstance(limit, tuple):
+        return -limit, limit
+    bounds = [motor.bounds(q_dot[..., k]) for k, motor in enumerate(limit)]
+    low, high = (np.stack(each, axis=-1) for each in zip(*bounds))
+    return low, high
+
+
 CHECKS: dict[str, Callable] = {
     "stall_torque": positive,
     "no_load_speed": positive,

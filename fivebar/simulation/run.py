@@ -17,7 +17,7 @@ from ..models.four_joints import rates_from_joint_state
 from ..models.geometry import igm
 from ..models.joint_positions import elbows, joints
 from ..models.loads import potential
-from ..models.motors import Motor, both_motors
+from ..models.motors import Motor, both_motors, torque_bounds
 from ..models.parameters import robot_of
 from ..models.physics import loads_of
 from ..models.robots import Robot
@@ -69,15 +69,6 @@ def torque_limits(value: object, name: str) -> Any:
     if isinstance(value, Motor | tuple | list | str):
         return both_motors(value, name)
     return positive(value, name)
-
-
-def torque_bounds(limit: float | tuple[Motor, Motor], q_dot: np.ndarray) -> tuple:
-    """Return the least and the largest torques (*batch, 2) at joint speeds (*batch, 2)."""
-    if not isinstance(limit, tuple):
-        return -limit, limit
-    bounds = [motor.bounds(q_dot[..., k]) for k, motor in enumerate(limit)]
-    low, high = (np.stack(each, axis=-1) for each in zip(*bounds))
-    return low, high
 
 
 def has_friction(robot: Robot) -> bool:

@@ -17,10 +17,11 @@ from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Rates, dkm, ikm, some_rates
 from ..models.loads import lost_power
+from ..models.motors import torque_bounds
 from ..models.robots import Robot
 from .events import crossings
 from .plant import FixedPlant, Plant
-from .run import Control, Run, has_friction, torque_bounds, torque_limits
+from .run import Control, Run, has_friction, torque_limits
 from .settings import Integrator, Measurement
 from .steps import ENERGY, Q_DOT, XI, Q, motion_of
 from .stick_slip import plant_of

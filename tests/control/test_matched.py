@@ -76,10 +76,11 @@ def test_weights_of_a_faster_motion_are_as_much_smaller(
     monkeypatch, robot, smaller, acceleration, share
 ):
     monkeypatch.setattr(m, "Tracker", lambda *args, **options: (args, options))
-    args, options = m.matched(robot, acceleration, 1e-3, 2.5, 1)
+    args, options = m.matched(robot, acceleration, 1e-3, fb.Constraints(torque=2.5), 1, 2, 1e-4)
     assert args == (robot, 20, 1e-3)
-    limits, assembly = options.pop("constraints"), options.pop("assembly")
-    assert (limits.torque, assembly) == (fb.Constraints(torque=2.5).torque, 1)
+    given = {name: options.pop(name) for name in ("constraints", "assembly", "delay")}
+    assert given == {"constraints": fb.Constraints(torque=2.5), "assembly": 1, "delay": 2}
+    assert options.pop("encoder_resolution") == 1e-4
     moved = (robot.zz1 + robot.zz2) / 2 + robot.m * max(robot.l11, robot.l21) ** 2
     expected = {
         "seconds": 0.02,
@@ -94,4 +95,4 @@ def test_a_robot_without_inertia_is_left_to_the_tracker(monkeypatch):
     """Which then says so itself."""
     monkeypatch.setattr(m, "Tracker", lambda *args, **options: options)
     massless = fb.FiveBar(zz1=0.0, zz2=0.0, m=0.0)
-    assert m.matched(massless, 1.0, 1e-3, None, -1)["torque_rate"] is None
+    assert m.matched(massless, 1.0, 1e-3, fb.Constraints(), -1)["torque_rate"] is None

@@ -149,3 +149,15 @@ def test_motors_in_a_file(tmp_path):
         assert fb.load_machine(tmp_path / "robot.toml") == machine
     (tmp_path / "robot.toml").write_text('l11 = 0.1\n[constraints]\nmotors = "ax-12a"\n', "utf-8")
     assert fb.load_machine(tmp_path / "robot.toml").constraints.motors == (fb.MOTORS["ax-12a"],) * 2
+
+
+def test_a_tracker_that_knows_the_line_asks_for_no_more():
+    path = fb.path([(0.09, 0.068), (0.03, 0.1)])
+    motion = fb.time_path(LAB, path, constraints=fb.Constraints(motors=SLOW))
+    beyond = []
+    for constraints in (fb.Constraints(motors=SLOW), fb.Constraints(torque=SLOW.torque)):
+        tracker = fb.Tracker(LAB, period=0.002, seconds=0.1, constraints=constraints)
+        run = fb.simulate(LAB, tracker, motion, torque_limit=SLOW, control_period=0.002)
+        beyond.append(np.abs(run.control.commanded - run.control.applied).max())
+        assert np.abs(run.error).max() < 3e-4
+    assert beyond[0] < 1e-4 < 1e-3 < beyond[1]
