@@ -374,7 +374,7 @@ CASES = {
         fb.calibrate,
         dict(
             robot=ROBOT, data=POINTS, unknown=("l11", "d"), start={"offset1": 0.0}, sigma=1e-5, weights=None,
-            bounds={}, loss="linear", mistakes="raise", units=("rad",),
+            bounds={}, priors={"l11": 1e-4}, loss="linear", mistakes="raise", units=("rad",),
         ),
         10.0,
         words=(
@@ -389,7 +389,7 @@ CASES = {
         {
             name: getattr(CALIBRATED, name)
             for name in (
-                "nominal", "unknown", "rows", "assembly", "start", "p", "weight", "absolute", "loss", "held",
+                "nominal", "unknown", "rows", "assembly", "start", "p", "weight", "absolute", "loss", "held", "prior",
             )
         }, nan=True,
     ),

@@ -74,6 +74,7 @@ def calibrate(
     sigma: float | None = None,
     weights: Sequence | None = None,
     bounds: Mapping[str, Sequence[float]] = MappingProxyType({}),
+    priors: Mapping[str, float] = MappingProxyType({}),
     loss: str = "linear",
     mistakes: str = "raise",
     units: Mapping[str, str] | Sequence[str] = (),
@@ -105,6 +106,9 @@ def calibrate(
         Relative weights of the rows.
     bounds : mapping
         {name: (low, high)} of unknowns.
+    priors : mapping
+        {name: standard deviation} of unknowns about their start, as a workshop's or a drawing's
+        tolerance gives them, m or rad; with sigma. An unknown without one may be anything.
     loss : str
         Of scipy.optimize.least_squares: "linear", "soft_l1", "huber", "cauchy" or "arctan".
     mistakes : str
@@ -154,6 +158,7 @@ def calibrate(
         weight=weight,
         bounds=_bounds(bounds, unknown),
         loss=loss,
+        prior=_prior(priors, unknown, size, absolute),
     )
     wrong: list[str] = []
     if mistakes == "keep":
@@ -200,6 +205,7 @@ def calibrate(
         absolute=absolute,
         loss=loss,
         held=held,
+        prior=np.zeros(len(free)) if task.prior is None else task.prior,
         notes=tuple(notes),
     )
 
@@ -263,6 +269,23 @@ def _bounds(bounds, unknown):
         if low >= high:
             raise ValueError(f"bounds[{name!r}] must be (low, high) with low < high")
         result[name] = (low, high)
+    return result
+
+
+def _prior(priors, unknown, size, absolute):
+    """Return the sizes of the unknowns over their standard deviations; None without priors."""
+    if not isinstance(priors, Mapping):
+        raise TypeError(f"priors must be a mapping {{name: sd}}, not {shown(priors)}")
+    if not priors:
+        return None
+    if not absolute:
+        raise ValueError("priors need sigma, the standard deviation of a measured number")
+    result = np.zeros(len(unknown))
+    for name, sd in priors.items():
+        if name not in unknown:
+            raise ValueError(f"priors: {shown(name)} is none of unknown: {', '.join(unknown)}")
+        k = unknown.index(name)
+        result[k] = size[k] / positive(sd, f"priors[{name!r}]")
     return result
 
 

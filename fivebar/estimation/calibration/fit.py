@@ -55,6 +55,8 @@ class LeastSquares:
         {name: (low, high)}.
     loss : str
         One of LOSSES.
+    prior : array, optional
+        Sizes of the unknowns over the standard deviations of their starts, 0 without one.
     """
 
     rows: MeasuredRows
@@ -64,6 +66,7 @@ class LeastSquares:
     weight: ndarray
     bounds: Mapping | None = None
     loss: str = "linear"
+    prior: ndarray | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -232,12 +235,15 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, n
         if np.all((inside >= low) & (inside <= high)):
             return free, held
 
+    prior = np.zeros((0, len(low))) if task.prior is None else np.diag(task.prior)
+
     def off(z):
-        return residuals(task.at(z), task.rows, assembly, derive=False)[0] * task.weight
+        missed = residuals(task.at(z), task.rows, assembly, derive=False)[0] * task.weight
+        return np.concatenate([missed, prior @ z])
 
     def slope(z):
         jacobian = residuals(task.at(z), task.rows, assembly)[1][:, task.free]
-        return jacobian * task.size * task.weight[:, None]
+        return np.concatenate([jacobian * task.size * task.weight[:, None], prior])
 
     def fitted(z, tolerance):
         scatter = 1.0

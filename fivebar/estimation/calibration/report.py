@@ -37,6 +37,18 @@ def report(found: Calibration) -> str:
             f"off all other rows: {', '.join(rows)}",
         ]
     notes = list(found.notes)
+    if fewer := found.fewer_unknowns:
+        notes.insert(
+            0,
+            f"these are too few or too rough data for {len(found.unknown)} unknowns: with only"
+            f" {' '.join(fewer)}, the robot is expected to go where it should more exactly (C_p);"
+            " better still, say how well the others are known (priors, --prior l11=0.3mm)",
+        )
+    for name, known in zip(found.unknown, found.prior):
+        if known:
+            factor, unit = shown_in(name)
+            sd = factor * found.sizes[found.unknown.index(name)] / known
+            notes.append(f"known before: {name} within {sd:.4g} {unit} (sd)")
     if found.held.any():
         notes.insert(0, f"at a bound: {', '.join(np.array(found.unknown)[found.held])}")
     if notes:

@@ -41,6 +41,7 @@ from .outliers import leave_one_out_error, outlying_rows
 from .profile import profile
 from .rows import MeasuredRows
 
+FEWER = 3.0  # by which C_p must be less with fewer unknowns, so that they are named
 KIND = "calibration of a five-bar"
 
 
@@ -73,6 +74,8 @@ class Calibration(Plotted):
         The loss function of the residuals.
     held : (k,) array of bool
         Unknowns at a bound.
+    prior : (k,) array
+        `sizes` of the unknowns over the standard deviations of their starts, 0 without one.
     notes : tuple of str
         What was converted, left out or put right.
 
@@ -100,6 +103,7 @@ class Calibration(Plotted):
     absolute: bool
     loss: str
     held: ndarray
+    prior: ndarray
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
@@ -147,13 +151,21 @@ class Calibration(Plotted):
         return off * self.weight, jacobian
 
     @cached_property
+    def _with_prior(self):
+        """Return `_residuals` over those of what was known before."""
+        off, jacobian = self._residuals
+        moved = (self.p - self.start)[self.free] / self.sizes
+        own = np.diag(np.where(self.held, 0.0, self.prior))[self.prior > 0]
+        return np.append(off, (self.prior * moved)[self.prior > 0]), np.vstack([jacobian, own])
+
+    @cached_property
     def _spectrum(self):
-        left, s, right, tolerance = spectrum(self._residuals[1])
+        left, s, right, tolerance = spectrum(self._with_prior[1])
         return left, s, right, int((s > tolerance).sum())
 
     @property
     def rank(self) -> int:
-        """How many combinations of the unknowns the data tell."""
+        """How many combinations of the unknowns the data and priors tell."""
         return self._spectrum[3]
 
     @cached_property
@@ -163,8 +175,8 @@ class Calibration(Plotted):
 
     @property
     def dof(self) -> int:
-        """Degrees of freedom: measured numbers minus the rank."""
-        return len(self.weight) - self.rank
+        """Degrees of freedom: measured numbers and priors minus the rank."""
+        return len(self._with_prior[0]) - self.rank
 
     @cached_property
     def variance(self) -> float:
@@ -242,6 +254,8 @@ class Calibration(Plotted):
                 name: (value - far * self.sd[name], value + far * self.sd[name])
                 for name, value in self.values.items()
             }
+        if self.prior.any():
+            raise ValueError("method 'profile' is of data alone, and this calibration has priors")
         if self.loss != "linear":
             raise ValueError(
                 f"method 'profile' is of least squares, loss='linear', not of {self.loss!r}"
@@ -302,8 +316,8 @@ class Calibration(Plotted):
 
     @property
     def chi2(self) -> float:
-        """Sum of squares over sigma^2."""
-        return float(self._residuals[0] @ self._residuals[0])
+        """Sum of squares over sigma^2, those of priors among them."""
+        return float(self._with_prior[0] @ self._with_prior[0])
 
     @property
     def p_value(self) -> float | None:
@@ -318,9 +332,46 @@ class Calibration(Plotted):
     @cached_property
     def leave_one_out(self) -> float:
         """RMS, m, with which each row is predicted by the others; inf where a row stands alone."""
-        left = self._spectrum[0][:, : self.rank]
         off = self._residuals[0]
+        left = self._spectrum[0][: len(off), : self.rank]
         return leave_one_out_error(off, left, self.rows.row_of, self.weight)
+
+    @cached_property
+    def fewer_unknowns(self) -> tuple[str, ...]:
+        """Those of the unknowns that predict better if the others stay at their start; () if none.
+
+        By Mallows' C_p, the expected square of the error of all predicted numbers, to first order:
+        chi2 + 2 unknowns - numbers. Unknowns are left out one after another.
+
+        References
+        ----------
+        Mallows: Some comments on C_p, Technometrics 15, 1973.
+        """
+        if not 0 < self.variance < np.inf:
+            return ()
+        off, jacobian = self._with_prior
+        back = (self.start - self.p)[self.free] / self.sizes
+        kept = list(range(len(back)))
+        least, best = self._chi2_with(off, jacobian, back, kept) + 2 * len(kept) - FEWER, ()
+        while len(kept) > 1:
+            tried = []
+            for k in kept:
+                rest = [j for j in kept if j != k]
+                tried.append((self._chi2_with(off, jacobian, back, rest), k))
+            chi2, worst = min(tried)
+            kept.remove(worst)
+            if chi2 + 2 * len(kept) < least:
+                least, best = chi2 + 2 * len(kept), tuple(self.unknown[k] for k in kept)
+        return best
+
+    def _chi2_with(self, off, jacobian, back, kept):
+        """Return chi2, over the variance, with these unknowns and the others at their start."""
+        out = np.setdiff1d(np.arange(len(back)), kept)
+        missed = off + jacobian[:, out] @ back[out]
+        left, s, _, tolerance = spectrum(jacobian[:, kept])
+        left = left[:, : len(s)][:, s > tolerance]
+        missed = missed - left @ (left.T @ missed)
+        return float(missed @ missed) / self.variance
 
     @cached_property
     def outliers(self) -> dict[str, float]:
