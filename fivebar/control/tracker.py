@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -149,6 +150,7 @@ class Tracker:
         assembly: int = -1,
         jit: bool | str = False,
     ) -> None:
+        self._arguments = {name: value for name, value in locals().items() if name != "self"}
         # Grouped inertias may be negative, but not 0.
         for name, inertia in zip((*robot.words.inertias, "m"), (*robot.inertias, robot.m)):
             positive(abs(inertia), f"a tracker's robot: {name}")
@@ -218,6 +220,10 @@ class Tracker:
         self.model = Model(predicted, self.lengths, jit)
         self.estimator = Estimator(predicted, period, noise, self.scale, assembly, jit)
         self.reset()
+
+    def __reduce__(self) -> tuple:
+        # In another process, a tracker begins anew: its compiled functions stay where they are.
+        return partial(type(self), **self._arguments), ()
 
     def reset(self) -> None:
         """Forget the motion, the disturbance and the log."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from .robots import Drive, Robot
 
 
+def _same(value):
+    return value
+
+
 @dataclass(frozen=True, eq=False)
 class DrivenLeg:
     """A leg whose drive is known: coordinate, the drive's direction, and how to get the distal
@@ -27,6 +31,9 @@ class DrivenLeg:
     q: object
     direction: object
     distal_of: object
+
+    def __getstate__(self):
+        return {**self.__dict__, "distal_of": partial(_same, self.distal)}
 
     @cached_property
     def distal(self):
@@ -107,6 +114,10 @@ class Pose:
     # () -> (legs, dyads closed: the one on the elbows, or one in each leg); late for a large batch.
     _build: Callable
     _from_dgm: bool = False
+
+    def __getstate__(self) -> dict:
+        # A pose that is sent to another process is complete.
+        return {**self.__dict__, "_build": partial(_same, self._build())}
 
     def __repr__(self) -> str:
         return one_line("Pose", *self._words())

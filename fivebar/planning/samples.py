@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -193,7 +194,11 @@ def _spline(t, points, smoothing):
             f"from_csv: no spline of degree 5 is found, {_steps(t)}: {error}"
         ) from None
     columns = [spline.derivative(order) for order in range(3) for spline in splines]
-    return lambda times: np.stack([spline(times) for spline in columns], axis=-1)
+    return partial(_on_splines, columns)
+
+
+def _on_splines(columns, times):
+    return np.stack([spline(times) for spline in columns], axis=-1)
 
 
 def _within(t, points, deviation):
@@ -231,55 +236,57 @@ def _polyline(t, points, deviation):
         deviation / (CORNER * np.where(speed > 0, speed, 1e-300)),
     )
 
-    def motion(times):
-        k = np.clip(
-            np.searchsorted(t, times, side="right") - 1,
-            0,
-            len(t) - 2,
-        )
-        place = points[k] + slopes[k] * (times - t[k])[..., None]
-        values = np.concatenate(
-            [place, slopes[k], np.zeros((*np.shape(times), 2))],
-            axis=-1,
-        )
-        for corner in (
-            k,
-            k + 1,
-        ):  # those at the interval's start and end
-            inner = (corner > 0) & (corner < len(t) - 1)
-            j = np.clip(
-                corner - 1,
-                0,
-                max(len(change) - 1, 0),
-            )
-            if not inner.any():
-                continue
-            w = (times - t[corner]) / half[j]
-            near = inner & (np.abs(w) < 1)
-            w = np.where(near, w, 0.0)
-            # The chord after the corner has this part already.
-            if corner is k:
-                after = np.maximum(w, 0.0)
-            else:
-                after = np.zeros_like(w)
-            # The parabola 3/4 (1 - w^2), integrated once and twice.
-            parabola = 3 / 4 * (1 - w**2)
-            rate = 3 / 4 * (w - w**3 / 3 + 2 / 3)
-            if corner is k:
-                rate = rate - 1.0
-            place = w**2 / 2 - w**4 / 12 + 2 * w / 3 + 1 / 4
-            place = 3 / 4 * place - after
-            place = half[j] * place
-            bend = parabola / half[j]
-            for columns, factor in (
-                (slice(0, 2), place),
-                (slice(2, 4), rate),
-                (slice(4, 6), bend),
-            ):
-                values[..., columns] += np.where(near, factor, 0.0)[..., None] * change[j]
-        return values
+    return partial(_along_chords, t, points, slopes, change, half)
 
-    return motion
+
+def _along_chords(t, points, slopes, change, half, times):
+    """Return the motion of `_polyline`; half: of the times that the corners take."""
+    k = np.clip(
+        np.searchsorted(t, times, side="right") - 1,
+        0,
+        len(t) - 2,
+    )
+    place = points[k] + slopes[k] * (times - t[k])[..., None]
+    values = np.concatenate(
+        [place, slopes[k], np.zeros((*np.shape(times), 2))],
+        axis=-1,
+    )
+    for corner in (
+        k,
+        k + 1,
+    ):  # those at the interval's start and end
+        inner = (corner > 0) & (corner < len(t) - 1)
+        j = np.clip(
+            corner - 1,
+            0,
+            max(len(change) - 1, 0),
+        )
+        if not inner.any():
+            continue
+        w = (times - t[corner]) / half[j]
+        near = inner & (np.abs(w) < 1)
+        w = np.where(near, w, 0.0)
+        # The chord after the corner has this part already.
+        if corner is k:
+            after = np.maximum(w, 0.0)
+        else:
+            after = np.zeros_like(w)
+        # The parabola 3/4 (1 - w^2), integrated once and twice.
+        parabola = 3 / 4 * (1 - w**2)
+        rate = 3 / 4 * (w - w**3 / 3 + 2 / 3)
+        if corner is k:
+            rate = rate - 1.0
+        place = w**2 / 2 - w**4 / 12 + 2 * w / 3 + 1 / 4
+        place = 3 / 4 * place - after
+        place = half[j] * place
+        bend = parabola / half[j]
+        for columns, factor in (
+            (slice(0, 2), place),
+            (slice(2, 4), rate),
+            (slice(4, 6), bend),
+        ):
+            values[..., columns] += np.where(near, factor, 0.0)[..., None] * change[j]
+    return values
 
 
 def _steps(t):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -162,23 +163,17 @@ def polynomial(
         column = derivatives[order] @ coefficients / half**order
         table[: len(column), 2 * order : 2 * order + 2] = column
 
-    orders = np.arange(len(table))
-
-    def motion(t):
-        angle = np.arccos(
-            np.clip(
-                (t - times[0]) / half - 1,
-                -1,
-                1,
-            )
-        )
-        return np.cos(np.multiply.outer(angle, orders)) @ table  # T_k(cos a) = cos k a
-
     return Trajectory(
         float(times[0]),
         float(times[-1] - times[0]),
-        motion,
+        partial(_chebyshev, table, times[0], half),
     )
+
+
+def _chebyshev(table, start, half, t):
+    """Return the series of T_k in rows of a table at times t, with T_k(cos a) = cos k a."""
+    angle = np.arccos(np.clip((t - start) / half - 1, -1, 1))
+    return np.cos(np.multiply.outer(angle, np.arange(len(table)))) @ table
 
 
 def line(a: ArrayLike, b: ArrayLike, duration: float) -> Trajectory:
@@ -231,18 +226,17 @@ def circle(center: ArrayLike, radius: float, period: float) -> Trajectory:
     center = np.array(two_numbers(center, "circle: center"))
     radius = positive(radius, "circle: radius")
     period = seconds(period, "circle: period")
-    omega = 2 * math.pi / period
+    return Trajectory(0.0, period, partial(_turn, center, radius, 2 * math.pi / period))
 
-    def motion(t):
-        u = np.stack([np.cos(omega * t), np.sin(omega * t)], axis=-1)
-        v = np.stack([-u[..., 1], u[..., 0]], axis=-1)
-        return np.concatenate(
-            [
-                center + radius * u,
-                radius * omega * v,
-                -radius * omega**2 * u,
-            ],
-            axis=-1,
-        )
 
-    return Trajectory(0.0, period, motion)
+def _turn(center, radius, omega, t):
+    u = np.stack([np.cos(omega * t), np.sin(omega * t)], axis=-1)
+    v = np.stack([-u[..., 1], u[..., 0]], axis=-1)
+    return np.concatenate(
+        [
+            center + radius * u,
+            radius * omega * v,
+            -radius * omega**2 * u,
+        ],
+        axis=-1,
+    )

@@ -5,6 +5,7 @@ change, and det A.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -60,11 +61,14 @@ class Mirror:
 
 
 def _turned(locus):
-    curve = locus._curve
     return replace(
         locus,
         working=tuple((-left, -right) for left, right in locus.working),
         points=locus.points * (1, -1),
         vertices=tuple(Vertex(vertex.z.conjugate(), vertex.circles) for vertex in locus.vertices),
-        _curve=lambda t: tuple(each.conjugate() for each in curve(t)),
+        _curve=partial(_conjugate, locus._curve),
     )
+
+
+def _conjugate(curve, t):
+    return tuple(each.conjugate() for each in curve(t))
