@@ -150,6 +150,7 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .models.kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
     from .models.links import Link
     from .models.loads import friction_torques, potential
+    from .models.motors import MOTORS, Motor
     from .models.named_robots import ROBOTS
     from .models.robot_files import load_robot
     from .models.robots import Biglide, FiveBar
