@@ -101,4 +101,4 @@ def test_caps_and_gaps_are_where_no_acceleration_is_feasible():
         for low, high in gaps[k]:
             within[k] &= (x <= low * (1 + 1e-6)) | (x >= high * (1 - 1e-6))
     assert (most > least)[within].all() and (most < least)[~within].mean() > 0.99
-    assert sum(len(each) > 1 for each in gaps) > 20
+    assert sum(len(each) > 0 for each in gaps) > 40
