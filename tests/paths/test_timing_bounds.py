@@ -7,6 +7,8 @@ import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Line
 from fivebar.paths.timing import solve as timing_solve
+from fivebar.paths.timing.constraint_rows import PARTS, ConstraintRows
+from fivebar.paths.timing.lower_bound import caps
 from tests.helpers.paths_to_time import ROBOTS, random_limits, random_path, used
 
 ACROSS = Path((Line((0.09, 0.06796322), (0.05, 0.0)),))
@@ -73,3 +75,30 @@ def test_type_2_is_crossed_under_gravity_at_the_speed_that_it_needs(seed):
     )
     assert motion.crossing.sum() == 1 and motion.gap <= 1e-3 and used(motion, limits, 30) <= 1
     assert fb.check_path(robot, motion).criterion_holds
+
+
+def test_caps_and_gaps_are_where_no_acceleration_is_feasible():
+    """Of random rows a u + b x + v sqrt(x) + c <= 0: looked for on a grid of x, u from each row by itself."""
+    rng = np.random.default_rng(7)
+    n, count = 400, 4
+    parts = {name: np.tile(rng.normal(size=(count, n)), (3, 1, 1)) for name in PARTS}
+    parts["c"] = -np.abs(parts["c"])
+    parts["v"][2] = 0.0  # gaps at the stretches' beginnings alone
+    nothing = {name: np.zeros((count, n)) for name in PARTS}
+    alone = {name: np.zeros((3, 0, n)) for name in PARTS}
+    none = {name: np.zeros((0, n)) for name in PARTS}
+    largest, gaps = caps(
+        ConstraintRows(parts, nothing, nothing, np.ones(count, dtype=bool)),
+        ConstraintRows(alone, none, none, np.ones(0, dtype=bool)),
+    )
+    x = np.geomspace(1e-6, 1e6, 4001)
+    a, b, v, c = (parts[name][0][..., None] for name in PARTS)
+    u = -(b * x + v * np.sqrt(x) + c) / a
+    most = np.where(a > 0, u, np.inf).min(axis=0)
+    least = np.where(a < 0, u, -np.inf).max(axis=0)
+    within = x < largest[0][:, None] * (1 - 1e-6)
+    for k in range(n):
+        for low, high in gaps[k]:
+            within[k] &= (x <= low * (1 + 1e-6)) | (x >= high * (1 - 1e-6))
+    assert (most > least)[within].all() and (most < least)[~within].mean() > 0.99
+    assert sum(len(each) > 0 for each in gaps) > 40

@@ -7,8 +7,10 @@ sqrt(X) + c) / a < X_s. So X bounds it, whatever else limits it; where a < 0 the
 backwards from the stretch's end. Here X is a parabola with X_s / 2 = u0 + (u1 - u0) t, the row's
 left side a polynomial of degree 4 in t but for what `bounds` leaves open, and its Bernstein
 coefficients, all kept above 0, prove the sign. Where two rows leave no u at all, x is bounded at
-once (the maximum velocity curve). So every motion has sqrt(x) below the square root of the least of
-these curves, and its time is at least the integral of one over it.
+once (the maximum velocity curve). With friction or motors' lines they may leave u again for a
+larger x. A motion whose x is bounded within such a gap is below the gap. So every motion has
+sqrt(x) below the square root of the least of these curves, and its time is at least the integral of
+one over it.
 """
 
 from __future__ import annotations
@@ -45,11 +47,16 @@ class Ceiling(NamedTuple):
     stuck: int | None
 
 
-def caps(rows: ConstraintRows, alone: ConstraintRows) -> np.ndarray:
-    """Return the largest x (2, n) with a feasible u at both ends of stretches, < 0 for none."""
+def caps(rows: ConstraintRows, alone: ConstraintRows) -> tuple[np.ndarray, list[list]]:
+    """Return the largest x with a feasible u, and the gaps below it.
+
+    The first is (2, n), of both ends of stretches, < 0 where no x is feasible. The second is a list
+    for each of the n + 1 nodes, of (low, high): between these no u is feasible, 0 < low.
+    """
     result = []
+    gaps: list[list] = [[] for _ in range(rows.parts["a"].shape[2] + 1)]
     with np.errstate(all="ignore"):
-        for at in (0, 2):
+        for end, at in enumerate((0, 2)):
             a, b, v, c = (rows.parts[name][at] for name in PARTS)
             da, db, dv, dc = (rows.slack[name] for name in PARTS)
             da = da + 1e-13 * np.abs(a)
@@ -75,6 +82,15 @@ def caps(rows: ConstraintRows, alone: ConstraintRows) -> np.ndarray:
                 )
                 bound = np.where(none, -1.0, bound)
                 opposed = (up > 0) & (down > 0)
+                if V.any():
+                    gap = opposed & (P < 0) & (V > 0) & (Q > 0) & (discriminant > 0)
+                    root = V + np.sqrt(np.maximum(discriminant, 0.0))
+                    low = (2 * Q / root) ** 2 * (1 + MARGIN)
+                    high = (root / (2 * P)) ** 2 * (1 - MARGIN)
+                    gap &= low < high
+                    nodes = np.nonzero(gap)[1] + end
+                    for node, *limits in zip(nodes.tolist(), low[gap].tolist(), high[gap].tolist()):
+                        gaps[node].append(limits)
                 best = np.minimum(best, np.where(opposed, bound, np.inf).min(axis=0))
             if alone.parts["b"].shape[1]:
                 w = alone.parts["b"][at]
@@ -84,7 +100,15 @@ def caps(rows: ConstraintRows, alone: ConstraintRows) -> np.ndarray:
                     np.where(w > 0, limit / w, np.inf).min(axis=0),
                 )
             result.append(best * (1 + MARGIN))
-    return np.array(result)
+    return np.array(result), gaps
+
+
+def _below_gaps(x, gaps):
+    """Return the largest x of a motion that is not above x, where these gaps (low, high) are."""
+    for low, high in sorted(gaps, reverse=True):
+        if low < x < high:
+            x = low
+    return x
 
 
 def _without_u(
@@ -105,8 +129,12 @@ def ceiling(
     alone: ConstraintRows,
     length: np.ndarray,
     top: np.ndarray,
+    gaps: list[list],
 ) -> Ceiling:
-    """Return the Ceiling of n stretches of these lengths, m; at the nodes x <= top (n + 1,)."""
+    """Return the Ceiling of n stretches of these lengths, m.
+
+    At the nodes x <= top (n + 1,), and x is in none of their gaps.
+    """
     n = len(length)
     x = top.tolist()
     h = length.tolist()
@@ -120,7 +148,7 @@ def ceiling(
             forward[i],
             h[i],
         )
-        x[i + 1] = min(x[i + 1], ahead[i][2])
+        x[i + 1] = _below_gaps(min(x[i + 1], ahead[i][2]), gaps[i + 1])
         if x[i + 1] < 0:
             return Ceiling(
                 np.array(x),
@@ -134,7 +162,7 @@ def ceiling(
             backward[i],
             h[i],
         )
-        x[i] = min(x[i], behind[i][2])
+        x[i] = _below_gaps(min(x[i], behind[i][2]), gaps[i])
         if x[i] < 0:
             return Ceiling(
                 np.array(x),
