@@ -114,6 +114,8 @@ _PARTS = {
     "view": "visualization.view",
 }
 
+__all__ = sorted([*_MODULES, *_PARTS])
+
 _presentation.load_presenters = lambda: _import_module(".visualization.presenters", __name__)
 
 
@@ -200,4 +202,4 @@ else:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_MODULES, *_PARTS])
+    return __all__

@@ -63,6 +63,18 @@ def sqrt(x):
     return _module(x).sqrt(x)
 
 
+def minimum(x, y):
+    return _module(x).fmin(x, y) if is_symbolic(x) else np.minimum(x, y)
+
+
+def maximum(x, y):
+    return _module(x).fmax(x, y) if is_symbolic(x) else np.maximum(x, y)
+
+
+def hypot(x, y):
+    return _module(x).hypot(x, y)
+
+
 def copysign(x, y):
     return _module(x).copysign(x, y)
 

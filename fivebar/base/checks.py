@@ -95,7 +95,10 @@ def robot(value: object, name: str) -> object:
     kind = type(value)
     has_all = all(hasattr(kind, part) or hasattr(value, part) for part in ROBOT_PARTS)
     if isinstance(value, type) or not has_all:
-        raise TypeError(f"{name} must be a robot, as FiveBar() or Biglide(), not {shown(value)}")
+        hint = "; give its .robot" if hasattr(value, "robot") else ""
+        raise TypeError(
+            f"{name} must be a robot, as FiveBar() or Biglide(), not {shown(value)}{hint}"
+        )
     return value
 
 
