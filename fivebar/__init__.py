@@ -57,6 +57,7 @@ _MODULES = {
     "LinkCollisions": "constraints.link_collisions",
     "load_machine": "paths.machine",
     "load_robot": "models.robot_files",
+    "LoadedRobot": "models.loaded_robot",
     "locus_distance": "singularities.distance",
     "Machine": "paths.machine",
     "Measurement": "simulation.settings",
@@ -151,6 +152,7 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .models.geometry import Pose, dgm, igm
     from .models.kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
     from .models.links import Link
+    from .models.loaded_robot import LoadedRobot
     from .models.loads import friction_torques, potential
     from .models.motors import MOTORS, Motor
     from .models.named_robots import ROBOTS

@@ -17,6 +17,7 @@ from ..models.charts import BarAngles, StateChart
 from ..models.compiled import Buffered, compiled
 from ..models.four_joints import FourJointRates, bars_rates, closed
 from ..models.kinematics import Rates
+from ..models.loaded_robot import JointTorques, refuse_numbers
 from ..models.loads import lost_power, potential
 from ..models.parameters import names_of, parameters_of
 from ..models.physics import loads_of, physics_of
@@ -67,6 +68,8 @@ class Plant:
     tolerance : float
         rad, of each step.
     jit : bool or "auto"
+    torques : JointTorques, optional
+        At the joints, of a LoadedRobot.
 
     Attributes
     ----------
@@ -82,19 +85,24 @@ class Plant:
         start: Rates,
         tolerance: float,
         jit: bool | str = False,
+        torques: JointTorques | None = None,
     ) -> None:
         check_start(robot, start)
+        if jit:
+            refuse_numbers(torques, "machine code of a step (jit)")
         self.robot, self.tolerance = robot, tolerance
+        self.torques = torques
         self.parameters = np.array(parameters_of(robot))
         self.t, self.length = 0.0, FIRST
         c, c_dot, _ = BarAngles().coordinates(start)
         self.state = np.array([*c, *c_dot])
-        self._step = self._function(free_step, jit)
-        self._pieces: list[tuple] = []  # (t, length, state, polynomial)
+        self._step = self._function(free_step, jit, torques)
+        self._pieces: list[tuple] = []  # (t, length, state, polynomial, tau)
 
-    def _function(self, make, jit):
+    def _function(self, make, jit, *options):
         """Return one of the compiled functions of `steps` for robots of this kind."""
-        return Buffered(_compiled(make, type(self.robot), names_of([self.robot]), jit))
+        function = _compiled(make, type(self.robot), names_of([self.robot]), jit, *options)
+        return Buffered(function) if hasattr(function, "buffer") else _unbuffered(function)
 
     @property
     def moves(self) -> bool:
@@ -154,11 +162,24 @@ class Plant:
             self.length = length * min(max(factor, SHRINKING), GROWTH)
 
     def _try_step(self, tau, length):
-        return self._step(self.state, tau, length, self.tolerance, self.parameters)
+        time = () if self.torques is None else (self.t,)
+        known = *self._known, *time
+        return self._step(self.state, tau, length, self.tolerance, *known)
+
+    @property
+    def _known(self):
+        """What else a step depends on."""
+        return (self.parameters,)
+
+    def _at_joints(self, t, state, tau):
+        """Return the torques at the joints, (2,) N m, where the controller applies tau."""
+        if self.torques is None:
+            return tau
+        return self.torques.at(t, state[0:3:2], state[4:7:2], tau)
 
     def _keep_step(self, tau, length, after, polynomial):
         """Keep a step; return how much of it was kept, s."""
-        self._pieces.append((self.t, length, self.state, polynomial))
+        self._pieces.append((self.t, length, self.state, polynomial, tau))
         self.state = after.copy()
         return length
 
@@ -175,13 +196,15 @@ class Plant:
 
     @property
     def pieces(self) -> tuple[np.ndarray, ...]:
-        """Times (n,), lengths (n,), states (n, 8) and polynomials (n, 7, 8) of the steps so far."""
+        """Times (n,), lengths (n,), states (n, 8), polynomials (n, 7, 8) and torques (n, 2) of the
+        steps so far.
+        """
         return tuple(np.array(column) for column in zip(*self._pieces))
 
     def rows(self, t: np.ndarray) -> np.ndarray:
         """Return the observations (n, columns) at times t (n,) up to now."""
         rows = np.empty((len(t), COLUMNS))
-        _, _, all_states, all_polynomials = self.pieces
+        _, _, all_states, all_polynomials, _ = self.pieces
         for part, at, places in self._stretches(t):
             states = all_states[at]
             polynomials = all_polynomials[at]
@@ -198,7 +221,7 @@ class Plant:
 
     def _stretches(self, t: np.ndarray) -> Iterator[tuple]:
         """Yield slices of t, the numbers of the steps that these times are in, places in these."""
-        t0, lengths, _, _ = self.pieces
+        t0, lengths, *_ = self.pieces
         for first in range(0, len(t), STRETCH):
             part = slice(first, first + STRETCH)
             at = np.clip(
@@ -215,24 +238,27 @@ class Plant:
     def margins(self, t: float) -> tuple[tuple, tuple]:
         """Return sin q12, sin q22 and det A at a time, and their rates."""
         k = max(bisect_right(self._pieces, t, key=itemgetter(0)) - 1, 0)
-        t0, length, state, polynomial = self._pieces[k]
+        t0, length, state, polynomial, _ = self._pieces[k]
         place = np.array([(t - t0) / length])
         now = between(state[None], polynomial[None], place)[0].tolist()
         rates = bars_rates(self.robot, now[:4], now[4:])
         return (*rates.pose.sines, rates.pose.det_A), rates.margin_rates
 
     def friction_loss(self, t: np.ndarray) -> np.ndarray:
-        """Return what friction has taken until times t, (n,) J, integrated on the polynomials."""
-        _, lengths, states, polynomials = self.pieces
-        of_steps = self._lost(states, polynomials, lengths, np.ones(len(lengths)))
+        """Return what friction, and torques of a LoadedRobot, have taken until times t, (n,) J.
+
+        It is integrated on the polynomials.
+        """
+        pieces = self.pieces
+        of_steps = self._lost(*pieces, np.ones(len(pieces[0])))
         before = np.concatenate([[0.0], np.cumsum(of_steps)])
         loss = np.empty(len(t))
         for part, at, places in self._stretches(t):
-            loss[part] = before[at] + self._lost(states[at], polynomials[at], lengths[at], places)
+            loss[part] = before[at] + self._lost(*(column[at] for column in pieces), places)
         return loss
 
-    def _lost(self, states, polynomials, lengths, places):
-        """Return what friction takes from each step's beginning to a place in it, J."""
+    def _lost(self, t0, lengths, states, polynomials, tau, places):
+        """Return what is taken from each step's beginning to a place in it, J."""
         total = 0.0
         for node, weight in zip(GAUSS, WEIGHTS):
             columns = between(states, polynomials, places * (1 + node) / 2).T
@@ -241,13 +267,27 @@ class Plant:
                 tuple(columns[:4]),
                 tuple(columns[4:]),
             )
-            total = total + weight / 2 * lost_power(rates)
+            power = lost_power(rates)
+            if self.torques is not None:
+                t = t0 + places * lengths * (1 + node) / 2
+                power = power + self.torques.lost_power(t, columns[0:3:2].T, columns[4:7:2].T, tau)
+            total = total + weight / 2 * power
         return total * places * lengths
 
 
 @lru_cache(maxsize=16)
-def _compiled(make, kind, names, jit):
-    return compiled(make(kind, names), jit)
+def _compiled(make, kind, names, jit, *options):
+    return compiled(make(kind, names, *options), jit)
+
+
+def _unbuffered(step):
+    """Return a step of CasADi's numbers with arrays as of `Buffered`."""
+
+    def call(*given):
+        after, error, polynomial = step(*given)
+        return after.full().ravel(), error.full().ravel(), polynomial.full().T
+
+    return call
 
 
 class FixedPlant:
@@ -261,10 +301,13 @@ class FixedPlant:
         method: str,
         step: float,
         jit: bool | str = False,
+        torques: JointTorques | None = None,
     ) -> None:
         check_start(robot, start)
         refuse_sticking(robot)
+        refuse_numbers(torques, "a fixed step")
         self.robot = robot
+        self.torques = torques
         self.chart = chart
         self.method = method
         self.step = step
@@ -288,7 +331,8 @@ class FixedPlant:
         steps = round(until / self.step) - self.k
         while steps:
             count = min(steps, BLOCK)
-            states, rows, last = self._block(count)(self.state, tau, self.modes)
+            now = self.k * self.step
+            states, rows, last = self._block(count)(self.state, tau, self.modes, now)
             self._rows.append(rows.reshape(-1, COLUMNS).copy())
             self._torques += [tau] * count
             if self.chart.wraps:
@@ -300,14 +344,16 @@ class FixedPlant:
 
     def _block(self, count):
         if count not in self._blocks:
-            function = block_function(self.robot, self.chart, self.method, self.step, count)
+            options = self.chart, self.method, self.step, count, self.torques
+            function = block_function(self.robot, *options)
             self._blocks[count] = Buffered(compiled(function, self.jit))
         return self._blocks[count]
 
     def rows(self, t: np.ndarray) -> np.ndarray:
         """Return the observations (n, columns) before each step, and now."""
         rows = np.vstack([*self._rows, self._last])
-        refuse_losses(self.robot, rows, np.array(self._torques), self.chart, self.step)
+        tau = np.array(self._torques)
+        refuse_losses(self.robot, rows, tau, self.chart, self.step, self.torques)
         return rows
 
 
@@ -337,6 +383,7 @@ def refuse_losses(
     tau: np.ndarray,
     chart: StateChart,
     step: float,
+    torques: JointTorques | None = None,
 ) -> None:
     """Raise at the first fixed step that jumped.
 
@@ -352,6 +399,8 @@ def refuse_losses(
         Torques held between them.
     chart : a chart of models.charts
     step : float, s
+    torques : JointTorques, optional
+        Of a LoadedRobot.
     """
     work = np.sum(
         np.diff(robot.continuous(rows[:, Q]), axis=0) * tau,
@@ -368,6 +417,13 @@ def refuse_losses(
         gained = gained + raised + lost
         turned_over = turned_over + np.abs(raised) + lost
     allowed = LOST_ENERGY * turned_over + ROUNDING * np.abs(tau).sum(axis=1)
+    if torques is not None:
+        t = step * np.arange(len(rows))
+        before = torques.lost_power(t[:-1], rows[:-1, Q], rows[:-1, Q_DOT], tau)
+        after = torques.lost_power(t[1:], rows[1:, Q], rows[1:, Q_DOT], tau)
+        gained = gained + step * (before + after) / 2
+        # The trapezoidal rule knows no more of torques that change within a step.
+        allowed = allowed + step * (np.abs(after - before) + LOST_ENERGY * np.abs(after))
     columns = list(chart.margins)
     margins = rows[:-1, MARGINS][:, columns]
     rates = rows[:-1, MARGIN_RATES][:, columns]

@@ -14,6 +14,7 @@ from numpy.polynomial import Polynomial
 from ..models.dynamics import held_by
 from ..models.four_joints import closed
 from ..models.kinematics import Rates
+from ..models.loaded_robot import JointTorques
 from ..models.physics import loads_of
 from ..models.robots import Robot
 from ..models.sticking import slip_of
@@ -31,9 +32,11 @@ def plant_of(
     start: Rates,
     tolerance: float,
     jit: bool | str = False,
+    torques: JointTorques | None = None,
 ) -> Plant:
     """Return the robot's plant: with dry friction the one that sticks."""
-    return (StickSlip if loads_of(robot).sticks else Plant)(robot, start, tolerance, jit)
+    kind = StickSlip if loads_of(robot).sticks else Plant
+    return kind(robot, start, tolerance, jit, torques)
 
 
 def _powers() -> np.ndarray:
@@ -58,8 +61,9 @@ class StickSlip(Plant):
         start: Rates,
         tolerance: float,
         jit: bool | str = False,
+        torques: JointTorques | None = None,
     ) -> None:
-        super().__init__(robot, start, tolerance, jit)
+        super().__init__(robot, start, tolerance, jit, torques)
         self.friction = np.array(loads_of(robot).coulomb)
         self.slip = np.ones(2)
         self._holding = self._function(holding, jit)
@@ -68,8 +72,9 @@ class StickSlip(Plant):
     def moves(self) -> bool:
         return bool(self.slip.any())
 
-    def _try_step(self, tau, length):
-        return self._step(self.state, tau, length, self.tolerance, self.parameters, self.slip)
+    @property
+    def _known(self):
+        return self.parameters, self.slip
 
     def _advance(self, until, tau):
         self._settle(tau)
@@ -81,13 +86,18 @@ class StickSlip(Plant):
                     until - self.t,
                     self.state,
                     np.zeros((7, 8)),
+                    tau,
                 )
             )
             self.t = until
 
     def _held_by(self, tau):
         """Return the friction that keeps what sticks where it is, (2,) N m."""
-        return self._holding(self.state, tau, self.parameters, self.slip)[0]
+        return self._holding_at(self.t, self.state, tau)
+
+    def _holding_at(self, t, state, tau):
+        joint = self._at_joints(t, state, tau)
+        return self._holding(state, joint, self.parameters, self.slip)[0]
 
     def _settle(self, tau):
         """Find which drives stick now."""
@@ -103,7 +113,8 @@ class StickSlip(Plant):
             held = np.abs(self._held_by(tau)[standing])
             if (held <= self.friction[standing]).all():
                 return
-        self.slip = np.array(slip_of(self.rates, tuple(tau.tolist()), held_by))
+        joint = self._at_joints(self.t, self.state, tau)
+        self.slip = np.array(slip_of(self.rates, tuple(joint.tolist()), held_by))
         if not self.moves:
             if np.abs(self.state[4:]).max() > 1e-9:
                 why = "both drives stick while the distal bars, in one line, still move"
@@ -111,7 +122,7 @@ class StickSlip(Plant):
             self.state = np.concatenate([self.state[:4], np.zeros(4)])
 
     def _keep_step(self, tau, length, after, polynomial):
-        place, drive = self._first_event(tau, polynomial)
+        place, drive = self._first_event(tau, length, polynomial)
         if place is None:
             return super()._keep_step(tau, length, after, polynomial)
         stops = self.slip[drive] != 0
@@ -155,14 +166,14 @@ class StickSlip(Plant):
             state = np.array([*c, *c_dot])
         self.state = state
 
-    def _first_event(self, tau, polynomial):
+    def _first_event(self, tau, length, polynomial):
         """Return (place in (0, 1], drive) where a drive first stops or lets go; (None, None)."""
         events = []
         for k in np.flatnonzero(self.friction):
             if self.slip[k]:
                 place = self._stops_at(k, polynomial)
             else:
-                place = self._lets_go_at(k, tau, polynomial)
+                place = self._lets_go_at(k, tau, length, polynomial)
             if place is not None:
                 events.append((place, k))
         return min(events, default=(None, None))
@@ -183,10 +194,10 @@ class StickSlip(Plant):
         slowing = (place for place in np.sort(places) if slope(place) * self.slip[k] <= 0)
         return next(slowing, None)
 
-    def _lets_go_at(self, k, tau, polynomial):
+    def _lets_go_at(self, k, tau, length, polynomial):
         def excess(place):
             state = between(self.state[None], polynomial[None], np.array([place]))[0]
-            needed = self._holding(state, tau, self.parameters, self.slip)[0][k]
+            needed = self._holding_at(self.t + place * length, state, tau)[k]
             return abs(needed) - self.friction[k] * (1 + OVER)
 
         low = 0.0
