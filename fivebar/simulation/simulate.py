@@ -20,7 +20,7 @@ from ..models.loads import lost_power
 from ..models.motors import torque_bounds
 from ..models.robots import Robot
 from .events import crossings
-from .plant import FixedPlant, Plant
+from .plant import FixedPlant, Plant, lost_in_steps
 from .run import Control, Run, has_friction, torque_limits
 from .settings import Integrator, Measurement
 from .steps import ENERGY, Q_DOT, XI, Q, motion_of
@@ -195,7 +195,7 @@ def run_of(
         if plant is not None:
             friction_loss = plant.friction_loss(t)
         else:
-            friction_loss = _friction_loss(robot, t, rows, tau, joint_torques)
+            friction_loss = _friction_loss(robot, t, rows, torques, joint_torques)
     return Run(
         robot=robot,
         t=t,
@@ -213,9 +213,11 @@ def run_of(
 def _friction_loss(robot, t, rows, tau, joint_torques):
     """Return what friction has taken until each row, (n,) J, by Simpson's rule."""
     power = lost_power(motion_of(robot, rows)) + np.zeros(len(t))
+    lost = cumulative_simpson(power, x=t, initial=0.0)
     if joint_torques is not None:
-        power = power + joint_torques.lost_power(t, rows[:, Q], rows[:, Q_DOT], tau)
-    return cumulative_simpson(power, x=t, initial=0.0)
+        in_steps, _ = lost_in_steps(joint_torques, rows, tau, t[1])
+        lost[1:] += np.cumsum(in_steps)
+    return lost
 
 
 class Grid(NamedTuple):

@@ -63,7 +63,7 @@ def block_function(
     """
     state, tau, modes = _symbols(chart)
     t = casadi.SX.sym("t")
-    at_joints = at_time(torques, t, step)
+    at_joints = at_time(torques, chart, t, step)
     signs = modes[0], modes[1]
     outputs = runge_kutta_step(robot, chart, method, step, state, tau, signs, at_joints)
     one = casadi.Function("step", [state, tau, modes, t], casadi.cse(list(outputs)))
@@ -77,13 +77,21 @@ def block_function(
     return casadi.Function("block", [state, tau, modes, t], [states, rows, last])
 
 
-def at_time(torques: JointTorques | None, t: Any, step: Any) -> Callable | None:
-    """Return (Rates, tau, fraction of a step from t) -> torques at the joints; None: tau itself."""
+def at_time(
+    torques: JointTorques | None,
+    chart: StateChart,
+    t: Any,
+    step: Any,
+) -> Callable | None:
+    """Return (a stage's state, its Rates, tau, fraction of a step from t) -> torques at the joints.
+
+    None: these are tau itself.
+    """
     if torques is None:
         return None
 
-    def at_joints(rates, tau, fraction):
-        q = pack(*(leg.q for leg in rates.pose.legs))
+    def at_joints(stage, rates, tau, fraction):
+        q = pack(*chart.joints(halves(stage, chart)[0], rates))
         return torques.function(t + fraction * step, q, pack(*rates.components[0]), tau)
 
     return at_joints
@@ -107,7 +115,7 @@ def runge_kutta_step(
 
     def slope(stage, fraction):
         rates = first if stage is state else _turned(robot, chart, stage, modes)
-        joint = tau if at_joints is None else at_joints(rates, tau, fraction)
+        joint = tau if at_joints is None else at_joints(stage, rates, tau, fraction)
         return _slope(chart, rates, stage, joint)
 
     after, _ = _closed(robot, chart, runge_kutta(method, step, state, slope), modes)

@@ -67,6 +67,10 @@ class StickSlip(Plant):
         self.friction = np.array(loads_of(robot).coulomb)
         self.slip = np.ones(2)
         self._holding = self._function(holding, jit)
+        for drive in (0, 1):
+            # A start that stands may have rates of rounding, whose sign says nothing.
+            if self.friction[drive] and self._stands(drive, self.state):
+                self._stop(drive)
 
     @property
     def moves(self) -> bool:
@@ -145,7 +149,7 @@ class StickSlip(Plant):
         slope = Polynomial(polynomial[:, column] @ POWERS).deriv()
         for _ in range(4):
             after = self._try_step(tau, cut)[0]
-            if abs(after[column]) <= AT_REST * (1 + np.abs(after[4:]).max()):
+            if self._stands(drive, after):
                 break
             acceleration = slope(cut / length) / length
             better = cut - after[column] / acceleration if acceleration else cut
@@ -153,6 +157,9 @@ class StickSlip(Plant):
                 break
             cut = better
         return cut
+
+    def _stands(self, drive, state):
+        return abs(state[4 + 2 * drive]) <= AT_REST * (1 + np.abs(state[4:]).max())
 
     def _stop(self, drive):
         """Make the drive's rate 0 and close the loop by the others."""

@@ -246,3 +246,12 @@ def _written(run):
 
 def test_the_oracle_is_not_the_package():
     assert "fivebar" not in FullBodies.__init__.__code__.co_names
+
+
+def test_a_start_that_stands_but_for_rounding_stands():
+    """The first and second derivative of a line at its start are 1e-17, of either sign."""
+    robot = fb.FiveBar(0.1, 0.12, 0.08, 0.11, 0.07, fs1=0.02, fs2=0.02, fv1=0.01)
+    for x in np.linspace(0.02, 0.04, 9):
+        line = fb.line((x, 0.15), (-0.02, 0.13), duration=0.5)
+        run = fb.simulate(robot, fb.PD(robot, 0.1, 0.01), line, duration=0.02)
+        assert run.friction_loss[-1] == 0 and not run.q_dot[1:].any()
