@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..base.backend import is_symbolic
-from ..base.checks import a_callable, shown
+from ..base.checks import a_callable
 from ..base.checks import robot as must_be_robot
 from .robots import Robot
 
@@ -149,7 +149,7 @@ def _traced(torques):
     except Exception:  # Whatever a function of numbers raises when it is given symbols.
         return None
     if value.numel() != 2:
-        raise ValueError(f"LoadedRobot: torques must return two torques, not {shown(value)}")
+        raise ValueError(f"LoadedRobot: torques must return two torques, not {value.numel()}")
     options = {"allow_free": True}
     function = casadi.Function("torques", symbols, [casadi.reshape(value, 2, 1)], options)
     if free := function.get_free():
@@ -175,7 +175,5 @@ def _of_sample(torques, sample):
 def _two_numbers(value):
     value = np.asarray(value, dtype=float)
     if value.size != 2:
-        raise ValueError(
-            f"LoadedRobot: torques must return two torques, not an array of shape {value.shape}"
-        )
+        raise ValueError(f"LoadedRobot: torques must return two torques, not {value.size}")
     return value.ravel()

@@ -145,7 +145,7 @@ def test_smoothed_friction_comes_to_the_exact_one_as_its_rate_goes_to_0():
         begin = fb.dkm(fb.dgm(soft, (0.9, 2.0)), (0.0, 0.0))
         c, c_dot, _ = CHARTS["auto"].coordinates(begin)
         states = block_function(soft, CHARTS["auto"], "rk4", 2e-4, 3000)(
-            [*c, *c_dot], [0, 0], [0, 0]
+            [*c, *c_dot], [0, 0], [0, 0], 0
         )[0].full()
         away.append(np.abs(states[[0, 2], -1] - exact.q[-1]).max())
     assert away[1] < 0.25 * away[0] and away[1] < 4e-3

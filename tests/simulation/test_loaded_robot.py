@@ -101,8 +101,8 @@ def test_what_is_compiled_and_what_is_called():
         robot, known = robot_and_torques(LoadedRobot(ROBOT, torques))
         assert robot is ROBOT and (known.text is not None) == is_compiled
     wrong = {
-        "torques must return two torques": lambda t, q, v, tau: tau[0],
-        "not an array of shape": lambda t, q, v, tau: [float(t)] * 3,
+        "must return two torques, not 1": lambda t, q, v, tau: tau[0],
+        "must return two torques, not 3": lambda t, q, v, tau: [float(t)] * 3,
         "depend on the symbol k": lambda t, q, v, tau: symbol * tau,
         r"torques are \[nan, 0.0\] at t = 0.1": lambda t, q, v, tau: [
             math.nan if t > 0.1 else 0.0,
