@@ -92,6 +92,7 @@ _MODULES = {
     "singularity_margins": "singularities.margins",
     "SingularityError": "base.errors",
     "stepper": "simulation.stepping",
+    "Summary": "simulation.summaries",
     "sweep": "optimal_design.sweeping",
     "time_path": "paths.timing.time_path",
     "TimedPath": "paths.timing.timed_path",
@@ -180,6 +181,7 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .simulation.settings import Integrator, Measurement
     from .simulation.simulate import simulate
     from .simulation.stepping import stepper
+    from .simulation.summaries import Summary
     from .singularities.aspects import aspect, aspects
     from .singularities.dexterous import dexterous
     from .singularities.distance import locus_distance

@@ -250,14 +250,14 @@ class Plant:
         It is integrated on the polynomials.
         """
         pieces = self.pieces
-        of_steps = self._lost(*pieces, np.ones(len(pieces[0])))
+        of_steps = self._lost(np.ones(len(pieces[0])), *pieces)
         before = np.concatenate([[0.0], np.cumsum(of_steps)])
         loss = np.empty(len(t))
         for part, at, places in self._stretches(t):
-            loss[part] = before[at] + self._lost(*(column[at] for column in pieces), places)
+            loss[part] = before[at] + self._lost(places, *(column[at] for column in pieces))
         return loss
 
-    def _lost(self, t0, lengths, states, polynomials, tau, places):
+    def _lost(self, places, t0, lengths, states, polynomials, tau):
         """Return what is taken from each step's beginning to a place in it, J."""
         total = 0.0
         for node, weight in zip(GAUSS, WEIGHTS):
