@@ -102,6 +102,17 @@ def robot(value: object, name: str) -> object:
     return value
 
 
+def named_functions(value: object, name: str) -> tuple[tuple[str, Callable], ...]:
+    """Rule: {name: function}, as pairs; TypeError for anything else."""
+    try:
+        pairs = tuple(dict(value).items())  # type: ignore[call-overload]
+    except (TypeError, ValueError):
+        pairs = ((None, None),)
+    if not all(isinstance(key, str) and callable(function) for key, function in pairs):
+        raise TypeError(f"{name} must be {{name: function}}, not {shown(value)}")
+    return pairs
+
+
 def number(
     value: object, name: str, low: float = -HUGE, high: float = HUGE, above: bool = False
 ) -> float:

@@ -26,6 +26,7 @@ LIMITS = (
     "poses",
     "sin",
     "det_A",
+    "functions",
 )
 
 

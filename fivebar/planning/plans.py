@@ -15,13 +15,13 @@ from ..base.representation import one_line
 from ..base.tables import Table, TextFile, must_increase, write
 from ..constraints.constraints import Constraints
 from ..constraints.link_collisions import LinkCollisions
-from ..models.dynamics import bar_forces, drives_forces
 from ..models.four_joints import loop_gap
 from ..models.kinematics import Accelerations
 from ..models.loads import forces_and_torques, friction_torques
 from ..models.parameters import robot_of
 from ..models.physics import physics_of
 from .collocation import METHODS, Pieces, scheme
+from .functions import MotionPoint
 from .problem import Problem
 from .trajectory import refuse_nan
 
@@ -103,7 +103,7 @@ class Plan(Animated):
     start = 0.0
 
     def __repr__(self) -> str:
-        aims = " + ".join(name for name, weight in self.problem.weights.items() if weight)
+        aims = " + ".join(self.aims)
         modes = "free of modes" if self.working is None else f"working {self.working}"
         solved = (
             f"{aims} {self.objective:.4g}",
@@ -117,6 +117,13 @@ class Plan(Animated):
             modes,
             *solved,
         )
+
+    @property
+    def aims(self) -> tuple[str, ...]:
+        """Names of what the objective adds up."""
+        own = self.problem.own
+        known = (name for name, weight in self.problem.weights.items() if weight)
+        return *known, *(own.costs if own else ())
 
     @property
     def robot(self) -> Robot:
@@ -177,13 +184,7 @@ class Plan(Animated):
         """
         motion = self.motion(t)
         acc = self.problem.accelerations(motion, self.problem.model)
-        tau = motion[..., -2:]
-        if self.working is None:
-            return bar_forces(acc.rates, tau)
-        return np.stack(
-            drives_forces(acc, (tau[..., 0], tau[..., 1])),
-            axis=-1,
-        )
+        return self.problem.bar_forces(acc, motion[..., -2:])
 
     @property
     def nodes(self) -> np.ndarray:
@@ -242,7 +243,18 @@ class Plan(Animated):
             reach = np.hypot(*loop_gap(pose))
         else:
             reach = -pose.reach_margin
+        if self.problem.own is not None:
+            excess |= self._own_excess(motion, acc)
         return excess | {"reach": reach}
+
+    def _own_excess(self, motion, acc):
+        """Return {name: by how much (n, 13) functions of the user's own are below 0}."""
+        t = self.pieces.knots[:-1, None] + self.pieces.widths[:, None] * FINE
+        tau = motion[..., -2:]
+        point = MotionPoint.of(t, acc, tau, self.problem.bar_forces(acc, tau))
+        flat = MotionPoint(t.ravel(), *(each.reshape(-1, 2) for each in point[1:]))
+        kept = self.problem.own.kept(flat)
+        return {name: -value.reshape(t.shape) for name, value in kept.items()}
 
     @cached_property
     def violations(self) -> dict[str, float]:
@@ -262,7 +274,8 @@ class Plan(Animated):
     def to_csv(self, path: TextFile) -> None:
         """Write the plan at its nodes and both ends, SI.
 
-        The problem, the knots and the solution's data are in a comment line.
+        The problem, the knots and the solution's data are in a comment line. Of functions of your
+        own it has the names: a plan that is read back has the motion, but not them.
         """
         pieces = self.pieces
         rule = pieces.scheme
@@ -273,6 +286,7 @@ class Plan(Animated):
             "working": problem.working,
             "weights": problem.weights,
             "constraints": asdict(problem.constraints),
+            "functions": [*problem.own.costs, *problem.own.constraints] if problem.own else [],
             "method": METHODS[not rule.shared],
             "degree": len(rule.c),
             "knots": pieces.knots,

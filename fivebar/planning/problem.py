@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.backend import pack, unpack
 from ..base.checks import (
     not_negative,
     number,
@@ -18,13 +19,15 @@ from ..base.checks import (
 )
 from ..base.errors import SingularityError, UnreachableError
 from ..constraints.constraints import Constraints
+from ..models.dynamics import bar_forces, drives_forces
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, ikm
 from ..models.physics import loads_of, smoothed
 from .coordinates import BarCoordinates, TaskCoordinates
+from .functions import OwnFunctions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     from ..models.robots import Robot
     from .collocation import Scheme
@@ -86,6 +89,7 @@ class Problem:
     weights: dict[str, Any]
     constraints: Constraints
     scheme: Scheme
+    own: OwnFunctions | None = None
 
     @property
     def length(self) -> float:
@@ -172,6 +176,16 @@ class Problem:
     def accelerations(self, motion: np.ndarray, robot: Robot | None = None) -> Accelerations:
         """Return the Accelerations of a motion (..., 3 size or more); nan out of reach."""
         return self.coordinates.accelerations(robot or self.robot, motion)
+
+    def bar_forces(self, acc: Accelerations, tau: Any) -> Any:
+        """Return the forces (..., 2), N, in the distal bars of a motion under torques (..., 2).
+
+        In one pair of working modes they are B^-1 (tau - Z q''), else those of
+        `dynamics.bar_forces`, of numbers or symbols.
+        """
+        if self.working is None:
+            return bar_forces(acc.rates, tau)
+        return pack(*drives_forces(acc, unpack(tau, "tau")))
 
     def listed(self, violations: dict[str, float]) -> str:
         """Return the violated limits as a part of a message."""
@@ -332,17 +346,33 @@ def checked_stops(
 
 
 def checked_weights(
-    objective: str | dict[str, float],
+    objective: Any,
 ) -> dict[str, float]:
-    weights = {objective: 1.0} if isinstance(objective, str) else objective
-    if not isinstance(weights, dict) or not weights or not set(weights) <= set(OBJECTIVES):
+    """Return the weights of all OBJECTIVES; those of the user's own functions are left out."""
+    given = _by_name(objective)
+    names = {name for name, weight in given.items() if not callable(weight)}
+    if not given or not names <= set(OBJECTIVES):
         raise ValueError(
-            f"plan: objective must be of {', '.join(OBJECTIVES)}, not {shown(objective)}"
+            f"plan: objective must be of {', '.join(OBJECTIVES)}, or a function of your own, not"
+            f" {shown(objective)}"
         )
-    weights = {
-        name: not_negative(weights.get(name, 0.0), f"plan: the weight of {name}")
-        for name in OBJECTIVES
-    }
-    if not any(weights.values()):
+    weights = {}
+    for name in OBJECTIVES:
+        weight = given[name] if name in names else 0.0
+        weights[name] = not_negative(weight, f"plan: the weight of {name}")
+    if len(names) == len(given) and not any(weights.values()):
         raise ValueError("plan: one weight of the objective must be > 0")
     return weights
+
+
+def own_costs(objective: Any) -> list[tuple[str, Callable]]:
+    """Return (name, function) of the user's own costs in an objective."""
+    return [(name, each) for name, each in _by_name(objective).items() if callable(each)]
+
+
+def _by_name(objective):
+    if callable(objective):
+        return {"cost": objective}
+    if isinstance(objective, str):
+        return {objective: 1.0}
+    return objective if isinstance(objective, dict) else {}

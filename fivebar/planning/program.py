@@ -13,6 +13,7 @@ from ..constraints.constraints import at_joints
 from ..models.compiled import minimized
 from .collocation import LIMITS, Pieces
 from .derivatives import Derivatives
+from .functions import MotionPoint, refuse_not_finite
 
 if TYPE_CHECKING:
     from .guess import Guess
@@ -69,6 +70,7 @@ def solve(
     program.keep_motion()
     program.keep_limits()
     program.keep_stops()
+    program.keep_functions(durations, guess)
     cost = program.cost()
     if near:
         cost = cost + near * program.distance(durations, guess)
@@ -138,6 +140,8 @@ class NonlinearProgram:
         self.at_knots = [ca.MX.sym(name, size, count + 1) for name in ("c", "c_dot")]
         self.at_points = [ca.MX.sym(name, size, points) for name in ("c_c", "c_dot_c", "c_ddot_c")]
         self.at_points.append(ca.MX.sym("controls", 2, points))
+        if problem.own is not None:
+            self.at_points.append(ca.MX.sym("t", 1, points))
         self.phases = ca.MX.sym("phases", len(mesh))
         self.slack = ca.MX.sym("slack", len(LIMITS))
         self.variables = [
@@ -166,6 +170,7 @@ class NonlinearProgram:
             self.q_dot,
             self.xi_ddot,
             self.kept,
+            *self.own,
         ) = self.outputs
         self.constraints = []
         self.lower = []
@@ -191,10 +196,8 @@ class NonlinearProgram:
 
     def keep_motion(self):
         """Add continuity between intervals, their polynomials at the points, and the dynamics."""
-        (xi, xi_dot), (xi_c, xi_dot_c, xi_ddot_c, _) = (
-            self.at_knots,
-            self.at_points,
-        )
+        xi, xi_dot = self.at_knots
+        xi_c, xi_dot_c, xi_ddot_c, *_ = self.at_points
         interval = _interval(self).map(self.count)
         on_xi, on_xi_dot, end, end_dot = interval(
             xi[:, :-1],
@@ -202,14 +205,40 @@ class NonlinearProgram:
             self.h,
             xi_ddot_c[:, self.flat],
         )
-        # A point that two intervals share belongs to the later one.
-        _, from_end = np.unique(self.index.ravel()[::-1], return_index=True)
-        own = (self.index.size - 1 - from_end).tolist()
+        own = self.places.tolist()
         self.keep(xi[:, 1:] - end)
         self.keep(xi_dot[:, 1:] - end_dot)
         self.keep(xi_c - on_xi[:, own])
         self.keep(xi_dot_c - on_xi_dot[:, own])
         self.keep(self.dynamics)
+
+    @property
+    def places(self):
+        """Return where each point is among those of all intervals, one after the other."""
+        # A point that two intervals share belongs to the later one.
+        _, from_end = np.unique(self.index.ravel()[::-1], return_index=True)
+        return self.index.size - 1 - from_end
+
+    def keep_functions(self, durations, guess):
+        """Add the user's own constraints, and the time at each point; the unit of the own cost."""
+        if not self.own:
+            return
+        s = len(self.rule.c)
+        k = (self.places // s).tolist()
+        starts = self.h @ ca.DM(np.triu(np.ones((self.count, self.count)), 1))
+        times = starts[0, k] + ca.DM(self.rule.c[self.places % s]).T * self.h[0, k]
+        self.keep(self.at_points[-1] - times)
+        _, kept = self.own
+        if kept.numel():
+            self.keep(kept, 0.0, np.inf, "functions")
+        nodes = self.rule.nodes(knots_of(self.mesh, durations))
+        given = [ca.DM(each.T) for each in self.points_of(nodes, guess)]
+        symbols = [ca.SX.sym("z", *self.point.size_in(j)) for j in range(self.point.n_in())]
+        functions = ca.vertcat(*self.point(*symbols)[-2:])
+        slope = ca.Function("slope", symbols, [ca.jacobian(functions, ca.vertcat(*symbols))])
+        values = self.point(*given)[-2:]
+        refuse_not_finite(self.problem.own, values, slope(*given).full(), nodes)
+        self.own_unit = self.time * (float(np.abs(values[0].full()).mean()) or 1.0)
 
     def keep_limits(self):
         """Add the limits: of polynomials by their Bezier points, so between nodes too."""
@@ -312,6 +341,10 @@ class NonlinearProgram:
         }
         self.cost_unit = sum(weights[name] * unit for name, unit in units.items())
         cost = sum(weights[name] * units[name] * terms[name] for name in terms if weights[name])
+        if self.own and self.problem.own.costs:
+            self.cost_unit += self.own_unit
+            quadrature = self.rule.powers(1.0)[1][None]
+            cost += self.time * ca.dot(self.rows(quadrature, self.own[0]), self.h)
         return cost / self.cost_unit
 
     def distance(self, durations, guess):
@@ -322,27 +355,21 @@ class NonlinearProgram:
 
     def values(self, durations, guess):
         """Return the guess as one column; n columns of a matrix are n rows here."""
-        own = self.coordinates.units(self.problem)
-        size = self.coordinates.size
-        control = np.full(2, self.coordinates.control(self))
-        units = np.concatenate(
-            [
-                own,
-                own / self.time,
-                own / self.time**2,
-                control,
-            ]
-        )
         knots = knots_of(self.mesh, durations)
-        at_knots = guess(knots) / units
-        at_points = np.split(
-            guess(self.rule.nodes(knots)) / units,
-            (size, 2 * size, 3 * size),
-            axis=1,
-        )
+        at_knots = self.points_of(knots, guess)[:2]
+        at_points = self.points_of(self.rule.nodes(knots), guess)
         slack = np.full(len(LIMITS), float(self.elastic))
-        parts = at_knots[:, :size], at_knots[:, size : 2 * size], *at_points
+        parts = *at_knots, *at_points
         return np.concatenate([*map(np.ravel, parts), durations / self.time, slack])
+
+    def points_of(self, t, guess):
+        """Return the guess at times t (n,) as the inputs of `point`, (n, ...) each, scaled."""
+        own = self.coordinates.units(self.problem)
+        control = np.full(2, self.coordinates.control(self))
+        units = np.concatenate([own, own / self.time, own / self.time**2, control])
+        size = self.coordinates.size
+        parts = np.split(guess(t) / units, (size, 2 * size, 3 * size), axis=1)
+        return [*parts, t[:, None] / self.time] if self.own else parts
 
     def bounds(self):
         sides = []
@@ -367,7 +394,7 @@ class NonlinearProgram:
 
     def in_si(self, solution):
         """Return pieces, durations of the phases, controls and slack of a solution."""
-        c, c_dot, _, _, c_ddot, controls, phases, slack, tau = solution
+        c, c_dot, _, _, c_ddot, controls, *_, phases, slack, tau = solution
         units = self.coordinates.units(self.problem)
         durations = self.time * phases.ravel()
         pieces = Pieces(
@@ -419,7 +446,10 @@ def _interval(program):
 
 
 def _point(program):
-    """Return (c, c', c'', controls) -> residual, tau, sines, q', xi'', clearances, scaled."""
+    """Return (c, c', c'', controls) -> residual, tau, sines, q', xi'', clearances, scaled.
+
+    With functions of the user's own also time -> their cost and constraints, SI.
+    """
     problem = program.problem
     own = program.coordinates
     length = program.length
@@ -438,4 +468,10 @@ def _point(program):
         acc.xi_ddot * (time**2 / length),
         ca.vertcat(*problem.constraints.smooth(pose, length)),
     ]
-    return ca.Function("point", [*c, controls], ca.cse(outputs))
+    inputs = [*c, controls]
+    if problem.own is not None:
+        t = ca.SX.sym("t")
+        inputs.append(t)
+        point = MotionPoint.of(time * t, acc, tau, problem.bar_forces(acc, tau))
+        outputs += problem.own.function(*point)
+    return ca.Function("point", inputs, ca.cse(outputs))

@@ -166,9 +166,7 @@ def propagate(
 
 
 @lru_cache(maxsize=8)
-def free_step(
-    kind: type, names: tuple = (), torques: JointTorques | None = None
-) -> Any:
+def free_step(kind: type, names: tuple = (), torques: JointTorques | None = None) -> Any:
     """Return a step of any length on the bars, by Dormand and Prince's method of order 8.
 
     Of any robot of a kind: (state (8), tau, length, tolerance, parameters) -> the state after it,

@@ -13,7 +13,7 @@ from importlib.metadata import version
 
 import numpy as np
 
-from ..base.checks import a_callable, instance, optional, shown, whole
+from ..base.checks import instance, named_functions, optional, whole
 from ..base.shards import Chunk, ChunkedTable, code_hash
 from ..base.workers import check_executor
 from .events import crossings, may_cross
@@ -60,12 +60,7 @@ class Summary:
     workers: int | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.functions, Mapping):
-            raise TypeError(
-                f"Summary: functions must be {{name: function}}, not {shown(self.functions)}"
-            )
-        for name, function in self.functions.items():
-            a_callable(function, f"Summary: functions[{name!r}]")
+        named_functions(self.functions, "Summary: functions")
         check_executor(self.executor)
         path = instance(str, os.PathLike, what="a folder's path")
         optional(path)(self.out, "Summary: out")
