@@ -5,6 +5,7 @@ CasADi symbol.
 """
 
 import math
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -28,6 +29,14 @@ def as_numbers() -> Iterator[None]:
         yield
     finally:
         _EXACT.reset(token)
+
+
+@contextmanager
+def numpy_on_symbols() -> Iterator[None]:
+    """Leave out CasADi's warning that a function of NumPy was called on its symbols."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
 
 
 def _chosen(condition, value, otherwise):

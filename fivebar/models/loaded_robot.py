@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.backend import is_symbolic
+from ..base.backend import is_symbolic, numpy_on_symbols
 from ..base.checks import a_callable
 from ..base.checks import robot as must_be_robot
 from .robots import Robot
@@ -140,8 +139,7 @@ def _traced(torques):
     symbols = [casadi.SX.sym(name, *shape) for name, *shape in (("t",), ("q", 2), ("q_dot", 2))]
     symbols.append(casadi.SX.sym("tau", 2))
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # CasADi's, of NumPy's functions
+        with numpy_on_symbols():
             value = torques(*symbols)
             if not is_symbolic(value):
                 value = casadi.vertcat(*value)

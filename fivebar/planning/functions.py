@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,6 +10,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from ..base.backend import numpy_on_symbols
 from ..base.checks import shown
 from ..models.kinematics import Accelerations
 
@@ -85,8 +85,7 @@ class OwnFunctions:
 def _expression(what, function, point):
     """Return what a function makes of the symbols of a point; ValueError where it is no number."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # CasADi's, of NumPy's functions
+        with numpy_on_symbols():
             value = ca.SX(function(point))
     except Exception as error:  # Whatever a function of numbers raises when it is given symbols.
         raise ValueError(

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import casadi
 import numpy as np
 
+from ..base.backend import numpy_on_symbols
 from ..control.laws import PD, ComputedTorque
 from ..models.charts import BarAngles, StateChart, halves
 from ..models.compiled import Buffered, compiled
@@ -257,7 +258,8 @@ def _commanded(law, *arguments):
     """Return the torques of a law at symbols; ValueError where it is no function of these."""
     name = f"{type(law).__name__}.law"
     try:
-        value = law.law(*arguments)
+        with numpy_on_symbols():
+            value = law.law(*arguments)
         if isinstance(value, (tuple, list, np.ndarray)):
             value = casadi.vertcat(*value)
     except Exception as error:  # Whatever a law of numbers raises when it is given symbols.
