@@ -58,14 +58,16 @@ class OwnFunctions:
         costs, constraints = tuple(costs), tuple(constraints)
         if not costs and not constraints:
             return None
-        point = MotionPoint(*(ca.SX.sym(name, 1 + (name != "t")) for name in MotionPoint._fields))
+        vectors = (ca.SX.sym(name, 2) for name in MotionPoint._fields[1:])
+        point = MotionPoint(ca.SX.sym("t"), *vectors)
         cost = ca.SX(0)
         for name, function in costs:
             cost += _expression(f"{name!r} of the objective", function, point)
         kept = [
             _expression(f"{name!r} of the constraints", each, point) for name, each in constraints
         ]
-        function = ca.Function("own", [*point], [ca.densify(cost), ca.densify(ca.vertcat(*kept))])
+        outputs = [ca.densify(cost), ca.densify(ca.vertcat(*kept))]
+        function = ca.Function("own", [*point], outputs)
         return cls(tuple(dict(costs)), tuple(dict(constraints)), function.serialize())
 
     @cached_property
@@ -78,7 +80,8 @@ class OwnFunctions:
     def kept(self, point: MotionPoint) -> dict[str, np.ndarray]:
         """Return {name: value (n,)} of the constraints along a motion of numbers, (n, 2) each."""
         t: Any = point.t
-        _, values = self.function(t[None], *(np.transpose(each) for each in point[1:]))
+        columns = map(np.transpose, point[1:])
+        _, values = self.function(t[None], *columns)
         return dict(zip(self.constraints, values.full(), strict=True))
 
 
@@ -121,11 +124,10 @@ def refuse_not_finite(
     names = " + ".join(own.costs), *own.constraints
     values = np.vstack([each.full() for each in outputs])
     for name, row in zip(names, values):
-        bad = ~np.isfinite(row)
-        if bad.any():
-            raise ValueError(
-                f"plan: {name} is {row[bad][0]} on the first guess, at t = {t[bad][0]:.4g} s"
-            )
+        bad = np.flatnonzero(~np.isfinite(row))
+        if bad.size:
+            k = bad[0]
+            raise ValueError(f"plan: {name} is {row[k]} on the first guess, at t = {t[k]:.4g} s")
     if not np.isfinite(slopes).all():
         raise ValueError(
             f"plan: the slope of {', '.join(filter(None, names))} is not finite on the first guess:"

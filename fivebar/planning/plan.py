@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from ..base.checks import (
     instance,
     number,
-    one_of,
     optional,
     positive,
     takes,
@@ -28,7 +27,7 @@ from ..constraints.constraints import (
     refuse_others,
 )
 from ..models.geometry import Pose, igm
-from .collocation import LIMITS, METHODS, scheme
+from .collocation import LIMITS, Scheme
 from .functions import OwnFunctions
 from .guess import first_guess, guess_again
 from .plans import Plan, PlanMesh
@@ -78,10 +77,8 @@ class Collocation:
 
     Parameters
     ----------
-    method : "legendre-gauss" or "hermite-simpson"
-        The scheme of collocation points.
     degree : int
-        Points in an interval of "legendre-gauss", 2 to 7.
+        Points of Legendre and Gauss in an interval, 2 to 7.
     intervals : int
         Intervals of the first mesh, 2 to 600.
     tolerance : float
@@ -98,14 +95,12 @@ class Collocation:
     0.001
     """
 
-    method: str = "legendre-gauss"
     degree: int = 3
     intervals: int = 20
     tolerance: float = 1e-3
     max_time: float = 30.0
 
     def __post_init__(self) -> None:
-        one_of(*METHODS)(self.method, "Collocation: method")
         whole(2, 7)(self.degree, "Collocation: degree")
         whole(2, MOST_INTERVALS)(self.intervals, "Collocation: intervals")
         number(self.tolerance, "Collocation: tolerance", 1e-9, 1.0)
@@ -208,7 +203,7 @@ def plan(
             "plan: minimum time needs a torque or an acceleration among the constraints: without,"
             " it is 0"
         )
-    rule = scheme(collocation.method, collocation.degree)
+    rule = Scheme(collocation.degree)
     if free:
         ways = ways_between(robot, start, goal, duration, via)
         problems = [
@@ -228,7 +223,8 @@ def plan(
     problem = Problem(robot, stops, working, weights, constraints, rule, own)
     refuse_massless(problem)
     refuse_stops(problem)
-    sides = {np.sign(igm(robot, conditions[0], working).det_A) for conditions, _ in problem.stops}
+    poses = [igm(robot, conditions[0], working) for conditions, _ in problem.stops]
+    sides = {np.sign(pose.det_A) for pose in poses}
     if sides >= {-1.0, 1.0} and not weights["effort"] and constraints.torque is None:
         raise ValueError(
             "plan: this motion must cross a Type-2 singularity, where without a torque among the"
@@ -241,7 +237,8 @@ def plan(
 
 
 def _mesh(intervals, durations):
-    share = np.maximum(np.round(intervals * durations / durations.sum()).astype(int), 2)
+    share = np.round(intervals * durations / durations.sum())
+    share = np.maximum(share.astype(int), 2)
     return [np.linspace(0, 1, n + 1) for n in share]
 
 

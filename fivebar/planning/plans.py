@@ -20,7 +20,7 @@ from ..models.kinematics import Accelerations
 from ..models.loads import forces_and_torques, friction_torques
 from ..models.parameters import robot_of
 from ..models.physics import physics_of
-from .collocation import METHODS, Pieces, scheme
+from .collocation import METHOD, Pieces, Scheme
 from .functions import MotionPoint
 from .problem import Problem
 from .trajectory import refuse_nan
@@ -144,7 +144,8 @@ class Plan(Animated):
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         motion = self.motion(t)
         if self.problem.coordinates.size == 2:
-            return motion[..., :2], motion[..., 2:4], motion[..., 4:6]
+            xi, xi_dot, xi_ddot, _ = np.split(motion, (2, 4, 6), axis=-1)
+            return xi, xi_dot, xi_ddot
         acc = self.problem.accelerations(motion)
         return acc.rates.pose.xi, acc.rates.xi_dot, acc.xi_ddot
 
@@ -249,10 +250,12 @@ class Plan(Animated):
 
     def _own_excess(self, motion, acc):
         """Return {name: by how much (n, 13) functions of the user's own are below 0}."""
-        t = self.pieces.knots[:-1, None] + self.pieces.widths[:, None] * FINE
+        begins = self.pieces.knots[:-1, None]
+        t = begins + self.pieces.widths[:, None] * FINE
         tau = motion[..., -2:]
         point = MotionPoint.of(t, acc, tau, self.problem.bar_forces(acc, tau))
-        flat = MotionPoint(t.ravel(), *(each.reshape(-1, 2) for each in point[1:]))
+        vectors = (each.reshape(-1, 2) for each in point[1:])
+        flat = MotionPoint(t.ravel(), *vectors)
         kept = self.problem.own.kept(flat)
         return {name: -value.reshape(t.shape) for name, value in kept.items()}
 
@@ -287,7 +290,7 @@ class Plan(Animated):
             "weights": problem.weights,
             "constraints": asdict(problem.constraints),
             "functions": [*problem.own.costs, *problem.own.constraints] if problem.own else [],
-            "method": METHODS[not rule.shared],
+            "method": METHOD,
             "degree": len(rule.c),
             "knots": pieces.knots,
             "objective": self.objective,
@@ -297,17 +300,18 @@ class Plan(Animated):
             "tried": self.tried,
             "begins": np.hstack([pieces.xi, pieces.xi_dot]),
         }
-        ends = 0 if rule.shared else 1  # nodes of Legendre and Gauss lie inside
-        t = self.nodes
         n = problem.coordinates.size
-        index = rule.points(len(pieces.xi)) + ends
-        t = np.concatenate([[0.0] * ends, t, [self.duration] * ends])
+        t = np.concatenate([[0.0], self.nodes, [self.duration]])
         motion = self.motion(t)
         # The values themselves, to the last bit.
-        motion[index, 2 * n : 3 * n] = pieces.xi_ddot
-        motion[index, 3 * n :] = pieces.tau
+        inner = motion[1:-1]
+        inner[:, 2 * n : -2] = pieces.xi_ddot.reshape(-1, n)
+        inner[:, -2:] = pieces.tau.reshape(-1, 2)
         in_bars = n == 4
-        xi, xi_dot, xi_ddot = self(t) if in_bars else np.split(motion[:, :6], 3, axis=1)
+        if in_bars:
+            xi, xi_dot, xi_ddot = self(t)
+        else:
+            xi, xi_dot, xi_ddot = np.split(motion[:, :6], 3, axis=1)
         table = [
             t,
             xi,
@@ -331,27 +335,27 @@ class Plan(Animated):
         """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
         table = Table(path)
         problem, knots, begins, known = table.about("plan", "a file written by Plan.to_csv", _known)
-        index = problem.scheme.points(len(knots) - 1)
         in_bars = problem.coordinates.size == 4
         values = table.numbers(COLUMNS[:-2] + BARS * in_bars)
-        nodes = index[-1, -1] + 1
-        rows = nodes if problem.scheme.shared else nodes + 2
-        if len(values) != rows:
+        nodes = problem.scheme.nodes(knots)
+        if len(values) != len(nodes) + 2:
+            rows = len(nodes) + 2
             raise ValueError(f"{table.name}: {len(values)} rows, its first line needs {rows}")
-        if not problem.scheme.shared:
-            values = values[1:-1]
-        if np.abs(values[:, 0] - problem.scheme.nodes(knots)).max() > 1e-9 * knots[-1]:
+        values = values[1:-1]
+        error = np.abs(values[:, 0] - nodes).max()
+        if error > 1e-9 * knots[-1]:
             raise ValueError(f"{table.name}: the times are not those that its first line speaks of")
         accelerations = values[:, 9:] if in_bars else values[:, 5:7]
         tau = values[:, 7:9]
         start, start_rate = np.hsplit(begins, 2)
+        by_interval = len(start), len(problem.scheme.c)
         pieces = Pieces(
             problem.scheme,
             knots,
             start,
             start_rate,
-            accelerations[index],
-            tau[index],
+            accelerations.reshape(*by_interval, accelerations.shape[1]),
+            tau.reshape(*by_interval, 2),
         )
         return cls(problem, pieces, *known)
 
@@ -361,7 +365,7 @@ def _known(about):
     constraints = dict(about["constraints"])
     if constraints["collisions"] is not None:
         constraints["collisions"] = LinkCollisions(**constraints["collisions"])
-    if about["method"] not in METHODS or about["degree"] not in range(2, 8):
+    if about["method"] != METHOD or about["degree"] not in range(2, 8):
         raise ValueError(f"no method {about['method']} of degree {about['degree']}")
     stops = []
     for conditions, t in about["stops"]:
@@ -372,7 +376,7 @@ def _known(about):
         about["working"] and tuple(about["working"]),
         about["weights"],
         Constraints(**constraints),
-        scheme(about["method"], about["degree"]),
+        Scheme(about["degree"]),
     )
     knots = np.array(about["knots"], dtype=float)
     meshes = tuple(PlanMesh(*mesh) for mesh in about["meshes"])

@@ -91,6 +91,11 @@ class Problem:
     scheme: Scheme
     own: OwnFunctions | None = None
 
+    @cached_property
+    def timed(self) -> list[tuple[int, float]]:
+        """Return (number, time) of the stops whose time is given."""
+        return [(k, t) for k, (_, t) in enumerate(self.stops) if t is not None]
+
     @property
     def length(self) -> float:
         return sum(self.robot.distal) / 2
@@ -113,7 +118,8 @@ class Problem:
     @property
     def mass(self) -> float:
         # Grouped parameters may be negative.
-        return abs(self.robot.m) + sum(map(abs, self.robot.inertias)) / self.lever**2
+        turning = sum(map(abs, self.robot.inertias))
+        return abs(self.robot.m) + turning / self.lever**2
 
     @property
     def fall(self) -> float:
@@ -202,7 +208,8 @@ class Problem:
                 limit = getattr(self.constraints, name, None)
                 bound = "" if limit is None else f" (limit {np.max(limit):.6g})"
                 quantity = own.effort if name == "torque" else name
-                words.append(f"{quantity} by {value:.4g} {units.get(name, '')}".rstrip() + bound)
+                excess = f"{quantity} by {value:.4g} {units.get(name, '')}"
+                words.append(excess.rstrip() + bound)
         return f"; violated: {', '.join(words)}" if words else ""
 
 
@@ -281,7 +288,8 @@ def refuse_broken(plan: Plan, tolerance: float) -> Plan:
         if -clearance[k] > tolerance * unit:
             violated[f"{name} (t = {t[k]:.4g} s)"] = float(-clearance[k])
     if violated:
-        words = ", ".join(f"{name}: by {by:.3g}" for name, by in violated.items())
+        excesses = [f"{name}: by {by:.3g}" for name, by in violated.items()]
+        words = ", ".join(excesses)
         message = f"plan: the best motion found does not keep {words}; it is attached as .plan"
         raise PlanError(message, violated, plan)
     return plan
@@ -312,7 +320,8 @@ def timed(
         ) from None
     stops: list[tuple] = [("start", 0.0, start)]
     last = 0.0
-    for name, (t, point) in zip(stop_names(len(via) + 2)[1:], [*via, (duration, goal)]):
+    names = stop_names(len(via) + 2)[1:]
+    for name, (t, point) in zip(names, [*via, (duration, goal)]):
         if t is not None:
             words = "plan: duration" if name == "goal" else f"plan: the time of {name}"
             t = last = number(positive(t, words), words, last, above=True)
@@ -340,7 +349,8 @@ def checked_stops(
             for order, value in point.items()
         }
         stops.append((conditions, t))
-    if duration is None and all(conditions[0] == stops[0][0][0] for conditions, _ in stops):
+    points = {conditions[0] for conditions, _ in stops}
+    if duration is None and len(points) == 1:
         raise ValueError("plan: start and goal are the same point: a free duration would be 0")
     return tuple(stops)
 

@@ -132,9 +132,7 @@ class NonlinearProgram:
         self.time = float(np.sum(durations))
         self.force = problem.mass * (self.length / self.time**2 + problem.fall)
         self.torque = self.force * problem.lever
-        self.index = self.rule.points(count)
-        self.flat = self.index.ravel().tolist()
-        points = int(self.index[-1, -1]) + 1
+        points = count * len(self.rule.c)
         self.coordinates = problem.coordinates
         size = self.coordinates.size
         self.at_knots = [ca.MX.sym(name, size, count + 1) for name in ("c", "c_dot")]
@@ -151,14 +149,14 @@ class NonlinearProgram:
             self.slack,
         ]
         # Durations that are all given are constants: the constraints on the motion are then linear.
-        given = all(t is not None for _, t in problem.stops)
-        if given:
+        if len(problem.timed) == len(problem.stops):
             phases = ca.MX(ca.DM(np.asarray(durations) / self.time))
         else:
             phases = self.phases
         self.total = ca.sum1(phases)
         widths = ca.MX(ca.DM(np.concatenate([np.diff(knots) for knots in mesh])))
-        self.h = (widths * phases[np.repeat(np.arange(len(mesh)), sizes).tolist(), 0]).T
+        phase_of = np.repeat(np.arange(len(mesh)), sizes).tolist()
+        self.h = (widths * phases[phase_of, 0]).T
         self.point = _point(self)
         self.outputs = [
             ca.MX.sym(f"y{k}", self.point.size1_out(k), points) for k in range(self.point.n_out())
@@ -203,42 +201,36 @@ class NonlinearProgram:
             xi[:, :-1],
             xi_dot[:, :-1],
             self.h,
-            xi_ddot_c[:, self.flat],
+            xi_ddot_c,
         )
-        own = self.places.tolist()
         self.keep(xi[:, 1:] - end)
         self.keep(xi_dot[:, 1:] - end_dot)
-        self.keep(xi_c - on_xi[:, own])
-        self.keep(xi_dot_c - on_xi_dot[:, own])
+        self.keep(xi_c - on_xi)
+        self.keep(xi_dot_c - on_xi_dot)
         self.keep(self.dynamics)
-
-    @property
-    def places(self):
-        """Return where each point is among those of all intervals, one after the other."""
-        # A point that two intervals share belongs to the later one.
-        _, from_end = np.unique(self.index.ravel()[::-1], return_index=True)
-        return self.index.size - 1 - from_end
 
     def keep_functions(self, durations, guess):
         """Add the user's own constraints, and the time at each point; the unit of the own cost."""
         if not self.own:
             return
-        s = len(self.rule.c)
-        k = (self.places // s).tolist()
-        starts = self.h @ ca.DM(np.triu(np.ones((self.count, self.count)), 1))
-        times = starts[0, k] + ca.DM(self.rule.c[self.places % s]).T * self.h[0, k]
-        self.keep(self.at_points[-1] - times)
+        # A column for each interval, a row for each of its points.
+        starts = ca.cumsum(self.h, 1) - self.h
+        places = ca.DM(self.rule.c)
+        times = ca.repmat(starts, len(self.rule.c), 1) + places @ self.h
+        self.keep(self.at_points[-1].T - ca.vec(times))
         _, kept = self.own
         if kept.numel():
             self.keep(kept, 0.0, np.inf, "functions")
         nodes = self.rule.nodes(knots_of(self.mesh, durations))
         given = [ca.DM(each.T) for each in self.points_of(nodes, guess)]
-        symbols = [ca.SX.sym("z", *self.point.size_in(j)) for j in range(self.point.n_in())]
+        sizes = map(self.point.size_in, range(self.point.n_in()))
+        symbols = [ca.SX.sym("z", *size) for size in sizes]
         functions = ca.vertcat(*self.point(*symbols)[-2:])
         slope = ca.Function("slope", symbols, [ca.jacobian(functions, ca.vertcat(*symbols))])
         values = self.point(*given)[-2:]
         refuse_not_finite(self.problem.own, values, slope(*given).full(), nodes)
-        self.own_unit = self.time * (float(np.abs(values[0].full()).mean()) or 1.0)
+        mean = float(np.abs(values[0].full()).mean())
+        self.own_unit = self.time * (mean or 1.0)
 
     def keep_limits(self):
         """Add the limits: of polynomials by their Bezier points, so between nodes too."""
@@ -299,24 +291,26 @@ class NonlinearProgram:
             for order, rows, value in self.coordinates.at(self.problem, conditions):
                 if rows is not None:
                     scaled = ca.DM(value * self.time**order / units)
-                    self.keep(ca.DM(rows * units) @ (self.at_knots[order][:, k] - scaled))
+                    error = self.at_knots[order][:, k] - scaled
+                    self.keep(ca.DM(rows * units) @ error)
             if 2 in conditions:
                 value = ca.DM(conditions[2]) * self.time**2 / self.length
                 if k < self.count:
                     self.keep(starts[:, k] - value)
                 if k > 0:
                     self.keep(ends[:, k - 1] - value)
-        timed = [(i, t) for i, (_, t) in enumerate(self.problem.stops) if t is not None]
+        timed = self.problem.timed
         for (i, before), (j, after) in zip(timed, timed[1:]):
-            self.keep(ca.sum1(self.phases[i:j]) - (after - before) / self.time)
-        if self.problem.weights["jerk"] and not self.rule.shared:
+            lasts = ca.sum1(self.phases[i:j])
+            self.keep(lasts - (after - before) / self.time)
+        if self.problem.weights["jerk"]:
             self.keep(ends[:, :-1] - starts[:, 1:])
 
     def rows(self, matrix, values):
         """Return matrix (r, s) times the values at the points of each interval, 2 x r count."""
         one = ca.sparsify(ca.DM(matrix.T))
         all_intervals = ca.kron(ca.DM.eye(self.count), one)
-        return values[:, self.flat] @ all_intervals
+        return values @ all_intervals
 
     def cost(self):
         """Return the weighted objective over its unit; the integrals of squares are exact."""
@@ -340,7 +334,10 @@ class NonlinearProgram:
             "jerk": self.length**2 / self.time**5,
         }
         self.cost_unit = sum(weights[name] * unit for name, unit in units.items())
-        cost = sum(weights[name] * units[name] * terms[name] for name in terms if weights[name])
+        cost = 0.0
+        for name, term in terms.items():
+            if weights[name]:
+                cost += weights[name] * units[name] * term
         if self.own and self.problem.own.costs:
             self.cost_unit += self.own_unit
             quadrature = self.rule.powers(1.0)[1][None]
@@ -350,8 +347,10 @@ class NonlinearProgram:
     def distance(self, durations, guess):
         """Return the mean square distance of the points from those of a guess, scaled."""
         units = self.coordinates.units(self.problem)
-        points = guess(self.rule.nodes(knots_of(self.mesh, durations)))[:, : len(units)]
-        return ca.sumsqr(self.at_points[0] - ca.DM((points / units).T)) / len(points)
+        nodes = self.rule.nodes(knots_of(self.mesh, durations))
+        points = guess(nodes)[:, : len(units)]
+        difference = self.at_points[0] - ca.DM((points / units).T)
+        return ca.sumsqr(difference) / len(points)
 
     def values(self, durations, guess):
         """Return the guess as one column; n columns of a matrix are n rows here."""
@@ -368,13 +367,15 @@ class NonlinearProgram:
         control = np.full(2, self.coordinates.control(self))
         units = np.concatenate([own, own / self.time, own / self.time**2, control])
         size = self.coordinates.size
-        parts = np.split(guess(t) / units, (size, 2 * size, 3 * size), axis=1)
+        ends = size, 2 * size, 3 * size
+        parts = np.split(guess(t) / units, ends, axis=1)
         return [*parts, t[:, None] / self.time] if self.own else parts
 
     def bounds(self):
         sides = []
         for sign in (-1, 1):
-            parts = [np.full(variable.shape[::-1], sign * np.inf) for variable in self.variables]
+            shapes = [variable.shape[::-1] for variable in self.variables]
+            parts = [np.full(shape, sign * np.inf) for shape in shapes]
             for k, (conditions, _) in zip(self.first, self.problem.stops):
                 for order, rows, value in self.coordinates.at(self.problem, conditions):
                     scaled = value * self.time**order / self.coordinates.units(self.problem)
@@ -402,8 +403,8 @@ class NonlinearProgram:
             knots_of(self.mesh, durations),
             units * c[:-1],
             units / self.time * c_dot[:-1],
-            units / self.time**2 * c_ddot[self.index],
-            self.torque * tau[self.index],
+            (units / self.time**2 * c_ddot).reshape(self.count, -1, len(units)),
+            (self.torque * tau).reshape(self.count, -1, 2),
         )
         return (
             pieces,
@@ -416,7 +417,9 @@ class NonlinearProgram:
 def knots_of(mesh, durations):
     """Return the times of all knots, s."""
     starts = np.concatenate([[0.0], np.cumsum(durations)])
-    times = [start + T * knots[:-1] for start, T, knots in zip(starts, durations, mesh)]
+    times = []
+    for start, duration, knots in zip(starts, durations, mesh):
+        times.append(start + duration * knots[:-1])
     return np.concatenate([*times, starts[-1:]])
 
 
@@ -433,7 +436,8 @@ def _interval(program):
     xs, vs = [], []
     for sigma, once, twice in zip(places, single, double):
         vs.append(v + h * (a @ ca.DM(once)))
-        xs.append(x + h * (sigma * v + h * (a @ ca.DM(twice))))
+        bend = h * (a @ ca.DM(twice))
+        xs.append(x + h * (sigma * v + bend))
     end = xs.pop()
     end, end_dot = program.coordinates.at_knot(program, end, vs[-1])
     outputs = [

@@ -28,7 +28,7 @@ INLINE = 10  # steps in a control period that are written out: beyond, a loop is
 GAINS = "kp1", "kp2", "kd1", "kd2"
 
 
-class Loop(NamedTuple):
+class LoopModel(NamedTuple):
     """All that a compiled loop depends on, but for robots, gains, starts and the reference."""
 
     kind: type  # of the robots
@@ -65,10 +65,12 @@ class Loop(NamedTuple):
 
 
 class ClosedLoops:
-    """Many closed loops of one Loop and reference: each a row (parameters, gains, start, modes)."""
+    """Many closed loops of one model and reference: rows of parameters, gains, start and modes."""
 
-    def __init__(self, loop: Loop, jit: bool | str, reference: Any, threads: int = 1) -> None:
-        self.loop, self.jit, self.threads = loop, jit, threads
+    def __init__(self, loop: LoopModel, jit: bool | str, reference: Any, threads: int = 1) -> None:
+        self.loop = loop
+        self.jit = jit
+        self.threads = threads
         grid = loop.grid
         self.t = np.arange(grid.steps + 1) * grid.step
         self.times = np.arange(loop.periods) * (grid.block * grid.step)
@@ -80,14 +82,16 @@ class ClosedLoops:
     def __call__(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return observations (n, steps + 1, columns) and controllers' samples (n, periods, 8)."""
         count = len(rows)
-        parameters, gains, states, modes = np.split(rows, np.cumsum(self.loop.lengths)[:-1], axis=1)
+        ends = np.cumsum(self.loop.lengths)[:-1]
+        parameters, gains, states, modes = np.split(rows, ends, axis=1)
         inputs = states, np.tile(self.targets, (count, 1)), modes, parameters, gains
         if count == 1:
             inputs = tuple(each.squeeze() for each in inputs)
         observed, last, samples = _compiled(count, self.jit, self.loop, self.threads)(*inputs)
         observed = observed.reshape(count, -1, COLUMNS)
         whole = np.concatenate([observed, last.reshape(count, 1, COLUMNS)], axis=1)
-        return whole[:, : self.loop.grid.steps + 1], samples.reshape(count, -1, 8).copy()
+        rows = self.loop.grid.steps + 1
+        return whole[:, :rows], samples.reshape(count, -1, 8).copy()
 
     def robot(self, row: np.ndarray) -> Robot:
         """Return the robot of a row."""
@@ -97,7 +101,8 @@ class ClosedLoops:
     def torques(self, samples: np.ndarray) -> np.ndarray:
         """Return the torques (..., steps, 2) that were held, by samples (..., periods, 8)."""
         grid = self.loop.grid
-        return np.repeat(samples[..., 6:], grid.block, axis=-2)[..., : grid.steps, :]
+        held = np.repeat(samples[..., 6:], grid.block, axis=-2)
+        return held[..., : grid.steps, :]
 
     def check(self, robot: Robot, observed: np.ndarray, torques: np.ndarray) -> None:
         """Raise ArithmeticError where a motion jumped."""
@@ -212,10 +217,11 @@ def law_of(
     law, gains = one_law([controller])
     names = names_of([robot])
     grid = Grid(1, period, 1)
-    loop = Loop(type(robot), names, law, BarAngles(), "dop8", grid, 1, None, Measurement())
+    loop = LoopModel(type(robot), names, law, BarAngles(), "dop8", grid, 1, None, Measurement())
     parameters = casadi.vertcat(*parameters_of(robot, names))
     target = casadi.vertcat(target, 0)
-    return _sample(loop)(state, target, [0, 0], parameters, gains[0])[0]
+    applied, *_ = _sample(loop)(state, target, [0, 0], parameters, gains[0])
+    return applied
 
 
 def _sample(loop):
@@ -243,7 +249,8 @@ def _sample(loop):
     law = copy.copy(loop.law)
     object.__setattr__(law, "kp", gains[:2])  # symbols, which the controller's checks refuse
     object.__setattr__(law, "kd", gains[2:])
-    commanded = _commanded(law, q, q_dot, target[:2], target[2:4], target[4:6])
+    q_ref, q_ref_dot, q_ref_ddot, _ = casadi.vertsplit(target, [0, 2, 4, 6, 7])
+    commanded = _commanded(law, q, q_dot, q_ref, q_ref_dot, q_ref_ddot)
     pending = state[loop.size : loop.size + 2 * loop.measurement.delay]
     queue = casadi.vertcat(pending, commanded)
     applied = queue[:2]
@@ -282,7 +289,8 @@ def one_law(controllers: list) -> tuple[PD | ComputedTorque, np.ndarray]:
                 f"controllers of one loop differ in their gains alone: number {k} differs from"
                 " number 0"
             )
-        gains[k, :2], gains[k, 2:] = controller.kp, controller.kd
+        gains[k, :2] = controller.kp
+        gains[k, 2:] = controller.kd
     return first, gains
 
 

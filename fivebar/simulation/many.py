@@ -20,7 +20,7 @@ from ..models.loaded_robot import LoadedRobot, refuse_numbers, robot_and_torques
 from ..models.parameters import names_of, parameters_of
 from ..models.robots import Robot
 from .events import may_cross
-from .loops import ClosedLoops, Loop, a_built_in_controller, one_law
+from .loops import ClosedLoops, LoopModel, a_built_in_controller, one_law
 from .plant import check_start, refuse_sticking
 from .run import Run
 from .settings import Integrator, Measurement
@@ -156,7 +156,7 @@ def simulate_many(
     what = f"control_period = {control_period:g} s is {grid.block:.3g} steps"
     bounded(grid.block, MOST_BLOCK, what, STEP_BYTES)
     periods = -(-grid.steps // grid.block)
-    loop = Loop(
+    loop = LoopModel(
         type(robots[0]),
         names_of(robots),
         law,
@@ -193,7 +193,8 @@ def _runs(loops, robots, cases, first):
         except ArithmeticError as error:
             error.args = (f"run {first + k}: {error}",)
             raise
-        runs.append(loops.run(robot, observed[k], samples[k], bool(crosses[k])))
+        run = loops.run(robot, observed[k], samples[k], bool(crosses[k]))
+        runs.append(run)
     return runs
 
 
@@ -264,13 +265,15 @@ def _starts(loop, robots, starts, reference):
         columns = np.array([_columns(loop.chart, start) for start in each])
     bad = np.flatnonzero(~np.isfinite(columns).all(axis=1))
     if bad.size:
-        first = ", ".join(map(str, bad[:5])) + " ..." * (len(bad) > 5)
+        more = " ..." if len(bad) > 5 else ""
+        first = ", ".join(map(str, bad[:5])) + more
         x, y = begin_of(reference)[0]
         raise ValueError(
             f"{len(bad)} of {len(robots)} robots do not reach the reference's start ({x:.9g},"
             f" {y:.9g}) m: number {first}"
         )
-    states, modes, q, q_dot = np.split(columns, np.cumsum([loop.size, 2, 2]), axis=1)
+    ends = np.cumsum([loop.size, 2, 2])
+    states, modes, q, q_dot = np.split(columns, ends, axis=1)
     memory = [np.zeros((len(columns), 2 * loop.measurement.delay))]
     resolution = loop.measurement.encoder_resolution
     if resolution is not None:

@@ -25,6 +25,8 @@ from ..models.robots import Robot, nearest_equivalent_angle
 from .steps import (
     COLUMNS,
     ENERGY,
+    JOINT_RATES,
+    JOINTS,
     MARGIN_RATES,
     MARGINS,
     Q_DOT,
@@ -90,7 +92,8 @@ class Plant:
         check_start(robot, start)
         if jit:
             refuse_numbers(torques, "machine code of a step (jit)")
-        self.robot, self.tolerance = robot, tolerance
+        self.robot = robot
+        self.tolerance = tolerance
         self.torques = torques
         self.parameters = np.array(parameters_of(robot))
         self.t, self.length = 0.0, FIRST
@@ -112,7 +115,8 @@ class Plant:
     @property
     def joints(self) -> tuple[np.ndarray, np.ndarray]:
         """q and q' now."""
-        return self.state[0:3:2].copy(), self.state[4:7:2].copy()
+        q = self.state[JOINTS].copy()
+        return q, self.state[JOINT_RATES].copy()
 
     @property
     def rates(self) -> FourJointRates:
@@ -175,7 +179,7 @@ class Plant:
         """Return the torques at the joints, (2,) N m, where the controller applies tau."""
         if self.torques is None:
             return tau
-        return self.torques.at(t, state[0:3:2], state[4:7:2], tau)
+        return self.torques.at(t, state[JOINTS], state[JOINT_RATES], tau)
 
     def _keep_step(self, tau, length, after, polynomial):
         """Keep a step; return how much of it was kept, s."""
@@ -254,7 +258,8 @@ class Plant:
         before = np.concatenate([[0.0], np.cumsum(of_steps)])
         loss = np.empty(len(t))
         for part, at, places in self._stretches(t):
-            loss[part] = before[at] + self._lost(places, *(column[at] for column in pieces))
+            begun = (column[at] for column in pieces)
+            loss[part] = before[at] + self._lost(places, *begun)
         return loss
 
     def _lost(self, places, t0, lengths, states, polynomials, tau):
@@ -270,7 +275,8 @@ class Plant:
             power = lost_power(rates)
             if self.torques is not None:
                 t = t0 + places * lengths * (1 + node) / 2
-                power = power + self.torques.lost_power(t, columns[0:3:2].T, columns[4:7:2].T, tau)
+                q, q_dot = columns[JOINTS].T, columns[JOINT_RATES].T
+                power = power + self.torques.lost_power(t, q, q_dot, tau)
             total = total + weight / 2 * power
         return total * places * lengths
 
@@ -420,7 +426,8 @@ def refuse_losses(
     if torques is not None:
         lost, uncertain = lost_in_steps(torques, rows, tau, step)
         gained = gained + lost
-        allowed = allowed + LOST_ENERGY * np.abs(lost) + uncertain
+        rounding = LOST_ENERGY * np.abs(lost)
+        allowed = allowed + rounding + uncertain
     columns = list(chart.margins)
     margins = rows[:-1, MARGINS][:, columns]
     rates = rows[:-1, MARGIN_RATES][:, columns]
@@ -445,8 +452,10 @@ def lost_in_steps(
     t = step * np.arange(len(rows) - 1)
     q0, q1 = rows[:-1, Q], rows[1:, Q]
     v0, v1 = rows[:-1, Q_DOT], rows[1:, Q_DOT]
-    q = (q0 + q1) / 2 + step / 8 * (v0 - v1)
-    v = 1.5 / step * (q1 - q0) - (v0 + v1) / 4
+    bend = step / 8 * (v0 - v1)
+    q = (q0 + q1) / 2 + bend
+    chord = (q1 - q0) / step
+    v = 1.5 * chord - (v0 + v1) / 4
     before = torques.lost_power(t, q0, v0, tau)
     middle = torques.lost_power(t + step / 2, q, v, tau)
     after = torques.lost_power(t + step, q1, v1, tau)

@@ -159,7 +159,8 @@ class Run(Animated):
         ]
         if self.xi_ref is not None:
             largest = np.nanmax(np.linalg.norm(self.error, axis=1))
-            parts.append(f"error at most {1e6 * largest:.4g} um")
+            micrometres = 1e6 * largest
+            parts.append(f"error at most {micrometres:.4g} um")
         if self.events:
             parts.append(f"{len(self.events)} crossings")
         return one_line("Run", *parts)
@@ -176,7 +177,8 @@ class Run(Animated):
         nan where xi_ref is out of reach.
         """
         working = self._working_at_start()
-        reference = igm(self.robot, self._reference(), working, unreachable="nan")
+        xi_ref = self._reference()
+        reference = igm(self.robot, xi_ref, working, unreachable="nan")
         return self.robot.joint_difference(self.q - reference.q)
 
     def _working_at_start(self):
@@ -188,7 +190,8 @@ class Run(Animated):
             unreachable="nan",
         )
         distance = np.abs(self.robot.joint_difference(poses.q - self.q[0]))
-        return modes[int(np.argmin(np.nan_to_num(distance, nan=0.0).sum(axis=1)))]
+        total = np.nan_to_num(distance, nan=0.0).sum(axis=1)
+        return modes[int(np.argmin(total))]
 
     def _reference(self) -> np.ndarray:
         if self.xi_ref is None:
@@ -210,7 +213,8 @@ class Run(Animated):
         q_dot = self.q_dot
         if self.control is not None:  # torques are held, and so are the speeds of that moment
             rows = np.searchsorted(self.t, self.control.t)
-            q_dot = q_dot[rows[np.searchsorted(rows, np.arange(len(self.t)), side="right") - 1]]
+            sample = np.searchsorted(rows, np.arange(len(self.t)), side="right") - 1
+            q_dot = q_dot[rows[sample]]
         low, high = torque_bounds(self.torque_limit, q_dot)
         rounding = 1e-12 * np.max(np.abs([low, high]))
         return (self.tau <= low + rounding) | (self.tau >= high - rounding)
@@ -241,7 +245,8 @@ class Run(Animated):
     def loop_gap(self) -> np.ndarray:
         """Distance from elbow to end-effector less the distal bar's length, per leg: (n, 2) m."""
         distal = self.xi[:, None] - elbows(self.robot, self.q)
-        return np.hypot(*np.moveaxis(distal, -1, 0)) - self.robot.distal
+        lengths = np.hypot(*np.moveaxis(distal, -1, 0))
+        return lengths - self.robot.distal
 
     @property
     def points(self) -> np.ndarray:
@@ -358,5 +363,7 @@ def _event(t, kind, margin, before, after):
 
 
 def _measured(gaps, notes, rates):
-    gaps = tuple((float(low), float(high), str(why)) for low, high, why in gaps)
-    return Measured(gaps, tuple(map(str, notes)), bool(rates))
+    read = []
+    for low, high, why in gaps:
+        read.append((float(low), float(high), str(why)))
+    return Measured(tuple(read), tuple(map(str, notes)), bool(rates))

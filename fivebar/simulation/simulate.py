@@ -286,8 +286,10 @@ def start_with(robot: Robot, reference: Any, controller: Any) -> Rates:
 def begin_of(reference: Callable) -> tuple:
     """Return (xi, xi_dot, xi_ddot) of a reference at t = 0, each (2,)."""
     answer = reference(0.0)
-    if isinstance(answer, (tuple, list)) and [np.shape(part) for part in answer] == 3 * [(2,)]:
-        return tuple(answer)
+    if isinstance(answer, (tuple, list)):
+        shapes = [np.shape(part) for part in answer]
+        if shapes == 3 * [(2,)]:
+            return tuple(answer)
     raise ValueError(
         f"reference must give xi, xi_dot and xi_ddot, each (2,), at a time, not {shown(answer)}"
     )
@@ -311,7 +313,8 @@ class _Loop:
         self.words = words
         self.controller = controller
         self.reference = reference
-        self.torque_limit, self.period = torque_limit, period
+        self.torque_limit = torque_limit
+        self.period = period
         self.resolution = measurement.encoder_resolution
         self.pending = [np.zeros(2)] * measurement.delay
         self.samples = []

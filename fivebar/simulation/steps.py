@@ -32,6 +32,9 @@ MARGIN_RATES = slice(11, 14)  # sin q12, sin q22, det A
 ENERGY = 14
 COLUMNS = 15
 METHODS = ("rk4", "dop8")
+# Of the active joints in a state of the four bars.
+JOINTS = slice(0, 3, 2)
+JOINT_RATES = slice(4, 7, 2)
 
 
 @lru_cache(maxsize=64)
@@ -190,10 +193,10 @@ def free_step(kind: type, names: tuple = (), torques: JointTorques | None = None
     slip = (known[1][0], known[1][1]) if sticks else None
 
     rates = chart.turned(robot, *halves(state, chart), None)
-    model = casadi.Function("model", [state, tau, *known], [_slope(chart, rates, state, tau, slip)])
-    closing = casadi.Function(
-        "closing", [state, *known], [_closed(robot, chart, state, None, slip)[0]]
-    )
+    slope = _slope(chart, rates, state, tau, slip)
+    model = casadi.Function("model", [state, tau, *known], [slope])
+    end, _ = _closed(robot, chart, state, None, slip)
+    closing = casadi.Function("closing", [state, *known], [end])
     step = partial(_free_step, model, closing, torques)
     if torques is not None:
         known.append(casadi.SX.sym("t"))
@@ -211,7 +214,8 @@ def _free_step(model, closing, torques, state, tau, length, tolerance, *known):
     def slope(stage, fraction):
         joint = tau
         if torques is not None:
-            joint = torques.function(t + fraction * length, stage[0:3:2], stage[4:7:2], tau)
+            now = t + fraction * length
+            joint = torques.function(now, stage[JOINTS], stage[JOINT_RATES], tau)
         return model(stage, joint, *known)
 
     slopes: list = []
@@ -233,10 +237,12 @@ def _free_step(model, closing, torques, state, tau, length, tolerance, *known):
 
 def _error(state, length, slopes):
     """Return the error of a step of order 8, rad."""
-    scale = casadi.vertcat(np.ones(4), 1 + casadi.fabs(state[4:]))
+    rates = casadi.fabs(state[4:])
+    scale = casadi.vertcat(np.ones(4), 1 + rates)
     fifth = casadi.sumsqr(weighted_sum(DOP853.E5, slopes) / scale)
     third = casadi.sumsqr(weighted_sum(DOP853.E3, slopes) / scale)
-    return length * fifth / casadi.sqrt(casadi.fmax(8 * (fifth + 0.01 * third), 1e-300))
+    both = casadi.fmax(8 * (fifth + 0.01 * third), 1e-300)
+    return length * fifth / casadi.sqrt(both)
 
 
 def slope_and_closing(robot: Robot, state: Any, tau: Any) -> tuple[Any, Any]:
@@ -357,7 +363,8 @@ def motion_of(robot: Robot, rows: np.ndarray) -> Rates:
 
 def _symbols(chart, kind=casadi.SX):
     """Return the symbols of a state, the torques and the modes."""
-    return kind.sym("state", 2 * chart.size), kind.sym("tau", 2), kind.sym("modes", 2)
+    state = kind.sym("state", 2 * chart.size)
+    return state, kind.sym("tau", 2), kind.sym("modes", 2)
 
 
 def _turned(robot, chart, stage, modes):

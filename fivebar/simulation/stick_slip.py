@@ -19,7 +19,7 @@ from ..models.physics import loads_of
 from ..models.robots import Robot
 from ..models.sticking import slip_of
 from .plant import Plant
-from .steps import between, holding
+from .steps import JOINT_RATES, between, holding
 
 PLACES = np.linspace(0.0, 1.0, 17)[1:]  # of a step, at which it is looked what holds a drive
 FAR = 0.2  # of a rate's largest value in a step: where it stays above, it has no zero
@@ -105,13 +105,10 @@ class StickSlip(Plant):
 
     def _settle(self, tau):
         """Find which drives stick now."""
-        standing = (self.state[4:7:2] == 0) & (self.friction > 0)
+        rates = self.state[JOINT_RATES]
+        standing = (rates == 0) & (self.friction > 0)
         if not standing.any():
-            self.slip = np.where(
-                self.state[4:7:2] < 0,
-                -1.0,
-                1.0,
-            )
+            self.slip = np.where(rates < 0, -1.0, 1.0)
             return
         if (self.slip[standing] == 0).all():
             held = np.abs(self._held_by(tau)[standing])
@@ -159,13 +156,14 @@ class StickSlip(Plant):
         return cut
 
     def _stands(self, drive, state):
-        return abs(state[4 + 2 * drive]) <= AT_REST * (1 + np.abs(state[4:]).max())
+        fastest = np.abs(state[4:]).max()
+        return abs(state[4 + 2 * drive]) <= AT_REST * (1 + fastest)
 
     def _stop(self, drive):
         """Make the drive's rate 0 and close the loop by the others."""
         state = self.state.copy()
         state[4 + 2 * drive] = 0.0
-        free = tuple((state[4:7:2] != 0).astype(float).tolist())
+        free = tuple((state[JOINT_RATES] != 0).astype(float).tolist())
         if any(free):
             a = tuple(state[:4].tolist())
             a_dot = tuple(state[4:].tolist())
@@ -196,10 +194,13 @@ class StickSlip(Plant):
         if values.min() > FAR * values.max():
             return None
         roots = rate.trim().roots()
-        places = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0) & (roots.real <= 1)]
+        within = (roots.real > 0) & (roots.real <= 1)
+        places = roots.real[within & (np.abs(roots.imag) < 1e-9)]
         slope = rate.deriv()
-        slowing = (place for place in np.sort(places) if slope(place) * self.slip[k] <= 0)
-        return next(slowing, None)
+        for place in np.sort(places):
+            if slope(place) * self.slip[k] <= 0:
+                return place
+        return None
 
     def _lets_go_at(self, k, tau, length, polynomial):
         def excess(place):
@@ -221,7 +222,8 @@ class StickSlip(Plant):
         return high
 
     def _free(self, states, polynomials):
-        moving = (states[:, 4:7:2] != 0) | (polynomials[:, :, 4:7:2] != 0).any(axis=1)
+        changes = (polynomials[:, :, JOINT_RATES] != 0).any(axis=1)
+        moving = (states[:, JOINT_RATES] != 0) | changes
         # Where both drives stand, so does what is between them.
         moving |= ~moving.any(axis=1, keepdims=True)
         return tuple(moving.T.astype(float))

@@ -104,7 +104,8 @@ def summarize(loops: ClosedLoops, cases: np.ndarray, summary: Summary) -> Summar
         "choices": _choices(loops),
         "versions": {name: version(name) for name in ("fivebar", "numpy", "casadi")},
     }
-    chunks = (cases[k : k + summary.chunk] for k in range(0, len(cases), summary.chunk))
+    begins = range(0, len(cases), summary.chunk)
+    chunks = (cases[k : k + summary.chunk] for k in begins)
     options = summary.executor, workers, summary.out
     return Summaries.compute(compute, chunks, len(cases), about, *options)
 
@@ -112,7 +113,8 @@ def summarize(loops: ClosedLoops, cases: np.ndarray, summary: Summary) -> Summar
 def _choices(loops):
     """Return what all runs share, for the manifest."""
     loop = loops.loop
-    law = {name: str(value) for name, value in vars(loop.law).items() if name not in ("kp", "kd")}
+    law = {name: str(value) for name, value in vars(loop.law).items()}
+    del law["kp"], law["kd"]  # they are columns
     reference = hashlib.sha256(loops.targets.tobytes())
     if loops.xi_ref is not None:
         reference.update(loops.xi_ref.tobytes())
@@ -146,7 +148,8 @@ class Summarizer:
 
     def __call__(self, cases: np.ndarray) -> Chunk:
         together = max(1, min(TOGETHER, AT_ONCE // self.loops.loop.grid.steps))
-        values = np.full((len(cases), len(self.built_in) + len(self.functions)), np.nan)
+        figures = len(self.built_in) + len(self.functions)
+        values = np.full((len(cases), figures), np.nan)
         errors: list[tuple[int, str]] = []
         for first in range(0, len(cases), together):
             part = slice(first, first + together)
@@ -159,12 +162,15 @@ class Summarizer:
         observed, samples = self.loops(cases)
         torques = self.loops.torques(samples)
         robots = [self.loops.robot(row) for row in cases]
-        q = robots[0].continuous(np.moveaxis(observed[:, :, Q], 1, 0))[-1]
-        columns = [q, observed[:, -1, Q_DOT], observed[:, -1, XI]]
+        along = np.moveaxis(observed[:, :, Q], 1, 0)
+        q = robots[0].continuous(along)[-1]
+        end = observed[:, -1]
+        columns = [q, end[:, Q_DOT], end[:, XI]]
         if self.loops.xi_ref is not None:
             error = np.linalg.norm(observed[:, :, XI] - self.loops.xi_ref, axis=2)
             rms = np.sqrt(np.mean(error**2, axis=1))
-            columns.append(np.stack([error.max(axis=1), rms, error[:, -1]], axis=1))
+            errors = [error.max(axis=1), rms, error[:, -1]]
+            columns.append(np.stack(errors, axis=1))
         columns.append(np.abs(torques).max(axis=1))
         built_in = np.hstack(columns)
         crosses = may_cross(observed[:, :, MARGINS], observed[:, :, MARGIN_RATES])
@@ -176,18 +182,19 @@ class Summarizer:
                 continue
             count = len(crossings(robot, self.loops.t, observed[k])) if crosses[k] else 0
             values[k, : len(self.built_in)] = *built_in[k], count
-            yield from self._own(k, robot, observed[k], samples[k], bool(crosses[k]), values[k])
+            if self.functions:
+                run = self.loops.run(robot, observed[k], samples[k], bool(crosses[k]))
+                for message in self._own(run, values[k]):
+                    yield k, message
 
-    def _own(self, k, robot, observed, samples, crosses, values):
-        """Fill the values of the user's functions; yield (number, message) of those that fail."""
-        if not self.functions:
-            return
-        run = self.loops.run(robot, observed, samples, crosses)
-        for place, (name, function) in enumerate(self.functions.items(), len(self.built_in)):
+    def _own(self, run, values):
+        """Fill the values of the user's functions; yield the messages of those that fail."""
+        first = len(self.built_in)
+        for place, (name, function) in enumerate(self.functions.items(), first):
             try:
                 values[place] = function(run)
             except Exception as error:  # Whatever a user's function raises.
-                yield k, f"{name}: {type(error).__name__}: {error}"
+                yield f"{name}: {type(error).__name__}: {error}"
 
 
 @lru_cache(maxsize=1)
