@@ -290,7 +290,7 @@ def _along_chords(t, points, slopes, change, half, times):
             (slice(4, 6), bend),
         ):
             weights = np.where(near, factor, 0.0)[..., None]
-        values[..., columns] += weights * change[j]
+            values[..., columns] += weights * change[j]
     return values
 
 
