@@ -38,7 +38,7 @@ TOGETHER = 128  # runs in one call: more would only take memory
 
 @overload
 def simulate_many(
-    robot: Robot | LoadedRobot | Sequence[Robot],
+    robot: Robot | LoadedRobot | Sequence[Robot | LoadedRobot],
     controller: PD | ComputedTorque | Sequence,
     reference: Callable | None,
     starts: Rates | Sequence[Rates] | None = None,
@@ -55,7 +55,7 @@ def simulate_many(
 
 @overload
 def simulate_many(
-    robot: Robot | LoadedRobot | Sequence[Robot],
+    robot: Robot | LoadedRobot | Sequence[Robot | LoadedRobot],
     controller: PD | ComputedTorque | Sequence,
     reference: Callable | None,
     starts: Rates | Sequence[Rates] | None = None,
@@ -81,7 +81,7 @@ def simulate_many(
     summary=optional(instance(Summary)),
 )
 def simulate_many(
-    robot: Robot | LoadedRobot | Sequence[Robot],
+    robot: Robot | LoadedRobot | Sequence[Robot | LoadedRobot],
     controller: PD | ComputedTorque | Sequence,
     reference: Callable | None,
     starts: Rates | Sequence[Rates] | None = None,

@@ -67,9 +67,14 @@ class Summary:
         whole(1, 10**6)(self.chunk, "Summary: chunk")
         optional(whole(1, 1024))(self.workers, "Summary: workers")
 
+    @staticmethod
+    def load(folder: str | os.PathLike) -> Summaries:
+        """Return the figures in a folder `out`, up to its first missing chunk."""
+        return Summaries.load(folder)
+
 
 class Summaries(ChunkedTable):
-    """Figures of many runs, from `simulate_many` with a `summary`, or `Summaries.load`.
+    """Figures of many runs, from `simulate_many` with a `summary`, or `Summary.load`.
 
     `table["rms_error_m"]` is one column (n,): of what varies from run to run (`names`: the robot's
     parameters, gains, the start) or a figure (`figures`): the last q, q' and xi, max_error_m,

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.simulation.summaries import Summaries
 
 ROBOTS = [fb.FiveBar(m=m, l11=l11) for m in (0.4, 0.6) for l11 in (0.088, 0.09, 0.093)]
 CONTROLLER = fb.ComputedTorque(fb.FiveBar(), kp=100, kd=20)
@@ -84,7 +83,7 @@ def test_chunks_workers_executors_and_folders_change_nothing(tmp_path):
             summarized(functions={"latest": latest}, chunk=2, workers=2),
             summarized(functions={"latest": latest}, chunk=4, executor=pool),
             summarized(functions={"latest": latest}, chunk=5, out=tmp_path, workers=1),
-            Summaries.load(tmp_path),
+            fb.Summary.load(tmp_path),
         ]
     for table in tables:
         for name in (*expected.names, *expected.figures):
