@@ -57,6 +57,7 @@ _MODULES = {
     "LinkCollisions": "constraints.link_collisions",
     "load_machine": "paths.machine",
     "load_robot": "models.robot_files",
+    "LoadedRobot": "models.loaded_robot",
     "locus_distance": "singularities.distance",
     "Machine": "paths.machine",
     "Measurement": "simulation.settings",
@@ -91,6 +92,7 @@ _MODULES = {
     "singularity_margins": "singularities.margins",
     "SingularityError": "base.errors",
     "stepper": "simulation.stepping",
+    "Summary": "simulation.summaries",
     "sweep": "optimal_design.sweeping",
     "time_path": "paths.timing.time_path",
     "TimedPath": "paths.timing.timed_path",
@@ -113,6 +115,8 @@ _PARTS = {
     "study": "study",
     "view": "visualization.view",
 }
+
+__all__ = sorted([*_MODULES, *_PARTS])
 
 _presentation.load_presenters = lambda: _import_module(".visualization.presenters", __name__)
 
@@ -149,6 +153,7 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .models.geometry import Pose, dgm, igm
     from .models.kinematics import Accelerations, Rates, dkm, dkm2, ikm, ikm2
     from .models.links import Link
+    from .models.loaded_robot import LoadedRobot
     from .models.loads import friction_torques, potential
     from .models.motors import MOTORS, Motor
     from .models.named_robots import ROBOTS
@@ -176,6 +181,7 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .simulation.settings import Integrator, Measurement
     from .simulation.simulate import simulate
     from .simulation.stepping import stepper
+    from .simulation.summaries import Summary
     from .singularities.aspects import aspect, aspects
     from .singularities.dexterous import dexterous
     from .singularities.distance import locus_distance
@@ -200,4 +206,4 @@ else:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_MODULES, *_PARTS])
+    return __all__

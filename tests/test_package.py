@@ -116,6 +116,25 @@ def licence(name):
     )
 
 
+def test_the_guide_has_the_oldest_versions_of_what_is_needed():
+    text = (ROOT / "fivebar/guide/versions.md").read_text(encoding="utf-8")
+    table = dict(re.findall(r"^\| ([\w]+)[^|]*\| ([\d.]+) \|", text, flags=re.MULTILINE))
+    oldest = {name.lower(): version for name, version in table.items()}
+    needed = [*NEEDED, *EXTRAS["jax"], *EXTRAS["torch"]]
+    wanted = {name_of(each): re.search(r">=([\d.]+)", each)[1] for each in needed}
+    wanted["python"] = PROJECT["requires-python"].removeprefix(">=")
+    assert {"torch" if name == "pytorch" else name: v for name, v in oldest.items()} == wanted
+
+
+def test_citations_are_articles_with_an_author_and_a_year():
+    text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    references = text.partition("\nreferences:\n")[2].split("\n  - type: ")[1:]
+    assert len(references) >= 10
+    for reference in references:
+        for key in ("title: ", "authors:", "year: ", "notes: "):
+            assert f"\n    {key}" in reference, reference
+
+
 def test_every_dependency_has_the_licence_that_the_guide_names():
     text = (ROOT / "fivebar/guide/security.md").read_text(encoding="utf-8")
     sentences = text.partition("meshcat and Bokeh. ")[2].partition("\nThe tests use")[0]

@@ -5,6 +5,7 @@ CasADi symbol.
 """
 
 import math
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -28,6 +29,14 @@ def as_numbers() -> Iterator[None]:
         yield
     finally:
         _EXACT.reset(token)
+
+
+@contextmanager
+def numpy_on_symbols() -> Iterator[None]:
+    """Leave out CasADi's warning that a function of NumPy was called on its symbols."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
 
 
 def _chosen(condition, value, otherwise):
@@ -61,6 +70,18 @@ def cos(x):
 
 def sqrt(x):
     return _module(x).sqrt(x)
+
+
+def minimum(x, y):
+    return _module(x).fmin(x, y) if is_symbolic(x) else np.minimum(x, y)
+
+
+def maximum(x, y):
+    return _module(x).fmax(x, y) if is_symbolic(x) else np.maximum(x, y)
+
+
+def hypot(x, y):
+    return _module(x).hypot(x, y)
 
 
 def copysign(x, y):

@@ -95,8 +95,22 @@ def robot(value: object, name: str) -> object:
     kind = type(value)
     has_all = all(hasattr(kind, part) or hasattr(value, part) for part in ROBOT_PARTS)
     if isinstance(value, type) or not has_all:
-        raise TypeError(f"{name} must be a robot, as FiveBar() or Biglide(), not {shown(value)}")
+        hint = "; give its .robot" if hasattr(value, "robot") else ""
+        raise TypeError(
+            f"{name} must be a robot, as FiveBar() or Biglide(), not {shown(value)}{hint}"
+        )
     return value
+
+
+def named_functions(value: object, name: str) -> tuple[tuple[str, Callable], ...]:
+    """Rule: {name: function}, as pairs; TypeError for anything else."""
+    try:
+        pairs = tuple(dict(value).items())  # type: ignore[call-overload]
+    except (TypeError, ValueError):
+        pairs = ((None, None),)
+    if not all(isinstance(key, str) and callable(function) for key, function in pairs):
+        raise TypeError(f"{name} must be {{name: function}}, not {shown(value)}")
+    return pairs
 
 
 def number(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.backend import finite_numbers, wrap
-from ..base.checks import instance, not_negative, number, share, shown
+from ..base.checks import instance, named_functions, not_negative, number, share, shown
 from ..base.representation import one_line
 from ..models.geometry import Pose
 from ..models.motors import Motor, both_motors
@@ -56,6 +56,10 @@ class Constraints:
         Least distance, m, from singularities and from the borders of the other constraints.
     collisions : LinkCollisions, optional
         Links that must not meet.
+    functions : dict, optional
+        {name: function} of your own for `plan`, each of which must be >= 0. It gets a motion's
+        quantities, as the functions of `plan`'s objective, and returns one number near 1 where
+        there is much room: 1 - tau[0] / 0.1 for a torque of at most 0.1 N m.
 
     Raises
     ------
@@ -83,6 +87,7 @@ class Constraints:
     sin: float = 0.0
     clearance: float = 0.0
     collisions: LinkCollisions | None = None
+    functions: Any = ()  # pairs of name and function once checked
 
     def __post_init__(self) -> None:
         for name, check in CHECKS.items():
@@ -97,8 +102,12 @@ class Constraints:
     def __repr__(self) -> str:
         return one_line(
             "Constraints",
-            *(f"{name} {getattr(self, name)}" for name in self.named),
+            *(f"{name} {self._shown(name)}" for name in self.named),
         )
+
+    def _shown(self, name):
+        value = getattr(self, name)
+        return ", ".join(dict(value)) if name == "functions" else value
 
     @property
     def named(self) -> tuple[str, ...]:
@@ -358,4 +367,5 @@ CHECKS: dict[str, Callable] = {
     "region": _polygon,
     "clearance": not_negative,
     "collisions": instance(LinkCollisions),
+    "functions": named_functions,
 }

@@ -20,6 +20,7 @@ from ..models.four_joints import (
 )
 from ..models.geometry import dgm
 from ..models.kinematics import dkm
+from ..models.loaded_robot import JointTorques
 from ..models.robots import Robot
 from .prediction import CHART, JOINTS, RATES, SIZE, sample
 
@@ -48,13 +49,14 @@ class Estimator:
         scale: float,
         assembly: int,
         jit: bool | str,
+        torques: JointTorques | None = None,
     ) -> None:
         self.robot = robot
         self.noise = noise
         self.scale = scale
         self.first = assembly
         self.margins = [0.0] * 3
-        self.filter = Buffered(compiled(_filter(robot, period, noise), jit))
+        self.filter = Buffered(compiled(_filter(robot, period, noise, torques), jit))
         self.reset()
 
     def reset(self) -> None:
@@ -66,12 +68,13 @@ class Estimator:
 
     def follow(
         self,
+        t: float,
         tau: np.ndarray,
         q: np.ndarray,
         q_dot: np.ndarray,
     ) -> bool:
-        """Take a sample in which tau was applied, and after which q, q_dot are measured; whether
-        there is an estimate.
+        """Take a sample from time t on in which tau was applied, and after which q, q_dot are
+        measured; whether there is an estimate.
 
         What is lost is begun anew from the measurement; there is no estimate where that gives no
         motion.
@@ -82,6 +85,7 @@ class Estimator:
             self.covariance,
             tau,
             (*q, *q_dot),
+            t,
         )
         if not (np.isfinite(state).all() and margins[3] < LOST):
             self.disturbance = np.zeros(2)
@@ -136,7 +140,7 @@ def _closure(robot):
 
 
 @lru_cache(maxsize=64)
-def _filter(robot, period, noise):
+def _filter(robot, period, noise, torques):
     """Extended Kalman filter of the state and of a constant torque disturbance, measured by q and
     q'.
 
@@ -149,7 +153,8 @@ def _filter(robot, period, noise):
     P = ca.SX.sym("P", SIZE + 2, SIZE + 2)
     tau = ca.SX.sym("tau", 2)
     seen = ca.SX.sym("seen", 4)
-    predicted, A, B = sample(robot)(x, tau + delta, period)
+    t = ca.SX.sym("t")
+    predicted, A, B = sample(robot, torques)(x, tau + delta, t, period)
     F = ca.vertcat(
         ca.horzcat(A, B),
         ca.horzcat(ca.SX(2, SIZE), ca.SX.eye(2)),
@@ -178,4 +183,4 @@ def _filter(robot, period, noise):
         ca.densify((P_now + P_now.T) / 2),
         margins,
     ]
-    return ca.Function("tracker_estimate", [x, delta, P, tau, seen], ca.cse(outputs))
+    return ca.Function("tracker_estimate", [x, delta, P, tau, seen, t], ca.cse(outputs))

@@ -10,6 +10,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import casadi as ca
+import numpy as np
 
 from ..models.charts import BarAngles, halves
 from ..models.compiled import Buffered, compiled
@@ -17,6 +18,7 @@ from ..models.dynamics import forward_dynamics
 from ..models.four_joints import closed
 
 if TYPE_CHECKING:
+    from ..models.loaded_robot import JointTorques
     from ..models.robots import Robot
 
 CHART = BarAngles()
@@ -29,9 +31,9 @@ class Model:
     """Compiled functions, called through buffers; arrays they return are overwritten by the next
     call.
 
-    step: (state, tau) -> state a period later; rollout: (state, taus (N, 2)) -> states (N, 8),
-    their slopes [A B] (N, 8, 10) and, as look gives them of one state, (xi, xi') (N, 4) and its
-    slope (N, 4, 8).
+    step: (state, tau, t) -> state a period later; rollout: (state, taus (N, 2), t) -> states
+    (N, 8), their slopes [A B] (N, 8, 10) and, as look gives them of one state, (xi, xi') (N, 4) and
+    its slope (N, 4, 8). t: s, at the state.
     """
 
     def __init__(
@@ -39,55 +41,59 @@ class Model:
         robot: Robot,
         lengths: tuple[float, ...],
         jit: bool | str,
+        torques: JointTorques | None = None,
     ) -> None:
-        step, rollout, look = _functions(robot, lengths)
+        step, rollout, look = _functions(robot, lengths, torques)
         self.step = Buffered(compiled(step, jit))
         self.rollout = Buffered(compiled(rollout, jit))
         self.look = Buffered(compiled(look, jit))
 
 
 @lru_cache(maxsize=64)
-def sample(robot: Robot) -> ca.Function:
-    """Return (state, tau, length) -> the state a sample later, and its slopes A and B.
+def sample(robot: Robot, torques: JointTorques | None = None) -> ca.Function:
+    """Return (state, tau, t, length) -> the state a sample later, and its slopes A and B.
 
     The state is on the closed loop again, the slopes are those before.
     """
     x = ca.SX.sym("x", SIZE)
     tau = ca.SX.sym("tau", 2)
+    t = ca.SX.sym("t")
     h = ca.SX.sym("h")
 
-    def slope(state):
+    def slope(state, t):
         rates = CHART.turned(robot, *halves(state, CHART), None)
-        return ca.vertcat(
-            state[CHART.size :],
-            *CHART.accelerations(forward_dynamics(rates, tau)),
-        )
+        joint = tau
+        if torques is not None:
+            joint = torques.function(t, state[JOINTS], state[RATES], tau)
+        accelerations = CHART.accelerations(forward_dynamics(rates, joint))
+        return ca.vertcat(state[CHART.size :], *accelerations)
 
     # The midpoint rule, with the derivative of the slope taken once, at the midpoint: of second
     # order, like the rule.
     middle = ca.SX.sym("middle", SIZE)
-    k = slope(middle)
+    k = slope(middle, t)
     slopes = ca.cse([k, ca.jacobian(k, middle), ca.jacobian(k, tau)])
-    slope_at = ca.Function("slope", [middle, tau], slopes)
-    k, fx, fu = slope_at(x + h / 2 * slope(x), tau)
+    slope_at = ca.Function("slope", [middle, tau, t], slopes)
+    k, fx, fu = slope_at(x + h / 2 * slope(x, t), tau, t + h / 2)
     one = ca.SX.eye(SIZE)
     A = one + h * fx @ (one + h / 2 * fx)
     B = h * (one + h / 2 * fx) @ fu
     c, c_dot, _ = closed(robot, *halves(x + h * k, CHART))
     return ca.Function(
         "sample",
-        [x, tau, h],
+        [x, tau, t, h],
         [ca.vertcat(*c, *c_dot), A, B],
     )
 
 
 @lru_cache(maxsize=64)
-def _functions(robot, lengths):
+def _functions(robot, lengths, torques):
     x = ca.SX.sym("x", SIZE)
     tau = ca.SX.sym("tau", 2)
+    t = ca.SX.sym("t")
     h = ca.SX.sym("h")
-    after = sample(robot)(x, tau, lengths[0])[0]
-    step = ca.Function("tracker_step", [x, tau], ca.cse([after]))
+    after = sample(robot, torques)(x, tau, t, lengths[0])[0]
+    step = ca.Function("tracker_step", [x, tau, t], ca.cse([after]))
     rates = CHART.rates(robot, *halves(x, CHART), None)
     y = ca.vertcat(*rates.pose.point, *rates.components[1])
     look = ca.Function(
@@ -95,18 +101,14 @@ def _functions(robot, lengths):
         [x],
         ca.cse([y, _rows(ca.jacobian(y, x))]),
     )
-    after, A, B = sample(robot)(x, tau, h)
+    after, A, B = sample(robot, torques)(x, tau, t, h)
     outputs = [after, _rows(ca.horzcat(A, B)), *look(after)]
-    stage = ca.Function("stage", [x, tau, h], ca.cse(outputs))
+    stage = ca.Function("stage", [x, tau, t, h], ca.cse(outputs))
     N = len(lengths)
-    start = ca.MX.sym("x", SIZE)
-    torques = ca.MX.sym("tau", 2, N)
-    stages = stage.mapaccum(N)(start, torques, ca.DM(lengths).T)
-    return (
-        step,
-        ca.Function("tracker_rollout", [start, torques], stages),
-        look,
-    )
+    inputs = start, taus, now = ca.MX.sym("x", SIZE), ca.MX.sym("tau", 2, N), ca.MX.sym("t")
+    times = now + ca.DM(np.cumsum((0.0, *lengths[:-1]))).T
+    stages = stage.mapaccum(N)(start, taus, times, ca.DM(lengths).T)
+    return step, ca.Function("tracker_rollout", inputs, stages), look
 
 
 def _rows(matrix):

@@ -18,9 +18,14 @@ from ..base.checks import (
     whole,
 )
 from ..base.checks import jit as must_be_jit
-from ..base.checks import robot as must_be_robot
 from ..base.checks import seconds as span
 from ..constraints.constraints import Constraints, refuse_others
+from ..models.loaded_robot import (
+    LoadedRobot,
+    refuse_numbers,
+    robot_and_torques,
+    robot_or_loaded,
+)
 from ..models.motors import torque_bounds
 from ..models.physics import loads_of, physics_of, smoothed
 from .estimator import EXACT, Estimator
@@ -79,7 +84,9 @@ class Tracker:
 
     Parameters
     ----------
-    robot : FiveBar or Biglide
+    robot : FiveBar, Biglide or LoadedRobot
+        Of a LoadedRobot the torques are part of the prediction, and must be of CasADi's functions.
+        Where they change much within a stage, as steep friction does, give a short `seconds`.
     horizon : int
         Stages ahead. The first lasts a period, the others grow so that all cover `seconds`.
     period : float
@@ -121,7 +128,7 @@ class Tracker:
     """
 
     @takes(
-        robot=must_be_robot,
+        robot=robot_or_loaded,
         horizon=whole(2, 500),
         period=span,
         seconds=optional(span),
@@ -136,7 +143,7 @@ class Tracker:
     )
     def __init__(
         self,
-        robot: Robot,
+        robot: Robot | LoadedRobot,
         horizon: int = 20,
         period: float = 0.01,
         *,
@@ -151,6 +158,8 @@ class Tracker:
         jit: bool | str = False,
     ) -> None:
         self._arguments = {name: value for name, value in locals().items() if name != "self"}
+        robot, torques = robot_and_torques(robot)
+        refuse_numbers(torques, "a tracker's prediction")
         # Grouped inertias may be negative, but not 0.
         for name, inertia in zip((*robot.words.inertias, "m"), (*robot.inertias, robot.m)):
             positive(abs(inertia), f"a tracker's robot: {name}")
@@ -217,8 +226,8 @@ class Tracker:
         self.levers = [drive.length for drive in robot.drives]
         predicted = _differentiable(robot, max(self.lengths))
         self.lift = _lift(robot)
-        self.model = Model(predicted, self.lengths, jit)
-        self.estimator = Estimator(predicted, period, noise, self.scale, assembly, jit)
+        self.model = Model(predicted, self.lengths, jit, torques)
+        self.estimator = Estimator(predicted, period, noise, self.scale, assembly, jit, torques)
         self.reset()
 
     def __reduce__(self) -> tuple:
@@ -279,7 +288,7 @@ class Tracker:
                 f"a tracker made for a period of {self.period:g} s was called again after"
                 f" {t - self.last:g} s"
             )
-        return self.estimator.follow(self.sent.pop(0), q, q_dot)
+        return self.estimator.follow(self.last, self.sent.pop(0), q, q_dot)
 
     def _clip(self, tau):
         """Return the torque within its limit, on it where it differs by rounding error."""
@@ -296,25 +305,27 @@ class Tracker:
             )
         known = self.estimator
         state = known.state
-        for tau in self.sent:
-            state = self.model.step(state, tau + known.disturbance)[0].copy()
+        for k, tau in enumerate(self.sent):
+            now = t + k * self.period
+            state = self.model.step(state, tau + known.disturbance, now)[0].copy()
+        begin = t + self.period * self.delay
         target = np.concatenate([xi, xi_dot], axis=1)
         now = self.model.look(state)[0] - target[0]
         guesses, predicted = [], []
         if self.guess is not None:
             guesses.append(self.guess)
-            predicted.append(self._predict(state, self.guess, target))
+            predicted.append(self._predict(begin, state, self.guess, target))
         astray = max(
             ASTRAY * min(self.robot.distal),
             2 * math.hypot(*now[:2]),
         )
         if not predicted or predicted[0][-1] > astray:
             # The last plan leads astray: the reference's own torques may be the better beginning.
-            times = t + self.period * self.delay + self.middles
+            times = begin + self.middles
             tau = reference_torques(self.robot, known.margins, reference, times)
             limit = min(self.torque_limit, self.scale + self.lift)
             guesses.append(np.clip(tau - known.disturbance, -limit, limit).ravel() / self.scale)
-            predicted.append(self._predict(state, guesses[-1], target))
+            predicted.append(self._predict(begin, state, guesses[-1], target))
         self.guess, prediction = min(zip(guesses, predicted), key=lambda pair: pair[1][-1])
         states, AB, error, C, ends, _ = prediction
         if ends < LEAST_STAGES:
@@ -347,15 +358,15 @@ class Tracker:
             H, g = self._limit_speed(H, g, states[:, RATES])
         return self.qp(H, g, self.rows, self.upper, self.low, self.high)
 
-    def _predict(self, state, guess, target):
-        """Predict the horizon.
+    def _predict(self, t, state, guess, target):
+        """Predict the horizon, which begins at time t.
 
         Return states, slopes, errors, slopes of the motion, how many stages count, and the largest
         error of these.
         """
         N = self.horizon
         torques = self.scale * guess.reshape(N, 2) + self.estimator.disturbance
-        states, AB, motion, C = (array.copy() for array in self.model.rollout(state, torques))
+        states, AB, motion, C = (array.copy() for array in self.model.rollout(state, torques, t))
         AB = AB.reshape(N, SIZE, SIZE + 2)
         error = motion - target[1:]
         # The midpoint rule does not hold where a bar turns far in a stage, nor after that.

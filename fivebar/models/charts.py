@@ -52,6 +52,10 @@ class BarAngles:
             c_dot,
         )
 
+    def joints(self, c, rates):
+        """Return q of coordinates c; their Rates may be `turned`."""
+        return c[0], c[2]
+
     def accelerations(self, accelerations):
         (q1, q2), (turn1, turn2) = accelerations._q_ddot, accelerations.phi_ddot
         return q1, turn1, q2, turn2
@@ -71,6 +75,9 @@ class Minimal:
 
     def turned(self, robot, c, c_dot, modes):
         return self.rates(robot, c, c_dot, modes)
+
+    def joints(self, c, rates):
+        return tuple(leg.q for leg in rates.pose.legs)
 
     def closed(self, robot, c, c_dot, modes):
         return c, c_dot, self.rates(robot, c, c_dot, modes)

@@ -37,6 +37,14 @@ def count_of(kind: type, names: Iterable[str] = ()) -> int:
     return len(_own(kind)) + sum(2 if name == "gravity" else 1 for name in names)
 
 
+def column_names(kind: type, names: Iterable[str] = ()) -> tuple[str, ...]:
+    """Return the names of the numbers that `parameters_of` gives."""
+    found: list[str] = []
+    for name in (*(f.name for f in _own(kind)), *names):
+        found += ["gravity_x", "gravity_y"] if name == "gravity" else [name]
+    return tuple(found)
+
+
 def with_parameters(kind: type, p: Any, names: Iterable[str] = ()) -> FiveBar | Biglide:
     """Return the robot of a kind with these parameters in the order of `parameters_of`, a CasADi
     vector for instance.

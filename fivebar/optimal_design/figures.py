@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base.checks import shown
+from ..base.shards import code_hash
 from ..models.robots import Biglide, FiveBar
 from .batch import place_of_design, robot_of_design, robots_of_designs, valid_rows
 from .closed_forms import CLOSED
@@ -59,7 +58,7 @@ class Figure:
         """The name for a manifest; of a user's function also a hash of its source."""
         about = {"name": self.name, "kind": self.kind}
         if self.kind == "own":
-            about["code"] = _code_hash(self.of)
+            about["code"] = code_hash(self.of)
         return about
 
 
@@ -125,15 +124,6 @@ def _of_function(function, name, argument):
     if not isinstance(name, str) or not name:
         raise TypeError(f"{argument}: a name must be a string, not {shown(name)}")
     return Figure(name, "", "large", "", "own", function)
-
-
-def _code_hash(function):
-    try:
-        source = inspect.getsource(function)
-    except (OSError, TypeError):  # written at a prompt, or compiled
-        code = getattr(function, "__code__", None)
-        source = repr((code.co_code, code.co_consts) if code else type(function))
-    return hashlib.sha256(source.encode()).hexdigest()
 
 
 def evaluate(

@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
 from functools import partial
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..base.checks import instance, optional, takes, whole
-from ..base.folders import locked_folder
-from ..base.progress import progress
-from ..base.workers import WorkersDied, check_executor, compute_chunks
+from ..base.shards import Chunk
+from ..base.workers import check_executor
 from ..models.robots import Biglide, FiveBar
 from .batch import check_variables
 from .designs import designs_of
 from .figures import Figure, evaluate, figures_of
 from .results import plain_parameters
-from .shards import WHAT, Chunk, begin, is_done, write_chunk, write_manifest
-from .sweeps import Sweep, in_folder
+from .sweeps import Sweep
 from .task import Task, task_of
-
-MOST_NUMBERS = 2 * 10**8  # in memory, 1.6 GB, where there is no folder
 
 
 @takes(
@@ -105,8 +99,7 @@ def sweep(
     # A few chunks take less time than starting processes.
     if executor is None and designs.count <= (4 if closed else 1) * chunk:
         workers = workers or 1
-    manifest = {
-        "what": WHAT,
+    about = {
         "figures": [one.about for one in figures],
         "variables": list(designs.names),
         "designs": designs.about,
@@ -115,25 +108,9 @@ def sweep(
         "choices": task.about,
         "versions": {"fivebar": version("fivebar"), "numpy": np.__version__},
     }
-    done = {"chunks": math.ceil(designs.count / chunk), "designs": designs.count}
     compute = partial(compute_chunk, figures, designs.names, robot, task)
-    chunks = enumerate(designs.chunks(chunk))
-    with progress(total=done["chunks"], unit=" chunks") as bar:
-
-        def computed(left):
-            for number, part in compute_chunks(compute, left, executor, workers):
-                yield number, part
-                bar.update()
-
-        if out is None:
-            parts = _in_memory(computed(chunks))
-            return Sweep(manifest | {"done": done}, parts)
-        folder = Path(out)
-        with locked_folder(folder, "sweep"):
-            begin(folder, manifest)
-            _on_disk(folder, computed, chunks, bar)
-            write_manifest(folder, manifest | {"done": done})
-        return in_folder(folder)
+    chunks = designs.chunks(chunk)
+    return Sweep.compute(compute, chunks, designs.count, about, executor, workers, out)
 
 
 def compute_chunk(
@@ -145,37 +122,3 @@ def compute_chunk(
 ) -> Chunk:
     """Return one chunk; runs in another process."""
     return Chunk(rows, *evaluate(figures, names, rows, robot, task))
-
-
-def _in_memory(computed):
-    parts = {}
-    numbers = 0
-    for number, part in computed:
-        parts[number] = part
-        numbers += part.rows.size + part.values.size
-        if numbers > MOST_NUMBERS:
-            raise ValueError(
-                f"designs: more than {MOST_NUMBERS:g} numbers in memory; give out=, a folder for"
-                " them"
-            )
-    return tuple(parts[number] for number in sorted(parts))
-
-
-def _on_disk(folder, computed, chunks, bar):
-    def missing():
-        for number, rows in chunks:
-            if is_done(folder, number, rows):
-                bar.update()
-            else:
-                yield number, rows
-
-    try:
-        for number, part in computed(missing()):
-            write_chunk(folder, number, part)
-    except WorkersDied as error:
-        raise RuntimeError(
-            f"{error}. What was done is in {folder}; the same call goes on from there"
-        ) from None
-    except OSError as error:
-        error.strerror = f"{error.strerror}; what was done stays in {folder}"
-        raise

@@ -11,14 +11,13 @@ division by det A.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-METHODS = ("hermite-simpson", "legendre-gauss")
+METHOD = "legendre-gauss"  # as files of plans name the scheme
 LIMITS = (
     "torque",
     "joint_speed",
@@ -26,31 +25,34 @@ LIMITS = (
     "poses",
     "sin",
     "det_A",
+    "functions",
 )
 
 
 class Scheme:
-    """Collocation points c in [0, 1], and matrices that integrate polynomials through their values.
+    """Legendre and Gauss's points c in [0, 1], and matrices for polynomials through their values.
 
     to_power (s, s): values -> coefficients of 1, sigma, ...; to_bezier (s, s): values -> Bezier
-    points, which hold the polynomial in their hull. shared: the last point is the first of the next
-    interval.
+    points, which hold the polynomial in their hull.
     """
 
-    def __init__(self, c: Sequence[float], shared: bool) -> None:
-        self.c = np.asarray(c, dtype=float)
-        self.shared = shared
-        k = np.arange(len(self.c))
+    def __init__(self, degree: int) -> None:
+        self.c = (np.polynomial.legendre.leggauss(degree)[0] + 1) / 2
+        k = np.arange(degree)
         self.to_power = np.linalg.inv(self.c[:, None] ** k)
         binomials = np.zeros((len(k), len(k)))
         for i, j in np.ndindex(binomials.shape):
-            binomials[i, j] = math.comb(i, j) / math.comb(len(k) - 1, j)
+            all_of = math.comb(len(k) - 1, j)
+            binomials[i, j] = math.comb(i, j) / all_of
         self.to_bezier = binomials @ self.to_power
         # Factors of the integrals over [0, 1] of the squares of a polynomial and of its slope.
-        self.square = np.linalg.cholesky(1 / (k[:, None] + k + 1.0)).T
+        hilbert = 1 / (k[:, None] + k + 1.0)
+        self.square = np.linalg.cholesky(hilbert).T
         i = k[1:]
-        products = i[:, None] * i / (i[:, None] + i - 1.0)
-        self.square_slope = np.linalg.cholesky(products).T @ np.eye(len(k))[1:]
+        column = i[:, None]
+        products = column * i / (column + i - 1.0)
+        slopes = np.eye(len(k))[1:]
+        self.square_slope = np.linalg.cholesky(products).T @ slopes
 
     def powers(self, sigma: ArrayLike) -> tuple[np.ndarray, ...]:
         """Return rows that give acceleration, velocity / h and position / h^2 at sigma (...).
@@ -64,26 +66,10 @@ class Scheme:
         position = sigma ** (k + 2) / ((k + 1) * (k + 2))
         return tuple(terms @ self.to_power for terms in (acceleration, velocity, position))
 
-    def points(self, intervals: int) -> np.ndarray:
-        """Return indices (intervals, s) of every interval's points among all points of the mesh."""
-        s = len(self.c)
-        return np.arange(intervals)[:, None] * (s - self.shared) + np.arange(s)
-
     def nodes(self, knots: np.ndarray) -> np.ndarray:
         """Return times of all points, by the times of the knots."""
-        own = self.c[:-1] if self.shared else self.c
-        times = (knots[:-1, None] + np.diff(knots)[:, None] * own).ravel()
-        if self.shared:
-            return np.append(times, knots[-1])
-        return times
-
-
-def scheme(method: str, degree: int) -> Scheme:
-    """Hermite-Simpson, or Legendre-Gauss with `degree` points in an interval."""
-    if method == "hermite-simpson":
-        return Scheme((0.0, 0.5, 1.0), True)
-    nodes = (np.polynomial.legendre.leggauss(degree)[0] + 1) / 2
-    return Scheme(nodes.tolist(), False)
+        widths = np.diff(knots)[:, None]
+        return (knots[:-1, None] + widths * self.c).ravel()
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +119,8 @@ class Pieces:
         torque = slice(3 * n, None)
         table[:, 0, position] = self.xi
         table[:, 1, position] = h[:, 0] * self.xi_dot
-        table[:, 2:, position] = h**2 * a / ((k + 1) * (k + 2))
+        twice = (k + 1) * (k + 2)
+        table[:, 2:, position] = h**2 * a / twice
         table[:, 0, velocity] = self.xi_dot
         table[:, 1:-1, velocity] = h * a / (k + 1)
         table[:, :-2, acceleration] = a
@@ -145,5 +132,6 @@ class Pieces:
 
         They are (..., 8), in the four bars' angles (..., 14).
         """
-        powers = np.asarray(sigma)[..., None] ** np.arange(self._table.shape[1])
+        exponents = np.arange(self._table.shape[1])
+        powers = np.asarray(sigma)[..., None] ** exponents
         return (powers[..., None, :] @ self._table[k])[..., 0, :]

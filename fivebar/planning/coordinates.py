@@ -126,14 +126,12 @@ class BarCoordinates:
         """Return mass x bar x the accelerations that the torques do not explain, N."""
         robot = acc.rates.pose.robot
         right = BarAngles().accelerations(forward_dynamics(acc.rates, motion[..., -2:]))
-        error = np.stack(
-            [motion[..., 8 + k] - angle for k, angle in enumerate(right)],
-            axis=-1,
-        )
+        error = motion[..., 8:12] - np.stack(right, axis=-1)
         mass = robot.m
         if physics_of(robot) is not None:
             # Grouped parameters may be 0 or negative.
-            mass = abs(robot.m) + sum(map(abs, robot.inertias)) / robot.distal[0] ** 2
+            turning = sum(map(abs, robot.inertias))
+            mass = abs(robot.m) + turning / robot.distal[0] ** 2
         return mass * max(robot.distal) * np.abs(error).max(axis=-1)
 
     def point(

@@ -108,7 +108,8 @@ def _places(matrices, count, own=None):
     for k, matrix in enumerate(matrices):
         if own is None or own[k]:
             height = matrix.shape[0]
-            found.append(first + np.arange(count)[:, None] * height + np.arange(height))
+            columns = np.arange(count)[:, None] * height
+            found.append(first + columns + np.arange(height))
         first += matrix.numel()
     return np.concatenate(found, axis=1)
 
@@ -117,6 +118,9 @@ def _scattered(blocks, sparsity, rows, columns, shape):
     """Return a sparse matrix of the blocks of all points, side by side in `blocks`."""
     i, j = map(np.array, sparsity.get_triplet())
     pattern, order = ca.Sparsity.triplet(
-        *shape, rows[:, i].ravel().tolist(), columns[:, j].ravel().tolist(), False
+        *shape,
+        rows[:, i].ravel().tolist(),
+        columns[:, j].ravel().tolist(),
+        False,
     )
     return ca.MX(pattern, blocks.nz[:][order])

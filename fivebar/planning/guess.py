@@ -66,9 +66,10 @@ def first_guess(
         xi_dot = np.gradient(xi, sigma, axis=0)
         motions.append((xi, xi_dot, np.gradient(xi_dot, sigma, axis=0)))
     durations = shares / shares.sum()
-    timed = [(i, t) for i, (_, t) in enumerate(problem.stops) if t is not None]
+    timed = problem.timed
     for (i, before), (j, after) in zip(timed, timed[1:]):
-        durations[i:j] = (after - before) * shares[i:j] / shares[i:j].sum()
+        parts = shares[i:j] / shares[i:j].sum()
+        durations[i:j] = (after - before) * parts
     last = timed[-1][0]
     if last < len(paths):
         free = shares[last:] / shares[last:].sum()
@@ -130,7 +131,8 @@ def _time_needed(problem, motion, duration):
     if limits.joint_speed is not None:
         factors.append(np.quantile(np.abs(acc.rates.q_dot) / limits.joint_speed, 0.95))
     if limits.acceleration is not None:
-        factors.append(np.sqrt(np.linalg.norm(acc.xi_ddot, axis=1).max() / limits.acceleration))
+        largest = np.linalg.norm(acc.xi_ddot, axis=1).max()
+        factors.append(np.sqrt(largest / limits.acceleration))
     return max(factors)
 
 
@@ -159,10 +161,13 @@ def _path(problem, a, b):
     j = np.concatenate([second.ravel() for _, second in edges])
     between = np.maximum(_blocked(problem, (nodes[i] + nodes[j]) / 2), 0.0)
     excess = blocked[i] + blocked[j] + between
-    cost = np.linalg.norm(nodes[i] - nodes[j], axis=1) + 100 * problem.length * excess
-    first, last = (
-        int(np.argmin(np.linalg.norm(nodes - p, axis=1) + 1e3 * blocked)) for p in (a, b)
-    )
+    lengths = np.linalg.norm(nodes[i] - nodes[j], axis=1)
+    cost = lengths + 100 * problem.length * excess
+    ends = []
+    for point in (a, b):
+        distances = np.linalg.norm(nodes - point, axis=1)
+        ends.append(int(np.argmin(distances + 1e3 * blocked)))
+    first, last = ends
     graph = coo_array((cost, (i, j)), shape=(GRID**2,) * 2).tocsr()
     _, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
     way = [last]
@@ -187,7 +192,8 @@ def _path(problem, a, b):
     allowed = np.maximum(_blocked(problem, path), 0.0)
     for _ in range(SMOOTHINGS):
         smooth = path.copy()
-        smooth[1:-1] = (path[:-2] + 2 * path[1:-1] + path[2:]) / 4
+        neighbours = path[:-2] + path[2:]
+        smooth[1:-1] = (neighbours + 2 * path[1:-1]) / 4
         path = np.where(
             (_blocked(problem, smooth) <= allowed)[:, None],
             smooth,

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from ..base.checks import (
     instance,
     number,
-    one_of,
     optional,
     positive,
     takes,
@@ -28,7 +27,8 @@ from ..constraints.constraints import (
     refuse_others,
 )
 from ..models.geometry import Pose, igm
-from .collocation import LIMITS, METHODS, scheme
+from .collocation import LIMITS, Scheme
+from .functions import OwnFunctions
 from .guess import first_guess, guess_again
 from .plans import Plan, PlanMesh
 from .problem import (
@@ -36,6 +36,7 @@ from .problem import (
     Problem,
     checked_stops,
     checked_weights,
+    own_costs,
     point_of,
     refuse_broken,
     refuse_massless,
@@ -46,7 +47,7 @@ from .program import PlanSolution, solve
 from .search import ways_between
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     from ..models.robots import Robot
 
@@ -76,10 +77,8 @@ class Collocation:
 
     Parameters
     ----------
-    method : "legendre-gauss" or "hermite-simpson"
-        The scheme of collocation points.
     degree : int
-        Points in an interval of "legendre-gauss", 2 to 7.
+        Points of Legendre and Gauss in an interval, 2 to 7.
     intervals : int
         Intervals of the first mesh, 2 to 600.
     tolerance : float
@@ -96,14 +95,12 @@ class Collocation:
     0.001
     """
 
-    method: str = "legendre-gauss"
     degree: int = 3
     intervals: int = 20
     tolerance: float = 1e-3
     max_time: float = 30.0
 
     def __post_init__(self) -> None:
-        one_of(*METHODS)(self.method, "Collocation: method")
         whole(2, 7)(self.degree, "Collocation: degree")
         whole(2, MOST_INTERVALS)(self.intervals, "Collocation: intervals")
         number(self.tolerance, "Collocation: tolerance", 1e-9, 1.0)
@@ -122,7 +119,7 @@ def plan(
     duration: float | None = None,
     *,
     via: Iterable = (),
-    objective: str | dict[str, float] = "effort",
+    objective: str | Callable | dict[str, float | Callable] = "effort",
     constraints: Constraints | None = None,
     collocation: Collocation | None = None,
 ) -> Plan:
@@ -144,13 +141,16 @@ def plan(
         Duration, s. By default it is free.
     via : iterable of (time or None, point)
         Points to pass, in this order; between Poses, Poses.
-    objective : "effort", "time", "jerk" or dict
-        Integral of tau^2, duration, integral of the squared third derivative of xi; or weights
-        {name: weight >= 0} on their SI values.
+    objective : "effort", "time", "jerk", callable or dict
+        Integral of tau^2, duration, integral of the squared third derivative of xi; or the integral
+        of a function of your own. Or {name: weight >= 0} on their SI values, and {name: function}:
+        all are added. A function gets one argument, which has t, q, q_dot, q_ddot, xi, xi_dot,
+        xi_ddot, tau and bar_forces (N, of both distal bars), CasADi's symbols in SI units, and
+        returns one number: `lambda m: m.bar_forces[0] ** 2`.
     constraints : Constraints, optional
-        motors, torque, joint_speed, acceleration, joints, half_planes, region, det_A, sin and
-        collisions. Those on poses are limits of the program at the nodes, and checked between them.
-        A region that is not convex is only checked.
+        motors, torque, joint_speed, acceleration, joints, half_planes, region, det_A, sin,
+        collisions and functions. Those on poses, and functions, are limits of the program at the
+        nodes, and checked between them. A region that is not convex is only checked.
     collocation : Collocation, optional
         Mesh and accuracy.
 
@@ -182,7 +182,9 @@ def plan(
     began = time.perf_counter(), time.thread_time()
     constraints = Constraints() if constraints is None else constraints
     collocation = Collocation() if collocation is None else collocation
-    refuse_others(constraints, "plan", (*RATES, *ON_POSES))
+    refuse_others(constraints, "plan", (*RATES, *ON_POSES, "functions"))
+    own = OwnFunctions.of(own_costs(objective), constraints.functions)
+    constraints = replace(constraints, functions=())
     free = isinstance(start, Pose) or isinstance(goal, Pose)
     working = (-1, -1)
     if free and constraints.sin:
@@ -201,12 +203,12 @@ def plan(
             "plan: minimum time needs a torque or an acceleration among the constraints: without,"
             " it is 0"
         )
-    rule = scheme(collocation.method, collocation.degree)
+    rule = Scheme(collocation.degree)
     if free:
         ways = ways_between(robot, start, goal, duration, via)
         problems = [
             (
-                Problem(robot, stops, None, weights, constraints, rule),
+                Problem(robot, stops, None, weights, constraints, rule, own),
                 paths,
                 length,
             )
@@ -218,10 +220,11 @@ def plan(
         found = found or _best(problems, collocation, began)
         return refuse_broken(found, collocation.tolerance)
     stops = checked_stops(point_of(start), point_of(goal), duration, via)
-    problem = Problem(robot, stops, working, weights, constraints, rule)
+    problem = Problem(robot, stops, working, weights, constraints, rule, own)
     refuse_massless(problem)
     refuse_stops(problem)
-    sides = {np.sign(igm(robot, conditions[0], working).det_A) for conditions, _ in problem.stops}
+    poses = [igm(robot, conditions[0], working) for conditions, _ in problem.stops]
+    sides = {np.sign(pose.det_A) for pose in poses}
     if sides >= {-1.0, 1.0} and not weights["effort"] and constraints.torque is None:
         raise ValueError(
             "plan: this motion must cross a Type-2 singularity, where without a torque among the"
@@ -234,7 +237,8 @@ def plan(
 
 
 def _mesh(intervals, durations):
-    share = np.maximum(np.round(intervals * durations / durations.sum()).astype(int), 2)
+    share = np.round(intervals * durations / durations.sum())
+    share = np.maximum(share.astype(int), 2)
     return [np.linspace(0, 1, n + 1) for n in share]
 
 
@@ -475,6 +479,10 @@ class _PlanSearch:
         return found, plan
 
     def failure(self, plan, reason, status, names=(*LIMITS, "reach")):
+        if self.problem.own is not None and "functions" in names:
+            names = *names, *self.problem.own.constraints
+            if reason.startswith("IPOPT"):
+                reason += " (functions of your own need slopes that do not jump, as at a root of 0)"
         broken = {name: value for name, value in plan.violations.items() if name in names}
         why = f"{reason}{self.problem.listed(broken)}"
         words = f"plan: {why}; the best motion found is attached as .plan"

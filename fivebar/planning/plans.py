@@ -15,13 +15,13 @@ from ..base.representation import one_line
 from ..base.tables import Table, TextFile, must_increase, write
 from ..constraints.constraints import Constraints
 from ..constraints.link_collisions import LinkCollisions
-from ..models.dynamics import bar_forces, drives_forces
 from ..models.four_joints import loop_gap
 from ..models.kinematics import Accelerations
 from ..models.loads import forces_and_torques, friction_torques
 from ..models.parameters import robot_of
 from ..models.physics import physics_of
-from .collocation import METHODS, Pieces, scheme
+from .collocation import METHOD, Pieces, Scheme
+from .functions import MotionPoint
 from .problem import Problem
 from .trajectory import refuse_nan
 
@@ -103,7 +103,7 @@ class Plan(Animated):
     start = 0.0
 
     def __repr__(self) -> str:
-        aims = " + ".join(name for name, weight in self.problem.weights.items() if weight)
+        aims = " + ".join(self.aims)
         modes = "free of modes" if self.working is None else f"working {self.working}"
         solved = (
             f"{aims} {self.objective:.4g}",
@@ -117,6 +117,13 @@ class Plan(Animated):
             modes,
             *solved,
         )
+
+    @property
+    def aims(self) -> tuple[str, ...]:
+        """Names of what the objective adds up."""
+        own = self.problem.own
+        known = (name for name, weight in self.problem.weights.items() if weight)
+        return *known, *(own.costs if own else ())
 
     @property
     def robot(self) -> Robot:
@@ -137,7 +144,8 @@ class Plan(Animated):
     def __call__(self, t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         motion = self.motion(t)
         if self.problem.coordinates.size == 2:
-            return motion[..., :2], motion[..., 2:4], motion[..., 4:6]
+            xi, xi_dot, xi_ddot, _ = np.split(motion, (2, 4, 6), axis=-1)
+            return xi, xi_dot, xi_ddot
         acc = self.problem.accelerations(motion)
         return acc.rates.pose.xi, acc.rates.xi_dot, acc.xi_ddot
 
@@ -177,13 +185,7 @@ class Plan(Animated):
         """
         motion = self.motion(t)
         acc = self.problem.accelerations(motion, self.problem.model)
-        tau = motion[..., -2:]
-        if self.working is None:
-            return bar_forces(acc.rates, tau)
-        return np.stack(
-            drives_forces(acc, (tau[..., 0], tau[..., 1])),
-            axis=-1,
-        )
+        return self.problem.bar_forces(acc, motion[..., -2:])
 
     @property
     def nodes(self) -> np.ndarray:
@@ -242,7 +244,20 @@ class Plan(Animated):
             reach = np.hypot(*loop_gap(pose))
         else:
             reach = -pose.reach_margin
+        if self.problem.own is not None:
+            excess |= self._own_excess(motion, acc)
         return excess | {"reach": reach}
+
+    def _own_excess(self, motion, acc):
+        """Return {name: by how much (n, 13) functions of the user's own are below 0}."""
+        begins = self.pieces.knots[:-1, None]
+        t = begins + self.pieces.widths[:, None] * FINE
+        tau = motion[..., -2:]
+        point = MotionPoint.of(t, acc, tau, self.problem.bar_forces(acc, tau))
+        vectors = (each.reshape(-1, 2) for each in point[1:])
+        flat = MotionPoint(t.ravel(), *vectors)
+        kept = self.problem.own.kept(flat)
+        return {name: -value.reshape(t.shape) for name, value in kept.items()}
 
     @cached_property
     def violations(self) -> dict[str, float]:
@@ -262,7 +277,8 @@ class Plan(Animated):
     def to_csv(self, path: TextFile) -> None:
         """Write the plan at its nodes and both ends, SI.
 
-        The problem, the knots and the solution's data are in a comment line.
+        The problem, the knots and the solution's data are in a comment line. Of functions of your
+        own it has the names: a plan that is read back has the motion, but not them.
         """
         pieces = self.pieces
         rule = pieces.scheme
@@ -273,7 +289,8 @@ class Plan(Animated):
             "working": problem.working,
             "weights": problem.weights,
             "constraints": asdict(problem.constraints),
-            "method": METHODS[not rule.shared],
+            "functions": [*problem.own.costs, *problem.own.constraints] if problem.own else [],
+            "method": METHOD,
             "degree": len(rule.c),
             "knots": pieces.knots,
             "objective": self.objective,
@@ -283,17 +300,18 @@ class Plan(Animated):
             "tried": self.tried,
             "begins": np.hstack([pieces.xi, pieces.xi_dot]),
         }
-        ends = 0 if rule.shared else 1  # nodes of Legendre and Gauss lie inside
-        t = self.nodes
         n = problem.coordinates.size
-        index = rule.points(len(pieces.xi)) + ends
-        t = np.concatenate([[0.0] * ends, t, [self.duration] * ends])
+        t = np.concatenate([[0.0], self.nodes, [self.duration]])
         motion = self.motion(t)
         # The values themselves, to the last bit.
-        motion[index, 2 * n : 3 * n] = pieces.xi_ddot
-        motion[index, 3 * n :] = pieces.tau
+        inner = motion[1:-1]
+        inner[:, 2 * n : -2] = pieces.xi_ddot.reshape(-1, n)
+        inner[:, -2:] = pieces.tau.reshape(-1, 2)
         in_bars = n == 4
-        xi, xi_dot, xi_ddot = self(t) if in_bars else np.split(motion[:, :6], 3, axis=1)
+        if in_bars:
+            xi, xi_dot, xi_ddot = self(t)
+        else:
+            xi, xi_dot, xi_ddot = np.split(motion[:, :6], 3, axis=1)
         table = [
             t,
             xi,
@@ -317,27 +335,27 @@ class Plan(Animated):
         """Read what `to_csv` wrote; ValueError with file and line for what is not such a file."""
         table = Table(path)
         problem, knots, begins, known = table.about("plan", "a file written by Plan.to_csv", _known)
-        index = problem.scheme.points(len(knots) - 1)
         in_bars = problem.coordinates.size == 4
         values = table.numbers(COLUMNS[:-2] + BARS * in_bars)
-        nodes = index[-1, -1] + 1
-        rows = nodes if problem.scheme.shared else nodes + 2
-        if len(values) != rows:
+        nodes = problem.scheme.nodes(knots)
+        if len(values) != len(nodes) + 2:
+            rows = len(nodes) + 2
             raise ValueError(f"{table.name}: {len(values)} rows, its first line needs {rows}")
-        if not problem.scheme.shared:
-            values = values[1:-1]
-        if np.abs(values[:, 0] - problem.scheme.nodes(knots)).max() > 1e-9 * knots[-1]:
+        values = values[1:-1]
+        error = np.abs(values[:, 0] - nodes).max()
+        if error > 1e-9 * knots[-1]:
             raise ValueError(f"{table.name}: the times are not those that its first line speaks of")
         accelerations = values[:, 9:] if in_bars else values[:, 5:7]
         tau = values[:, 7:9]
         start, start_rate = np.hsplit(begins, 2)
+        by_interval = len(start), len(problem.scheme.c)
         pieces = Pieces(
             problem.scheme,
             knots,
             start,
             start_rate,
-            accelerations[index],
-            tau[index],
+            accelerations.reshape(*by_interval, accelerations.shape[1]),
+            tau.reshape(*by_interval, 2),
         )
         return cls(problem, pieces, *known)
 
@@ -347,7 +365,7 @@ def _known(about):
     constraints = dict(about["constraints"])
     if constraints["collisions"] is not None:
         constraints["collisions"] = LinkCollisions(**constraints["collisions"])
-    if about["method"] not in METHODS or about["degree"] not in range(2, 8):
+    if about["method"] != METHOD or about["degree"] not in range(2, 8):
         raise ValueError(f"no method {about['method']} of degree {about['degree']}")
     stops = []
     for conditions, t in about["stops"]:
@@ -358,7 +376,7 @@ def _known(about):
         about["working"] and tuple(about["working"]),
         about["weights"],
         Constraints(**constraints),
-        scheme(about["method"], about["degree"]),
+        Scheme(about["degree"]),
     )
     knots = np.array(about["knots"], dtype=float)
     meshes = tuple(PlanMesh(*mesh) for mesh in about["meshes"])

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.backend import pack, unpack
 from ..base.checks import (
     not_negative,
     number,
@@ -18,13 +19,15 @@ from ..base.checks import (
 )
 from ..base.errors import SingularityError, UnreachableError
 from ..constraints.constraints import Constraints
+from ..models.dynamics import bar_forces, drives_forces
 from ..models.geometry import Pose, igm
 from ..models.kinematics import Accelerations, ikm
 from ..models.physics import loads_of, smoothed
 from .coordinates import BarCoordinates, TaskCoordinates
+from .functions import OwnFunctions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     from ..models.robots import Robot
     from .collocation import Scheme
@@ -86,6 +89,12 @@ class Problem:
     weights: dict[str, Any]
     constraints: Constraints
     scheme: Scheme
+    own: OwnFunctions | None = None
+
+    @cached_property
+    def timed(self) -> list[tuple[int, float]]:
+        """Return (number, time) of the stops whose time is given."""
+        return [(k, t) for k, (_, t) in enumerate(self.stops) if t is not None]
 
     @property
     def length(self) -> float:
@@ -109,7 +118,8 @@ class Problem:
     @property
     def mass(self) -> float:
         # Grouped parameters may be negative.
-        return abs(self.robot.m) + sum(map(abs, self.robot.inertias)) / self.lever**2
+        turning = sum(map(abs, self.robot.inertias))
+        return abs(self.robot.m) + turning / self.lever**2
 
     @property
     def fall(self) -> float:
@@ -173,6 +183,16 @@ class Problem:
         """Return the Accelerations of a motion (..., 3 size or more); nan out of reach."""
         return self.coordinates.accelerations(robot or self.robot, motion)
 
+    def bar_forces(self, acc: Accelerations, tau: Any) -> Any:
+        """Return the forces (..., 2), N, in the distal bars of a motion under torques (..., 2).
+
+        In one pair of working modes they are B^-1 (tau - Z q''), else those of
+        `dynamics.bar_forces`, of numbers or symbols.
+        """
+        if self.working is None:
+            return bar_forces(acc.rates, tau)
+        return pack(*drives_forces(acc, unpack(tau, "tau")))
+
     def listed(self, violations: dict[str, float]) -> str:
         """Return the violated limits as a part of a message."""
         own = self.robot.words
@@ -188,7 +208,8 @@ class Problem:
                 limit = getattr(self.constraints, name, None)
                 bound = "" if limit is None else f" (limit {np.max(limit):.6g})"
                 quantity = own.effort if name == "torque" else name
-                words.append(f"{quantity} by {value:.4g} {units.get(name, '')}".rstrip() + bound)
+                excess = f"{quantity} by {value:.4g} {units.get(name, '')}"
+                words.append(excess.rstrip() + bound)
         return f"; violated: {', '.join(words)}" if words else ""
 
 
@@ -267,7 +288,8 @@ def refuse_broken(plan: Plan, tolerance: float) -> Plan:
         if -clearance[k] > tolerance * unit:
             violated[f"{name} (t = {t[k]:.4g} s)"] = float(-clearance[k])
     if violated:
-        words = ", ".join(f"{name}: by {by:.3g}" for name, by in violated.items())
+        excesses = [f"{name}: by {by:.3g}" for name, by in violated.items()]
+        words = ", ".join(excesses)
         message = f"plan: the best motion found does not keep {words}; it is attached as .plan"
         raise PlanError(message, violated, plan)
     return plan
@@ -298,7 +320,8 @@ def timed(
         ) from None
     stops: list[tuple] = [("start", 0.0, start)]
     last = 0.0
-    for name, (t, point) in zip(stop_names(len(via) + 2)[1:], [*via, (duration, goal)]):
+    names = stop_names(len(via) + 2)[1:]
+    for name, (t, point) in zip(names, [*via, (duration, goal)]):
         if t is not None:
             words = "plan: duration" if name == "goal" else f"plan: the time of {name}"
             t = last = number(positive(t, words), words, last, above=True)
@@ -326,23 +349,40 @@ def checked_stops(
             for order, value in point.items()
         }
         stops.append((conditions, t))
-    if duration is None and all(conditions[0] == stops[0][0][0] for conditions, _ in stops):
+    points = {conditions[0] for conditions, _ in stops}
+    if duration is None and len(points) == 1:
         raise ValueError("plan: start and goal are the same point: a free duration would be 0")
     return tuple(stops)
 
 
 def checked_weights(
-    objective: str | dict[str, float],
+    objective: Any,
 ) -> dict[str, float]:
-    weights = {objective: 1.0} if isinstance(objective, str) else objective
-    if not isinstance(weights, dict) or not weights or not set(weights) <= set(OBJECTIVES):
+    """Return the weights of all OBJECTIVES; those of the user's own functions are left out."""
+    given = _by_name(objective)
+    names = {name for name, weight in given.items() if not callable(weight)}
+    if not given or not names <= set(OBJECTIVES):
         raise ValueError(
-            f"plan: objective must be of {', '.join(OBJECTIVES)}, not {shown(objective)}"
+            f"plan: objective must be of {', '.join(OBJECTIVES)}, or a function of your own, not"
+            f" {shown(objective)}"
         )
-    weights = {
-        name: not_negative(weights.get(name, 0.0), f"plan: the weight of {name}")
-        for name in OBJECTIVES
-    }
-    if not any(weights.values()):
+    weights = {}
+    for name in OBJECTIVES:
+        weight = given[name] if name in names else 0.0
+        weights[name] = not_negative(weight, f"plan: the weight of {name}")
+    if len(names) == len(given) and not any(weights.values()):
         raise ValueError("plan: one weight of the objective must be > 0")
     return weights
+
+
+def own_costs(objective: Any) -> list[tuple[str, Callable]]:
+    """Return (name, function) of the user's own costs in an objective."""
+    return [(name, each) for name, each in _by_name(objective).items() if callable(each)]
+
+
+def _by_name(objective):
+    if callable(objective):
+        return {"cost": objective}
+    if isinstance(objective, str):
+        return {objective: 1.0}
+    return objective if isinstance(objective, dict) else {}

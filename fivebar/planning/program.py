@@ -13,6 +13,7 @@ from ..constraints.constraints import at_joints
 from ..models.compiled import minimized
 from .collocation import LIMITS, Pieces
 from .derivatives import Derivatives
+from .functions import MotionPoint, refuse_not_finite
 
 if TYPE_CHECKING:
     from .guess import Guess
@@ -69,6 +70,7 @@ def solve(
     program.keep_motion()
     program.keep_limits()
     program.keep_stops()
+    program.keep_functions(durations, guess)
     cost = program.cost()
     if near:
         cost = cost + near * program.distance(durations, guess)
@@ -130,14 +132,14 @@ class NonlinearProgram:
         self.time = float(np.sum(durations))
         self.force = problem.mass * (self.length / self.time**2 + problem.fall)
         self.torque = self.force * problem.lever
-        self.index = self.rule.points(count)
-        self.flat = self.index.ravel().tolist()
-        points = int(self.index[-1, -1]) + 1
+        points = count * len(self.rule.c)
         self.coordinates = problem.coordinates
         size = self.coordinates.size
         self.at_knots = [ca.MX.sym(name, size, count + 1) for name in ("c", "c_dot")]
         self.at_points = [ca.MX.sym(name, size, points) for name in ("c_c", "c_dot_c", "c_ddot_c")]
         self.at_points.append(ca.MX.sym("controls", 2, points))
+        if problem.own is not None:
+            self.at_points.append(ca.MX.sym("t", 1, points))
         self.phases = ca.MX.sym("phases", len(mesh))
         self.slack = ca.MX.sym("slack", len(LIMITS))
         self.variables = [
@@ -147,14 +149,14 @@ class NonlinearProgram:
             self.slack,
         ]
         # Durations that are all given are constants: the constraints on the motion are then linear.
-        given = all(t is not None for _, t in problem.stops)
-        if given:
+        if len(problem.timed) == len(problem.stops):
             phases = ca.MX(ca.DM(np.asarray(durations) / self.time))
         else:
             phases = self.phases
         self.total = ca.sum1(phases)
         widths = ca.MX(ca.DM(np.concatenate([np.diff(knots) for knots in mesh])))
-        self.h = (widths * phases[np.repeat(np.arange(len(mesh)), sizes).tolist(), 0]).T
+        phase_of = np.repeat(np.arange(len(mesh)), sizes).tolist()
+        self.h = (widths * phases[phase_of, 0]).T
         self.point = _point(self)
         self.outputs = [
             ca.MX.sym(f"y{k}", self.point.size1_out(k), points) for k in range(self.point.n_out())
@@ -166,6 +168,7 @@ class NonlinearProgram:
             self.q_dot,
             self.xi_ddot,
             self.kept,
+            *self.own,
         ) = self.outputs
         self.constraints = []
         self.lower = []
@@ -191,25 +194,43 @@ class NonlinearProgram:
 
     def keep_motion(self):
         """Add continuity between intervals, their polynomials at the points, and the dynamics."""
-        (xi, xi_dot), (xi_c, xi_dot_c, xi_ddot_c, _) = (
-            self.at_knots,
-            self.at_points,
-        )
+        xi, xi_dot = self.at_knots
+        xi_c, xi_dot_c, xi_ddot_c, *_ = self.at_points
         interval = _interval(self).map(self.count)
         on_xi, on_xi_dot, end, end_dot = interval(
             xi[:, :-1],
             xi_dot[:, :-1],
             self.h,
-            xi_ddot_c[:, self.flat],
+            xi_ddot_c,
         )
-        # A point that two intervals share belongs to the later one.
-        _, from_end = np.unique(self.index.ravel()[::-1], return_index=True)
-        own = (self.index.size - 1 - from_end).tolist()
         self.keep(xi[:, 1:] - end)
         self.keep(xi_dot[:, 1:] - end_dot)
-        self.keep(xi_c - on_xi[:, own])
-        self.keep(xi_dot_c - on_xi_dot[:, own])
+        self.keep(xi_c - on_xi)
+        self.keep(xi_dot_c - on_xi_dot)
         self.keep(self.dynamics)
+
+    def keep_functions(self, durations, guess):
+        """Add the user's own constraints, and the time at each point; the unit of the own cost."""
+        if not self.own:
+            return
+        # A column for each interval, a row for each of its points.
+        starts = ca.cumsum(self.h, 1) - self.h
+        places = ca.DM(self.rule.c)
+        times = ca.repmat(starts, len(self.rule.c), 1) + places @ self.h
+        self.keep(self.at_points[-1].T - ca.vec(times))
+        _, kept = self.own
+        if kept.numel():
+            self.keep(kept, 0.0, np.inf, "functions")
+        nodes = self.rule.nodes(knots_of(self.mesh, durations))
+        given = [ca.DM(each.T) for each in self.points_of(nodes, guess)]
+        sizes = map(self.point.size_in, range(self.point.n_in()))
+        symbols = [ca.SX.sym("z", *size) for size in sizes]
+        functions = ca.vertcat(*self.point(*symbols)[-2:])
+        slope = ca.Function("slope", symbols, [ca.jacobian(functions, ca.vertcat(*symbols))])
+        values = self.point(*given)[-2:]
+        refuse_not_finite(self.problem.own, values, slope(*given).full(), nodes)
+        mean = float(np.abs(values[0].full()).mean())
+        self.own_unit = self.time * (mean or 1.0)
 
     def keep_limits(self):
         """Add the limits: of polynomials by their Bezier points, so between nodes too."""
@@ -270,24 +291,26 @@ class NonlinearProgram:
             for order, rows, value in self.coordinates.at(self.problem, conditions):
                 if rows is not None:
                     scaled = ca.DM(value * self.time**order / units)
-                    self.keep(ca.DM(rows * units) @ (self.at_knots[order][:, k] - scaled))
+                    error = self.at_knots[order][:, k] - scaled
+                    self.keep(ca.DM(rows * units) @ error)
             if 2 in conditions:
                 value = ca.DM(conditions[2]) * self.time**2 / self.length
                 if k < self.count:
                     self.keep(starts[:, k] - value)
                 if k > 0:
                     self.keep(ends[:, k - 1] - value)
-        timed = [(i, t) for i, (_, t) in enumerate(self.problem.stops) if t is not None]
+        timed = self.problem.timed
         for (i, before), (j, after) in zip(timed, timed[1:]):
-            self.keep(ca.sum1(self.phases[i:j]) - (after - before) / self.time)
-        if self.problem.weights["jerk"] and not self.rule.shared:
+            lasts = ca.sum1(self.phases[i:j])
+            self.keep(lasts - (after - before) / self.time)
+        if self.problem.weights["jerk"]:
             self.keep(ends[:, :-1] - starts[:, 1:])
 
     def rows(self, matrix, values):
         """Return matrix (r, s) times the values at the points of each interval, 2 x r count."""
         one = ca.sparsify(ca.DM(matrix.T))
         all_intervals = ca.kron(ca.DM.eye(self.count), one)
-        return values[:, self.flat] @ all_intervals
+        return values @ all_intervals
 
     def cost(self):
         """Return the weighted objective over its unit; the integrals of squares are exact."""
@@ -311,43 +334,48 @@ class NonlinearProgram:
             "jerk": self.length**2 / self.time**5,
         }
         self.cost_unit = sum(weights[name] * unit for name, unit in units.items())
-        cost = sum(weights[name] * units[name] * terms[name] for name in terms if weights[name])
+        cost = 0.0
+        for name, term in terms.items():
+            if weights[name]:
+                cost += weights[name] * units[name] * term
+        if self.own and self.problem.own.costs:
+            self.cost_unit += self.own_unit
+            quadrature = self.rule.powers(1.0)[1][None]
+            cost += self.time * ca.dot(self.rows(quadrature, self.own[0]), self.h)
         return cost / self.cost_unit
 
     def distance(self, durations, guess):
         """Return the mean square distance of the points from those of a guess, scaled."""
         units = self.coordinates.units(self.problem)
-        points = guess(self.rule.nodes(knots_of(self.mesh, durations)))[:, : len(units)]
-        return ca.sumsqr(self.at_points[0] - ca.DM((points / units).T)) / len(points)
+        nodes = self.rule.nodes(knots_of(self.mesh, durations))
+        points = guess(nodes)[:, : len(units)]
+        difference = self.at_points[0] - ca.DM((points / units).T)
+        return ca.sumsqr(difference) / len(points)
 
     def values(self, durations, guess):
         """Return the guess as one column; n columns of a matrix are n rows here."""
-        own = self.coordinates.units(self.problem)
-        size = self.coordinates.size
-        control = np.full(2, self.coordinates.control(self))
-        units = np.concatenate(
-            [
-                own,
-                own / self.time,
-                own / self.time**2,
-                control,
-            ]
-        )
         knots = knots_of(self.mesh, durations)
-        at_knots = guess(knots) / units
-        at_points = np.split(
-            guess(self.rule.nodes(knots)) / units,
-            (size, 2 * size, 3 * size),
-            axis=1,
-        )
+        at_knots = self.points_of(knots, guess)[:2]
+        at_points = self.points_of(self.rule.nodes(knots), guess)
         slack = np.full(len(LIMITS), float(self.elastic))
-        parts = at_knots[:, :size], at_knots[:, size : 2 * size], *at_points
+        parts = *at_knots, *at_points
         return np.concatenate([*map(np.ravel, parts), durations / self.time, slack])
+
+    def points_of(self, t, guess):
+        """Return the guess at times t (n,) as the inputs of `point`, (n, ...) each, scaled."""
+        own = self.coordinates.units(self.problem)
+        control = np.full(2, self.coordinates.control(self))
+        units = np.concatenate([own, own / self.time, own / self.time**2, control])
+        size = self.coordinates.size
+        ends = size, 2 * size, 3 * size
+        parts = np.split(guess(t) / units, ends, axis=1)
+        return [*parts, t[:, None] / self.time] if self.own else parts
 
     def bounds(self):
         sides = []
         for sign in (-1, 1):
-            parts = [np.full(variable.shape[::-1], sign * np.inf) for variable in self.variables]
+            shapes = [variable.shape[::-1] for variable in self.variables]
+            parts = [np.full(shape, sign * np.inf) for shape in shapes]
             for k, (conditions, _) in zip(self.first, self.problem.stops):
                 for order, rows, value in self.coordinates.at(self.problem, conditions):
                     scaled = value * self.time**order / self.coordinates.units(self.problem)
@@ -367,7 +395,7 @@ class NonlinearProgram:
 
     def in_si(self, solution):
         """Return pieces, durations of the phases, controls and slack of a solution."""
-        c, c_dot, _, _, c_ddot, controls, phases, slack, tau = solution
+        c, c_dot, _, _, c_ddot, controls, *_, phases, slack, tau = solution
         units = self.coordinates.units(self.problem)
         durations = self.time * phases.ravel()
         pieces = Pieces(
@@ -375,8 +403,8 @@ class NonlinearProgram:
             knots_of(self.mesh, durations),
             units * c[:-1],
             units / self.time * c_dot[:-1],
-            units / self.time**2 * c_ddot[self.index],
-            self.torque * tau[self.index],
+            (units / self.time**2 * c_ddot).reshape(self.count, -1, len(units)),
+            (self.torque * tau).reshape(self.count, -1, 2),
         )
         return (
             pieces,
@@ -389,7 +417,9 @@ class NonlinearProgram:
 def knots_of(mesh, durations):
     """Return the times of all knots, s."""
     starts = np.concatenate([[0.0], np.cumsum(durations)])
-    times = [start + T * knots[:-1] for start, T, knots in zip(starts, durations, mesh)]
+    times = []
+    for start, duration, knots in zip(starts, durations, mesh):
+        times.append(start + duration * knots[:-1])
     return np.concatenate([*times, starts[-1:]])
 
 
@@ -406,7 +436,8 @@ def _interval(program):
     xs, vs = [], []
     for sigma, once, twice in zip(places, single, double):
         vs.append(v + h * (a @ ca.DM(once)))
-        xs.append(x + h * (sigma * v + h * (a @ ca.DM(twice))))
+        bend = h * (a @ ca.DM(twice))
+        xs.append(x + h * (sigma * v + bend))
     end = xs.pop()
     end, end_dot = program.coordinates.at_knot(program, end, vs[-1])
     outputs = [
@@ -419,7 +450,10 @@ def _interval(program):
 
 
 def _point(program):
-    """Return (c, c', c'', controls) -> residual, tau, sines, q', xi'', clearances, scaled."""
+    """Return (c, c', c'', controls) -> residual, tau, sines, q', xi'', clearances, scaled.
+
+    With functions of the user's own also time -> their cost and constraints, SI.
+    """
     problem = program.problem
     own = program.coordinates
     length = program.length
@@ -438,4 +472,10 @@ def _point(program):
         acc.xi_ddot * (time**2 / length),
         ca.vertcat(*problem.constraints.smooth(pose, length)),
     ]
-    return ca.Function("point", [*c, controls], ca.cse(outputs))
+    inputs = [*c, controls]
+    if problem.own is not None:
+        t = ca.SX.sym("t")
+        inputs.append(t)
+        point = MotionPoint.of(time * t, acc, tau, problem.bar_forces(acc, tau))
+        outputs += problem.own.function(*point)
+    return ca.Function("point", inputs, ca.cse(outputs))

@@ -211,7 +211,8 @@ def _within(t, points, deviation):
     for _ in range(TRIES):
         try:
             motion = _spline(t, points, smoothing)
-            near = np.linalg.norm(motion(t)[:, :2] - points, axis=1).max() <= deviation
+            distances = np.linalg.norm(motion(t)[:, :2] - points, axis=1)
+            near = distances.max() <= deviation
         except ValueError:
             near = False  # SciPy finds no knots
         if near:
@@ -229,7 +230,8 @@ def _polyline(t, points, deviation):
     """Return the motion along chords; corners have an acceleration that is a parabola of time."""
     slopes = np.diff(points, axis=0) / np.diff(t)[:, None]
     change = np.diff(slopes, axis=0)  # at all samples but the first and last
-    clearance = np.minimum(np.diff(t)[1:], np.diff(t)[:-1]) / 2
+    steps = np.diff(t)
+    clearance = np.minimum(steps[1:], steps[:-1]) / 2
     speed = np.linalg.norm(change, axis=1)
     half = np.minimum(
         clearance,
@@ -246,7 +248,8 @@ def _along_chords(t, points, slopes, change, half, times):
         0,
         len(t) - 2,
     )
-    place = points[k] + slopes[k] * (times - t[k])[..., None]
+    since = (times - t[k])[..., None]
+    place = points[k] + slopes[k] * since
     values = np.concatenate(
         [place, slopes[k], np.zeros((*np.shape(times), 2))],
         axis=-1,
@@ -276,7 +279,8 @@ def _along_chords(t, points, slopes, change, half, times):
         rate = 3 / 4 * (w - w**3 / 3 + 2 / 3)
         if corner is k:
             rate = rate - 1.0
-        place = w**2 / 2 - w**4 / 12 + 2 * w / 3 + 1 / 4
+        even = w**2 / 2 - w**4 / 12
+        place = even + 2 * w / 3 + 1 / 4
         place = 3 / 4 * place - after
         place = half[j] * place
         bend = parabola / half[j]
@@ -285,12 +289,14 @@ def _along_chords(t, points, slopes, change, half, times):
             (slice(2, 4), rate),
             (slice(4, 6), bend),
         ):
-            values[..., columns] += np.where(near, factor, 0.0)[..., None] * change[j]
+            weights = np.where(near, factor, 0.0)[..., None]
+            values[..., columns] += weights * change[j]
     return values
 
 
 def _steps(t):
-    return f"whose times are from {np.diff(t).min():.3g} to {np.diff(t).max():.3g} s apart"
+    steps = np.diff(t)
+    return f"whose times are from {steps.min():.3g} to {steps.max():.3g} s apart"
 
 
 def _compared(motion, t, points, lines):

@@ -49,7 +49,8 @@ def ways(robot: Robot, start: Pose, goal: Pose) -> list[Way]:
     begin = bars(start)
     end = bars(goal)
     if robot.turns:
-        turns = 2 * np.pi * np.array(list(product((-1, 0, 1), repeat=4)))
+        counts = list(product((-1, 0, 1), repeat=4))
+        turns = 2 * np.pi * np.array(counts)
         images = list(end + turns)
         images.sort(key=lambda image: np.abs(image - begin).sum())
     else:
@@ -79,7 +80,8 @@ def _distinct(robot, paths):
     even = np.stack([_even(robot, path) for path in paths])
     taut = _closed(robot, _pulled(robot, even), NEWTON)
     with np.errstate(invalid="ignore"):
-        torn = ~(np.abs(np.diff(taut, axis=1)).max(axis=(1, 2)) < JUMP)
+        jumps = np.abs(np.diff(taut, axis=1)).max(axis=(1, 2))
+        torn = ~(jumps < JUMP)
     taut[torn] = even[torn]
     lengths = _lengths(robot, taut)[:, -1]
     kept = []
@@ -160,9 +162,11 @@ def _waypoints(robot, route, begin, end):
     if not route.passages:
         return [begin, _nearest(end, begin)]
     for before, after, passage in zip(route.aspects, route.aspects[1:], route.passages):
-        points.append(_nearest(_at(robot, passage, everything[before - 1]), points[-1]))
+        crossed = _at(robot, passage, everything[before - 1])
+        points.append(_nearest(crossed, points[-1]))
         inner = everything[after - 1]
-        points.append(_nearest(bars(igm(robot, inner.point, inner.working)), points[-1]))
+        middle = bars(igm(robot, inner.point, inner.working))
+        points.append(_nearest(middle, points[-1]))
     return [
         *points[:-1],
         _nearest(end, points[-2]),
@@ -195,14 +199,17 @@ def _at(robot, passage: Passage, aspect):
         proximal = robot.drives[own].length
         distal = robot.distal[own]
         reach = np.hypot(x, y)
-        stretched = abs(proximal + distal - reach) < abs(abs(proximal - distal) - reach)
+        outer = proximal + distal
+        inner = abs(proximal - distal)
+        stretched = abs(outer - reach) < abs(inner - reach)
         q = np.arctan2(y, x) + np.pi * (not stretched and distal > proximal)
         pairs[own] = q, q + np.pi * (not stretched)
     return np.array([*pairs[0], *pairs[1]])
 
 
 def _nearest(angles, before):
-    return angles + 2 * np.pi * np.round((before - angles) / (2 * np.pi))
+    turns = np.round((before - angles) / (2 * np.pi))
+    return angles + 2 * np.pi * turns
 
 
 def _path(robot, points):
@@ -248,13 +255,15 @@ def _embedded(robot, a):
     # Grouped parameters may be negative.
     inertias = [abs(inertia) for inertia in robot.inertias]
     m = abs(robot.m)
-    light = LIGHT * (m * size**2 + sum(inertias) * (size / lever) ** 2)
+    turning = sum(inertias) * (size / lever) ** 2
+    light = LIGHT * (m * size**2 + turning)
     drives = [inertia + light * (lever / size) ** 2 for inertia in inertias]
     tip = m + light / size**2
     roots = np.sqrt([*drives, tip, tip])
     c = tuple(np.moveaxis(a, -1, 0))
     x, y = bars_pose(robot, c).point
-    return np.stack([c[0], c[2], x, y], axis=-1) * roots, roots
+    coordinates = np.stack([c[0], c[2], x, y], axis=-1)
+    return coordinates * roots, roots
 
 
 def _lengths(robot, a):

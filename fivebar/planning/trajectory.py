@@ -74,7 +74,8 @@ class Trajectory:
                 motion[..., 2:],
                 0.0,
             )
-        return motion[..., :2], motion[..., 2:4], motion[..., 4:]
+        xi, xi_dot, xi_ddot = np.split(motion, 3, axis=-1)
+        return xi, xi_dot, xi_ddot
 
 
 def refuse_nan(t: np.ndarray) -> None:
@@ -230,7 +231,8 @@ def circle(center: ArrayLike, radius: float, period: float) -> Trajectory:
 
 
 def _turn(center, radius, omega, t):
-    u = np.stack([np.cos(omega * t), np.sin(omega * t)], axis=-1)
+    angle = omega * t
+    u = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     v = np.stack([-u[..., 1], u[..., 0]], axis=-1)
     return np.concatenate(
         [

@@ -87,7 +87,8 @@ class Comparison(Plotted):
 
     def _has(self, name):
         """Return whether a figure is a number for at least one run."""
-        return any(not np.isnan(np.max(row.get(name, np.nan))) for row in self.figures.values())
+        largest = [np.max(row.get(name, np.nan)) for row in self.figures.values()]
+        return not np.isnan(largest).all()
 
     def __str__(self) -> str:
         used = [column for column in COLUMNS if self._has(column[0])]
@@ -124,7 +125,8 @@ def _figures(run):
         "fallbacks": nan,
     }
     if run.torque_limit is not None:
-        figures["saturated_s"] = float(np.diff(run.t)[run.saturated[:-1].any(axis=1)].sum())
+        saturated = run.saturated[:-1].any(axis=1)
+        figures["saturated_s"] = float(np.diff(run.t)[saturated].sum())
     if log is not None:
         figures["median_solve_s"] = float(np.median(log.solve_time))
         figures["p99_solve_s"] = float(np.percentile(log.solve_time, 99))
@@ -135,7 +137,8 @@ def _figures(run):
 def _peaks(run):
     if run.measured is None:
         return np.abs(run.tau).max(axis=0).tolist()
-    return [float(np.abs(tau[np.isfinite(tau)]).max(initial=0.0)) for tau in run.tau.T]
+    known = [tau[np.isfinite(tau)] for tau in run.tau.T]
+    return [float(np.abs(tau).max(initial=0.0)) for tau in known]
 
 
 def _number(value):

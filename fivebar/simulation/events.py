@@ -26,10 +26,9 @@ def may_cross(margins: np.ndarray, rates: np.ndarray) -> np.ndarray:
 
     No motion that crosses is left out. Some that come near to a singularity are in.
     """
-    before = margins[..., :-1, :]
-    after = margins[..., 1:, :]
-    changes = before * after <= 0
-    turns = (before * rates[..., :-1, :] < 0) & (after * rates[..., 1:, :] > 0)
+    changes = margins[..., :-1, :] * margins[..., 1:, :] <= 0
+    growth = margins * rates
+    turns = (growth[..., :-1, :] < 0) & (growth[..., 1:, :] > 0)
     return (changes | turns).any(axis=(-1, -2))
 
 
@@ -60,11 +59,11 @@ def crossings(
         y = margins[:, column].tolist()
         slopes = (step * rates[:, column]).tolist()
         changes = modes[1:, column] * modes[:-1, column] < 0
-        turns = (margins[:-1, column] * rates[:-1, column] < 0) & (
-            margins[1:, column] * rates[1:, column] > 0
-        )
+        growth = margins[:, column] * rates[:, column]
+        turns = (growth[:-1] < 0) & (growth[1:] > 0)
         for k in np.flatnonzero(changes | turns).tolist():
-            cubic = Cubic.through(y[k : k + 2], slopes[k : k + 2])
+            ends = slice(k, k + 2)
+            cubic = Cubic.through(y[ends], slopes[ends])
             look = motion and partial(_look, motion, column, t[k], step)
             places = [zero(cubic, look)] if changes[k] else there_and_back(cubic, look)
             zeros += [(t[k] + step * place, column, k) for place in places]
@@ -75,8 +74,9 @@ def crossings(
         before = np.where(now == 0, modes[k], now)
         now[column] = -now[column] if now[column] else modes[k + 1, column]
         name = robot.words.sines[column]
-        change = tuple(before.astype(int).tolist()), tuple(now.astype(int).tolist())
-        events.append(Event(float(when), KINDS[column], name, *change))
+        modes_before = tuple(before.astype(int).tolist())
+        modes_after = tuple(now.astype(int).tolist())
+        events.append(Event(float(when), KINDS[column], name, modes_before, modes_after))
     return tuple(events)
 
 

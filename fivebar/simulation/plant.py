@@ -17,6 +17,7 @@ from ..models.charts import BarAngles, StateChart
 from ..models.compiled import Buffered, compiled
 from ..models.four_joints import FourJointRates, bars_rates, closed
 from ..models.kinematics import Rates
+from ..models.loaded_robot import JointTorques, refuse_numbers
 from ..models.loads import lost_power, potential
 from ..models.parameters import names_of, parameters_of
 from ..models.physics import loads_of, physics_of
@@ -24,6 +25,8 @@ from ..models.robots import Robot, nearest_equivalent_angle
 from .steps import (
     COLUMNS,
     ENERGY,
+    JOINT_RATES,
+    JOINTS,
     MARGIN_RATES,
     MARGINS,
     Q_DOT,
@@ -67,6 +70,8 @@ class Plant:
     tolerance : float
         rad, of each step.
     jit : bool or "auto"
+    torques : JointTorques, optional
+        At the joints, of a LoadedRobot.
 
     Attributes
     ----------
@@ -82,19 +87,25 @@ class Plant:
         start: Rates,
         tolerance: float,
         jit: bool | str = False,
+        torques: JointTorques | None = None,
     ) -> None:
         check_start(robot, start)
-        self.robot, self.tolerance = robot, tolerance
+        if jit:
+            refuse_numbers(torques, "machine code of a step (jit)")
+        self.robot = robot
+        self.tolerance = tolerance
+        self.torques = torques
         self.parameters = np.array(parameters_of(robot))
         self.t, self.length = 0.0, FIRST
         c, c_dot, _ = BarAngles().coordinates(start)
         self.state = np.array([*c, *c_dot])
-        self._step = self._function(free_step, jit)
-        self._pieces: list[tuple] = []  # (t, length, state, polynomial)
+        self._step = self._function(free_step, jit, torques)
+        self._pieces: list[tuple] = []  # (t, length, state, polynomial, tau)
 
-    def _function(self, make, jit):
+    def _function(self, make, jit, *options):
         """Return one of the compiled functions of `steps` for robots of this kind."""
-        return Buffered(_compiled(make, type(self.robot), names_of([self.robot]), jit))
+        function = _compiled(make, type(self.robot), names_of([self.robot]), jit, *options)
+        return Buffered(function) if hasattr(function, "buffer") else _unbuffered(function)
 
     @property
     def moves(self) -> bool:
@@ -104,7 +115,8 @@ class Plant:
     @property
     def joints(self) -> tuple[np.ndarray, np.ndarray]:
         """q and q' now."""
-        return self.state[0:3:2].copy(), self.state[4:7:2].copy()
+        q = self.state[JOINTS].copy()
+        return q, self.state[JOINT_RATES].copy()
 
     @property
     def rates(self) -> FourJointRates:
@@ -154,11 +166,24 @@ class Plant:
             self.length = length * min(max(factor, SHRINKING), GROWTH)
 
     def _try_step(self, tau, length):
-        return self._step(self.state, tau, length, self.tolerance, self.parameters)
+        time = () if self.torques is None else (self.t,)
+        known = *self._known, *time
+        return self._step(self.state, tau, length, self.tolerance, *known)
+
+    @property
+    def _known(self):
+        """What else a step depends on."""
+        return (self.parameters,)
+
+    def _at_joints(self, t, state, tau):
+        """Return the torques at the joints, (2,) N m, where the controller applies tau."""
+        if self.torques is None:
+            return tau
+        return self.torques.at(t, state[JOINTS], state[JOINT_RATES], tau)
 
     def _keep_step(self, tau, length, after, polynomial):
         """Keep a step; return how much of it was kept, s."""
-        self._pieces.append((self.t, length, self.state, polynomial))
+        self._pieces.append((self.t, length, self.state, polynomial, tau))
         self.state = after.copy()
         return length
 
@@ -175,13 +200,15 @@ class Plant:
 
     @property
     def pieces(self) -> tuple[np.ndarray, ...]:
-        """Times (n,), lengths (n,), states (n, 8) and polynomials (n, 7, 8) of the steps so far."""
+        """Times (n,), lengths (n,), states (n, 8), polynomials (n, 7, 8) and torques (n, 2) of the
+        steps so far.
+        """
         return tuple(np.array(column) for column in zip(*self._pieces))
 
     def rows(self, t: np.ndarray) -> np.ndarray:
         """Return the observations (n, columns) at times t (n,) up to now."""
         rows = np.empty((len(t), COLUMNS))
-        _, _, all_states, all_polynomials = self.pieces
+        _, _, all_states, all_polynomials, _ = self.pieces
         for part, at, places in self._stretches(t):
             states = all_states[at]
             polynomials = all_polynomials[at]
@@ -198,7 +225,7 @@ class Plant:
 
     def _stretches(self, t: np.ndarray) -> Iterator[tuple]:
         """Yield slices of t, the numbers of the steps that these times are in, places in these."""
-        t0, lengths, _, _ = self.pieces
+        t0, lengths, *_ = self.pieces
         for first in range(0, len(t), STRETCH):
             part = slice(first, first + STRETCH)
             at = np.clip(
@@ -215,24 +242,28 @@ class Plant:
     def margins(self, t: float) -> tuple[tuple, tuple]:
         """Return sin q12, sin q22 and det A at a time, and their rates."""
         k = max(bisect_right(self._pieces, t, key=itemgetter(0)) - 1, 0)
-        t0, length, state, polynomial = self._pieces[k]
+        t0, length, state, polynomial, _ = self._pieces[k]
         place = np.array([(t - t0) / length])
         now = between(state[None], polynomial[None], place)[0].tolist()
         rates = bars_rates(self.robot, now[:4], now[4:])
         return (*rates.pose.sines, rates.pose.det_A), rates.margin_rates
 
     def friction_loss(self, t: np.ndarray) -> np.ndarray:
-        """Return what friction has taken until times t, (n,) J, integrated on the polynomials."""
-        _, lengths, states, polynomials = self.pieces
-        of_steps = self._lost(states, polynomials, lengths, np.ones(len(lengths)))
+        """Return what friction, and torques of a LoadedRobot, have taken until times t, (n,) J.
+
+        It is integrated on the polynomials.
+        """
+        pieces = self.pieces
+        of_steps = self._lost(np.ones(len(pieces[0])), *pieces)
         before = np.concatenate([[0.0], np.cumsum(of_steps)])
         loss = np.empty(len(t))
         for part, at, places in self._stretches(t):
-            loss[part] = before[at] + self._lost(states[at], polynomials[at], lengths[at], places)
+            begun = (column[at] for column in pieces)
+            loss[part] = before[at] + self._lost(places, *begun)
         return loss
 
-    def _lost(self, states, polynomials, lengths, places):
-        """Return what friction takes from each step's beginning to a place in it, J."""
+    def _lost(self, places, t0, lengths, states, polynomials, tau):
+        """Return what is taken from each step's beginning to a place in it, J."""
         total = 0.0
         for node, weight in zip(GAUSS, WEIGHTS):
             columns = between(states, polynomials, places * (1 + node) / 2).T
@@ -241,13 +272,28 @@ class Plant:
                 tuple(columns[:4]),
                 tuple(columns[4:]),
             )
-            total = total + weight / 2 * lost_power(rates)
+            power = lost_power(rates)
+            if self.torques is not None:
+                t = t0 + places * lengths * (1 + node) / 2
+                q, q_dot = columns[JOINTS].T, columns[JOINT_RATES].T
+                power = power + self.torques.lost_power(t, q, q_dot, tau)
+            total = total + weight / 2 * power
         return total * places * lengths
 
 
 @lru_cache(maxsize=16)
-def _compiled(make, kind, names, jit):
-    return compiled(make(kind, names), jit)
+def _compiled(make, kind, names, jit, *options):
+    return compiled(make(kind, names, *options), jit)
+
+
+def _unbuffered(step):
+    """Return a step of CasADi's numbers with arrays as of `Buffered`."""
+
+    def call(*given):
+        after, error, polynomial = step(*given)
+        return after.full().ravel(), error.full().ravel(), polynomial.full().T
+
+    return call
 
 
 class FixedPlant:
@@ -261,10 +307,13 @@ class FixedPlant:
         method: str,
         step: float,
         jit: bool | str = False,
+        torques: JointTorques | None = None,
     ) -> None:
         check_start(robot, start)
         refuse_sticking(robot)
+        refuse_numbers(torques, "a fixed step")
         self.robot = robot
+        self.torques = torques
         self.chart = chart
         self.method = method
         self.step = step
@@ -288,7 +337,8 @@ class FixedPlant:
         steps = round(until / self.step) - self.k
         while steps:
             count = min(steps, BLOCK)
-            states, rows, last = self._block(count)(self.state, tau, self.modes)
+            now = self.k * self.step
+            states, rows, last = self._block(count)(self.state, tau, self.modes, now)
             self._rows.append(rows.reshape(-1, COLUMNS).copy())
             self._torques += [tau] * count
             if self.chart.wraps:
@@ -300,14 +350,16 @@ class FixedPlant:
 
     def _block(self, count):
         if count not in self._blocks:
-            function = block_function(self.robot, self.chart, self.method, self.step, count)
+            options = self.chart, self.method, self.step, count, self.torques
+            function = block_function(self.robot, *options)
             self._blocks[count] = Buffered(compiled(function, self.jit))
         return self._blocks[count]
 
     def rows(self, t: np.ndarray) -> np.ndarray:
         """Return the observations (n, columns) before each step, and now."""
         rows = np.vstack([*self._rows, self._last])
-        refuse_losses(self.robot, rows, np.array(self._torques), self.chart, self.step)
+        tau = np.array(self._torques)
+        refuse_losses(self.robot, rows, tau, self.chart, self.step, self.torques)
         return rows
 
 
@@ -337,6 +389,7 @@ def refuse_losses(
     tau: np.ndarray,
     chart: StateChart,
     step: float,
+    torques: JointTorques | None = None,
 ) -> None:
     """Raise at the first fixed step that jumped.
 
@@ -352,6 +405,8 @@ def refuse_losses(
         Torques held between them.
     chart : a chart of models.charts
     step : float, s
+    torques : JointTorques, optional
+        Of a LoadedRobot.
     """
     work = np.sum(
         np.diff(robot.continuous(rows[:, Q]), axis=0) * tau,
@@ -368,6 +423,11 @@ def refuse_losses(
         gained = gained + raised + lost
         turned_over = turned_over + np.abs(raised) + lost
     allowed = LOST_ENERGY * turned_over + ROUNDING * np.abs(tau).sum(axis=1)
+    if torques is not None:
+        lost, uncertain = lost_in_steps(torques, rows, tau, step)
+        gained = gained + lost
+        rounding = LOST_ENERGY * np.abs(lost)
+        allowed = allowed + rounding + uncertain
     columns = list(chart.margins)
     margins = rows[:-1, MARGINS][:, columns]
     rates = rows[:-1, MARGIN_RATES][:, columns]
@@ -376,6 +436,31 @@ def refuse_losses(
     if jumps.any():
         k = int(np.argmax(jumps))
         raise _jump(robot, rows[k], tau[k], chart, step, k)
+
+
+def lost_in_steps(
+    torques: JointTorques,
+    rows: np.ndarray,
+    tau: np.ndarray,
+    step: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the energy (n,), J, that torques of a LoadedRobot take in each step.
+
+    And by how much Simpson's rule, on cubics through the steps' ends, differs from the trapezoidal
+    one: it knows no more of torques that jump.
+    """
+    t = step * np.arange(len(rows) - 1)
+    q0, q1 = rows[:-1, Q], rows[1:, Q]
+    v0, v1 = rows[:-1, Q_DOT], rows[1:, Q_DOT]
+    bend = step / 8 * (v0 - v1)
+    q = (q0 + q1) / 2 + bend
+    chord = (q1 - q0) / step
+    v = 1.5 * chord - (v0 + v1) / 4
+    before = torques.lost_power(t, q0, v0, tau)
+    middle = torques.lost_power(t + step / 2, q, v, tau)
+    after = torques.lost_power(t + step, q1, v1, tau)
+    lost = step / 6 * (before + 4 * middle + after)
+    return lost, np.abs(lost - step / 2 * (before + after))
 
 
 def _jump(robot, row, tau, chart, step, k):

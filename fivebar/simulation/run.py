@@ -76,11 +76,16 @@ def has_friction(robot: Robot) -> bool:
     return loads_of(robot).has_friction
 
 
-def columns(robot: Robot, has_reference: bool, has_control: bool = False) -> tuple[str, ...]:
+def columns(
+    robot: Robot,
+    has_reference: bool,
+    has_loss: bool,
+    has_control: bool = False,
+) -> tuple[str, ...]:
     """Return the names of the columns of a run's CSV file."""
     left, right = robot.words.joints
     names = ["t", left, right, f"{left}_dot", f"{right}_dot", "x", "y", "tau1", "tau2", "energy"]
-    names += ["x_ref", "y_ref"] * has_reference + ["friction_loss"] * has_friction(robot)
+    names += ["x_ref", "y_ref"] * has_reference + ["friction_loss"] * has_loss
     return (*names, *control_columns(robot) * has_control)
 
 
@@ -118,7 +123,8 @@ class Run(Animated):
     log : object, optional
         What the controller kept in its own `log`, as a Tracker does.
     friction_loss : (n,), J, optional
-        What friction has taken; by Simpson's rule after fixed steps. None without friction.
+        What friction, and the torques of a LoadedRobot, have taken from the drives' work; by
+        Simpson's rule after fixed steps. None without them.
     measured : Measured, optional
         What is known of a run from a log.
 
@@ -153,7 +159,8 @@ class Run(Animated):
         ]
         if self.xi_ref is not None:
             largest = np.nanmax(np.linalg.norm(self.error, axis=1))
-            parts.append(f"error at most {1e6 * largest:.4g} um")
+            micrometres = 1e6 * largest
+            parts.append(f"error at most {micrometres:.4g} um")
         if self.events:
             parts.append(f"{len(self.events)} crossings")
         return one_line("Run", *parts)
@@ -170,7 +177,8 @@ class Run(Animated):
         nan where xi_ref is out of reach.
         """
         working = self._working_at_start()
-        reference = igm(self.robot, self._reference(), working, unreachable="nan")
+        xi_ref = self._reference()
+        reference = igm(self.robot, xi_ref, working, unreachable="nan")
         return self.robot.joint_difference(self.q - reference.q)
 
     def _working_at_start(self):
@@ -182,7 +190,8 @@ class Run(Animated):
             unreachable="nan",
         )
         distance = np.abs(self.robot.joint_difference(poses.q - self.q[0]))
-        return modes[int(np.argmin(np.nan_to_num(distance, nan=0.0).sum(axis=1)))]
+        total = np.nan_to_num(distance, nan=0.0).sum(axis=1)
+        return modes[int(np.argmin(total))]
 
     def _reference(self) -> np.ndarray:
         if self.xi_ref is None:
@@ -204,7 +213,8 @@ class Run(Animated):
         q_dot = self.q_dot
         if self.control is not None:  # torques are held, and so are the speeds of that moment
             rows = np.searchsorted(self.t, self.control.t)
-            q_dot = q_dot[rows[np.searchsorted(rows, np.arange(len(self.t)), side="right") - 1]]
+            sample = np.searchsorted(rows, np.arange(len(self.t)), side="right") - 1
+            q_dot = q_dot[rows[sample]]
         low, high = torque_bounds(self.torque_limit, q_dot)
         rounding = 1e-12 * np.max(np.abs([low, high]))
         return (self.tau <= low + rounding) | (self.tau >= high - rounding)
@@ -235,7 +245,8 @@ class Run(Animated):
     def loop_gap(self) -> np.ndarray:
         """Distance from elbow to end-effector less the distal bar's length, per leg: (n, 2) m."""
         distal = self.xi[:, None] - elbows(self.robot, self.q)
-        return np.hypot(*np.moveaxis(distal, -1, 0)) - self.robot.distal
+        lengths = np.hypot(*np.moveaxis(distal, -1, 0))
+        return lengths - self.robot.distal
 
     @property
     def points(self) -> np.ndarray:
@@ -272,7 +283,8 @@ class Run(Animated):
         ]
         if self.xi_ref is not None:
             table += [*self.xi_ref.T]
-        if has_friction(self.robot):
+        has_loss = self.friction_loss is not None or has_friction(self.robot)
+        if has_loss:
             unknown = np.full(len(self.t), np.nan)
             table.append(unknown if self.friction_loss is None else self.friction_loss)
         if self.control is not None:
@@ -280,7 +292,8 @@ class Run(Animated):
             rows = np.searchsorted(self.t, self.control.t)
             samples[rows] = np.column_stack(self.control[1:4])
             table += [*samples.T]
-        header = columns(self.robot, self.xi_ref is not None, self.control is not None)
+        has_reference, has_control = self.xi_ref is not None, self.control is not None
+        header = columns(self.robot, has_reference, has_loss, has_control)
         write(path, "run", about, header, np.column_stack(table).tolist())
 
     @classmethod
@@ -296,9 +309,11 @@ class Run(Animated):
         about = table.about("run", "a file written by Run.to_csv", _known)
         robot = about["robot"]
         has_reference = "x_ref" in table.header
+        has_loss = "friction_loss" in table.header
         has_control = control_columns(robot)[0] in table.header
-        values = table.numbers(columns(robot, has_reference, has_control), finite=False)
-        values, samples = np.split(values, [len(columns(robot, has_reference))], axis=1)
+        header = columns(robot, has_reference, has_loss, has_control)
+        values = table.numbers(header, finite=False)
+        values, samples = np.split(values, [len(header) - 6 * has_control], axis=1)
         t, q, q_dot, xi, tau, energy, rest = np.split(values, (1, 3, 5, 7, 9, 10), axis=1)
         control = None
         if has_control:
@@ -313,7 +328,7 @@ class Run(Animated):
             tau=tau,
             energy=energy[:, 0],
             xi_ref=rest[:, :2] if has_reference else None,
-            friction_loss=rest[:, -1] if has_friction(robot) else None,
+            friction_loss=rest[:, -1] if has_loss else None,
             control=control,
             **about,
         )
@@ -348,5 +363,7 @@ def _event(t, kind, margin, before, after):
 
 
 def _measured(gaps, notes, rates):
-    gaps = tuple((float(low), float(high), str(why)) for low, high, why in gaps)
-    return Measured(gaps, tuple(map(str, notes)), bool(rates))
+    read = []
+    for low, high, why in gaps:
+        read.append((float(low), float(high), str(why)))
+    return Measured(tuple(read), tuple(map(str, notes)), bool(rates))

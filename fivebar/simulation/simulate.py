@@ -11,16 +11,16 @@ import numpy as np
 from scipy.integrate import cumulative_simpson
 
 from ..base.checks import a_callable, bounded, instance, optional, positive, shown, takes
-from ..base.checks import robot as must_be_robot
 from ..base.errors import SingularityError, UnreachableError
 from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Rates, dkm, ikm, some_rates
+from ..models.loaded_robot import JointTorques, LoadedRobot, robot_and_torques, robot_or_loaded
 from ..models.loads import lost_power
 from ..models.motors import torque_bounds
 from ..models.robots import Robot
 from .events import crossings
-from .plant import FixedPlant, Plant
+from .plant import FixedPlant, Plant, lost_in_steps
 from .run import Control, Run, has_friction, torque_limits
 from .settings import Integrator, Measurement
 from .steps import ENERGY, Q_DOT, XI, Q, motion_of
@@ -35,7 +35,7 @@ ROW_BYTES = 400  # memory of a row while the run is made
 
 
 @takes(
-    robot=must_be_robot,
+    robot=robot_or_loaded,
     controller=optional(a_callable),
     reference=optional(a_callable),
     start=optional(some_rates),
@@ -47,7 +47,7 @@ ROW_BYTES = 400  # memory of a row while the run is made
     integrator=optional(instance(Integrator)),
 )
 def simulate(
-    robot: Robot,
+    robot: Robot | LoadedRobot,
     controller: Callable | None = None,
     reference: Callable | None = None,
     *,
@@ -67,8 +67,9 @@ def simulate(
 
     Parameters
     ----------
-    robot : FiveBar or Biglide
-        It may have more physics than the robot that the controller knows.
+    robot : FiveBar, Biglide or LoadedRobot
+        It may have more physics than the robot that the controller knows; a LoadedRobot has a
+        drive, friction or a disturbance of your own.
     controller : callable, optional
         (t, q (2,), q_dot (2,), reference) -> tau (2,), N m; called every control_period. None: no
         torque.
@@ -119,6 +120,7 @@ def simulate(
     measurement = measurement or Measurement()
     integrator = integrator or Integrator()
     grid = Grid.of(duration, reference, step, control_period if controller is not None else None)
+    robot, torques = robot_and_torques(robot)
     start = start_with(robot, reference, controller) if start is None else start
 
     def run(tolerance: float) -> Run:
@@ -126,9 +128,10 @@ def simulate(
         if integrator.fixed:
             chart = CHARTS[integrator.chart]
             method = integrator.method or "rk4"
-            plant = FixedPlant(robot, start, chart, method, grid.step, integrator.jit)
+            options = chart, method, grid.step, integrator.jit, torques
+            plant = FixedPlant(robot, start, *options)
         else:
-            plant = plant_of(robot, start, tolerance, integrator.jit)
+            plant = plant_of(robot, start, tolerance, integrator.jit, torques)
         period = grid.block * grid.step
         loop = _Loop(robot.words, controller, reference, torque_limit, measurement, period)
         return _closed_loop(plant, grid, loop)
@@ -162,6 +165,7 @@ def _closed_loop(plant: Plant | FixedPlant, grid: Grid, loop: _Loop) -> Run:
         plant.rows(t),
         np.repeat(torques, grid.block, axis=0)[: grid.steps],
         plant=plant if isinstance(plant, Plant) else None,
+        joint_torques=plant.torques,
         xi_ref=None if reference is None else reference(t)[0],
         torque_limit=loop.torque_limit,
         control=control,
@@ -176,17 +180,22 @@ def run_of(
     torques: np.ndarray,
     *,
     plant: Plant | None = None,
+    joint_torques: JointTorques | None = None,
     crosses: bool = True,
     **fields: Any,
 ) -> Run:
     """Return the Run of observations (n + 1, columns), between which torques (n, 2) were held.
 
-    plant: what moved, if it knows its motion between the rows. crosses: whether the motion may have
-    crossed a singularity. fields: further ones of the Run.
+    plant: what moved, if it knows its motion between the rows. joint_torques: of a LoadedRobot.
+    crosses: whether the motion may have crossed a singularity. fields: further ones of the Run.
     """
+    tau = np.vstack([torques, torques[-1]])
     friction_loss = None
-    if has_friction(robot):
-        friction_loss = plant.friction_loss(t) if plant else _friction_loss(robot, t, rows)
+    if joint_torques is not None or has_friction(robot):
+        if plant is not None:
+            friction_loss = plant.friction_loss(t)
+        else:
+            friction_loss = _friction_loss(robot, t, rows, torques, joint_torques)
     return Run(
         robot=robot,
         t=t,
@@ -194,17 +203,21 @@ def run_of(
         q_dot=rows[:, Q_DOT],
         xi=rows[:, XI],
         energy=rows[:, ENERGY],
-        tau=np.vstack([torques, torques[-1]]),
+        tau=tau,
         events=crossings(robot, t, rows, plant.margins if plant else None) if crosses else (),
         friction_loss=friction_loss,
         **fields,
     )
 
 
-def _friction_loss(robot, t, rows):
+def _friction_loss(robot, t, rows, tau, joint_torques):
     """Return what friction has taken until each row, (n,) J, by Simpson's rule."""
     power = lost_power(motion_of(robot, rows)) + np.zeros(len(t))
-    return cumulative_simpson(power, x=t, initial=0.0)
+    lost = cumulative_simpson(power, x=t, initial=0.0)
+    if joint_torques is not None:
+        in_steps, _ = lost_in_steps(joint_torques, rows, tau, t[1])
+        lost[1:] += np.cumsum(in_steps)
+    return lost
 
 
 class Grid(NamedTuple):
@@ -273,8 +286,10 @@ def start_with(robot: Robot, reference: Any, controller: Any) -> Rates:
 def begin_of(reference: Callable) -> tuple:
     """Return (xi, xi_dot, xi_ddot) of a reference at t = 0, each (2,)."""
     answer = reference(0.0)
-    if isinstance(answer, (tuple, list)) and [np.shape(part) for part in answer] == 3 * [(2,)]:
-        return tuple(answer)
+    if isinstance(answer, (tuple, list)):
+        shapes = [np.shape(part) for part in answer]
+        if shapes == 3 * [(2,)]:
+            return tuple(answer)
     raise ValueError(
         f"reference must give xi, xi_dot and xi_ddot, each (2,), at a time, not {shown(answer)}"
     )
@@ -298,7 +313,8 @@ class _Loop:
         self.words = words
         self.controller = controller
         self.reference = reference
-        self.torque_limit, self.period = torque_limit, period
+        self.torque_limit = torque_limit
+        self.period = period
         self.resolution = measurement.encoder_resolution
         self.pending = [np.zeros(2)] * measurement.delay
         self.samples = []

@@ -6,7 +6,7 @@ The right side is a CasADi function made from the same equations as everything e
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import casadi
@@ -18,6 +18,7 @@ from ..models.charts import BarAngles, StateChart, halves
 from ..models.dynamics import energy, forward_dynamics, held_by, slipping_dynamics
 from ..models.four_joints import bars_rates, closed, rates_from_joint_state
 from ..models.kinematics import Rates
+from ..models.loaded_robot import JointTorques
 from ..models.parameters import count_of, with_parameters
 from ..models.robots import Robot
 
@@ -31,6 +32,9 @@ MARGIN_RATES = slice(11, 14)  # sin q12, sin q22, det A
 ENERGY = 14
 COLUMNS = 15
 METHODS = ("rk4", "dop8")
+# Of the active joints in a state of the four bars.
+JOINTS = slice(0, 3, 2)
+JOINT_RATES = slice(4, 7, 2)
 
 
 @lru_cache(maxsize=64)
@@ -53,20 +57,47 @@ def block_function(
     method: str,
     step: float,
     count: int,
+    torques: JointTorques | None = None,
 ) -> casadi.Function:
-    """Return (state, tau, modes) -> states after each of `count` steps, observations, the last.
+    """Return (state, tau, modes, t) -> states after each of `count` steps, observations, the last.
 
-    The observations are those before each step; the last one is after them all.
+    The observations are those before each step; the last one is after them all. t: s, before the
+    first.
     """
     state, tau, modes = _symbols(chart)
-    outputs = runge_kutta_step(robot, chart, method, step, state, tau, (modes[0], modes[1]))
-    one = casadi.Function("step", [state, tau, modes], casadi.cse(list(outputs)))
+    t = casadi.SX.sym("t")
+    at_joints = at_time(torques, chart, t, step)
+    signs = modes[0], modes[1]
+    outputs = runge_kutta_step(robot, chart, method, step, state, tau, signs, at_joints)
+    one = casadi.Function("step", [state, tau, modes, t], casadi.cse(list(outputs)))
     _, observe = model_functions(robot, chart)
     state, tau, modes = _symbols(chart, casadi.MX)
+    t = casadi.MX.sym("t")
     held = casadi.repmat(tau, 1, count), casadi.repmat(modes, 1, count)
-    states, rows = one.mapaccum(count)(state, *held)
+    times = t + step * casadi.DM(range(count)).T
+    states, rows = one.mapaccum(count)(state, *held, times)
     last = observe(states[:, -1], modes)
-    return casadi.Function("block", [state, tau, modes], [states, rows, last])
+    return casadi.Function("block", [state, tau, modes, t], [states, rows, last])
+
+
+def at_time(
+    torques: JointTorques | None,
+    chart: StateChart,
+    t: Any,
+    step: Any,
+) -> Callable | None:
+    """Return (a stage's state, its Rates, tau, fraction of a step from t) -> torques at the joints.
+
+    None: these are tau itself.
+    """
+    if torques is None:
+        return None
+
+    def at_joints(stage, rates, tau, fraction):
+        q = pack(*chart.joints(halves(stage, chart)[0], rates))
+        return torques.function(t + fraction * step, q, pack(*rates.components[0]), tau)
+
+    return at_joints
 
 
 def runge_kutta_step(
@@ -77,13 +108,18 @@ def runge_kutta_step(
     state: Any,
     tau: Any,
     modes: Sequence,
+    at_joints: Callable | None = None,
 ) -> tuple[Any, Any]:
-    """Return symbols of the state after a step under held torques, of the observation before."""
+    """Return symbols of the state after a step under held torques, of the observation before.
+
+    at_joints: of `at_time`.
+    """
     first = chart.rates(robot, *halves(state, chart), modes)
 
     def slope(stage, fraction):
         rates = first if stage is state else _turned(robot, chart, stage, modes)
-        return _slope(chart, rates, stage, tau)
+        joint = tau if at_joints is None else at_joints(stage, rates, tau, fraction)
+        return _slope(chart, rates, stage, joint)
 
     after, _ = _closed(robot, chart, runge_kutta(method, step, state, slope), modes)
     return after, observation(first)
@@ -133,12 +169,13 @@ def propagate(
 
 
 @lru_cache(maxsize=8)
-def free_step(kind: type, names: tuple = ()) -> casadi.Function:
+def free_step(kind: type, names: tuple = (), torques: JointTorques | None = None) -> Any:
     """Return a step of any length on the bars, by Dormand and Prince's method of order 8.
 
     Of any robot of a kind: (state (8), tau, length, tolerance, parameters) -> the state after it,
     its error over the tolerance, the polynomial in between (8, 7). Where dry friction is among the
-    names there is one more input: how the drives slip.
+    names there is one more input: how the drives slip. With torques the time comes last. Where
+    these are a function of numbers, so is the step.
 
     References
     ----------
@@ -155,29 +192,39 @@ def free_step(kind: type, names: tuple = ()) -> casadi.Function:
     known = [parameters, casadi.SX.sym("slip", 2)] if sticks else [parameters]
     slip = (known[1][0], known[1][1]) if sticks else None
 
-    whole = casadi.SX.sym("state", 8)
-    slope = _slope(
-        chart,
-        chart.turned(robot, *halves(whole, chart), None),
-        whole,
-        tau,
-        slip,
-    )
-    model = casadi.Function("model", [whole, tau, *known], [slope])
+    rates = chart.turned(robot, *halves(state, chart), None)
+    slope = _slope(chart, rates, state, tau, slip)
+    model = casadi.Function("model", [state, tau, *known], [slope])
+    end, _ = _closed(robot, chart, state, None, slip)
+    closing = casadi.Function("closing", [state, *known], [end])
+    step = partial(_free_step, model, closing, torques)
+    if torques is not None:
+        known.append(casadi.SX.sym("t"))
+        if torques.text is None:
+            return lambda *given: step(*map(casadi.DM, given))
+    inputs = [state, tau, length, tolerance, *known]
+    return casadi.Function("free_step", inputs, casadi.cse(step(*inputs)))
+
+
+def _free_step(model, closing, torques, state, tau, length, tolerance, *known):
+    """Return the outputs of `free_step`, of symbols or CasADi's numbers."""
+    if torques is not None:
+        *known, t = known
+
+    def slope(stage, fraction):
+        joint = tau
+        if torques is not None:
+            now = t + fraction * length
+            joint = torques.function(now, stage[JOINTS], stage[JOINT_RATES], tau)
+        return model(stage, joint, *known)
+
     slopes: list = []
-    after = runge_kutta(
-        "dop8",
-        length,
-        state,
-        lambda stage, fraction: model(stage, tau, *known),
-        slopes,
-    )
-    end, _ = _closed(robot, chart, after, None, slip)
+    after = runge_kutta("dop8", length, state, slope, slopes)
+    end = closing(after, *known)
     error = _error(state, length, slopes) / tolerance
-    slopes.append(model(end, tau, *known))
-    for row in DOP853.A_EXTRA:
-        stage = state + length * weighted_sum(row, slopes)
-        slopes.append(model(stage, tau, *known))
+    slopes.append(slope(end, 1.0))
+    for row, fraction in zip(DOP853.A_EXTRA, DOP853.C_EXTRA):
+        slopes.append(slope(state + length * weighted_sum(row, slopes), fraction))
     change = end - state
     polynomial = [
         change,
@@ -185,17 +232,17 @@ def free_step(kind: type, names: tuple = ()) -> casadi.Function:
         2 * change - length * (slopes[DOP853.n_stages] + slopes[0]),
     ]
     polynomial += [length * weighted_sum(row, slopes) for row in DOP853.D]
-    outputs = [end, error, casadi.horzcat(*polynomial)]
-    inputs = [state, tau, length, tolerance, *known]
-    return casadi.Function("free_step", inputs, casadi.cse(outputs))
+    return [end, error, casadi.horzcat(*polynomial)]
 
 
 def _error(state, length, slopes):
     """Return the error of a step of order 8, rad."""
-    scale = casadi.vertcat(np.ones(4), 1 + casadi.fabs(state[4:]))
+    rates = casadi.fabs(state[4:])
+    scale = casadi.vertcat(np.ones(4), 1 + rates)
     fifth = casadi.sumsqr(weighted_sum(DOP853.E5, slopes) / scale)
     third = casadi.sumsqr(weighted_sum(DOP853.E3, slopes) / scale)
-    return length * fifth / casadi.sqrt(casadi.fmax(8 * (fifth + 0.01 * third), 1e-300))
+    both = casadi.fmax(8 * (fifth + 0.01 * third), 1e-300)
+    return length * fifth / casadi.sqrt(both)
 
 
 def slope_and_closing(robot: Robot, state: Any, tau: Any) -> tuple[Any, Any]:
@@ -316,7 +363,8 @@ def motion_of(robot: Robot, rows: np.ndarray) -> Rates:
 
 def _symbols(chart, kind=casadi.SX):
     """Return the symbols of a state, the torques and the modes."""
-    return kind.sym("state", 2 * chart.size), kind.sym("tau", 2), kind.sym("modes", 2)
+    state = kind.sym("state", 2 * chart.size)
+    return state, kind.sym("tau", 2), kind.sym("modes", 2)
 
 
 def _turned(robot, chart, stage, modes):

@@ -14,11 +14,12 @@ from numpy.polynomial import Polynomial
 from ..models.dynamics import held_by
 from ..models.four_joints import closed
 from ..models.kinematics import Rates
+from ..models.loaded_robot import JointTorques
 from ..models.physics import loads_of
 from ..models.robots import Robot
 from ..models.sticking import slip_of
 from .plant import Plant
-from .steps import between, holding
+from .steps import JOINT_RATES, between, holding
 
 PLACES = np.linspace(0.0, 1.0, 17)[1:]  # of a step, at which it is looked what holds a drive
 FAR = 0.2  # of a rate's largest value in a step: where it stays above, it has no zero
@@ -31,9 +32,11 @@ def plant_of(
     start: Rates,
     tolerance: float,
     jit: bool | str = False,
+    torques: JointTorques | None = None,
 ) -> Plant:
     """Return the robot's plant: with dry friction the one that sticks."""
-    return (StickSlip if loads_of(robot).sticks else Plant)(robot, start, tolerance, jit)
+    kind = StickSlip if loads_of(robot).sticks else Plant
+    return kind(robot, start, tolerance, jit, torques)
 
 
 def _powers() -> np.ndarray:
@@ -58,18 +61,24 @@ class StickSlip(Plant):
         start: Rates,
         tolerance: float,
         jit: bool | str = False,
+        torques: JointTorques | None = None,
     ) -> None:
-        super().__init__(robot, start, tolerance, jit)
+        super().__init__(robot, start, tolerance, jit, torques)
         self.friction = np.array(loads_of(robot).coulomb)
         self.slip = np.ones(2)
         self._holding = self._function(holding, jit)
+        for drive in (0, 1):
+            # A start that stands may have rates of rounding, whose sign says nothing.
+            if self.friction[drive] and self._stands(drive, self.state):
+                self._stop(drive)
 
     @property
     def moves(self) -> bool:
         return bool(self.slip.any())
 
-    def _try_step(self, tau, length):
-        return self._step(self.state, tau, length, self.tolerance, self.parameters, self.slip)
+    @property
+    def _known(self):
+        return self.parameters, self.slip
 
     def _advance(self, until, tau):
         self._settle(tau)
@@ -81,29 +90,32 @@ class StickSlip(Plant):
                     until - self.t,
                     self.state,
                     np.zeros((7, 8)),
+                    tau,
                 )
             )
             self.t = until
 
     def _held_by(self, tau):
         """Return the friction that keeps what sticks where it is, (2,) N m."""
-        return self._holding(self.state, tau, self.parameters, self.slip)[0]
+        return self._holding_at(self.t, self.state, tau)
+
+    def _holding_at(self, t, state, tau):
+        joint = self._at_joints(t, state, tau)
+        return self._holding(state, joint, self.parameters, self.slip)[0]
 
     def _settle(self, tau):
         """Find which drives stick now."""
-        standing = (self.state[4:7:2] == 0) & (self.friction > 0)
+        rates = self.state[JOINT_RATES]
+        standing = (rates == 0) & (self.friction > 0)
         if not standing.any():
-            self.slip = np.where(
-                self.state[4:7:2] < 0,
-                -1.0,
-                1.0,
-            )
+            self.slip = np.where(rates < 0, -1.0, 1.0)
             return
         if (self.slip[standing] == 0).all():
             held = np.abs(self._held_by(tau)[standing])
             if (held <= self.friction[standing]).all():
                 return
-        self.slip = np.array(slip_of(self.rates, tuple(tau.tolist()), held_by))
+        joint = self._at_joints(self.t, self.state, tau)
+        self.slip = np.array(slip_of(self.rates, tuple(joint.tolist()), held_by))
         if not self.moves:
             if np.abs(self.state[4:]).max() > 1e-9:
                 why = "both drives stick while the distal bars, in one line, still move"
@@ -111,7 +123,7 @@ class StickSlip(Plant):
             self.state = np.concatenate([self.state[:4], np.zeros(4)])
 
     def _keep_step(self, tau, length, after, polynomial):
-        place, drive = self._first_event(tau, polynomial)
+        place, drive = self._first_event(tau, length, polynomial)
         if place is None:
             return super()._keep_step(tau, length, after, polynomial)
         stops = self.slip[drive] != 0
@@ -134,7 +146,7 @@ class StickSlip(Plant):
         slope = Polynomial(polynomial[:, column] @ POWERS).deriv()
         for _ in range(4):
             after = self._try_step(tau, cut)[0]
-            if abs(after[column]) <= AT_REST * (1 + np.abs(after[4:]).max()):
+            if self._stands(drive, after):
                 break
             acceleration = slope(cut / length) / length
             better = cut - after[column] / acceleration if acceleration else cut
@@ -143,11 +155,15 @@ class StickSlip(Plant):
             cut = better
         return cut
 
+    def _stands(self, drive, state):
+        fastest = np.abs(state[4:]).max()
+        return abs(state[4 + 2 * drive]) <= AT_REST * (1 + fastest)
+
     def _stop(self, drive):
         """Make the drive's rate 0 and close the loop by the others."""
         state = self.state.copy()
         state[4 + 2 * drive] = 0.0
-        free = tuple((state[4:7:2] != 0).astype(float).tolist())
+        free = tuple((state[JOINT_RATES] != 0).astype(float).tolist())
         if any(free):
             a = tuple(state[:4].tolist())
             a_dot = tuple(state[4:].tolist())
@@ -155,14 +171,14 @@ class StickSlip(Plant):
             state = np.array([*c, *c_dot])
         self.state = state
 
-    def _first_event(self, tau, polynomial):
+    def _first_event(self, tau, length, polynomial):
         """Return (place in (0, 1], drive) where a drive first stops or lets go; (None, None)."""
         events = []
         for k in np.flatnonzero(self.friction):
             if self.slip[k]:
                 place = self._stops_at(k, polynomial)
             else:
-                place = self._lets_go_at(k, tau, polynomial)
+                place = self._lets_go_at(k, tau, length, polynomial)
             if place is not None:
                 events.append((place, k))
         return min(events, default=(None, None))
@@ -178,15 +194,18 @@ class StickSlip(Plant):
         if values.min() > FAR * values.max():
             return None
         roots = rate.trim().roots()
-        places = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0) & (roots.real <= 1)]
+        within = (roots.real > 0) & (roots.real <= 1)
+        places = roots.real[within & (np.abs(roots.imag) < 1e-9)]
         slope = rate.deriv()
-        slowing = (place for place in np.sort(places) if slope(place) * self.slip[k] <= 0)
-        return next(slowing, None)
+        for place in np.sort(places):
+            if slope(place) * self.slip[k] <= 0:
+                return place
+        return None
 
-    def _lets_go_at(self, k, tau, polynomial):
+    def _lets_go_at(self, k, tau, length, polynomial):
         def excess(place):
             state = between(self.state[None], polynomial[None], np.array([place]))[0]
-            needed = self._holding(state, tau, self.parameters, self.slip)[0][k]
+            needed = self._holding_at(self.t + place * length, state, tau)[k]
             return abs(needed) - self.friction[k] * (1 + OVER)
 
         low = 0.0
@@ -203,7 +222,8 @@ class StickSlip(Plant):
         return high
 
     def _free(self, states, polynomials):
-        moving = (states[:, 4:7:2] != 0) | (polynomials[:, :, 4:7:2] != 0).any(axis=1)
+        changes = (polynomials[:, :, JOINT_RATES] != 0).any(axis=1)
+        moving = (states[:, JOINT_RATES] != 0) | changes
         # Where both drives stand, so does what is between them.
         moving |= ~moving.any(axis=1, keepdims=True)
         return tuple(moving.T.astype(float))

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..base.backend import is_symbolic
+from ..base.backend import atan2, hypot, is_symbolic, maximum, minimum, pack, sqrt
 from ..base.checks import not_negative, takes
 from ..base.representation import one_line, vector
 from ..models.dyads import dot
@@ -50,12 +50,24 @@ class Singularity(enum.IntFlag):
 class Margins:
     """How far a pose is from being singular, from `singularity_margins`; nan where the pose is.
 
-    serial (*batch, 2): sin q_i2 of each leg, of a biglide sin phi_i (u_i2 . P_i' / |P_i'|), 0 at
-    Type 1; parallel (*batch,): sin(phi2 - phi1), 0 at Type 2; both signed: minus the working and
-    the assembly modes. transmission_angle (*batch,): the acute angle between the distal bars, rad;
-    length: the mean length of the proximal bars (1 of a biglide, whose B has no unit), by which B
-    and J are divided so that sigma_min and manipulability have no unit (a condition number has
-    none); manipulability (*batch,): |det J|, inf at Type 2; sigma_min, condition: of A, B and J.
+    Of a pose of CasADi symbols each of them is an expression; at Type 2 some of these are nan.
+
+    Attributes
+    ----------
+    serial : (*batch, 2)
+        sin q_i2 of each leg, of a biglide sin phi_i (u_i2 . P_i' / |P_i'|): minus the working mode
+        in sign, 0 at Type 1.
+    parallel : (*batch,)
+        sin(phi2 - phi1): minus the assembly mode in sign, 0 at Type 2.
+    transmission_angle : (*batch,)
+        The acute angle between the distal bars, rad.
+    length : float
+        Mean length of the proximal bars (1 of a biglide), by which B and J are divided, so that
+        sigma_min and manipulability have no unit.
+    manipulability : (*batch,)
+        |det J|, inf at Type 2.
+    sigma_min, condition : Matrices
+        Smallest singular values and condition numbers of A, B and J.
     """
 
     pose: Pose
@@ -70,11 +82,15 @@ class Margins:
 
     @cached_property
     def _b(self):
-        return tuple(np.abs(b) / self.length for b in self.pose.b)
+        return tuple(abs(b) / self.length for b in self.pose.b)
+
+    @cached_property
+    def _size(self):
+        return abs(self.parallel)
 
     @cached_property
     def _cosine(self):
-        return np.asarray(dot(*self.pose.u2))
+        return abs(_array(dot(*self.pose.u2)))
 
     @cached_property
     def length(self) -> float:
@@ -82,22 +98,19 @@ class Margins:
 
     @cached_property
     def serial(self) -> np.ndarray:
-        return np.stack(self.pose.sines, axis=-1)
+        return pack(*self.pose.sines)
 
     @cached_property
     def parallel(self) -> np.ndarray:
-        return np.asarray(self.pose.det_A)
+        return _array(self.pose.det_A)
 
     @cached_property
     def transmission_angle(self) -> np.ndarray:
-        return np.arctan2(np.abs(self.parallel), np.abs(self._cosine))
+        return atan2(self._size, self._cosine)
 
     @cached_property
     def manipulability(self) -> np.ndarray:
-        return _ratio(
-            self._b[0] * self._b[1],
-            np.abs(self.parallel),
-        )
+        return _ratio(self._b[0] * self._b[1], self._size)
 
     @cached_property
     def sigma_min(self) -> Matrices:
@@ -107,25 +120,19 @@ class Margins:
     def condition(self) -> Matrices:
         return Matrices(self._condition_a, self._condition_b, self._condition_j)
 
-    # A A^T = [[1, g], [g, 1]], g = cos(phi2 - phi1): sigma_max^2 = 1 + |g|, sigma_min sigma_max =
-    # |det A|.
+    # A A^T = [[1, g], [g, 1]], g = cos(phi2 - phi1): sigma_max^2 = 1 + |g|, and
+    # sigma_min sigma_max = |det A|.
     def _sigma_min_a(self):
-        return np.abs(self.parallel) / np.sqrt(1 + np.abs(self._cosine))
+        return self._size / sqrt(1 + self._cosine)
 
     def _condition_a(self):
-        return _ratio(
-            1 + np.abs(self._cosine),
-            np.abs(self.parallel),
-        )
+        return _ratio(1 + self._cosine, self._size)
 
     def _sigma_min_b(self):
-        return np.minimum(*self._b)
+        return minimum(*self._b)
 
     def _condition_b(self):
-        return _ratio(
-            np.maximum(*self._b),
-            np.minimum(*self._b),
-        )
+        return _ratio(maximum(*self._b), minimum(*self._b))
 
     # J = A^-1 B has columns of lengths |b_i / det A|, so that with g^2 + det A^2 = 1
     # 2 (sigma_max det A)^2 = b1^2 + b2^2 + hypot(b1^2 - b2^2, 2 g b1 b2), and sigma_min sigma_max =
@@ -134,27 +141,15 @@ class Margins:
     def _stretch(self):
         """sigma_max |det A| of J."""
         b1, b2 = self._b
-        return np.sqrt(
-            (
-                b1 * b1
-                + b2 * b2
-                + np.hypot(
-                    (b1 - b2) * (b1 + b2),
-                    2 * self._cosine * b1 * b2,
-                )
-            )
-            / 2
-        )
+        difference = hypot((b1 - b2) * (b1 + b2), 2 * self._cosine * b1 * b2)
+        return sqrt((b1 * b1 + b2 * b2 + difference) / 2)
 
     def _sigma_min_j(self):
         b1, b2 = self._b
-        return b1 * b2 / np.where(self._stretch == 0, 1.0, self._stretch)
+        return b1 * b2 / _or_one(self._stretch)
 
     def _condition_j(self):
-        return _ratio(
-            self._stretch,
-            self._sigma_min_j() * np.abs(self.parallel),
-        )
+        return _ratio(self._stretch, self._sigma_min_j() * self._size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +179,7 @@ def singularity_margins(pose: Pose) -> Margins:
     Parameters
     ----------
     pose : Pose
-        One pose or a batch.
+        One pose, a batch, or of CasADi symbols.
 
     Returns
     -------
@@ -197,7 +192,7 @@ def singularity_margins(pose: Pose) -> Margins:
     >>> round(float(margins.parallel), 4)
     0.9901
     """
-    return Margins(_numeric(pose, "singularity_margins"))
+    return Margins(_a_pose(pose, "singularity_margins"))
 
 
 @takes(tol=not_negative)
@@ -226,7 +221,11 @@ def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
     >>> fb.singularity(fb.dgm(fb.FiveBar(), (0.0, 0.0))).name
     'NONE'
     """
-    _numeric(pose, "singularity")
+    _a_pose(pose, "singularity")
+    if is_symbolic(pose.point[0]):
+        raise TypeError(
+            "singularity needs a pose of numbers, not CasADi symbols: of these, singularity_margins"
+        )
     s1, s2 = pose.sines
     serial = (np.abs(s1) <= tol) | (np.abs(s2) <= tol)
     kind = serial * int(Singularity.SERIAL) + (np.abs(pose.det_A) <= tol) * int(
@@ -237,20 +236,23 @@ def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
     return kind
 
 
-def _numeric(pose, name):
+def _a_pose(pose, name):
     if not isinstance(pose, Pose):
         raise TypeError(
             f"{name} needs a Pose, from dgm or igm, not {type(pose).__name__}, as its pose"
         )
-    if is_symbolic(pose.point[0]):
-        raise TypeError(f"{name} needs a pose of numbers, not CasADi symbols")
     return pose
 
 
+def _array(x):
+    return x if is_symbolic(x) else np.asarray(x)
+
+
+def _or_one(x):
+    """Return x, 1 where it is 0; symbols as they are."""
+    return x if is_symbolic(x) else np.where(x == 0, 1.0, x)
+
+
 def _ratio(x, y):
-    """x / y, inf where y is 0."""
-    return np.where(
-        y == 0,
-        np.inf,
-        x / np.where(y == 0, 1.0, y),
-    )
+    """Return x / y, inf where y is 0; of symbols nan where both are."""
+    return x / y if is_symbolic(y) else np.where(y == 0, np.inf, x / _or_one(y))

@@ -20,7 +20,7 @@ def test_prediction_is_the_plant_and_of_second_order(robot):
     state = start_in(robot)
     tau, errors = np.array([0.01, -0.02]), []
     for h in (0.02, 0.01):
-        after = Model(robot, (h, h), False).step(state, tau)[0].tolist()
+        after = Model(robot, (h, h), False).step(state, tau, 0.0)[0].tolist()
         rates = bars_rates(robot, tuple(after[:4]), tuple(after[4:]))
         run = fb.simulate(robot, lambda *_: tau, start=fb.ikm(fb.igm(robot, (0.03, 0.09)), (0.05, -0.08)),
                           duration=h, control_period=h, step=h / 20)  # fmt: skip
@@ -47,7 +47,9 @@ def test_condensed_gradient_is_the_cost_s(robot, elbows):
     terminal = np.kron(riccati(lengths[0], *weights[:2]), np.eye(2))
 
     def predict(v):
-        states, AB, motion, C = (a.copy() for a in model.rollout(state, scale * v.reshape(N, 2)))
+        states, AB, motion, C = (
+            a.copy() for a in model.rollout(state, scale * v.reshape(N, 2), 0.0)
+        )
         return (
             motion,
             AB.reshape(N, SIZE, SIZE + 2),

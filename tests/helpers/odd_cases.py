@@ -70,6 +70,14 @@ def _simulated(call, **more):
     return Case(call, usual | more, 20.0, ("Trajectory.__call__",), options=HUGE_NUMBERS)
 
 
+def _up(motion):
+    return motion.xi[1]
+
+
+def _rubbed(t, q, q_dot, tau):
+    return tau - 0.01 * q_dot
+
+
 def _many(**given):
     return fb.simulate_many(**given)
 
@@ -212,7 +220,7 @@ CASES = {
             motors="xl430-w250",
             torque=0.1, joint_speed=None, joint_acceleration=None, speed=0.1, acceleration=None, jerk=None,
             joints=((-1.0, 2.0), (-3.0, 3.0)), half_planes=[(0, 1, 0)], region=None, det_A=0.1, sin=0.1,
-            clearance=0.0, collisions=None,
+            clearance=0.0, collisions=None, functions={"up": _up},
         ),
     ),
     "LinkCollisions": Case(fb.LinkCollisions, dict(widths=0.01, layers=(1, 2, 1, 3), posts=0.01, post_layers=(1,))),
@@ -330,9 +338,11 @@ CASES = {
         _many,
         dict(
             robot=[ROBOT, ROBOT], controller=CONTROLLER, reference=LINE, starts=None, duration=0.02, step=0.001,
-            control_period=0.01, torque_limit=None, measurement=None, integrator=None,
+            control_period=0.01, torque_limit=None, measurement=None, integrator=None, summary=None,
         ), 20.0, ("robots", "controllers", "starts"), options=HUGE_NUMBERS,
     ),
+    "LoadedRobot": Case(fb.LoadedRobot, dict(robot=ROBOT, torques=_rubbed)),
+    "Summary": Case(fb.Summary, dict(functions={"rows": len}, executor=None, out=None, chunk=10, workers=1)),
     "stepper": Case(
         fb.stepper, dict(robot=ROBOT, period=0.01, to=np, controller=CONTROLLER), 5.0, ("a compiled loop needs",),
     ),

@@ -56,9 +56,17 @@ again: fb.Run = fb.Run.from_csv("run.csv")
 error: np.ndarray = run.error
 runs = assert_type(fb.simulate_many(robot, fb.PD(robot, 1, 1), reference, rates), list[fb.Run])
 fb.compare({"first": runs[0], "second": run})
+plant = fb.LoadedRobot(robot, lambda t, q, q_dot, tau: tau - 0.1 * q_dot)
+assert_type(fb.simulate(plant, fb.PD(robot, 1.0, 0.1), reference), fb.Run)
+summary = fb.Summary({"steps": lambda run: len(run.t)}, out="runs", chunk=100)
+rms: np.ndarray = fb.simulate_many([plant], fb.PD(robot, 1, 1), reference, summary=summary)["rms"]
+fb.Summary(chunk="many")  # type: ignore[arg-type]
 
 plan = assert_type(fb.plan(robot, (0.09, 0.068), (0.05, 0.0), 4.0), fb.Plan)
 fb.plan(robot, (0.09, 0.068))  # type: ignore[call-arg]
+fb.plan(robot, (0.09, 0.068), (0.05, 0.0), 4.0, objective=lambda m: m.tau[0] ** 2)
+fb.plan(robot, (0.09, 0.068), (0.05, 0.0), 4.0, objective={"effort": 1.0, "own": lambda m: m.t})
+fb.Constraints(functions={"up": lambda m: m.xi[1]})
 fb.simulate(robot, fb.FeedForward(robot, 0.5, 0.05), plan)
 fb.simulate(
     robot, fb.Tracker(robot, constraints=fb.Constraints(torque=0.006)), plan, torque_limit=0.006

@@ -20,6 +20,7 @@ import numpy as np
 import fivebar as fb
 from fivebar.base import columns
 from fivebar.base.errors import UsageError
+from fivebar.base.shards import MANIFEST, read_chunk, read_manifest
 from fivebar.cli.grade_folder import _ids
 from fivebar.cli.robot_options import machine_from
 from fivebar.estimation.calibration.rows import rows_of
@@ -32,7 +33,6 @@ from fivebar.grading.worker.submission import read_submission
 from fivebar.linkages import FourBar, Study, study
 from fivebar.optimal_design.designs import designs_of
 from fivebar.optimal_design.results import Front
-from fivebar.optimal_design.shards import MANIFEST, read_chunk, read_manifest
 from fivebar.optimal_design.sweeps import Sweep
 from fivebar.paths.certificates.checker import check, digest
 from fivebar.singularities.maps import Map, singularity_map
@@ -201,8 +201,8 @@ def readers():
         "designs.csv": Reader(_designs, "it.csv", (b"l11,d\n0.1,0.1\n0.2,0.1\n0.2,0.2\n0.2,0.3\n",)),
         "designs.npz": Reader(_designs, "it.npz", (designs.getvalue(),)),
         "Design": Reader(type(best).load, "it.json", (_text(best.save),)),
-        "manifest": Reader(lambda path: read_manifest(path.parent), MANIFEST, (manifest,)),
-        "chunk": Reader(read_chunk, "chunk-000000.npz", (chunk,)),
+        "manifest": Reader(lambda path: read_manifest(path.parent, "sweep"), MANIFEST, (manifest,)),
+        "chunk": Reader(lambda path: read_chunk(path, "sweep"), "chunk-000000.npz", (chunk,)),
         "Sweep.json": Reader(lambda path: _sweep(path, chunk), MANIFEST, (manifest,), named=False),
         "Sweep.npz": Reader(lambda path: _sweep(path, manifest), "chunk-000000.npz", (chunk,), named=False),
         "Front": Reader(lambda path: repr(Front.load(path.parent)), "front.json", (_text(best.save),), named=False),
@@ -275,8 +275,8 @@ COVERS = {
     "study.speed_accuracy.store:__init__": "partial", "study.speed_accuracy.store:_parsed": "partial",
     "base.tables:about": "Run",
     "cli.grade_folder:hand_out": "ids",
-    "optimal_design.results:_load": "Design", "optimal_design.shards:read_chunk": "chunk",
-    "optimal_design.shards:read_manifest": "manifest",
+    "optimal_design.results:_load": "Design", "base.shards:read_chunk": "chunk",
+    "base.shards:read_manifest": "manifest",
     "estimation.saving:read_json": "Calibration",
     "estimation.identification.samples:_is_a_run": "identify",
 }  # fmt: skip

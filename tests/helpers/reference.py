@@ -41,13 +41,13 @@ def apart(docstring: str, *how: object) -> str:
 
 def build(folder: Path) -> None:
     """Write the pages: one of fivebar's names, and one of each part."""
-    # pdoc shows what a module says is its own; the package says nothing, as `import *` would hide Python's `compile`.
-    fb.__all__ = public()
+    everything = fb.__all__
+    fb.__all__ = public()  # Parts have their own pages.
     pdoc.docstrings.convert = apart
     try:
         pdoc.pdoc("fivebar", *(f"fivebar.{part}" for part in PARTS), output_directory=folder)
     finally:
-        del fb.__all__
+        fb.__all__ = everything
         pdoc.docstrings.convert = CONVERT
 
 

@@ -13,7 +13,7 @@ import fivebar as fb
 from fivebar.models import machine_code
 from fivebar.models.charts import CHARTS
 from fivebar.models.compiled import Buffered, batch, minimized
-from fivebar.simulation import many, plant
+from fivebar.simulation import loops, plant
 from fivebar.simulation.steps import propagate
 from tests.helpers import oracle
 
@@ -210,7 +210,7 @@ def test_without_a_compiler_it_says_so(cache, monkeypatch):
 def test_every_way_to_a_run_asks_for_a_compiler(monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(shutil, "which", lambda name: None)
-    for module, name in ((plant, "_compiled"), (many, "_compiled")):
+    for module, name in ((plant, "_compiled"), (loops, "_compiled")):
         monkeypatch.setattr(
             module, name, getattr(module, name).__wrapped__
         )  # whatever is kept of other tests

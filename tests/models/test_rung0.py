@@ -14,7 +14,7 @@ import fivebar as fb
 from fivebar.control.laws import ComputedTorque
 from fivebar.models.charts import CHARTS
 from fivebar.models.dynamics import bar_forces
-from fivebar.simulation import many, steps
+from fivebar.simulation import loops, steps
 from fivebar.simulation.simulate import Grid
 
 BEFORE = json.loads((Path(__file__).parents[1] / "data" / "rung0.json").read_text("utf-8"))
@@ -39,8 +39,10 @@ def counts(robot):
     found["step of any length"] = steps.free_step(type(robot)).n_instructions()
     law = ComputedTorque(robot, 100.0, 20.0)
     grid = Grid(steps=6, step=0.001, block=2)
-    loop = many._Law(type(robot), (), law, CHARTS["auto"], "rk4", grid, 3, None, fb.Measurement())
-    found["loop of many robots"] = many._function(loop).expand().n_instructions()
+    loop = loops.LoopModel(
+        type(robot), (), law, CHARTS["auto"], "rk4", grid, 3, None, fb.Measurement()
+    )
+    found["loop of many robots"] = loops._function(loop).expand().n_instructions()
     return found
 
 

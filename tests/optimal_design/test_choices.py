@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.base import shards
 from fivebar.models.motors import MOTORS, Motor
-from fivebar.optimal_design import shards
 from fivebar.optimal_design.closed_forms import _lens
 from fivebar.optimal_design.evolution import refine, thinned
 from fivebar.optimal_design.results import plain_parameters, robot_of_plain
@@ -125,7 +125,7 @@ def test_a_manifest_that_was_changed_is_refused(kept, change, words):
     file = kept / "manifest.json"
     file.write_text(json.dumps(json.loads(file.read_text("utf-8")) | change), "utf-8")
     with pytest.raises(ValueError, match=f"is not what a sweep left there .*{words}"):
-        shards.read_manifest(kept)
+        shards.read_manifest(kept, "sweep")
 
 
 @pytest.mark.parametrize(
@@ -145,7 +145,7 @@ def test_a_chunk_that_was_changed_is_refused(kept, change, words):
         arrays = {name: known[name] for name in known} | change
     np.savez(file, **arrays)
     with pytest.raises(ValueError, match=f"is no chunk of a sweep, or not whole .*{words}"):
-        shards.read_chunk(file)
+        shards.read_chunk(file, "sweep")
 
 
 def test_a_thinned_front_has_its_ends_and_even_gaps_wherever_it_lies():

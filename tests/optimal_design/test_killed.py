@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.base.shards import read_chunk
 from fivebar.base.workers import WorkerPool, compute_chunks
-from fivebar.optimal_design.shards import read_chunk
 from tests.helpers import ROOT
 
 KILLS = (
@@ -70,7 +70,7 @@ def lines(log):
 
 def done(out):
     """Designs in the chunks on disk."""
-    chunks = [read_chunk(path) for path in sorted(out.glob("chunk-*.npz"))]
+    chunks = [read_chunk(path, "sweep") for path in sorted(out.glob("chunk-*.npz"))]
     return {repr(float(x)) for chunk in chunks for x in chunk.rows.ravel()}
 
 

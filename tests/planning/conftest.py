@@ -7,9 +7,7 @@ import fivebar as fb
 
 ROBOT = fb.FiveBar()
 HOME, TASK_1, TASK_2 = (0.09, 0.06796322), (0.0, 0.1), (0.05, 0.0)
-METHODS = [
-    dict(collocation=fb.Collocation(method=name)) for name in ("legendre-gauss", "hermite-simpson")
-]
+DEGREES = [dict(collocation=fb.Collocation(degree=degree)) for degree in (3, 5)]
 IN_MODES = fb.Constraints(sin=0.05)  # so that a motion between Poses keeps their working modes
 
 

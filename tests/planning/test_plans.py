@@ -13,7 +13,7 @@ from fivebar.planning.problem import PlanError
 from fivebar.visualization.pages.runs import runs_content, sampled
 
 from ..conftest import UNEQUAL
-from .conftest import HOME, METHODS, ROBOT, TASK_1, TASK_2, fine
+from .conftest import DEGREES, HOME, ROBOT, TASK_1, TASK_2, fine
 
 
 def test_plan_is_a_reference(crossing):
@@ -36,7 +36,7 @@ def test_plan_is_a_reference(crossing):
 @pytest.mark.parametrize(
     "options",
     [
-        *METHODS,
+        *DEGREES,
         dict(
             constraints=fb.Constraints(
                 torque=(0.02, 0.03), region=((-0.1, -0.1), (0.1, -0.1), (0.1, 0.2), (-0.1, 0.2))

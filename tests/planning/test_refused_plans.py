@@ -132,7 +132,6 @@ def test_bad_input(options, words):
 @pytest.mark.parametrize(
     "settings, words",
     [
-        (dict(method="euler"), "method must be one of hermite-simpson, legendre-gauss"),
         (dict(degree=1), "degree must be a whole number >= 2"),
         (dict(intervals=2.5), "intervals must be a whole number"),
         (dict(tolerance=0), "tolerance must be"),

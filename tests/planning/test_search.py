@@ -49,18 +49,18 @@ def test_feed_forward_ends_with_the_plan():
 
 
 @pytest.mark.every(4)
-@pytest.mark.parametrize("method", ["legendre-gauss", "hermite-simpson"])
+@pytest.mark.parametrize("degree", [2, 3])
 @pytest.mark.parametrize("free", [True, False])
-def test_a_plan_is_its_own_derivative(method, free):
+def test_a_plan_is_its_own_derivative(degree, free):
     """Exactly, in each piece and from one to the next: a difference across a knot errs by the jump of xi'' alone."""
     ends = (inside(1), inside(10)) if free else ((0.09, 0.068), (0.0, -0.05))
-    plan = fb.plan(ROBOT, *ends, 2.0, collocation=fb.Collocation(method=method))
+    plan = fb.plan(ROBOT, *ends, 2.0, collocation=fb.Collocation(degree=degree))
     pieces, n = plan.pieces, plan.pieces.xi.shape[1]
     k = np.arange(len(pieces.xi) - 1)
     before, after = pieces.motion(k, np.ones(len(k))), pieces.motion(k + 1, np.zeros(len(k)))
     assert np.abs(before - after)[:, : 2 * n].max() < 1e-13 * np.abs(before).max()
     jump = np.abs(before - after)[:, 2 * n : 3 * n].max()
-    assert jump < 1e-12 if method == "hermite-simpson" else jump > 1e-4
+    assert jump > 1e-4
     k, sigma = (
         np.repeat(np.arange(len(pieces.xi)), 5),
         np.tile(np.linspace(0.1, 0.9, 5), len(pieces.xi)),

@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 import fivebar as fb
 from fivebar.models.charts import BarAngles
 from fivebar.models.four_joints import bars_pose, closed, loop_gap
-from fivebar.planning.collocation import scheme
+from fivebar.planning.collocation import Scheme
 from fivebar.planning.coordinates import bars
 from fivebar.planning.derivatives import Derivatives
 from fivebar.planning.problem import Problem, checked_weights
@@ -71,9 +71,7 @@ def test_more_time_makes_no_worse_plan():
 def test_first_torques_explain_a_motion_as_well_as_small_ones_can():
     pose = fb.igm(HEAVY, (0.01, 0.13), (-1, -1))
     stops = ({0: bars(pose), 1: np.zeros(4)}, 0.0), ({0: bars(pose), 1: np.zeros(4)}, 1.0)
-    problem = Problem(
-        HEAVY, stops, None, checked_weights("effort"), fb.Constraints(), scheme("legendre-gauss", 3)
-    )
+    problem = Problem(HEAVY, stops, None, checked_weights("effort"), fb.Constraints(), Scheme(3))
     motion = np.concatenate([bars(pose), np.zeros(4), [3.0, -2.0, 1.0, 5.0]])[None]
     torques = problem.coordinates.first_controls(problem, motion)[0]
     weight = problem.mass * problem.fall * problem.lever

@@ -145,7 +145,7 @@ def test_smoothed_friction_comes_to_the_exact_one_as_its_rate_goes_to_0():
         begin = fb.dkm(fb.dgm(soft, (0.9, 2.0)), (0.0, 0.0))
         c, c_dot, _ = CHARTS["auto"].coordinates(begin)
         states = block_function(soft, CHARTS["auto"], "rk4", 2e-4, 3000)(
-            [*c, *c_dot], [0, 0], [0, 0]
+            [*c, *c_dot], [0, 0], [0, 0], 0
         )[0].full()
         away.append(np.abs(states[[0, 2], -1] - exact.q[-1]).max())
     assert away[1] < 0.25 * away[0] and away[1] < 4e-3
@@ -246,3 +246,12 @@ def _written(run):
 
 def test_the_oracle_is_not_the_package():
     assert "fivebar" not in FullBodies.__init__.__code__.co_names
+
+
+def test_a_start_that_stands_but_for_rounding_stands():
+    """The first and second derivative of a line at its start are 1e-17, of either sign."""
+    robot = fb.FiveBar(0.1, 0.12, 0.08, 0.11, 0.07, fs1=0.02, fs2=0.02, fv1=0.01)
+    for x in np.linspace(0.02, 0.04, 9):
+        line = fb.line((x, 0.15), (-0.02, 0.13), duration=0.5)
+        run = fb.simulate(robot, fb.PD(robot, 0.1, 0.01), line, duration=0.02)
+        assert run.friction_loss[-1] == 0 and not run.q_dot[1:].any()

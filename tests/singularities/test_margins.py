@@ -205,9 +205,40 @@ def test_bad_input():
     import casadi
 
     symbolic = fb.dgm(fb.FiveBar(), casadi.SX.sym("q", 2))
-    with pytest.raises(
-        TypeError, match="singularity_margins needs a pose of numbers, not CasADi symbols"
-    ):
-        singularity_margins(symbolic)
+    with pytest.raises(TypeError, match="singularity needs a pose of numbers, not CasADi symbols"):
+        fb.singularity(symbolic)
     with pytest.raises(TypeError, match="not CasADi symbols"):
         locus_distance(fb.FiveBar(), casadi.SX.sym("xi", 2))
+
+
+@pytest.mark.parametrize("robot", [fb.FiveBar(0.1, 0.12, 0.08, 0.11, 0.07), fb.Biglide()])
+def test_margins_of_symbols_are_those_of_numbers(robot):
+    """And their slopes are those of finite differences."""
+    import casadi
+
+    def numbers(margins):
+        return [
+            margins.parallel,
+            margins.transmission_angle,
+            margins.manipulability,
+            *(getattr(margins.sigma_min, name) for name in "ABJ"),
+            *(getattr(margins.condition, name) for name in "ABJ"),
+        ]
+
+    xi = casadi.SX.sym("xi", 2)
+    margins = singularity_margins(fb.igm(robot, xi, (-1, 1)))
+    outputs = casadi.vertcat(margins.serial, *numbers(margins))
+    function = casadi.Function("margins", [xi], [outputs, casadi.jacobian(outputs, xi)])
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        at = np.array([0.02, 0.15]) + rng.uniform(-0.02, 0.02, 2)
+
+        def values(at):
+            margins = singularity_margins(fb.igm(robot, at, (-1, 1)))
+            return np.array([*margins.serial, *map(float, numbers(margins))])
+
+        value, slope = (result.full() for result in function(at))
+        assert np.allclose(value[:, 0], values(at), rtol=1e-12)
+        steps = 1e-6 * np.eye(2)
+        central = [(values(at + step) - values(at - step)) / 2e-6 for step in steps]
+        assert np.allclose(slope, np.transpose(central), rtol=1e-5, atol=1e-5)

@@ -183,7 +183,7 @@ def test_the_free_direction_is_the_kernel_of_a():
         ((0.09, 0.068), (0.05, 0.0), 4.0, dict(tolerance=1e-2)),
         ((0.09, 0.068), (0.05, 0.0), 4.0, dict(tolerance=1e-6)),
         ((0.08, 0.09), (0.03, -0.02), 2.0, {}),
-        ((0.05, 0.0), (0.1, 0.05), 1.0, dict(method="hermite-simpson")),
+        ((0.05, 0.0), (0.1, 0.05), 1.0, dict(degree=5)),
     ],
 )
 def test_a_plans_own_crossing_holds_as_exactly_as_it_is_planned(start, goal, duration, options):

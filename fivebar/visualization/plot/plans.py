@@ -111,9 +111,10 @@ def _torques(axes, plan, t, tau):
     for knot in plan.pieces.knots:
         axes.axvline(knot, 0, 0.025, **STYLES["line.zero"])
     weights = {name: weight for name, weight in plan.problem.weights.items() if weight}
-    goal = " + ".join(weights)
+    goal = " + ".join(plan.aims)
     if len(weights) > 1:
-        goal = " + ".join(f"{weight:g} {name}" for name, weight in weights.items())
+        own = plan.aims[len(weights) :]
+        goal = " + ".join([*(f"{weight:g} {name}" for name, weight in weights.items()), *own])
     axes.margins(x=0)
     title = f"{words.effort}s for least {goal}; {len(plan.pieces.xi)} intervals (ticks)"
     finish(axes, 4, ylabel=ylabel, title=title)
