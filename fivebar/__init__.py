@@ -96,6 +96,7 @@ _MODULES = {
     "TimedPath": "paths.timing.timed_path",
     "TimingError": "paths.timing.time_path",
     "tip_error": "estimation.calibration.tip_error",
+    "Tool": "paths.tool",
     "Tracker": "control.tracker",
     "Trajectory": "planning.trajectory",
     "UnreachableError": "base.errors",
