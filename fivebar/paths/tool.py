@@ -107,8 +107,9 @@ class Tool:
         """
         mounted = MountedTool(self, robot, modes(2)(working, "Tool: working"))
         joint = mounted.joint(point)
-        lost, index = first_index(np.isnan(joint[..., 0]))
-        if lost and raise_or_nan(unreachable) == "raise":
+        lost = np.isnan(joint[..., 0])
+        if raise_or_nan(unreachable) == "raise" and lost.any():
+            _, index = first_index(lost)
             lost_point = np.asarray(point, float)[index]
             reason = mounted.reason(lost_point)
             raise UnreachableError(f"Tool: {reason}", mounted.gap(lost_point), index or None)
@@ -158,6 +159,14 @@ class MountedTool:
             raise ValueError(
                 f"Tool: along = {self.tool.along:g} m and across = {self.tool.across:g} m put it on"
                 " its elbow, where its place does not say how the bar turns"
+            )
+
+    def refuse_other(self, robot: object, working: object, name: str) -> None:
+        """ValueError where a path of this tool is used with another robot, or in other modes."""
+        if (robot, working) != (self.robot, self.working):
+            raise ValueError(
+                f"{name}: the path leads a tool of {self.robot!r} in working modes {self.working};"
+                f" for {robot!r} in {working}: tool.path(robot, path.drawn, working)"
             )
 
     @property
