@@ -113,6 +113,8 @@ class Tool:
             lost_point = np.asarray(point, float)[index]
             reason = mounted.reason(lost_point)
             raise UnreachableError(f"Tool: {reason}", mounted.gap(lost_point), index or None)
+        far = 10 * sum(drive.length + bar for drive, bar in zip(robot.drives, robot.distal))
+        joint = np.where(lost[..., None], far, joint)  # out of all reach, as `igm` takes no nan
         return igm(robot, joint, mounted.working, unreachable)
 
     def point(self, pose: Pose) -> np.ndarray:
