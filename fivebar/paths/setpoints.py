@@ -18,14 +18,14 @@ from ..models.robots import Robot
 from .machine import Machine
 
 MOST_ROWS = 10**7
-IN_RADIANS = 0.2  # of a machine's ratio: below, its drives read degrees or counts
+COLUMNS = {"rad": "", "deg": "_deg", "counts": "_counts"}  # endings of columns
 
 
 @dataclass(frozen=True, eq=False)
 class Setpoints:
     """t (n,) s, even steps from the first instant to the last or the first row after it; xi (n, 2)
-    m; q, q_dot (n, 2) rad, rad/s (m, m/s where a foot slides), continuous; pen (n,), True where it
-    is down, or None.
+    m, of the tool where there is one; q, q_dot (n, 2) rad, rad/s (m, m/s where a foot slides),
+    continuous; pen (n,), True where it is down, or None.
     """
 
     robot: Robot
@@ -63,7 +63,8 @@ class Setpoints:
         ValueError
             For a unit that these joints do not have.
         """
-        factor, unit = self._unit(angles, machine, counts_per_turn)
+        one_of(*COLUMNS)(angles, "angles")
+        factor = (machine or Machine(self.robot)).scale(angles, counts_per_turn)
         x, y = (self.xi if machine is None else machine.frame(self.xi)).T
         q, q_dot = self.q, self.q_dot
         about: dict[str, Any] = {"robot": self.robot.parameters}
@@ -73,30 +74,13 @@ class Setpoints:
         if angles != "rad":
             about["angles"] = angles
         q = np.round(q * factor) if angles == "counts" else q * factor
-        names = ["t", "x", "y", *(f"{name}{unit}" for name in ("q1", "q2", "q1_dot", "q2_dot"))]
+        joints = ("q1", "q2", "q1_dot", "q2_dot")
+        names = ["t", "x", "y", *(f"{name}{COLUMNS[angles]}" for name in joints)]
         rows = np.column_stack([self.t, x, y, q, q_dot * factor]).tolist()
         if self.pen is not None:
             names.append("pen")
             rows = [[*row, int(pen)] for row, pen in zip(rows, self.pen)]
         write(path, "setpoints", about, names, rows)
-
-    def _unit(self, angles, machine, counts_per_turn):
-        """Return the factor from rad (or m) to a unit, and its ending in the names of columns."""
-        one_of("rad", "deg", "counts")(angles, "angles")
-        if (angles == "counts") != (counts_per_turn is not None):
-            raise ValueError('to_csv: angles="counts" and counts_per_turn go together')
-        if angles == "rad":
-            return 1.0, ""
-        if not self.robot.turns:
-            raise ValueError("to_csv: the joints of a biglide slide, they have no angles")
-        if machine is not None and max(map(abs, machine.ratio)) < IN_RADIANS:
-            raise ValueError(
-                f"to_csv: the drives read {2 * math.pi / machine.ratio[0]:.6g} a turn, by the ratio"
-                ' of the machine: that is no angle in rad; leave angles="rad"'
-            )
-        if angles == "deg":
-            return 180 / math.pi, "_deg"
-        return positive(counts_per_turn, "to_csv: counts_per_turn") / (2 * math.pi), "_counts"
 
 
 @takes(robot=must_be_robot, reference=a_callable, rate=positive, working=optional(modes(2)))
@@ -156,6 +140,8 @@ def setpoints(
         rates = ikm(igm(robot, xi, working or modes_own or (-1, -1)), xi_dot)
         q = rates.pose.q
         q_dot = rates.q_dot
+        led = getattr(getattr(reference, "path", None), "tool", None)
+        xi = xi if led is None else led.tool.point(rates.pose)
     return Setpoints(
         robot,
         t,
