@@ -10,7 +10,10 @@ from ..base.checks import instance, one_of, optional, seconds, shown, strings, t
 from ..base.tables import TextFile, written
 from ..models.geometry import Pose
 from ..models.robots import KINDS, Biglide, FiveBar
+from ..paths.machine import Machine
+from ..paths.timing.timed_path import TimedPath
 from .bodies import start_of
+from .gcode import Gcode, gcode
 from .header import header
 from .mjcf import mjcf
 from .sdf import CLOSURES, sdf
@@ -19,8 +22,15 @@ from .urdf import urdf
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-FORMATS = {"mjcf": ".xml", "urdf": ".urdf", "sdf": ".sdf", "c": ".h"}  # endings of files
+FORMATS = {  # endings of files
+    "mjcf": ".xml",
+    "urdf": ".urdf",
+    "sdf": ".sdf",
+    "c": ".h",
+    "gcode": ".nc",
+}
 OPTIONS = {
+    "gcode": ("machine", "dialect"),
     "mjcf": ("start", "step"),
     "urdf": ("start",),
     "sdf": ("start", "step", "closure"),
@@ -36,8 +46,10 @@ def _identifier(value, name):
 
 
 @takes(
-    robot=instance(*KINDS),
+    robot=instance(*KINDS, TimedPath),
     format=one_of(*FORMATS),
+    machine=optional(instance(Machine)),
+    dialect=optional(instance(Gcode)),
     start=optional(instance(Pose)),
     step=optional(seconds),
     closure=optional(one_of(*CLOSURES)),
@@ -45,7 +57,7 @@ def _identifier(value, name):
     name=optional(_identifier),
 )
 def export(
-    robot: FiveBar | Biglide,
+    robot: FiveBar | Biglide | TimedPath,
     format: str,
     out: TextFile | None = None,
     start: Pose | None = None,
@@ -53,8 +65,10 @@ def export(
     closure: str | None = None,
     functions: Iterable[str] | None = None,
     name: str | None = None,
+    machine: Machine | None = None,
+    dialect: Gcode | None = None,
 ) -> str:
-    """Write the robot in the format of another program.
+    """Write the robot, or a motion, in the format of another program.
 
     Simulators get bodies that move exactly as the base parameters do; the coordinates of their
     joints are those of the robot. The head of each file says how its simulator closes the loop, and
@@ -62,14 +76,17 @@ def export(
 
     Parameters
     ----------
-    robot : FiveBar or Biglide
-    format : "mjcf" (MuJoCo), "urdf", "sdf" (Drake, Gazebo), or "c": one C99 header
+    robot : FiveBar or Biglide, or of gcode a TimedPath
+    format : "mjcf" (MuJoCo), "urdf", "sdf" (Drake, Gazebo), "c" (one C99 header), or "gcode" (axes
+        that are joints)
     out : path or open text file to write it to as well, whole or not at all
     start : the pose that the file shows; by default q = (0, 0), where that closes
     step : s, time step of the simulator; of mjcf and sdf, by default 1 ms
     closure : of sdf: "constraint" for Drake (default), or "joint" for Gazebo
     functions : of c: which of `header.NAMES`, by default all
     name : of the model, and of c what all names begin with; by default fivebar or biglide
+    machine : of gcode: the Machine whose readings are the axes
+    dialect : of gcode: the `Gcode` that the firmware reads
 
     Returns
     -------
@@ -87,15 +104,30 @@ def export(
     >>> fb.export(fb.FiveBar(), "urdf").splitlines()[0]
     '<?xml version="1.0"?>'
     """
-    options = dict(start=start, step=step, closure=closure, functions=functions)
+    options = dict(
+        start=start,
+        step=step,
+        closure=closure,
+        functions=functions,
+        machine=machine,
+        dialect=dialect,
+    )
     given = {key: value for key, value in options.items() if value is not None}
     if foreign := [key for key in given if key not in OPTIONS[format]]:
         raise ValueError(
             f"{foreign[0]} is no option of {format}, which has {', '.join(OPTIONS[format])}"
         )
-    if format != "c":
-        given["start"] = start_of(robot, start)
-    content = WRITERS[format](robot, name or type(robot).__name__.lower(), **given)
+    if (format == "gcode") != isinstance(robot, TimedPath):
+        raise TypeError(
+            "export: gcode is written of a TimedPath, other formats of a robot, but format ="
+            f" {format!r} and {shown(robot)}"
+        )
+    if isinstance(robot, TimedPath):
+        content = gcode(robot, machine, dialect or Gcode())
+    else:
+        if format != "c":
+            given["start"] = start_of(robot, start)
+        content = WRITERS[format](robot, name or type(robot).__name__.lower(), **given)
     if out is not None:
         with written(out) as file:
             file.write(content)

@@ -28,15 +28,15 @@ class Firmware(NamedTuple):
 
     dwell: str  # word of seconds in G4
     inverse_time: bool  # whether it knows G93
-    pen: str  # the usual command for a pen
+    pens: tuple[str, ...]  # commands for a pen that it knows, the usual one first
 
 
 FIRMWARES = {
-    "grbl": Firmware("P", True, "M3"),
-    "fluidnc": Firmware("P", True, "M3"),
-    "linuxcnc": Firmware("P", True, "M3"),
-    "marlin": Firmware("S", False, "Z"),
-    "reprapfirmware": Firmware("S", False, "Z"),
+    "grbl": Firmware("P", True, ("M3", "Z")),
+    "fluidnc": Firmware("P", True, ("M3", "Z")),
+    "linuxcnc": Firmware("P", True, ("M3", "Z")),
+    "marlin": Firmware("S", False, ("Z", "servo", "M3")),
+    "reprapfirmware": Firmware("S", False, ("Z", "servo", "M3")),
 }
 PENS = {  # (pen down, pen up, usual values)
     "M3": ("M3 S{down:g}", "M5", (1000.0, 0.0)),
@@ -128,6 +128,10 @@ class Gcode:
             raise ValueError(
                 f"Gcode: {self.firmware} has no inverse time (G93): leave feed='units'"
             )
+        if self._pen not in (pens := FIRMWARES[self.firmware].pens):
+            raise ValueError(
+                f"Gcode: {self.firmware} has no pen={self.pen!r}: take {' or '.join(pens)}"
+            )
         if self._pen == "Z" and "Z" in self.axes:
             raise ValueError("Gcode: pen='Z' and a joint on the axis Z")
         given = self.down is not None, self.up is not None
@@ -141,7 +145,7 @@ class Gcode:
 
     @property
     def _pen(self):
-        return self.pen or FIRMWARES[self.firmware].pen
+        return self.pen or FIRMWARES[self.firmware].pens[0]
 
     @property
     def inverse_time(self) -> bool:
@@ -300,15 +304,19 @@ def _refuse_fast(t, values, dialect):
 
 def _head(motion, machine, dialect, t):
     unit = {"steps": "steps", "mm": "mm", "deg": "degrees", "rad": "readings"}[dialect.unit]
-    offset = ", ".join(f"{value:.6g}" for value in machine.offset)
-    ratio = ", ".join(f"{value:.6g}" for value in machine.ratio)
+    scale = machine.scale(dialect.unit, dialect.per_turn) * dialect.gear
+    angles = []
+    for name, axis, ratio, offset in zip(
+        motion.robot.words.joints, dialect.axes, machine.ratio, machine.offset
+    ):
+        angles.append(f"{name} = {ratio / scale:.9g} {axis} + {offset:.9g} {motion.robot.words.unit}")
     per_turn = "" if dialect.per_turn is None else f", {dialect.per_turn:g} a turn of the motor"
     per_turn += "" if dialect.gear == 1 else f", gear {dialect.gear:g}"
     tip = "joint C" if motion.path.tool is None else "the tool"
     about = (
         f"fivebar: joint angles of a {motion.robot.words.title}, working modes {motion.working}",
         f"axes {dialect.axes[0]} left, {dialect.axes[1]} right, in {unit}{per_turn}",
-        f"angle in rad = {ratio} * axis in rad + {offset}",
+        ", ".join(angles),
         f"{motion.duration:.6g} s, {len(t) - 1} lines, at most"
         f" {1 / np.diff(t).min():.4g} lines/s; {tip} within {1e6 * dialect.deviation:g} um",
         "the first move is straight in the joints: start near its end",

@@ -39,18 +39,40 @@ class JointProgram:
         return one_line("JointProgram", f"{len(self.down)} lines", f"{self.t[-1]:.6g} s")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Replay:
-    """How a replayed program differs from its timed path.
+    """How a replayed program differs from its timed path, at equal times.
 
-    deviation: m, of the tool, at equal times; speed_error: of the tool, as a share of its largest
-    speed; duration: s, of the program; pen_errors: lines on which the pen is not as it should be.
+    Attributes
+    ----------
+    t : (n,)
+        s, places on all lines.
+    tip : (n, 2)
+        Where the tool is then, m.
+    off : (n,)
+        Its distance from where it should be, m.
+    down : (n,)
+        Whether the pen is down.
+    speed_error : float
+        Of the tool, as a share of its largest speed.
+    duration : float
+        s.
+    pen_errors : int
+        Lines on which the pen is not as it should be.
     """
 
-    deviation: float
+    t: np.ndarray
+    tip: np.ndarray
+    off: np.ndarray
+    down: np.ndarray
     speed_error: float
     duration: float
     pen_errors: int
+
+    @property
+    def deviation(self) -> float:
+        """Largest distance, m."""
+        return float(self.off.max())
 
     def __repr__(self) -> str:
         return one_line(
@@ -179,7 +201,10 @@ def replayed(
     faster = np.abs(np.linalg.norm(velocity, axis=-1) - speed)
     middle = program.t[:-1] + h[:, 0] / 2
     return Replay(
-        float(np.linalg.norm(place - tip, axis=-1).max()),
+        times,
+        place,
+        np.linalg.norm(place - tip, axis=-1),
+        np.repeat(program.down, len(INSIDE)),
         float(faster.max() / speed.max()),
         float(program.t[-1]),
         int((program.down != motion.pen(middle)).sum()),

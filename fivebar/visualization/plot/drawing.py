@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from ...models.robots import Robot
     from ...paths.curve import Path
+    from ...paths.tool import Tool
 
 WIDTH = 12.0  # in
 
@@ -36,6 +37,7 @@ def drawing(
     drawn: Sequence[np.ndarray],
     errors: Sequence[np.ndarray],
     title: str = "",
+    tool: Tool | None = None,
 ) -> Figure:
     """Return the figure of desired and drawn strokes, beside the robot where it begins.
 
@@ -49,6 +51,8 @@ def drawing(
         Errors of what was drawn, m, shown by colour.
     title : str
         Text over the figure.
+    tool : Tool, optional
+        What draws, where that is not joint C.
 
     Returns
     -------
@@ -76,7 +80,7 @@ def drawing(
     shape = 1.24 * WIDTH * height / width + 1.6
     figure = new_figure(WIDTH, float(np.clip(shape, 5.0, 11.0)))
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
-    _robot(figure.add_subplot(grid[:, 0]), robot, working, desired)
+    _robot(figure.add_subplot(grid[:, 0]), robot, working, desired, tool)
     top = figure.add_subplot(grid[0, 1])
     bottom = figure.add_subplot(grid[1, 1])
     for stroke in desired:
@@ -120,9 +124,9 @@ def draw_path(path: Path) -> Figure:
         indexing="ij",
     )
     lengths = np.array([piece.length for piece in path.pieces])
-    points = path.on(piece, share * lengths[:, None])[0]
+    points = path.drawn.on(piece, share * lengths[:, None])[0]
     stops: Any = path.stops  # type: ignore[attr-defined]  # set by __post_init__
-    rests = path(np.array([stop.s for stop in stops]))[0]
+    rests = path.drawn(np.array([stop.s for stop in stops]))[0]
     pen = np.array(path.pen)
     width, height = np.maximum(np.ptp(points.reshape(-1, 2), axis=0), 1e-12)
     figure = new_figure(7, min(max(7 * height / width, 1.5), 7) + 1.2)
@@ -140,11 +144,17 @@ def draw_path(path: Path) -> Figure:
     return figure
 
 
-def _robot(axes, robot, working, desired):
-    start = igm(robot, desired[0][0], working)
+def _robot(axes, robot, working, desired, tool):
+    pen = desired[0][0]
+    if tool is None:
+        start = igm(robot, pen, working)
+    else:
+        start = tool.pose(robot, pen, working)
     draw_robot(axes, pose_body([start]))
+    if tool is not None:
+        draw_points(axes, "robot.tool", np.stack([start.elbows[tool.leg - 1], pen, start.xi]))
     for stroke in desired:
         draw_points(axes, "path.desired-small", stroke)
     draw_loci(axes, robot, tuple(working))
-    draw_points(axes, "mark.pen", start.xi)
+    draw_points(axes, "mark.pen", pen)
     plane(axes, 3, f"the robot, in working modes ({signs(*working)})")
