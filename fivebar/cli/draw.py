@@ -423,6 +423,7 @@ def _picture(arguments, machine, motion, drawn):
         [drawn.off[row] for row in rows],
         title,
         machine.tool,
+        "the G-code" if arguments.format == "gcode" else "the simulated robot",
     )
     file = arguments.out / "drawing.png"
     saved(picture, file, dpi=150)
@@ -460,8 +461,9 @@ def _print(arguments, machine, figures):
         rows.append(("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²"))
         rows.append((f"peak {words.effort}", torques))
     if "lines" in figures:
-        rows.append(("G-code", f"{figures['lines']} lines, {figures['lines_per_s']:.4g} a second"))
-        rows.append(("replayed", f"speeds within {100 * figures['speed_error']:.2g} %"))
+        lines = f"{figures['lines']} lines, at most {figures['lines_per_s']:.4g} a second"
+        rows.append(("G-code", lines))
+        rows.append(("speeds in it", f"within {100 * figures['speed_error']:.2g} % of the largest"))
     if machine.reads_otherwise:
         offsets = ", ".join(f"{value:.5g}" for value in machine.offset)
         ratios = ", ".join(f"{value:.6g}" for value in machine.ratio)

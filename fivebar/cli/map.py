@@ -20,7 +20,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_robot
+from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = JSON | {
     "--space task|joint": ("task", "what the map is over"),
@@ -56,10 +56,14 @@ def _map(arguments):
     from ..visualization.plot.graph import aspect_graph
     from ..visualization.plot.maps import singularity_map as picture
 
-    robot = chosen_robot(arguments)
+    machine = chosen_machine(arguments)
+    robot = machine.robot
     check_ending("--data", arguments.data, (".csv", ".npz"))
     check_ending("--out", arguments.out)
     check_ending("--graph", arguments.graph)
+    if machine.tool is not None:
+        _map_of_tool(arguments, machine)
+        return
     levels = used_options(arguments, "det_A", "sin")
     if arguments.space == "joint" and (levels or arguments.path):
         raise UsageError("--path, --det-A and --sin are of task space only")
@@ -97,6 +101,26 @@ def _map(arguments):
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
     print_files(used_options(arguments, "out", "graph", "data", "page").values())
+
+
+def _map_of_tool(arguments, machine):
+    """Draw and list where the machine's tool goes."""
+    from ..paths.placing.with_tool import tool_regions
+    from ..visualization.plot.tools import tool_map
+
+    options = "det_A", "sin", "path", "window", "data", "page", "graph"
+    if used := used_options(arguments, *options):
+        option = next(iter(used)).replace("_", "-")
+        words = "the map of a tool has no such option: take the table tool out of the robot's file"
+        raise UsageError(f"--{option}: {words}")
+    saved(tool_map(machine.tool, machine.robot), arguments.out)
+    regions = tool_regions(machine.tool, machine.robot)
+    if arguments.json:
+        names = ("number", "working", "assembly", "area")
+        print_json({"tool": [{name: getattr(r, name) for name in names} for r in regions]})
+        return
+    _print_regions("region", regions)
+    print_files([arguments.out])
 
 
 def _print_regions(name, regions):

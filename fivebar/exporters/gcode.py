@@ -206,14 +206,15 @@ def gcode(motion: TimedPath, machine: Machine | None = None, dialect: Gcode = Gc
 
 
 def _in_range(machine, q):
-    """Return continuous joint coordinates, by whole turns in the joint limits of the machine."""
+    """Return continuous joint coordinates in the turn in the middle of the joint limits; without
+    limits a proximal bar is within half a turn of upwards.
+    """
     q = machine.robot.continuous(q)
     if machine.robot.turns:
-        for leg, limits in enumerate(machine.constraints.joints or ()):
-            if limits is not None:
-                middle = (q[:, leg].min() + q[:, leg].max()) / 2
-                turns = round((sum(limits) / 2 - middle) / (2 * math.pi))
-                q[:, leg] += 2 * math.pi * turns
+        for leg, limits in enumerate(machine.constraints.joints or (None, None)):
+            wanted = math.pi / 2 if limits is None else sum(limits) / 2
+            middle = (q[:, leg].min() + q[:, leg].max()) / 2
+            q[:, leg] += 2 * math.pi * round((wanted - middle) / (2 * math.pi))
     return q
 
 

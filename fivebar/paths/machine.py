@@ -133,7 +133,7 @@ class Machine:
         if unit == "rad":
             return 1.0
         if not self.robot.turns:
-            raise ValueError(f"the joints of a biglide slide, they have no {unit}")
+            raise ValueError(f"the joints of a biglide slide, they have no angles, of which {unit} is a unit")
         if max(map(abs, self.ratio)) < IN_RADIANS:
             raise ValueError(
                 f"the drives read {2 * math.pi / self.ratio[0]:.6g} a turn, by the ratio of the"

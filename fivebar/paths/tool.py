@@ -7,6 +7,7 @@ along a path by leading C along another one, which this module computes.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,15 +16,20 @@ from ..base.backend import EPS, finite_numbers, first_index
 from ..base.checks import instance, modes, number, shown, whole
 from ..base.errors import UnreachableError
 from ..base.representation import one_line
+from ..models.dyads import cross
 from ..models.geometry import igm
 from ..models.pose import Pose
 from ..models.robots import FiveBar
 from ..models.unreachable import raise_or_nan
+from ..singularities.loci import singularity_loci
+from ..singularities.margins import Singularity
 from .curve import Path
 from .timing.enclosures import Series, place_series
 
 FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])[:, None]
 FINEST = 1e-9  # of a path's length: a shorter stretch is not divided any more
+FOLD = 721  # points of a circle on which the tool folds
+NEAR = 1e-12  # of its radius, by which it is drawn inside
 SHORTEST = 1e-9  # of a distal bar: the least distance of the tool from its elbow
 
 
@@ -128,6 +134,32 @@ class Tool:
             axis=-1,
         )
 
+    def loci(self, robot: FiveBar, working: ArrayLike = (-1, -1)) -> list[ToolLocus]:
+        """Return the singularity loci as the tool sees them in working modes.
+
+        They are the images of the exact curves of joint C, and the circles on which the tool folds
+        over its bar: the proximal bar is in line with the tool there, and the joint may not turn
+        as fast as the tool wants.
+        """
+        mounted = MountedTool(self, robot, modes(2)(working, "Tool: working"))
+        found = []
+        for piece in singularity_loci(robot).task:
+            if mounted.working in piece.working and len(piece.points) > 1:
+                pose = igm(robot, piece.points, mounted.working, unreachable="nan")
+                points = self.point(pose)
+                arm = points - pose.elbows[:, self.leg - 1]
+                sine = cross(pose.legs[self.leg - 1].direction, arm.T) / mounted.reach
+                beyond = mounted.branch * sine > NEAR  # of a fold of the tool
+                points = np.where(beyond[:, None], np.nan, points)
+                if np.isfinite(points).any():
+                    found.append(ToolLocus(piece.type, piece.kind, points))
+        for inside in mounted.folds:
+            pose = self.pose(robot, inside, mounted.working, unreachable="nan")
+            points = np.where(np.isfinite(pose.det_A)[:, None], inside, np.nan)
+            if np.isfinite(points).any():
+                found.append(ToolLocus(Singularity.SERIAL, "folded tool", points))
+        return found
+
     def jacobian(self, pose: Pose) -> np.ndarray:
         """Return the tool's Jacobian (*batch, 2, 2): its velocity is J q'."""
         u = np.stack(pose.u2[self.leg - 1], axis=-1)
@@ -141,6 +173,16 @@ class Tool:
         rate = np.einsum("...c,...cj->...j", v, turns) / bar
         beside = self.along * v - self.across * u
         return pose.J + beside[..., :, None] * rate[..., None, :]
+
+
+class ToolLocus(NamedTuple):
+    """A curve on which the tool is singular: its type, its kind as of a `Locus` or "folded tool",
+    and points (n, 2), m, nan where the robot is not.
+    """
+
+    type: Singularity
+    kind: str
+    points: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -188,7 +230,7 @@ class MountedTool:
         return self.working[self.tool.leg - 1]
 
     @property
-    def _branch(self):
+    def branch(self):
         """Of the tool's dyad: that of the leg, unless the tool is behind the elbow."""
         return self._mode if self._from_elbow.real >= 0 else -self._mode
 
@@ -202,6 +244,17 @@ class MountedTool:
         """k of the map C = T + k (T - E)."""
         return self._bars[1] / self._from_elbow - 1
 
+    @property
+    def folds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n, 2), m, of the circles on which proximal bar and tool are in line, rounded to
+        where they are reached.
+        """
+        l1, r = self._bars[0], self.reach
+        turn = np.linspace(0.0, 2 * np.pi, FOLD)
+        circle = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+        base = np.array([self._drive.x, 0.0])
+        return base + (l1 + r) * (1 - NEAR) * circle, base + abs(l1 - r) * (1 + NEAR) * circle
+
     def joint(self, point: np.ndarray) -> np.ndarray:
         """Return where C is (*batch, 2), m, with the tool at points (*batch, 2).
 
@@ -210,7 +263,7 @@ class MountedTool:
         point = finite_numbers(point, "Tool: point")
         if point.shape[-1:] != (2,):
             raise ValueError(f"Tool: point must be (*batch, 2), not {shown(point.shape)}")
-        dyad = self._drive.close((point[..., 0], point[..., 1]), self.reach, self._branch)
+        dyad = self._drive.close((point[..., 0], point[..., 1]), self.reach, self.branch)
         along = self.reach * (dyad.last[0] + 1j * dyad.last[1])
         z = point @ (1, 1j) + self.factor * along
         bar = (1 + self.factor) * along
@@ -230,7 +283,7 @@ class MountedTool:
         square = rx * rx + y * y
         lead = (square + (r - l1) * (r + l1)) * 0.5
         heron = ((l1 + r) ** 2 - square) * (square - (l1 - r) ** 2)
-        across = heron.sqrt() * (0.5 * self._branch)
+        across = heron.sqrt() * (0.5 * self.branch)
         scale = square.inverse()
         # T - E, whose products with T's way from the base joint are `lead` and -`across`.
         ex = (lead * rx + across * y) * scale

@@ -16,6 +16,7 @@ from .panels import (
     draw_loci,
     draw_points,
     draw_robot,
+    draw_tool_loci,
     new_figure,
     plane,
 )
@@ -38,6 +39,7 @@ def drawing(
     errors: Sequence[np.ndarray],
     title: str = "",
     tool: Tool | None = None,
+    by: str = "the simulated robot",
 ) -> Figure:
     """Return the figure of desired and drawn strokes, beside the robot where it begins.
 
@@ -53,6 +55,8 @@ def drawing(
         Text over the figure.
     tool : Tool, optional
         What draws, where that is not joint C.
+    by : str
+        What drew, in words.
 
     Returns
     -------
@@ -81,14 +85,28 @@ def drawing(
     figure = new_figure(WIDTH, float(np.clip(shape, 5.0, 11.0)))
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
     _robot(figure.add_subplot(grid[:, 0]), robot, working, desired, tool)
-    top = figure.add_subplot(grid[0, 1])
-    bottom = figure.add_subplot(grid[1, 1])
+    top = figure.add_subplot(grid[0 if len(drawn) else slice(None), 1])
     for stroke in desired:
         draw_points(top, "path.desired", stroke)
-    largest = max((float(error.max()) for error in errors), default=0.0)
+    panels = [(top, "asked")]
+    if len(drawn):
+        bottom = figure.add_subplot(grid[1, 1])
+        error = _draw_errors(figure, bottom, drawn, errors)
+        panels.append((bottom, f"drawn by {by}, at most {error} off"))
+    for axes, words in panels:
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+        plane(axes, title=words)
+    if title:
+        figure.suptitle(title)
+    return figure
+
+
+def _draw_errors(figure, axes, drawn, errors):
+    """Draw strokes coloured by their errors and return the largest error in words."""
+    largest = max(float(error.max()) for error in errors)
     scale, unit = readable(largest, "m")
     segments = []
-    colours = [np.empty(0)]
+    colours = []
     for stroke, error in zip(drawn, errors):
         segments += list(1e3 * np.stack([stroke[:-1], stroke[1:]], axis=1))
         colours.append(scale * np.maximum(error[:-1], error[1:]))
@@ -99,21 +117,15 @@ def drawing(
         capstyle="round",
     )
     lines.set(array=np.concatenate(colours), clim=(0.0, scale * largest or 1.0))
-    bottom.add_collection(lines)
+    axes.add_collection(lines)
     figure.colorbar(
         lines,
-        ax=bottom,
+        ax=axes,
         label=f"error ({unit})",
         fraction=0.05,
         pad=0.02,
     )
-    error = f"drawn by the simulated robot, at most {scale * largest:.3g} {unit} off"
-    for axes, words in ((top, "asked"), (bottom, error)):
-        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-        plane(axes, title=words)
-    if title:
-        figure.suptitle(title)
-    return figure
+    return f"{scale * largest:.3g} {unit}"
 
 
 def draw_path(path: Path) -> Figure:
@@ -155,6 +167,9 @@ def _robot(axes, robot, working, desired, tool):
         draw_points(axes, "robot.tool", np.stack([start.elbows[tool.leg - 1], pen, start.xi]))
     for stroke in desired:
         draw_points(axes, "path.desired-small", stroke)
-    draw_loci(axes, robot, tuple(working))
+    if tool is None:
+        draw_loci(axes, robot, tuple(working))
+    else:
+        draw_tool_loci(axes, tool, robot, tuple(working))
     draw_points(axes, "mark.pen", pen)
     plane(axes, 3, f"the robot, in working modes ({signs(*working)})")
