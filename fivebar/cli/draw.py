@@ -70,6 +70,10 @@ OUTPUT = JSON | {
     "--period S": "of the tracker (default: 0.005, or as the fastest motion asks)",
     "--rate HZ": (1000.0, "of the setpoints"),
     "--angles rad|deg|counts": ("rad", "of the setpoints"),
+    "--drive NAME": "drives.csv, too: dynamixel, dynamixel-extended, odrive, moteus, or counts a turn",
+    "--zero-counts Q1 Q2": "what the drives are told where the readings are 0",
+    "--wrap": "drives' counts by whole turns into their range",
+    "--binary": "drives.bin, 32 bits, in place of drives.csv",
     "--out DIR": (
         Path("fivebar-draw"),
         "folder for drawing.png, proof.json, and setpoints.csv and run.csv or drawing.nc",
@@ -141,7 +145,7 @@ def _draw(arguments):
     figures |= {} if drawn is None else drawn.figures
     with locked_folder(arguments.out):
         if dialect is None:
-            files.insert(0, _setpoints(arguments, machine, motion))
+            files = [*_setpoints(arguments, machine, motion), *files]
         files.insert(0, _picture(arguments, machine, motion, drawn))
         certificate = arguments.out / "proof.json"
         certificate.unlink(missing_ok=True)  # that of an earlier drawing would be false
@@ -395,14 +399,19 @@ def _proved(arguments, robot, path, working):
 
 
 def _setpoints(arguments, machine, motion):
-    """Write the set-points and return their file."""
+    """Write the set-points and return their files."""
     from ..paths.setpoints import setpoints
 
-    file = arguments.out / "setpoints.csv"
+    files = [arguments.out / "setpoints.csv"]
     table = setpoints(machine.robot, motion, arguments.rate, motion.working)
     counts = arguments.counts_per_turn if arguments.angles == "counts" else None
-    table.to_csv(file, arguments.angles, machine, counts)
-    return file
+    table.to_csv(files[0], arguments.angles, machine, counts)
+    if arguments.drive is not None:
+        with usage_errors(ValueError):
+            drive = float(arguments.drive) if arguments.drive[:1].isdigit() else arguments.drive
+            files.append(arguments.out / f"drives.{'bin' if arguments.binary else 'csv'}")
+            table.to_drives(files[1], drive, machine, arguments.zero_counts, arguments.wrap)
+    return files
 
 
 def _picture(arguments, machine, motion, drawn):

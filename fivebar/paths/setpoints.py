@@ -4,21 +4,41 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.checks import a_callable, bounded, modes, one_of, optional, positive, takes
+from ..base.checks import a_callable, bounded, modes, one_of, optional, positive, takes, two_numbers
 from ..base.checks import robot as must_be_robot
 from ..base.representation import one_line
-from ..base.tables import TextFile, write
+from ..base.tables import BinaryFile, TextFile, write, written
 from ..models.geometry import igm
 from ..models.kinematics import ikm
 from ..models.robots import Robot
 from .machine import Machine
 
 MOST_ROWS = 10**7
-COLUMNS = {"rad": "", "deg": "_deg", "counts": "_counts"}  # endings of columns
+COLUMNS = {"rad": "", "deg": "_deg", "counts": "_counts", "turns": "_turns"}  # endings of columns
+
+
+class Drive(NamedTuple):
+    """What a kind of drive takes: so many of its unit a turn, which of them is the zero of the
+    readings, and the least and largest whole number, or None for fractions.
+    """
+
+    per_turn: float
+    zero: float
+    limits: tuple[int, int] | None
+
+
+INT32 = -(2**31), 2**31 - 1
+DRIVES = {
+    # Goal Position (116) of position mode, and of extended position mode: 4096 a turn.
+    "dynamixel": Drive(4096, 2048, (0, 4095)),
+    "dynamixel-extended": Drive(4096, 0, (-1_048_575, 1_048_575)),
+    "odrive": Drive(1, 0, None),  # input_pos, turns
+    "moteus": Drive(1, 0, None),  # position, revolutions
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +71,7 @@ class Setpoints:
         Parameters
         ----------
         path : path or open file
-        angles : "rad", "deg" or "counts"
+        angles : "rad", "deg", "turns" or "counts"
             Unit of the joint coordinates.
         machine : Machine, optional
             Then they are what its drives read, and x, y are points of its frame.
@@ -80,6 +100,92 @@ class Setpoints:
         if self.pen is not None:
             names.append("pen")
             rows = [[*row, int(pen)] for row, pen in zip(rows, self.pen)]
+        write(path, "setpoints", about, names, rows)
+
+    def for_drives(
+        self,
+        drive: str | float,
+        machine: Machine | None = None,
+        zero: tuple[float, float] | None = None,
+        wrap: bool = False,
+    ) -> np.ndarray:
+        """Return what both drives are told (n, 2).
+
+        Parameters
+        ----------
+        drive : str or float
+            "dynamixel", "dynamixel-extended", "odrive" or "moteus"; or the counts of a turn, which
+            are whole numbers of 32 bits.
+        machine : Machine, optional
+            Then they are of what its drives read.
+        zero : (2,), optional
+            What the drives are told where the readings are 0; by default the middle of a Dynamixel
+            in position mode, else 0.
+        wrap : bool
+            By whole turns into the limits of the drive, where it has a turn alone.
+
+        Returns
+        -------
+        (n, 2) array
+            int32 where the drive takes whole numbers, else float32.
+
+        Raises
+        ------
+        ValueError
+            A number beyond what the drive takes; the message names it.
+        """
+        if isinstance(drive, str):
+            kind = DRIVES[one_of(*DRIVES)(drive, "for_drives: drive")]
+        else:
+            kind = Drive(positive(drive, "for_drives: drive"), 0, INT32)
+        machine = Machine(self.robot) if machine is None else machine
+        zeros = (kind.zero, kind.zero) if zero is None else two_numbers(zero, "for_drives: zero")
+        values = machine.readings(self.q) * machine.scale("counts", kind.per_turn) + zeros
+        if kind.limits is None:
+            return values.astype(np.float32)
+        values = np.round(values)
+        low, high = kind.limits
+        if wrap:
+            values -= kind.per_turn * np.floor((values - low) / kind.per_turn)
+        beyond = (values < low) | (values > high)
+        if beyond.any():
+            row, motor = np.argwhere(beyond)[0]
+            raise ValueError(
+                f"for_drives: motor {motor + 1} is to go to {values[row, motor]:.0f} at t ="
+                f" {self.t[row]:.4g} s, beyond {low} to {high}: give another zero, or wrap=True"
+            )
+        if wrap and (jump := np.abs(np.diff(values, axis=0)) > kind.per_turn / 2).any():
+            row, motor = np.argwhere(jump)[0]
+            raise ValueError(
+                f"for_drives: motor {motor + 1} would turn back by a whole turn at t ="
+                f" {self.t[row]:.4g} s, where it passes the end of its range: give another zero"
+            )
+        return values.astype(np.int32)
+
+    def to_drives(
+        self,
+        path: TextFile | BinaryFile,
+        drive: str | float,
+        machine: Machine | None = None,
+        zero: tuple[float, float] | None = None,
+        wrap: bool = False,
+    ) -> None:
+        """Write t, q1, q2 and pen for both drives, as `for_drives` returns them.
+
+        A file that ends in .bin has rows q1, q2 alone, of little-endian 32-bit integers or floats,
+        at the steps of t.
+        """
+        values = self.for_drives(drive, machine, zero, wrap)
+        if str(getattr(path, "name", path)).endswith(".bin"):
+            with written(path, binary=True) as file:
+                file.write(values.astype(values.dtype.newbyteorder("<")).tobytes())
+            return
+        about: dict[str, Any] = {"robot": self.robot.parameters, "drive": drive}
+        pen = [None] * len(self.t) if self.pen is None else self.pen.astype(int).tolist()
+        names = ["t", "q1", "q2"] + ["pen"] * (self.pen is not None)
+        rows = []
+        for t, pair, down in zip(self.t.tolist(), values.tolist(), pen):
+            rows.append([t, *pair] if down is None else [t, *pair, down])
         write(path, "setpoints", about, names, rows)
 
 
