@@ -70,7 +70,7 @@ OUTPUT = JSON | {
     "--period S": "of the tracker (default: 0.005, or as the fastest motion asks)",
     "--rate HZ": (1000.0, "of the setpoints"),
     "--angles rad|deg|counts": ("rad", "of the setpoints"),
-    "--drive NAME": "drives.csv, too: dynamixel, dynamixel-extended, odrive, moteus, or counts a turn",
+    "--drive NAME": "drives.csv of dynamixel, dynamixel-extended, odrive, moteus, or counts a turn",
     "--zero-counts Q1 Q2": "what the drives are told where the readings are 0",
     "--wrap": "drives' counts by whole turns into their range",
     "--binary": "drives.bin, 32 bits, in place of drives.csv",
@@ -467,7 +467,9 @@ def _print(arguments, machine, figures):
         peak = figures["peak_acceleration"]
         left, right = figures[peak_name(machine.robot)]
         torques = f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"
-        rows.append(("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²"))
+        rows.append(
+            ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²")
+        )
         rows.append((f"peak {words.effort}", torques))
     if "lines" in figures:
         lines = f"{figures['lines']} lines, at most {figures['lines_per_s']:.4g} a second"

@@ -19,7 +19,7 @@ GCODE = {
     "--mm-per-turn NUMBER": "axes in mm: so many are a turn of the motor for the firmware",
     "--gear NUMBER": (1.0, "turns of the motor for one of the joint"),
     "--sign -1|1 -1|1": "-1 where an axis turns to the right",
-    "--zero-deg DEG DEG": "angles of the proximal bars, from x to the left, where the axes are at 0",
+    "--zero-deg DEG DEG": "angles of the proximal bars from x to the left, where the axes are 0",
     "--feed inverse|units": "G93 or F in units a minute (default: as the firmware can)",
     "--max-feed NUMBER": "of an axis, units a minute: faster motions are refused",
     "--pen M3|servo|Z": "M3 and M5, M280, or heights (default: as the firmware can)",

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.checks import instance, number, one_of, optional, positive, shown
+from ..base.checks import number, one_of, optional, positive, shown
 from ..models.geometry import dgm, igm
 from ..paths.machine import Machine
 from ..paths.timing.timed_path import TimedPath
@@ -164,7 +164,7 @@ class Gcode:
         return up.format(**values), down.format(**values)
 
 
-def gcode(motion: TimedPath, machine: Machine | None = None, dialect: Gcode = Gcode()) -> str:
+def gcode(motion: TimedPath, machine: Machine | None = None, dialect: Gcode | None = None) -> str:
     """Return the joint-space G-code of a timed path.
 
     Parameters
@@ -184,17 +184,20 @@ def gcode(motion: TimedPath, machine: Machine | None = None, dialect: Gcode = Gc
     ValueError
         A unit that could be two things, a speed beyond `dialect.max_feed`, or a path across Type 2.
     """
-    machine = Machine(motion.robot) if machine is None else machine
+    robot: Any = motion.robot
+    machine = Machine(robot) if machine is None else machine
+    dialect = Gcode() if dialect is None else dialect
     if machine.robot != motion.robot:
         raise ValueError("gcode: the motion is of another robot than the machine")
     if not motion.robot.turns and dialect.unit != "rad":
-        raise ValueError("gcode: the joints of a biglide slide: take unit='rad', their readings in m")
+        raise ValueError(
+            "gcode: the joints of a biglide slide: take unit='rad', their readings in m"
+        )
     if motion.crossing.any():
         raise ValueError(
             "gcode: the path crosses Type 2, where the joints do not tell the place of the tool:"
             " draw it in one assembly mode"
         )
-    instance(Gcode)(dialect, "gcode: dialect")
     scale = machine.scale(dialect.unit, dialect.per_turn) * dialect.gear
     t = _line_ends(motion, dialect)
     values = machine.readings(_in_range(machine, motion.joints(t)[0])) * scale
@@ -310,7 +313,9 @@ def _head(motion, machine, dialect, t):
     for name, axis, ratio, offset in zip(
         motion.robot.words.joints, dialect.axes, machine.ratio, machine.offset
     ):
-        angles.append(f"{name} = {ratio / scale:.9g} {axis} + {offset:.9g} {motion.robot.words.unit}")
+        angles.append(
+            f"{name} = {ratio / scale:.9g} {axis} + {offset:.9g} {motion.robot.words.unit}"
+        )
     per_turn = "" if dialect.per_turn is None else f", {dialect.per_turn:g} a turn of the motor"
     per_turn += "" if dialect.gear == 1 else f", gear {dialect.gear:g}"
     tip = "joint C" if motion.path.tool is None else "the tool"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from .gcode import FIRMWARES, INSIDE, Gcode, moved_tip, tip_motion
 
 WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 COMMENT = re.compile(r"\([^()]*\)|;.*")
+USUAL = Gcode()
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,7 @@ class Replay:
         )
 
 
-def read_joint_gcode(text: str, dialect: Gcode = Gcode()) -> JointProgram:
+def read_joint_gcode(text: str, dialect: Gcode = USUAL) -> JointProgram:
     """Return the lines of joint-space G-code.
 
     Read are G0, G1, G4, G21, G90, G93, G94, F, the axes and the pen of `dialect`, M2 and M400.
@@ -162,7 +164,9 @@ class _Reader:
             self.feed = None  # G93 wants an F in each line
         self.feed = values.get("F", self.feed)
         if not self.feed or before is None or None in before:
-            raise ValueError(f"joint G-code, line {number}: a move without F, or from no known place")
+            raise ValueError(
+                f"joint G-code, line {number}: a move without F, or from no known place"
+            )
         way = 1.0 if self.inverse else float(np.hypot(*np.subtract(place, before)))
         self._add(60 * way / self.feed)
 
@@ -177,7 +181,7 @@ def replayed(
     program: JointProgram,
     motion: TimedPath,
     machine: Machine | None = None,
-    dialect: Gcode = Gcode(),
+    dialect: Gcode = USUAL,
 ) -> Replay:
     """Return how a program differs from the timed path that it was written from.
 
@@ -186,7 +190,8 @@ def replayed(
     UnreachableError
         The joints of the program cannot be reached.
     """
-    machine = Machine(motion.robot) if machine is None else machine
+    robot: Any = motion.robot
+    machine = Machine(robot) if machine is None else machine
     scale = machine.scale(dialect.unit, dialect.per_turn) * dialect.gear
     q = machine.angles(program.axes / scale)
     h = np.diff(program.t)[:, None]

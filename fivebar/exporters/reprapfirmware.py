@@ -48,7 +48,7 @@ def reprapfirmware(
             f"reprapfirmware: the frame is turned by {frame.turn:g} rad with scale {frame.scale:g},"
             " but M669 knows only where the motors are: take a frame with a shift alone"
         )
-    numbers = {
+    numbers: dict[str, list] = {
         "X": [1e3 * (frame.shift[0] + side * robot.d / 2) for side in (-1, 1)],
         "Y": [1e3 * frame.shift[1]] * 2,
         "L": [MODES[working]],
@@ -107,7 +107,7 @@ def _bar_angles(machine, working):
 
 
 def _motor_angles(machine):
-    angles: list[float] = []
+    angles = []
     for limits in machine.constraints.joints or (None, None):
         if limits is None:
             angles += SEAM

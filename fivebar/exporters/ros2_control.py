@@ -7,6 +7,7 @@ loads without any driver; a five-bar's own system interface finds the parameters
 from __future__ import annotations
 
 import re
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from ..models.geometry import Pose
@@ -35,7 +36,7 @@ def ros2_control(machine: Machine, name: str, start: Pose, plugin: str | None = 
     """
     text = TRANSMISSION.sub("", urdf(machine.robot, name, start))
     text = text.removesuffix("</robot>\n")
-    limits = machine.constraints
+    limits: Any = machine.constraints
     words = machine.robot.words
     parameters = {
         key: value for key, value in machine.robot.parameters.items() if _is_length(key, machine)

@@ -87,7 +87,7 @@ _PLOTCLOCK_TOOL = {
 # C least and largest angle of each actuator.
 _DEGREE = math.pi / 180
 _RRF = FiveBar(0.1295, 0.182, 0.1275, 0.181, 0.108, 0, 0, 0)
-_RRF_TABLES = {
+_RRF_TABLES: dict[str, dict[str, Any]] = {
     "readings": {"offset": (0.0, 0.0), "ratio": (_DEGREE, _DEGREE)},
     "frame": {"shift": (0.0, -0.17)},
     "constraints": {

@@ -84,7 +84,8 @@ class Machine:
         instance(Placement)(self.frame, "Machine: frame")
         instance(Constraints)(self.constraints, "Machine: constraints")
         if self.tool is not None:
-            MountedTool(instance(Tool)(self.tool, "Machine: tool"), self.robot, (-1, -1))
+            robot_: Any = self.robot
+            MountedTool(instance(Tool)(self.tool, "Machine: tool"), robot_, (-1, -1))
 
     def __repr__(self) -> str:
         words = [self.robot.words.title]
@@ -133,7 +134,9 @@ class Machine:
         if unit == "rad":
             return 1.0
         if not self.robot.turns:
-            raise ValueError(f"the joints of a biglide slide, they have no angles, of which {unit} is a unit")
+            raise ValueError(
+                f"the joints of a biglide slide, they have no angles, of which {unit} is a unit"
+            )
         if max(map(abs, self.ratio)) < IN_RADIANS:
             raise ValueError(
                 f"the drives read {2 * math.pi / self.ratio[0]:.6g} a turn, by the ratio of the"

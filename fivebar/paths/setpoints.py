@@ -11,7 +11,7 @@ import numpy as np
 from ..base.checks import a_callable, bounded, modes, one_of, optional, positive, takes, two_numbers
 from ..base.checks import robot as must_be_robot
 from ..base.representation import one_line
-from ..base.tables import BinaryFile, TextFile, write, written
+from ..base.tables import TextFile, write, written
 from ..models.geometry import igm
 from ..models.kinematics import ikm
 from ..models.robots import Robot
@@ -84,7 +84,7 @@ class Setpoints:
             For a unit that these joints do not have.
         """
         one_of(*COLUMNS)(angles, "angles")
-        factor = (machine or Machine(self.robot)).scale(angles, counts_per_turn)
+        factor = self._machine(machine).scale(angles, counts_per_turn)
         x, y = (self.xi if machine is None else machine.frame(self.xi)).T
         q, q_dot = self.q, self.q_dot
         about: dict[str, Any] = {"robot": self.robot.parameters}
@@ -101,6 +101,9 @@ class Setpoints:
             names.append("pen")
             rows = [[*row, int(pen)] for row, pen in zip(rows, self.pen)]
         write(path, "setpoints", about, names, rows)
+
+    def _machine(self, machine):
+        return Machine(self.robot) if machine is None else machine
 
     def for_drives(
         self,
@@ -138,7 +141,7 @@ class Setpoints:
             kind = DRIVES[one_of(*DRIVES)(drive, "for_drives: drive")]
         else:
             kind = Drive(positive(drive, "for_drives: drive"), 0, INT32)
-        machine = Machine(self.robot) if machine is None else machine
+        machine = self._machine(machine)
         zeros = (kind.zero, kind.zero) if zero is None else two_numbers(zero, "for_drives: zero")
         values = machine.readings(self.q) * machine.scale("counts", kind.per_turn) + zeros
         if kind.limits is None:
@@ -164,13 +167,13 @@ class Setpoints:
 
     def to_drives(
         self,
-        path: TextFile | BinaryFile,
+        path: Any,
         drive: str | float,
         machine: Machine | None = None,
         zero: tuple[float, float] | None = None,
         wrap: bool = False,
     ) -> None:
-        """Write t, q1, q2 and pen for both drives, as `for_drives` returns them.
+        """Write t, q1, q2 and pen for both drives, as `for_drives` returns them, to a file.
 
         A file that ends in .bin has rows q1, q2 alone, of little-endian 32-bit integers or floats,
         at the steps of t.

@@ -255,7 +255,7 @@ class MountedTool:
         base = np.array([self._drive.x, 0.0])
         return base + (l1 + r) * (1 - NEAR) * circle, base + abs(l1 - r) * (1 + NEAR) * circle
 
-    def joint(self, point: np.ndarray) -> np.ndarray:
+    def joint(self, point: ArrayLike) -> np.ndarray:
         """Return where C is (*batch, 2), m, with the tool at points (*batch, 2).
 
         nan where the tool is out of reach, and where it folds over its bar.

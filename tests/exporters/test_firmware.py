@@ -127,7 +127,9 @@ def test_ros2_control_is_read_by_parsers():
     assert values["l11"] == 0.1 and values["ratio2"] == -1.0 and values["tool_leg"] == 2
     assert (values["working1"], values["assembly"]) == (-1, -1)
     joints = {joint.get("name"): joint for joint in block.findall("joint")}
-    assert set(joints) == {"q11", "q21", "q12", "q22"} <= {j.get("name") for j in root.iter("joint")}
+    assert (
+        set(joints) == {"q11", "q21", "q12", "q22"} <= {j.get("name") for j in root.iter("joint")}
+    )
     commands = {c.get("name"): c for c in joints["q11"].findall("command_interface")}
     assert [float(p.text) for p in commands["position"]] == [-1.0, 2.0]
     assert [float(p.text) for p in commands["velocity"]] == [-3.0, 3.0]

@@ -79,7 +79,9 @@ def test_axes_are_the_readings_of_the_machine(motion):
     axes = read_joint_gcode(text, fb.Gcode(unit="rad")).axes
     low, high = np.array([(34, 251), (-71, 146)]).T
     assert (axes >= low).all() and (axes <= high).all() and axes[:, 0].max() > 180
-    with pytest.raises(ValueError, match="the drives read 360 a turn.*could be theirs or the motor"):
+    with pytest.raises(
+        ValueError, match="the drives read 360 a turn.*could be theirs or the motor"
+    ):
         fb.export(timed, "gcode", machine=RRF)
 
 
@@ -138,10 +140,16 @@ def test_bad_dialects_are_refused(options, words):
 )
 def test_what_the_reader_does_not_know_is_named_with_its_line(line, words):
     with pytest.raises(ValueError, match=f"line 3: .*{words}|line 3: {words}"):
-        read_joint_gcode(f"G0 X0 Y0\nG1 X1 Y1 F60\n{line}\n" if "X1" not in line or "G2" in line else f"G93\nG0 X0 Y0\n{line}\n")
+        read_joint_gcode(
+            f"G0 X0 Y0\nG1 X1 Y1 F60\n{line}\n"
+            if "X1" not in line or "G2" in line
+            else f"G93\nG0 X0 Y0\n{line}\n"
+        )
 
 
-@pytest.mark.skipif(shutil.which("rs274") is None, reason="rs274 comes with Debian's linuxcnc-uspace")
+@pytest.mark.skipif(
+    shutil.which("rs274") is None, reason="rs274 comes with Debian's linuxcnc-uspace"
+)
 @pytest.mark.parametrize("name", ["grbl", "units", "linuxcnc"])
 def test_linuxcnc_takes_the_same_time(name, motion, tmp_path):
     for file in ("tool.tbl", "a.var"):
@@ -185,7 +193,10 @@ def test_from_a_drawing_to_gcode_of_a_plotclock(tmp_path, capsys):
     [
         (["--pen", "Z"], "--pen goes with --format gcode"),
         (["--format", "gcode", "--steps-per-turn", "1", "--mm-per-turn", "1"], "in steps or in mm"),
-        (["--format", "gcode", "--robot", "reprapfirmware", "--sign", "-1", "1"], "has a table readings"),
+        (
+            ["--format", "gcode", "--robot", "reprapfirmware", "--sign", "-1", "1"],
+            "has a table readings",
+        ),
         (["--format", "gcode", "--axes", "X", "X"], "axes must be two letters"),
     ],
 )

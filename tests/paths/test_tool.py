@@ -1,11 +1,11 @@
 """A tool on a distal bar: its map to joint C, and all that leads it along a path."""
 
 import json
+from functools import partial
 
-import mpmath
 import numpy as np
 import pytest
-from mpmath import mp, mpf
+from mpmath import iv, mp, mpf
 
 import fivebar as fb
 from fivebar.cli import main
@@ -28,7 +28,14 @@ def led(points=SQUARE, deviation=2e-4):
     return PLOTCLOCK.tool.path(PLOTCLOCK.robot, path, MODES)
 
 
-def exact_joint(robot, tool, x, y, working):
+def component(joint, table, length, start, axis, s):
+    """x or y of joint C at s of a path, the tool's place by powers of u."""
+    u = (s - start) / length
+    x, y = (sum(row[i] * u**n for n, row in enumerate(table)) for i in (0, 1))
+    return joint(x, y)[axis]
+
+
+def exact_joint(robot, tool, working, x, y):
     """C from the tool's place by mpmath, through angles: another formulation."""
     leg = tool.leg - 1
     l1, l2 = (mpf(robot.drives[leg].length), mpf(robot.distal[leg]))
@@ -50,9 +57,9 @@ def random_tools(rng, count):
     """Robots, tools behind, beside and beyond their joints, and poses of them."""
     found = 0
     while found < count:
-        l = rng.uniform(0.05, 0.1, 4)
+        bars = rng.uniform(0.05, 0.1, 4)
         try:
-            robot = fb.FiveBar(*l, rng.uniform(0.0, 0.1))
+            robot = fb.FiveBar(*bars, rng.uniform(0.0, 0.1))
             pose = fb.dgm(robot, rng.uniform(-3, 3, 2), int(rng.choice([-1, 1])))
         except (ValueError, ArithmeticError):
             continue
@@ -80,16 +87,11 @@ def test_its_joint_and_three_derivatives_agree_with_50_digits():
             table = [[mpf(float(c)) for c in row] for row in path.pieces[k].coefficients]
             length = mpf(path.pieces[k].length)
 
-            def component(at, axis, table=table, length=length, start=path.knots[k]):
-                u = (at - mpf(float(start))) / length
-                x, y = (sum(row[i] * u**n for n, row in enumerate(table)) for i in (0, 1))
-                return exact_joint(robot, tool, x, y, working[tool.leg - 1])[axis]
-
+            joint = partial(exact_joint, robot, tool, working[tool.leg - 1])
+            on_piece = partial(component, joint, table, length, mpf(float(path.knots[k])))
             for axis in (0, 1):
-                exact = [
-                    mp.diff(lambda at, axis=axis: component(at, axis), mpf(float(s)), n)
-                    for n in range(4)
-                ]
+                along = partial(on_piece, axis)
+                exact = [mp.diff(along, mpf(float(s)), n) for n in range(4)]
                 for n, value in enumerate(exact):
                     size = max(abs(float(each)) for each in exact[: n + 1])
                     size = max(size, float(np.abs(got[n]).max()))
@@ -109,8 +111,6 @@ def test_pose_point_and_jacobian_are_inverses():
         known += 1
         x, y = (float(value) for value in tool.point(pose))
         number = checker.Number
-        from mpmath import iv
-
         lengths = [number(iv.mpf(float(robot.parameters[n]))) for n in checker.LENGTHS]
         plain = {"leg": tool.leg, "along": tool.along, "across": tool.across}
         place = checker.joint(number(iv.mpf(x)), number(iv.mpf(y)), lengths, plain, working)
@@ -120,7 +120,10 @@ def test_pose_point_and_jacobian_are_inverses():
         h = 1e-6
         J = np.empty((2, 2))
         for j in (0, 1):
-            ends = [fb.dgm(robot, pose.q + e, int(pose.assembly)) for e in h * np.eye(2)[[j, j]] * [[1], [-1]]]
+            ends = [
+                fb.dgm(robot, pose.q + e, int(pose.assembly))
+                for e in h * np.eye(2)[[j, j]] * [[1], [-1]]
+            ]
             J[:, j] = (tool.point(ends[0]) - tool.point(ends[1])) / (2 * h)
         np.testing.assert_allclose(tool.jacobian(pose), J, atol=1e-7)
     assert known > 150
@@ -177,7 +180,9 @@ def test_a_motion_keeps_the_limits_of_the_tool():
     assert 0.4999 < np.linalg.norm(tip_ddot, axis=1).max() <= 0.5
     # The tool of the motion's poses is on the drawing.
     tip = PLOTCLOCK.tool.point(motion.accelerations(t).rates.pose)
-    np.testing.assert_allclose(tip, path.drawn.on(motion.piece[k], motion.first[k] + gone)[0], atol=1e-15)
+    np.testing.assert_allclose(
+        tip, path.drawn.on(motion.piece[k], motion.first[k] + gone)[0], atol=1e-15
+    )
     slow = fb.Constraints(speed=0.05, acceleration=0.5, jerk=20.0)
     smooth = fb.path(SQUARE, deviation=2e-4, curvature=True)
     smooth = PLOTCLOCK.tool.path(PLOTCLOCK.robot, smooth, MODES)

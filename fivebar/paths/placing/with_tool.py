@@ -131,7 +131,9 @@ def _box(mounted):
     )
 
 
-def largest_upright(region: ToolRegion, size: np.ndarray, margin: float) -> tuple[float, np.ndarray]:
+def largest_upright(
+    region: ToolRegion, size: np.ndarray, margin: float
+) -> tuple[float, np.ndarray]:
     """Return the largest scale at which a box of this size (2,) is in a region, and its middle."""
     free = region.clearance >= margin
     sums = np.pad(np.cumsum(np.cumsum(~free, axis=0), axis=1), ((1, 0), (1, 0)))

@@ -202,9 +202,7 @@ def draw_loci(
         axes.plot(*(1e3 * points).T, zorder=0, **style)
 
 
-def draw_tool_loci(
-    axes: Axes, tool: Tool, robot: FiveBar, working: tuple[int, int]
-) -> None:
+def draw_tool_loci(axes: Axes, tool: Tool, robot: FiveBar, working: tuple[int, int]) -> None:
     """Draw the loci that a tool sees in these working modes, each type named once."""
     known = set()
     for locus in tool.loci(robot, working):
