@@ -24,10 +24,20 @@ GCODE = {
     "--max-feed NUMBER": "of an axis, units a minute: faster motions are refused",
     "--pen M3|servo|Z": "M3 and M5, M280, or heights (default: as the firmware can)",
     "--pen-values DOWN UP": "S of M3, angles of the servo, or heights, mm",
+    "--approach-deg DEG": "both joints come from so far below to where the pen goes down",
     "--line-deviation M": (2e-5, "of the tool between lines"),
     "--speed-error SHARE": (0.01, "of the tool between lines"),
 }
-ONLY_GCODE = "steps_per_turn", "mm_per_turn", "sign", "zero_deg", "feed", "max_feed", "pen"
+ONLY_GCODE = (
+    "steps_per_turn",
+    "mm_per_turn",
+    "sign",
+    "zero_deg",
+    "feed",
+    "max_feed",
+    "pen",
+    "approach_deg",
+)
 
 
 class Drawn(NamedTuple):
@@ -57,6 +67,8 @@ def dialect_of(arguments):
             values |= {"unit": unit, "per_turn": used[f"{unit}_per_turn"]}
     if "pen_values" in used:
         values |= dict(zip(("down", "up"), used["pen_values"]))
+    if "approach_deg" in used:
+        values["approach"] = float(np.deg2rad(used["approach_deg"]))
     with usage_errors(ValueError):
         return Gcode(axes=tuple(arguments.axes), deviation=arguments.line_deviation, **values)
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.checks import number, one_of, optional, positive, shown
+from ..base.checks import not_negative, number, one_of, optional, positive, shown
 from ..models.geometry import dgm, igm
 from ..paths.machine import Machine
 from ..paths.timing.timed_path import TimedPath
@@ -20,6 +20,7 @@ from ..paths.timing.timed_path import TimedPath
 INSIDE = np.arange(1, 8) / 8  # of a line, where deviation and speed are measured
 USED = 0.8  # of the deviation and the speed error, which lines use; rounding takes the rest
 MOST_LINES = 10**6
+AXES = list("XYZABCUVW")
 STILL = 1e-12  # rad, by which joints that rest may seem to move
 
 
@@ -76,6 +77,9 @@ class Gcode:
         M3 and M5; the angles of a servo, M280; or heights of an axis Z, mm.
     down, up : float, optional
         S of M3, angles of the servo, or heights.
+    approach : float
+        rad, from so far below both joints come to where the pen goes down, by rapid moves: a
+        backlash is on one side then, as long as the joints turn on.
 
     Examples
     --------
@@ -96,6 +100,7 @@ class Gcode:
     pen: str | None = None
     down: float | None = None
     up: float | None = None
+    approach: float = 0.0
 
     def __post_init__(self) -> None:
         one_of(*FIRMWARES)(self.firmware, "Gcode: firmware")
@@ -107,15 +112,11 @@ class Gcode:
         optional(positive)(self.max_feed, "Gcode: max_feed")
         positive(self.deviation, "Gcode: deviation")
         number(self.speed_error, "Gcode: speed_error", 1e-6, 1.0)
-        letters = self.axes
-        if (
-            len(letters) != 2
-            or len(set(letters)) != 2
-            or any(letter not in list("XYZABCUVW") for letter in letters)
-        ):
+        letters = self.axes if isinstance(self.axes, list | tuple | str) else ()
+        known = [letter for letter in letters if letter in AXES]
+        if len(letters) != 2 or len(known) != 2 or letters[0] == letters[1]:
             raise ValueError(
-                f"Gcode: axes must be two letters of X, Y, Z, A, B, C, U, V, W, not"
-                f" {shown(letters)}"
+                f"Gcode: axes must be two letters of {', '.join(AXES)}, not {shown(self.axes)}"
             )
         object.__setattr__(self, "axes", tuple(letters))
         if (self.unit in ("steps", "mm")) != (self.per_turn is not None):
@@ -140,6 +141,7 @@ class Gcode:
                 f"Gcode: pen={self._pen!r} needs down and up, the angles of its servo; or take"
                 " pen='M3' or pen='Z'"
             )
+        not_negative(self.approach, "Gcode: approach")
         for name in ("down", "up"):
             optional(number)(getattr(self, name), f"Gcode: {name}")
 
@@ -205,7 +207,8 @@ def gcode(motion: TimedPath, machine: Machine | None = None, dialect: Gcode | No
     values = np.round(values, decimals) + 0.0  # without -0
     _refuse_fast(t, values, dialect)
     head = _head(motion, machine, dialect, t)
-    return "\n".join([*head, *_lines(motion, dialect, t, values, decimals)]) + "\n"
+    back = dialect.approach * scale / np.array(machine.ratio)
+    return "\n".join([*head, *_lines(motion, dialect, t, values, decimals, back)]) + "\n"
 
 
 def _in_range(machine, q):
@@ -333,7 +336,7 @@ def _head(motion, machine, dialect, t):
     return [*(mark.format(line) for line in about), "G21", "G90"]
 
 
-def _lines(motion, dialect, t, values, decimals):
+def _lines(motion, dialect, t, values, decimals, back):
     up, down = dialect.pen_commands
     dwell = "G4 " + FIRMWARES[dialect.firmware].dwell
     x, y = dialect.axes
@@ -353,6 +356,9 @@ def _lines(motion, dialect, t, values, decimals):
     for k, seconds in enumerate(np.diff(t).tolist()):
         if pen.get(k, is_down) != is_down:
             is_down = not is_down
+            if is_down and dialect.approach:
+                yield f"G0 {place(values[k] - back)}"
+                yield f"G0 {place(values[k])}"
             yield down if is_down else up
         if rests[k]:
             yield f"{dwell}{seconds:.6g}"

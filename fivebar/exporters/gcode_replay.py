@@ -156,10 +156,10 @@ class _Reader:
             self.at[axis] = values[axis]
         place = self._place()
         if code == "G0":
-            if self.rows:
-                raise ValueError(f"joint G-code, line {number}: a rapid move has no known time")
-            self.start = place
+            if not self.rows:
+                self.start = place
             return
+        self._refuse_jump(before, number)
         if self.inverse:
             self.feed = None  # G93 wants an F in each line
         self.feed = values.get("F", self.feed)
@@ -169,6 +169,14 @@ class _Reader:
             )
         way = 1.0 if self.inverse else float(np.hypot(*np.subtract(place, before)))
         self._add(60 * way / self.feed)
+
+    def _refuse_jump(self, before, number):
+        """Refuse rapid moves on the way that do not come back, as their time is not known."""
+        last = self.rows[-1][1:3] if self.rows else self.start
+        if last is not None and last != before:
+            raise ValueError(
+                f"joint G-code, line {number}: rapid moves before it led from {last} to {before}"
+            )
 
     def _place(self):
         return tuple(self.at[axis] for axis in self.dialect.axes)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.checks import not_negative, number, optional, positive, shown, whole
+from ..base.checks import instance, not_negative, number, optional, positive, shown, whole
 from ..base.presentation import Plotted
 from ..base.representation import one_line, vector
 from .pieces import ORDERS, Arc, Line, Piece, Polynomial, derivatives, on_arcs
@@ -154,6 +154,7 @@ class Path(Plotted):
             tuple(Stop(*each) for each in sorted(rests.items())),
         )
         if self.tool is not None:
+            instance("MountedTool")(self.tool, "Path: tool")
             self.tool.refuse_unreached(self)
 
     def __repr__(self) -> str:

@@ -38,6 +38,7 @@ DIALECTS = {
     "linuxcnc": fb.Gcode(firmware="linuxcnc", axes=("A", "B"), pen="Z", speed_error=0.003),
     "marlin": fb.Gcode(firmware="marlin"),
     "servo": fb.Gcode(firmware="reprapfirmware", pen="servo", down=30.0, up=70.0),
+    "approach": fb.Gcode(approach=0.05),
     "coarse": fb.Gcode(deviation=1e-3, speed_error=0.3),
 }
 
@@ -106,6 +107,17 @@ def test_what_firmware_cannot_do_is_refused(motion):
     metres = fb.export(slide, "gcode", dialect=fb.Gcode(unit="rad"))
     program = read_joint_gcode(metres, fb.Gcode(unit="rad"))
     assert replayed(program, slide, dialect=fb.Gcode(unit="rad")).deviation < 2e-5
+
+
+def test_joints_come_from_one_side(motion):
+    text = fb.export(motion, "gcode", machine=PLOTCLOCK, dialect=fb.Gcode(approach=math.radians(3)))
+    found = re.findall(r"G0 X(\S+) Y(\S+)\nG0 X(\S+) Y(\S+)\nM3", text)
+    assert len(found) == 2
+    for low_x, low_y, x, y in found:
+        assert float(x) - float(low_x) == pytest.approx(3, abs=1e-3)
+        assert float(y) - float(low_y) == pytest.approx(3, abs=1e-3)
+    with pytest.raises(ValueError, match="line 4: rapid moves before it led"):
+        read_joint_gcode("G0 X0 Y0\nG1 X1 Y1 F60\nG0 X5 Y5\nG1 X2 Y2 F60\n")
 
 
 @pytest.mark.parametrize(

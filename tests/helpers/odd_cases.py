@@ -267,7 +267,7 @@ CASES = {
     ),
     "Path": Case(
         fb.Path,
-        dict(pieces=STROKE.pieces, pen=(True,) * len(STROKE.pieces), dwells={0.0: 0.1}, feed=None, notes=(), lines=None),
+        dict(pieces=STROKE.pieces, pen=(True,) * len(STROKE.pieces), dwells={0.0: 0.1}, feed=None, notes=(), lines=None, tool=None),
         words=("Path:", "pieces"),
     ),
     "Machine": Case(
@@ -282,7 +282,7 @@ CASES = {
         fb.Gcode,
         dict(
             firmware="grbl", axes=("X", "Y"), unit="steps", per_turn=3200.0, gear=2.0, feed="units", deviation=1e-5,
-            speed_error=0.01, max_feed=1e4, pen="M3", down=1000.0, up=0.0,
+            speed_error=0.01, max_feed=1e4, pen="M3", down=1000.0, up=0.0, approach=0.1,
         ),
         options={"firmware": ["marlin", "grbl2"], "unit": ["deg", "mm"], "pen": ["Z", "servo"], "feed": ["inverse"]},
     ),
