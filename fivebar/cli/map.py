@@ -143,11 +143,19 @@ def _map_of_tool(arguments, machine):
     saved(tool_map(machine.tool, machine.robot), arguments.out)
     regions = tool_regions(machine.tool, machine.robot)
     if arguments.json:
-        names = ("number", "working", "assembly", "area")
-        print_json({"tool": [{name: getattr(r, name) for name in names} for r in regions]})
+        print_json({"tool": [_region_as_json(region) for region in regions]})
         return
     _print_regions("region", regions)
     print_files([arguments.out])
+
+
+def _region_as_json(region):
+    return {
+        "number": region.number,
+        "working": region.working,
+        "assembly": region.assembly,
+        "area_m2": region.area,
+    }
 
 
 def _print_regions(name, regions):

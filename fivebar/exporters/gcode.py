@@ -202,13 +202,15 @@ def gcode(motion: TimedPath, machine: Machine | None = None, dialect: Gcode | No
         )
     scale = machine.scale(dialect.unit, dialect.per_turn) * dialect.gear
     t = _line_ends(motion, dialect)
-    values = machine.readings(_in_range(machine, motion.joints(t)[0])) * scale
+    q, _ = motion.joints(t)
+    values = machine.readings(_in_range(machine, q)) * scale
     decimals = _decimals(motion, machine, dialect, t, scale)
     values = np.round(values, decimals) + 0.0  # without -0
     _refuse_fast(t, values, dialect)
     head = _head(motion, machine, dialect, t)
     back = dialect.approach * scale / np.array(machine.ratio)
-    return "\n".join([*head, *_lines(motion, dialect, t, values, decimals, back)]) + "\n"
+    lines = _lines(motion, dialect, t, values, decimals, back)
+    return "\n".join([*head, *lines]) + "\n"
 
 
 def _in_range(machine, q):
@@ -226,15 +228,19 @@ def _in_range(machine, q):
 
 def _line_ends(motion, dialect):
     """Return the times (n,) at which lines end, in order, from 0 to the duration."""
-    edges = [np.array([0.0, motion.duration]), motion.pen_changes[0]]
-    leaves = np.interp([stop.s for stop in motion.path.stops], motion.s, motion.times)
-    waits = np.array([stop.seconds for stop in motion.path.stops])
-    edges += [leaves, leaves - waits]
-    t = np.unique(np.clip(np.concatenate(edges), 0.0, motion.duration))
-    t = t[np.append(True, np.diff(t) > STILL * motion.duration)]
-    allowed = dialect.deviation * USED, dialect.speed_error * USED * _largest_speed(motion)
+    stops = motion.path.stops
+    leaves = np.interp([stop.s for stop in stops], motion.s, motion.times)
+    arrives = leaves - [stop.seconds for stop in stops]
+    pen_changes, _ = motion.pen_changes
+    edges = np.concatenate([[0.0, motion.duration], pen_changes, leaves, arrives])
+    t = np.unique(np.clip(edges, 0.0, motion.duration))
+    same = np.diff(t) <= STILL * motion.duration
+    t = t[~np.append(False, same)]
+    most_off = USED * dialect.deviation
+    most_faster = USED * dialect.speed_error * _largest_speed(motion)
     while True:
-        lacks = np.maximum(*(each / limit for each, limit in zip(_errors(motion, t), allowed)))
+        off, faster = _errors(motion, t)
+        lacks = np.maximum(off / most_off, faster / most_faster)
         if lacks.max() <= 1:
             return t
         # Errors go with the first or the second power of the time: parts for the first are enough.
@@ -245,8 +251,10 @@ def _line_ends(motion, dialect):
                 f" and a speed error of {dialect.speed_error:g}: allow more of them"
             )
         starts = np.repeat(t[:-1], parts)
-        k = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
-        t = np.append(starts + np.repeat(np.diff(t) / parts, parts) * k, t[-1])
+        steps = np.repeat(np.diff(t) / parts, parts)
+        firsts = np.repeat(np.cumsum(parts) - parts, parts)
+        number_in_line = np.arange(len(steps)) - firsts
+        t = np.append(starts + steps * number_in_line, t[-1])
 
 
 def _largest_speed(motion):
@@ -264,16 +272,30 @@ def tip_motion(motion: TimedPath, t: np.ndarray) -> tuple[np.ndarray, np.ndarray
 def _errors(motion, t):
     """Return deviation, m, and speed error, m/s, on each line between times t: (2, n - 1)."""
     q = motion.robot.continuous(motion.joints(t)[0])
-    h = np.diff(t)[:, None]
-    slope = np.diff(q, axis=0) / h
-    times = (t[:-1, None] + h * INSIDE).ravel()
-    lined = q[:-1, None] + slope[:, None] * (h * INSIDE)[..., None]
-    tip, velocity = tip_motion(motion, times)
-    place, speed = moved_tip(motion, lined.reshape(-1, 2), np.repeat(slope, len(INSIDE), axis=0))
-    off = np.linalg.norm(place - tip, axis=-1)
-    faster = np.abs(np.linalg.norm(speed, axis=-1) - np.linalg.norm(velocity, axis=-1))
+    _, _, off, faster = along_lines(motion, t, q)
     lacks = np.nan_to_num(np.stack([off, faster]), nan=np.inf)
     return lacks.reshape(2, -1, len(INSIDE)).max(axis=2)
+
+
+def along_lines(
+    motion: TimedPath, t: np.ndarray, q: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return times, places, m, and by how much these and the speeds are off, m and m/s.
+
+    With the joints on straight lines from q (n, 2) to q at times t (n,); nan where they do not
+    close.
+    """
+    since = np.diff(t)[:, None] * INSIDE
+    rates = np.diff(q, axis=0) / np.diff(t)[:, None]
+    times = (t[:-1, None] + since).ravel()
+    lined = q[:-1, None] + rates[:, None] * since[..., None]
+    own_rates = np.repeat(rates, len(INSIDE), axis=0)
+    place, velocity = moved_tip(motion, lined.reshape(-1, 2), own_rates)
+    tip, wanted = tip_motion(motion, times)
+    off = np.linalg.norm(place - tip, axis=-1)
+    speed = np.linalg.norm(velocity, axis=-1)
+    faster = np.abs(speed - np.linalg.norm(wanted, axis=-1))
+    return times, place, off, faster
 
 
 def moved_tip(motion: TimedPath, q: np.ndarray, q_dot: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -289,11 +311,15 @@ def moved_tip(motion: TimedPath, q: np.ndarray, q_dot: np.ndarray) -> tuple[np.n
 def _decimals(motion, machine, dialect, t, scale):
     """Return so many decimals of the axes that rounding takes little of what is allowed."""
     q, _ = motion.joints(t)
-    steep = max(np.abs(moved_tip(motion, q, np.eye(2)[[k] * len(q)])[1]).max() for k in (0, 1))
-    steep *= 2 * max(map(abs, machine.ratio)) / scale
-    h = np.diff(t).min()
-    off = min(dialect.deviation, dialect.speed_error * _largest_speed(motion) * h)
-    return int(np.clip(np.ceil(-np.log10((1 - USED) * off / (2 * steep))), 0, 9))
+    steepest = 0.0
+    for rates in np.eye(2):
+        velocity = moved_tip(motion, q, np.tile(rates, (len(q), 1)))[1]
+        steepest = max(steepest, np.abs(velocity).max())
+    moved_by_unit = 2 * steepest * max(map(abs, machine.ratio)) / scale
+    shortest = np.diff(t).min()
+    most_off = min(dialect.deviation, dialect.speed_error * _largest_speed(motion) * shortest)
+    rounding = (1 - USED) * most_off / (2 * moved_by_unit)
+    return int(np.clip(np.ceil(-np.log10(rounding)), 0, 9))
 
 
 def _refuse_fast(t, values, dialect):

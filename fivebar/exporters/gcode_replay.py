@@ -12,7 +12,7 @@ from ..base.errors import UnreachableError
 from ..base.representation import one_line
 from ..paths.machine import Machine
 from ..paths.timing.timed_path import TimedPath
-from .gcode import FIRMWARES, INSIDE, Gcode, moved_tip, tip_motion
+from .gcode import FIRMWARES, INSIDE, Gcode, along_lines, tip_motion
 
 WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 COMMENT = re.compile(r"\([^()]*\)|;.*")
@@ -202,21 +202,16 @@ def replayed(
     machine = Machine(robot) if machine is None else machine
     scale = machine.scale(dialect.unit, dialect.per_turn) * dialect.gear
     q = machine.angles(program.axes / scale)
-    h = np.diff(program.t)[:, None]
-    slope = np.diff(q, axis=0) / h
-    times = (program.t[:-1, None] + h * INSIDE).ravel()
-    lined = q[:-1, None] + slope[:, None] * (h * INSIDE)[..., None]
-    place, velocity = moved_tip(motion, lined.reshape(-1, 2), np.repeat(slope, len(INSIDE), axis=0))
+    times, place, off, faster = along_lines(motion, program.t, q)
     if not np.isfinite(place).all():
         raise UnreachableError("joint G-code: its joints cannot be reached", np.nan)
-    tip, wanted = tip_motion(motion, times)
+    _, wanted = tip_motion(motion, times)
     speed = np.linalg.norm(wanted, axis=-1)
-    faster = np.abs(np.linalg.norm(velocity, axis=-1) - speed)
-    middle = program.t[:-1] + h[:, 0] / 2
+    middle = (program.t[:-1] + program.t[1:]) / 2
     return Replay(
         times,
         place,
-        np.linalg.norm(place - tip, axis=-1),
+        off,
         np.repeat(program.down, len(INSIDE)),
         float(faster.max() / speed.max()),
         float(program.t[-1]),

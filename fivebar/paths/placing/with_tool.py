@@ -24,6 +24,7 @@ from ..tool import MountedTool, Tool
 
 NODES = 480  # on the longer side of the grid
 LEAST = 40  # cells: a smaller region is the rounding of the grid
+DIAGONAL = 2**0.5  # of a cell: by so much a boundary may be nearer than its first node
 SAMPLES = 160  # of a path that is placed
 FEW = 24  # of them, with which the search begins
 SHIFTS = 16  # a side, tried for each turn
@@ -102,17 +103,24 @@ def tool_regions(
             for value in constraints.clearances(pose).values():
                 kept &= value >= 0
         for assembly in (-1, 1):
-            parts, count = label(kept & (np.sign(pose.det_A) == -assembly))
-            for part in range(1, count + 1):
-                inside = parts == part
-                if inside.sum() < LEAST:
-                    continue
-                depth = distance_transform_edt(inside) - distance_transform_edt(~inside)
-                area = float(inside.sum() * step**2)
-                clearance = (depth - 2**0.5) * step
-                found.append(ToolRegion(0, mounted, assembly, area, low, step, clearance))
+            here = kept & (np.sign(pose.det_A) == -assembly)
+            for clearance, area in _connected(here, step):
+                region = ToolRegion(0, mounted, assembly, area, low, step, clearance)
+                found.append(region)
     found.sort(key=lambda region: -region.area)
     return [replace(region, number=k) for k, region in enumerate(found, 1)]
+
+
+def _connected(here, step):
+    """Yield the clearance, m, on the grid and the area, m^2, of each connected part."""
+    parts, count = label(here)
+    for part in range(1, count + 1):
+        inside = parts == part
+        nodes = int(inside.sum())
+        if nodes < LEAST:
+            continue
+        depth = distance_transform_edt(inside) - distance_transform_edt(~inside)
+        yield (depth - DIAGONAL) * step, nodes * step**2
 
 
 def _box(mounted):
