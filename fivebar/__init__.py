@@ -42,6 +42,7 @@ _MODULES = {
     "friction_torques": "models.loads",
     "from_csv": "planning.samples",
     "from_log": "estimation.logs.measured_runs",
+    "Gcode": "exporters.gcode",
     "gravity_torques": "models.dynamics",
     "Identification": "estimation.identification.result",
     "identify": "estimation.identification.identify",
@@ -98,6 +99,7 @@ _MODULES = {
     "TimedPath": "paths.timing.timed_path",
     "TimingError": "paths.timing.time_path",
     "tip_error": "estimation.calibration.tip_error",
+    "Tool": "paths.tool",
     "Tracker": "control.tracker",
     "Trajectory": "planning.trajectory",
     "UnreachableError": "base.errors",
@@ -142,6 +144,7 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .estimation.logs.measured_runs import from_log
     from .estimation.logs.replays import replay
     from .exporters.export import export
+    from .exporters.gcode import Gcode
     from .models.compiled import compile
     from .models.dynamics import (
         dynamic_model,
@@ -169,6 +172,7 @@ if _typing.TYPE_CHECKING:  # the same names, for a type checker
     from .paths.reading.read import path
     from .paths.timing.time_path import TimingError, time_path
     from .paths.timing.timed_path import TimedPath
+    from .paths.tool import Tool
     from .planning.crossing import crossing_polynomial
     from .planning.plan import Collocation, plan
     from .planning.plans import Plan

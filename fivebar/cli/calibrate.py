@@ -11,8 +11,8 @@ from pathlib import Path
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from ..base.tables import written
-from .options import JSON, add_options, number, parse_values, print_json, usage_errors
-from .robot_options import add_robot_options, chosen_machine
+from .options import JSON, WORKING, add_options, number, parse_values, print_json, usage_errors
+from .robot_options import add_robot_options, machine_without_tool
 
 UNITS = {"": 1.0, "m": 1.0, "mm": 1e-3, "um": 1e-6, "rad": 1.0, "deg": math.pi / 180}
 OPTIONS = JSON | {
@@ -29,6 +29,8 @@ OPTIONS = JSON | {
     "--mend": "put right the mistakes found in the data, and say so",
     "--keep": "look for no mistakes in the data",
     "--profile": "95 %% intervals by profile likelihood, too",
+    "--sheet A4|A5": "write a test drawing, and a table for a ruler to fill in, instead",
+    WORKING: "of the test drawing: working modes",
     "--out FOLDER": "calibration.png, .json, .txt, and robot.toml go there",
 }
 
@@ -41,18 +43,49 @@ def add_parsers(commands: _SubParsersAction) -> None:
         " assembly, sigma."
     )
     parser = commands.add_parser("calibrate", description=words)
-    parser.add_argument("data", metavar="DATA.csv")
+    parser.add_argument("data", metavar="DATA.csv", nargs="?")
     add_options(parser, OPTIONS)
     add_robot_options(parser)
     parser.set_defaults(run=_calibrate)
+
+
+def _write_sheet(arguments, machine):
+    """Write the test drawing and the table for the ruler, and say what to do with them."""
+    from ..estimation.calibration.sheet import sheet
+    from ..paths.placing.fitting_in import bounds
+
+    if arguments.data is not None:
+        raise UsageError("--sheet writes a drawing: it goes without measured data")
+    with usage_errors(ValueError):
+        drawn = sheet(machine, arguments.sheet, arguments.working)
+    folder = Path(arguments.out or "fivebar-sheet")
+    drawing, table = folder / "sheet.csv", folder / "distances.csv"
+    with locked_folder(folder):
+        drawn.drawing_to_csv(drawing)
+        drawn.distances_to_csv(table)
+    x, y = bounds(drawn.path).mean(axis=0)
+    signs = " ".join(map(str, drawn.working))
+    robot = f"--robot {arguments.robot}"
+    print(f"{drawing}\n{table}")
+    print(
+        f"draw it:      fivebar draw {drawing} {robot} --at {x:.6g} {y:.6g} --working {signs}"
+        f" --deviation 0\nmeasure the {len(drawn.pairs)} distances between crosses, in mm, into"
+        f" {table}; A1 is below on the left\ncalibrate:    fivebar calibrate {table} {robot}"
+        " --sigma 0.0003 --out calibrated"
+    )
 
 
 def _calibrate(arguments):
     from ..estimation.calibration.calibrate import DEFAULT, LOSSES, calibrate, known_names
     from ..estimation.calibration.measured_robot import mounting_of
 
-    machine = chosen_machine(arguments)
+    machine = machine_without_tool(arguments)
     robot = machine.robot
+    if arguments.sheet is not None:
+        _write_sheet(arguments, machine)
+        return
+    if arguments.data is None:
+        raise UsageError("calibrate needs a file of measured data, or --sheet A5")
     if not Path(arguments.data).exists():
         raise UsageError(f"no file {arguments.data!r}")
     if not robot.turns:

@@ -8,12 +8,14 @@ import sys
 from argparse import _SubParsersAction
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..base.checks import not_negative, positive
-from ..base.errors import UsageError
+from ..base.errors import UnreachableError, UsageError
 from ..base.folders import locked_folder
+from .draw_gcode import GCODE, Drawn, dialect_of, machine_of_axes, written_gcode
 from .options import (
     JSON,
     WORKING,
@@ -31,6 +33,7 @@ MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
 USUAL = {"acceleration": 0.5, "speed": 0.1}  # m/s^2, m/s: where no limit is given
 LARGE_ERROR = 0.01  # of a drawing's size: beyond, it is not what was asked for
 STEP = 1e-3  # s, of the simulation
+SAMPLES = 2001  # of the motion, for backlash
 DRAWING = {
     "--example": "the word fivebar, shipped with this package",
     "--units UNIT": "of a file that does not name them: mm, in, px, m",
@@ -67,9 +70,13 @@ OUTPUT = JSON | {
     "--period S": "of the tracker (default: 0.005, or as the fastest motion asks)",
     "--rate HZ": (1000.0, "of the setpoints"),
     "--angles rad|deg|counts": ("rad", "of the setpoints"),
+    "--drive NAME": "drives.csv of dynamixel, dynamixel-extended, odrive, moteus, or counts a turn",
+    "--zero-counts Q1 Q2": "what the drives are told where the readings are 0",
+    "--wrap": "drives' counts by whole turns into their range",
+    "--binary": "drives.bin, 32 bits, in place of drives.csv",
     "--out DIR": (
         Path("fivebar-draw"),
-        "folder for drawing.png, setpoints.csv, run.csv and proof.json",
+        "folder for drawing.png, proof.json, and setpoints.csv and run.csv or drawing.nc",
     ),
 }
 
@@ -88,30 +95,24 @@ def add_parsers(commands: _SubParsersAction) -> None:
     add_options(draw, DRIVES, "drives", words)
     words = "that all robots within the tolerance reach it, in their mode"
     add_options(draw, PROOF, "proof", words)
+    words = "joint angles for a controller that does not know the robot; with --format gcode"
+    add_options(draw, GCODE, "G-code", words)
     add_options(draw, OUTPUT)
     add_robot_options(draw)
     draw.set_defaults(run=_draw)
 
 
 def _draw(arguments):
-    from ..control.matched import matched, peak_acceleration, period_for
-    from ..models.geometry import igm
-    from ..models.kinematics import ikm
     from ..paths import strokes
     from ..paths.placing.fitting_in import bounds
-    from ..paths.setpoints import setpoints
-    from ..simulation.comparison import peak_name
-    from ..simulation.settings import Measurement
-    from ..simulation.simulate import simulate
 
-    machine = chosen_machine(arguments)
-    robot = machine.robot
+    dialect = dialect_of(arguments)
+    machine = machine_of_axes(arguments, chosen_machine(arguments), dialect)
     counts = arguments.counts_per_turn
     if arguments.angles == "counts" and counts is None:
         raise UsageError("--angles counts needs --counts-per-turn")
     with usage_errors(ValueError):
         resolution = None if counts is None else 2 * np.pi / positive(counts, "--counts-per-turn")
-        measurement = Measurement(arguments.delay, resolution)
         pen_time = not_negative(arguments.pen_time, "--pen-time")
         backlash = not_negative(arguments.backlash or 0.0, "--backlash")
     path = _read(arguments)
@@ -119,8 +120,61 @@ def _draw(arguments):
     path, working, share = _placed(arguments, machine, path)
     path = strokes.with_pen_time(path, pen_time) if pen_time else path
     check = _checked(arguments, machine, path, working)
-    proof = _proved(arguments, robot, path, working) if check.singularity_free else None
+    proof = _proved(arguments, machine.robot, path, working) if check.singularity_free else None
     motion, drives = _timed(arguments, machine, path, working)
+    figures = {
+        "strokes": len(strokes.runs(np.array(path.pen))),
+        "drawn_m": sum(piece.length for piece, pen in zip(path.pieces, path.pen) if pen),
+        "working": list(working),
+        "largest_scale": share,
+        "middle": machine.frame(bounds(path).mean(axis=0)).tolist(),
+        "duration_s": motion.duration,
+        "lower_bound_s": motion.lower_bound,
+        "smallest_margin": check.min_margin,
+        "certified": proof is not None and proof.proved,
+        "backlash_error_m": _backlash_error(motion, backlash),
+    }
+    if dialect is not None:
+        drawn, files = written_gcode(arguments, machine, motion, dialect)
+    elif not _has_inertia(machine.robot):
+        drawn, files = None, []
+        words = "it has no inertia, so it is not simulated: there is no run.csv"
+        print_notes(arguments.robot, [words])
+    else:
+        drawn, files = _simulated(arguments, machine, motion, drives, resolution)
+    figures |= {} if drawn is None else drawn.figures
+    with locked_folder(arguments.out):
+        if dialect is None:
+            files = [*_setpoints(arguments, machine, motion), *files]
+        files.insert(0, _picture(arguments, machine, motion, drawn))
+        certificate = arguments.out / "proof.json"
+        certificate.unlink(missing_ok=True)  # that of an earlier drawing would be false
+        if figures["certified"]:
+            files.append(certificate)
+            proof.to_json(certificate)
+    if arguments.json:
+        print_json({**figures, "notes": list(path.notes), "files": files})
+        return
+    _print(arguments, machine, figures)
+    print_files(files)
+
+
+def _has_inertia(robot):
+    return min(*robot.inertias, robot.m) > 0
+
+
+def _simulated(arguments, machine, motion, drives, resolution):
+    """Return what the simulated robot draws, and its file."""
+    from ..control.matched import matched, peak_acceleration, period_for
+    from ..models.geometry import igm
+    from ..models.kinematics import ikm
+    from ..simulation.comparison import peak_name
+    from ..simulation.settings import Measurement
+    from ..simulation.simulate import simulate
+
+    robot, working = machine.robot, motion.working
+    with usage_errors(ValueError):
+        measurement = Measurement(arguments.delay, resolution)
     start = ikm(igm(robot, motion(0.0)[0], working), (0.0, 0.0))
     peak = peak_acceleration(motion, 0.0, motion.duration)
     period = period_for(robot, peak) if arguments.period is None else arguments.period
@@ -135,23 +189,13 @@ def _draw(arguments):
         torque_limit=drives.motors or (drives.torque and drives.torque[0]),
         measurement=measurement,
     )
-    table = setpoints(robot, motion, arguments.rate, working)
     down = motion.pen(run.t)
-    error = np.linalg.norm(run.error, axis=1)
+    tip = _tip(motion, run.xi)
+    off = np.linalg.norm(tip - _tip(motion, run.xi_ref), axis=1)
     figures = {
-        "strokes": len(strokes.runs(down)),
-        "drawn_m": sum(piece.length for piece, pen in zip(path.pieces, path.pen) if pen),
-        "working": list(working),
-        "largest_scale": share,
-        "middle": machine.frame(bounds(path).mean(axis=0)).tolist(),
-        "duration_s": motion.duration,
-        "lower_bound_s": motion.lower_bound,
         "period_s": period,
         "peak_acceleration": peak,
-        "smallest_margin": check.min_margin,
-        "certified": proof is not None and proof.proved,
-        "max_error_m": float(error[down].max()),
-        "backlash_error_m": _backlash_error(robot, run.xi_ref[down], working, backlash),
+        "max_error_m": float(off[down].max()),
         peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
     }
     size = np.ptp(run.xi_ref[down], axis=0).max()
@@ -162,17 +206,19 @@ def _draw(arguments):
             " a shorter --period",
             file=sys.stderr,
         )
-    files = _written(arguments, machine, path, working, run, table, down, error)
-    certificate = arguments.out / "proof.json"
-    certificate.unlink(missing_ok=True)  # that of an earlier drawing would be false
-    if figures["certified"]:
-        files.append(certificate)
-        proof.to_json(certificate)
-    if arguments.json:
-        print_json({**figures, "notes": list(path.notes), "files": files})
-        return
-    _print(arguments, machine, figures)
-    print_files(files)
+    file = arguments.out / "run.csv"
+    with locked_folder(arguments.out):
+        run.to_csv(file)
+    return Drawn(tip, off, down, figures), [file]
+
+
+def _tip(motion, xi):
+    """Return where the tool is (n, 2), m, with joint C at xi."""
+    from ..models.geometry import igm
+
+    if motion.path.tool is None:
+        return xi
+    return motion.path.tool.tool.point(igm(motion.robot, xi, motion.working))
 
 
 def _read(arguments):
@@ -203,13 +249,21 @@ def _placed(arguments, machine, path):
         first = Placement((0.0, 0.0), turn, scale)(path)
         shift = to_robot(arguments.at) - bounds(first).mean(axis=0)
         placed = Placement(tuple(shift.tolist()))(first)
-        return placed, _modes(arguments, machine, placed), None
+        working = _modes(arguments, machine, placed)
+        return _led(machine, placed, working), working, None
     if not robot.turns:
         raise UsageError("a biglide's aspects have no ends to fit into: say where with --at X Y")
     scale = None if arguments.fit else scale
     kept = replace(_on_poses(machine), clearance=arguments.margin)
-    fit = fitted_in(robot, path, turn, scale, arguments.working, kept)
-    return fit.placement(path), fit.aspect.working, fit.scale * machine.frame.scale
+    fit = fitted_in(robot, path, turn, scale, arguments.working, kept, machine.tool)
+    working = fit.aspect.working
+    placed = _led(machine, fit.placement(path), working)
+    return placed, working, fit.scale * machine.frame.scale
+
+
+def _led(machine, path, working):
+    """Return the path of joint C that leads the machine's tool along a path."""
+    return path if machine.tool is None else machine.tool.path(machine.robot, path, working)
 
 
 def _on_poses(machine):
@@ -225,7 +279,17 @@ def _modes(arguments, machine, path):
 
     modes = [tuple(arguments.working)] if arguments.working else MODES
     robot, kept = machine.robot, _on_poses(machine)
-    checks = {mode: check_path(robot, path.at_unit_speed, mode, None, kept) for mode in modes}
+    checks = {}
+    refused: Any = None
+    for mode in modes:
+        try:
+            led = _led(machine, path, mode).at_unit_speed
+        except UnreachableError as error:  # of a tool
+            refused = error
+            continue
+        checks[mode] = check_path(robot, led, mode, None, kept)
+    if not checks:
+        raise refused
     free = {mode: check for mode, check in checks.items() if not check.broken}
     margins = {mode: check.min_margin for mode, check in free.items() if check.singularity_free}
     possible = [mode for mode, check in free.items() if _may_cross(arguments, check)]
@@ -243,7 +307,7 @@ def _may_cross(arguments, check):
 def _met(machine, path, check):
     """Return in words where a path meets the first singularity."""
     s = check.leaves if check.time is None else check.time
-    x, y = 1e3 * machine.frame(path(s)[0])
+    x, y = 1e3 * machine.frame(path.drawn(s)[0])
     what = "leaves the workspace" if check.leaves == s else f"meets Type {int(check.type)}"
     line = path.line_of(s)
     where = f" (line {line})" if line else ""
@@ -299,7 +363,7 @@ def _checked(arguments, machine, path, working):
         where = f"in working modes {working} {_met(machine, path, check)}"
         raise ValueError(f"{arguments.drawing}: it cannot be drawn there: {where}")
     for each in check.broken[:1]:
-        x, y = 1e3 * machine.frame(path(each.worst)[0])
+        x, y = 1e3 * machine.frame(path.drawn(each.worst)[0])
         raise ValueError(
             f"{arguments.drawing}: it cannot be drawn there: {arguments.robot} has the constraint"
             f" {each.what}, which is violated by {each.by:.4g} at ({x:.4g}, {y:.4g}) mm"
@@ -307,13 +371,13 @@ def _checked(arguments, machine, path, working):
     return check
 
 
-def _backlash_error(robot, xi, working, backlash):
+def _backlash_error(motion, backlash):
     """Return how far the tip may be off, m, where both joints are off by half of the backlash."""
-    from ..models.geometry import igm
-
     if not backlash:
         return 0.0
-    J = igm(robot, xi, working).J
+    t = np.linspace(0.0, motion.duration, SAMPLES)
+    pose = motion.accelerations(t[motion.pen(t)]).rates.pose
+    J = pose.J if motion.path.tool is None else motion.path.tool.tool.jacobian(pose)
     worst = np.maximum(
         np.linalg.norm(J[..., 0] + J[..., 1], axis=-1),
         np.linalg.norm(J[..., 0] - J[..., 1], axis=-1),
@@ -334,28 +398,45 @@ def _proved(arguments, robot, path, working):
     return proof
 
 
-def _written(arguments, machine, path, working, run, table, down, error):
-    """Write the picture, the setpoints and the run; return their files."""
+def _setpoints(arguments, machine, motion):
+    """Write the set-points and return their files."""
+    from ..paths.setpoints import setpoints
+
+    files = [arguments.out / "setpoints.csv"]
+    table = setpoints(machine.robot, motion, arguments.rate, motion.working)
+    counts = arguments.counts_per_turn if arguments.angles == "counts" else None
+    table.to_csv(files[0], arguments.angles, machine, counts)
+    if arguments.drive is not None:
+        with usage_errors(ValueError):
+            drive = float(arguments.drive) if arguments.drive[:1].isdigit() else arguments.drive
+            files.append(arguments.out / f"drives.{'bin' if arguments.binary else 'csv'}")
+            table.to_drives(files[1], drive, machine, arguments.zero_counts, arguments.wrap)
+    return files
+
+
+def _picture(arguments, machine, motion, drawn):
+    """Write the picture and return its file."""
     from ..base.tables import saved
     from ..paths import strokes
     from ..visualization.plot.drawing import drawing
 
-    files = [arguments.out / name for name in ("drawing.png", "setpoints.csv", "run.csv")]
-    rows = strokes.runs(down)
+    rows = [] if drawn is None else strokes.runs(drawn.down)
+    title = f"drawn in {motion.duration:.4g} s"
+    if drawn is not None:
+        title += f", within {1e6 * drawn.off[drawn.down].max():.3g} µm"
     picture = drawing(
         machine.robot,
-        working,
-        strokes.outlines(path),
-        [run.xi[row] for row in rows],
-        [error[row] for row in rows],
-        f"drawn in {run.t[-1]:.4g} s, within {1e6 * error[down].max():.3g} µm",
+        motion.working,
+        strokes.outlines(motion.path.drawn),
+        [drawn.tip[row] for row in rows],
+        [drawn.off[row] for row in rows],
+        title,
+        machine.tool,
+        "the G-code" if arguments.format == "gcode" else "the simulated robot",
     )
-    with locked_folder(arguments.out):
-        saved(picture, files[0], dpi=150)
-        counts = arguments.counts_per_turn if arguments.angles == "counts" else None
-        table.to_csv(files[1], arguments.angles, machine, counts)
-        run.to_csv(files[2])
-    return files
+    file = arguments.out / "drawing.png"
+    saved(picture, file, dpi=150)
+    return file
 
 
 def _print(arguments, machine, figures):
@@ -363,7 +444,6 @@ def _print(arguments, machine, figures):
     from ..visualization.style import length
 
     words = machine.robot.words
-    left, right = figures[peak_name(machine.robot)]
     x, y = (1e3 * value for value in figures["middle"])
     least = figures["lower_bound_s"]
     if arguments.duration is None:
@@ -371,7 +451,6 @@ def _print(arguments, machine, figures):
     else:
         near = f", as asked for; the least is {least:.4g} s" if least else ", as asked for"
     drawn = 1e3 * figures["drawn_m"]
-    peak = figures["peak_acceleration"]
     rows = [
         ("drawn", f"{drawn:.4g} mm in {figures['strokes']} strokes"),
         ("middle of it", f"({x:.4g}, {y:.4g}) mm"),
@@ -379,12 +458,23 @@ def _print(arguments, machine, figures):
         ("time", f"{figures['duration_s']:.4f} s{near}"),
         ("smallest margin", f"{figures['smallest_margin']:.4f} (sine of a leg, or det A)"),
         ("certified", "yes, proof.json" if figures["certified"] else "no"),
-        ("largest error", length(figures["max_error_m"])),
-        ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²"),
-        (f"peak {words.effort}", f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"),
     ]
+    if "max_error_m" in figures:
+        rows.append(("largest error", length(figures["max_error_m"])))
     if figures["backlash_error_m"]:
-        rows.insert(7, ("of backlash", f"up to {length(figures['backlash_error_m'])} more"))
+        rows.append(("of backlash", f"up to {length(figures['backlash_error_m'])} more"))
+    if "period_s" in figures:
+        peak = figures["peak_acceleration"]
+        left, right = figures[peak_name(machine.robot)]
+        torques = f"{1e3 * left:.3f}, {1e3 * right:.3f} m{words.effort_unit}"
+        rows.append(
+            ("tracker's period", f"{1e3 * figures['period_s']:.4g} ms, for {peak:.3g} m/s²")
+        )
+        rows.append((f"peak {words.effort}", torques))
+    if "lines" in figures:
+        lines = f"{figures['lines']} lines, at most {figures['lines_per_s']:.4g} a second"
+        rows.append(("G-code", lines))
+        rows.append(("speeds in it", f"within {100 * figures['speed_error']:.2g} % of the largest"))
     if machine.reads_otherwise:
         offsets = ", ".join(f"{value:.5g}" for value in machine.offset)
         ratios = ", ".join(f"{value:.6g}" for value in machine.ratio)

@@ -6,9 +6,10 @@ import sys
 from argparse import _SubParsersAction
 
 from ..base.errors import SingularityError
-from .options import add_options, usage_errors, used_options
-from .robot_options import add_robot_options, chosen_robot
+from .options import WORKING, add_options, usage_errors, used_options
+from .robot_options import add_robot_options, chosen_machine
 
+MACHINES = "reprapfirmware", "ros2_control"  # of which more than the robot is written
 OPTIONS = {
     "--out FILE": "(default: stdout)",
     "--name NAME": "of the model; in C what all names begin with (default: fivebar or biglide)",
@@ -17,15 +18,19 @@ OPTIONS = {
     "--step S": "the simulator's (default: 0.001)",
     "--closure constraint|joint": "of SDF: for Drake (default) or for Gazebo",
     "--functions NAME ...": "of C (default: all); a wrong name lists them",
+    WORKING: "of RepRapFirmware: working modes (default: -1 -1)",
+    "--homing-deg DEG DEG": "of RepRapFirmware: angles of the proximal bars at their switches",
+    "--steps-per-turn NUMBER": "of RepRapFirmware: of a motor, with microsteps, for M92",
+    "--plugin NAME": "of ros2_control: the hardware's (default: a mock)",
 }
 
 
 def add_parsers(commands: _SubParsersAction) -> None:
     """Add `export` to the program's commands."""
     parser = commands.add_parser("export")
-    formats = "mjcf", "urdf", "sdf", "c"
-    words = "c is one header: models and a controller"
-    parser.add_argument("--format", choices=formats, required=True, help=words)
+    formats = "mjcf", "urdf", "sdf", "c", "reprapfirmware", "ros2_control"
+    words = "c is one header: models and a controller; reprapfirmware the lines M669 and M92"
+    parser.add_argument("--format", "--to", choices=formats, required=True, help=words)
     add_options(parser, OPTIONS)
     add_robot_options(parser)
     parser.set_defaults(run=_export)
@@ -35,10 +40,18 @@ def _export(arguments):
     from ..exporters.export import export
     from ..models.geometry import dgm
 
-    robot = chosen_robot(arguments)
-    options = used_options(arguments, "step", "closure", "functions", "name")
+    machine = chosen_machine(arguments)
+    robot = machine.robot
+    if arguments.format in MACHINES:
+        robot = machine
+    elif machine.tool is not None:
+        print(f"{arguments.robot}: {arguments.format} leaves out its tool", file=sys.stderr)
+    options = used_options(arguments, "step", "closure", "functions", "name", "plugin", "working")
+    given = used_options(arguments, "homing_deg", "steps_per_turn")
+    names = {"homing_deg": "homing", "steps_per_turn": "per_turn"}
+    options |= {names[key]: value for key, value in given.items()}
     with usage_errors(ValueError, SingularityError):
         if arguments.start:
-            options["start"] = dgm(robot, arguments.start, arguments.assembly)
+            options["start"] = dgm(machine.robot, arguments.start, arguments.assembly)
         text = export(robot, arguments.format, arguments.out, **options)
     sys.stdout.write(f"{arguments.out}\n" if arguments.out else text)

@@ -20,7 +20,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_robot
+from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = JSON | {
     "--space task|joint": ("task", "what the map is over"),
@@ -29,6 +29,7 @@ OPTIONS = JSON | {
     "--nodes N": (401, "nodes of the grid on each side"),
     "--det-A NUMBER": "show dexterous regions with at least this |det A|",
     "--sin SINE": "show dexterous regions with at least this |sin q_i2|",
+    "--fits X Y": "whether an upright board of this size, m, fits in an aspect's largest rectangle",
     "--path PATH.csv": "a path t (s), x, y (m) to draw and to check",
     "--units UNIT ...": "units of the path's columns, as mm or t=ms x=mm",
     "--out FILE": (Path("map.png"), "PNG, SVG or PDF"),
@@ -56,11 +57,17 @@ def _map(arguments):
     from ..visualization.plot.graph import aspect_graph
     from ..visualization.plot.maps import singularity_map as picture
 
-    robot = chosen_robot(arguments)
+    machine = chosen_machine(arguments)
+    robot = machine.robot
     check_ending("--data", arguments.data, (".csv", ".npz"))
     check_ending("--out", arguments.out)
     check_ending("--graph", arguments.graph)
+    if machine.tool is not None:
+        _map_of_tool(arguments, machine)
+        return
     levels = used_options(arguments, "det_A", "sin")
+    if arguments.fits is not None and not (robot.turns and min(arguments.fits) > 0):
+        raise UsageError("--fits takes two sizes > 0, m, of a board for a five-bar")
     if arguments.space == "joint" and (levels or arguments.path):
         raise UsageError("--path, --det-A and --sin are of task space only")
     regions = path = points = None
@@ -85,8 +92,10 @@ def _map(arguments):
         write(arguments.data)
     if arguments.page:
         map_page(data, arguments.page, along=points, regions=regions)
+    board = None if arguments.fits is None else _board(parts, arguments.fits)
     if arguments.json:
-        print_json(_as_json(parts, checks, regions, levels))
+        result = _as_json(parts, checks, regions, levels)
+        print_json(result if board is None else result | {"board": board})
         return
     if parts is None:
         print("aspects are not listed: those of a biglide are strips without ends", file=sys.stderr)
@@ -94,9 +103,59 @@ def _map(arguments):
         _print_regions("aspect", parts)
     if regions is not None:
         _print_regions("region", regions)
+    if board is not None:
+        width, height = (1e3 * size for size in board["rectangle_m"])
+        verb = "fits" if board["fits"] else "does not fit"
+        x, y = (1e3 * size for size in arguments.fits)
+        print(
+            f"a board of {x:.4g} x {y:.4g} mm {verb} in the largest free rectangle of {width:.4g} x"
+            f" {height:.4g} mm, in aspect {board['aspect']}: there by scale {board['scale']:.4g}"
+        )
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
     print_files(used_options(arguments, "out", "graph", "data", "page").values())
+
+
+def _board(parts, size):
+    """Return the aspect whose largest rectangle holds a board of this size (2,) m largest."""
+    from ..constraints.rectangle import largest_rectangle
+
+    found = []
+    for part in parts:
+        rectangle = largest_rectangle(part)
+        sides = rectangle.x_max - rectangle.x_min, rectangle.y_max - rectangle.y_min
+        scale = min(side / wanted for side, wanted in zip(sides, size))
+        found.append((round(scale, 6), -part.number, scale, sides))
+    _, number, scale, sides = max(found)
+    return {"fits": scale >= 1, "scale": scale, "rectangle_m": sides, "aspect": -number}
+
+
+def _map_of_tool(arguments, machine):
+    """Draw and list where the machine's tool goes."""
+    from ..paths.placing.with_tool import tool_regions
+    from ..visualization.plot.tools import tool_map
+
+    options = "det_A", "sin", "path", "fits", "window", "data", "page", "graph"
+    if used := used_options(arguments, *options):
+        option = next(iter(used)).replace("_", "-")
+        words = "the map of a tool has no such option: take the table tool out of the robot's file"
+        raise UsageError(f"--{option}: {words}")
+    saved(tool_map(machine.tool, machine.robot), arguments.out)
+    regions = tool_regions(machine.tool, machine.robot)
+    if arguments.json:
+        print_json({"tool": [_region_as_json(region) for region in regions]})
+        return
+    _print_regions("region", regions)
+    print_files([arguments.out])
+
+
+def _region_as_json(region):
+    return {
+        "number": region.number,
+        "working": region.working,
+        "assembly": region.assembly,
+        "area_m2": region.area,
+    }
 
 
 def _print_regions(name, regions):

@@ -20,7 +20,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_machine
+from .robot_options import add_robot_options, machine_without_tool
 
 SAMPLES = 4001
 LIMITS = {  # option: constraint
@@ -74,7 +74,7 @@ def add_parsers(commands: _SubParsersAction) -> None:
 def _plan(arguments):
     from ..planning.plan import LEAST_SIN, Collocation, plan
 
-    machine = chosen_machine(arguments)
+    machine = machine_without_tool(arguments)
     robot = machine.robot
     to_robot = machine.frame.inverse
     if arguments.working and (arguments.from_working or arguments.to_working):

@@ -39,18 +39,28 @@ def robot_is_chosen(arguments):
 
 
 def chosen_robot(arguments):
-    """Return the robot of these arguments."""
-    return chosen_machine(arguments).robot
+    """Return the robot of these arguments, of which a command without a tool moves joint C."""
+    return machine_without_tool(arguments).robot
+
+
+def machine_without_tool(arguments):
+    """Return the Machine of these arguments; say that a tool of it is left out."""
+    machine = chosen_machine(arguments)
+    if machine.tool is not None:
+        words = "this command leaves out its tool: points are those of joint C"
+        print(f"{arguments.robot}: {words}", file=sys.stderr)
+    return machine
 
 
 def chosen_machine(arguments):
     """Return the Machine of these arguments: its robot, and what its file says beside it."""
-    from ..paths.machine import Machine
+    from ..paths.machine import machine_of
 
     values = used_options(arguments, *PARAMETERS)
     with usage_errors(ValueError):
         if arguments.robot in ROBOTS:
-            machine = Machine(ROBOTS[arguments.robot].robot)
+            named = ROBOTS[arguments.robot]
+            machine = machine_of(named.robot, named.tables)
         else:
             machine = machine_from(arguments.robot)
         robot = machine.robot

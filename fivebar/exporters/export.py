@@ -6,27 +6,57 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from ..base.checks import instance, one_of, optional, seconds, shown, strings, takes, text
+from ..base.checks import (
+    instance,
+    modes,
+    one_of,
+    optional,
+    positive,
+    seconds,
+    shown,
+    strings,
+    takes,
+    text,
+    two_numbers,
+)
 from ..base.tables import TextFile, written
 from ..models.geometry import Pose
 from ..models.robots import KINDS, Biglide, FiveBar
+from ..paths.machine import Machine
+from ..paths.timing.timed_path import TimedPath
 from .bodies import start_of
+from .gcode import Gcode, gcode
 from .header import header
 from .mjcf import mjcf
+from .reprapfirmware import reprapfirmware
+from .ros2_control import ros2_control
 from .sdf import CLOSURES, sdf
 from .urdf import urdf
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-FORMATS = {"mjcf": ".xml", "urdf": ".urdf", "sdf": ".sdf", "c": ".h"}  # endings of files
+    from numpy.typing import ArrayLike
+
+FORMATS = {  # endings of files
+    "mjcf": ".xml",
+    "urdf": ".urdf",
+    "sdf": ".sdf",
+    "c": ".h",
+    "reprapfirmware": ".g",
+    "ros2_control": ".urdf",
+    "gcode": ".nc",
+}
 OPTIONS = {
+    "reprapfirmware": ("working", "homing", "per_turn"),
+    "ros2_control": ("start", "plugin"),
+    "gcode": ("machine", "dialect"),
     "mjcf": ("start", "step"),
     "urdf": ("start",),
     "sdf": ("start", "step", "closure"),
     "c": ("functions",),
 }
-WRITERS: dict[str, Callable[..., str]] = {"mjcf": mjcf, "urdf": urdf, "sdf": sdf, "c": header}
+WRITERS: dict[str, Callable[..., str]] = {"mjcf": mjcf, "urdf": urdf, "sdf": sdf}
 
 
 def _identifier(value, name):
@@ -36,8 +66,14 @@ def _identifier(value, name):
 
 
 @takes(
-    robot=instance(*KINDS),
+    robot=instance(*KINDS, Machine, TimedPath),
     format=one_of(*FORMATS),
+    machine=optional(instance(Machine)),
+    dialect=optional(instance(Gcode)),
+    working=optional(modes(2)),
+    homing=optional(two_numbers),
+    per_turn=optional(positive),
+    plugin=optional(text),
     start=optional(instance(Pose)),
     step=optional(seconds),
     closure=optional(one_of(*CLOSURES)),
@@ -45,7 +81,7 @@ def _identifier(value, name):
     name=optional(_identifier),
 )
 def export(
-    robot: FiveBar | Biglide,
+    robot: FiveBar | Biglide | Machine | TimedPath,
     format: str,
     out: TextFile | None = None,
     start: Pose | None = None,
@@ -53,8 +89,14 @@ def export(
     closure: str | None = None,
     functions: Iterable[str] | None = None,
     name: str | None = None,
+    machine: Machine | None = None,
+    dialect: Gcode | None = None,
+    working: ArrayLike | None = None,
+    homing: tuple[float, float] | None = None,
+    per_turn: float | None = None,
+    plugin: str | None = None,
 ) -> str:
-    """Write the robot in the format of another program.
+    """Write the robot, or a motion, in the format of another program.
 
     Simulators get bodies that move exactly as the base parameters do; the coordinates of their
     joints are those of the robot. The head of each file says how its simulator closes the loop, and
@@ -62,14 +104,22 @@ def export(
 
     Parameters
     ----------
-    robot : FiveBar or Biglide
-    format : "mjcf" (MuJoCo), "urdf", "sdf" (Drake, Gazebo), or "c": one C99 header
+    robot : FiveBar or Biglide, of reprapfirmware and ros2_control a Machine too, of gcode a
+        TimedPath
+    format : "mjcf" (MuJoCo), "urdf", "sdf" (Drake, Gazebo), "c" (one C99 header), "reprapfirmware"
+        (M669), "ros2_control" (URDF with its block), or "gcode" (axes that are joints)
     out : path or open text file to write it to as well, whole or not at all
     start : the pose that the file shows; by default q = (0, 0), where that closes
     step : s, time step of the simulator; of mjcf and sdf, by default 1 ms
     closure : of sdf: "constraint" for Drake (default), or "joint" for Gazebo
     functions : of c: which of `header.NAMES`, by default all
     name : of the model, and of c what all names begin with; by default fivebar or biglide
+    machine : of gcode: the Machine whose readings are the axes
+    dialect : of gcode: the `Gcode` that the firmware reads
+    working : (2,) of reprapfirmware: working modes, by default (-1, -1)
+    homing : (2,) of reprapfirmware: angles of the proximal bars at their switches, degrees
+    per_turn : of reprapfirmware: steps of a turn of the motor
+    plugin : of ros2_control: the hardware's, by default a mock
 
     Returns
     -------
@@ -87,16 +137,45 @@ def export(
     >>> fb.export(fb.FiveBar(), "urdf").splitlines()[0]
     '<?xml version="1.0"?>'
     """
-    options = dict(start=start, step=step, closure=closure, functions=functions)
+    options = dict(
+        start=start,
+        step=step,
+        closure=closure,
+        functions=functions,
+        machine=machine,
+        dialect=dialect,
+        working=working,
+        homing=homing,
+        per_turn=per_turn,
+        plugin=plugin,
+    )
     given = {key: value for key, value in options.items() if value is not None}
     if foreign := [key for key in given if key not in OPTIONS[format]]:
         raise ValueError(
             f"{foreign[0]} is no option of {format}, which has {', '.join(OPTIONS[format])}"
         )
-    if format != "c":
-        given["start"] = start_of(robot, start)
-    content = WRITERS[format](robot, name or type(robot).__name__.lower(), **given)
+    content = _content(robot, format, name, given)
     if out is not None:
         with written(out) as file:
             file.write(content)
     return content
+
+
+def _content(robot, format, name, given):
+    if (format == "gcode") != isinstance(robot, TimedPath):
+        raise TypeError(
+            "export: gcode is written of a TimedPath, other formats of a robot, but format ="
+            f" {format!r} and {shown(robot)}"
+        )
+    if format == "gcode":
+        return gcode(robot, **given)
+    machine = robot if isinstance(robot, Machine) else Machine(robot)
+    if format == "reprapfirmware":
+        return reprapfirmware(machine, **given)
+    name = name or type(machine.robot).__name__.lower()
+    if format == "c":
+        return header(machine.robot, name, **given)
+    given["start"] = start_of(machine.robot, given.get("start"))
+    if format == "ros2_control":
+        return ros2_control(machine, name, **given)
+    return WRITERS[format](machine.robot, name, **given)

@@ -1,6 +1,10 @@
 """Robots by name, with the place their numbers come from."""
 
-from dataclasses import dataclass
+import cmath
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 from .links import Link
 from .robots import Biglide, FiveBar
@@ -8,10 +12,14 @@ from .robots import Biglide, FiveBar
 
 @dataclass(frozen=True)
 class NamedRobot:
-    """A robot with the place its numbers come from; inertias are 0 where the source gives none."""
+    """A robot with the place its numbers come from; inertias are 0 where the source gives none.
+
+    tables: what its robot file would say beside the robot: readings, frame, constraints, tool.
+    """
 
     robot: FiveBar | Biglide
     source: str
+    tables: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 def _symmetric(proximal, distal, half_base):
@@ -51,6 +59,42 @@ _IRI = FiveBar.from_links(
     viscous=(0.0176, 0.0176),
 )
 
+# PlotClock: set_XY of its firmware turns a pen at (x, y) into angles by L1 = 35 (servo arms), L2 =
+# 55.1 (left elbow to pen), L3 = 13.2 (pen to the joint of the distal bars), L4 = 45 (right distal
+# bar), all mm, and 0.621 rad from the line elbow-pen to the line joint-pen; its motors are at
+# (22, -25) and (47, -25) of the board.
+_PEN = complex(0.0551)
+_JOINT = _PEN - 0.0132 * cmath.exp(0.621j)
+_PEN_FROM_ELBOW = _PEN * abs(_JOINT) / _JOINT  # as if the bar were along x
+_PLOTCLOCK = FiveBar(0.035, abs(_JOINT), 0.035, 0.045, 0.025, 0, 0, 0)
+_PLOTCLOCK_TOOL = {
+    "leg": 1,
+    "along": _PEN_FROM_ELBOW.real - abs(_JOINT),
+    "across": _PEN_FROM_ELBOW.imag,
+}
+
+# M669 K9 X-54:54 Y-170:-170 L2 P129.5:127.5 D182:181 B251.9:144.3 A5:185:-90:360:-90:360
+# C34:251:-71:146 of RepRapFirmware, all left:right, lengths in mm, angles in degrees from the
+# x axis to the left:
+# K9 five-bar parallel SCARA; X, Y the actuators' axes; L2 working mode: left elbow on the left,
+#   right elbow on the right of the line from motor to hotend, here (+1, -1);
+# P proximal and D distal arms (D's third and fourth numbers would be cantL and cantR, a hotend
+#   beyond the joint along the left or right distal arm: a Tool with along = cant);
+# B angles of the proximal arms at the homing switches;
+# A least and largest angle between the distal arms, between proximal and distal arm on the left,
+#   and on the right: -90:360 of angles from 0 to 360 allows all. A5:185 allows Type 2 at 180, so
+#   it is not taken as a bound of |det A|;
+# C least and largest angle of each actuator.
+_DEGREE = math.pi / 180
+_RRF = FiveBar(0.1295, 0.182, 0.1275, 0.181, 0.108, 0, 0, 0)
+_RRF_TABLES: dict[str, dict[str, Any]] = {
+    "readings": {"offset": (0.0, 0.0), "ratio": (_DEGREE, _DEGREE)},
+    "frame": {"shift": (0.0, -0.17)},
+    "constraints": {
+        "joints": [(34 * _DEGREE, 251 * _DEGREE), (-71 * _DEGREE, 146 * _DEGREE)],
+    },
+}
+
 ROBOTS = {
     "amoro": NamedRobot(FiveBar(), "AMORO lab handout, Ecole Centrale de Nantes, 2021"),
     "amoro-files": NamedRobot(
@@ -76,6 +120,18 @@ ROBOTS = {
     "minitaur-leg": NamedRobot(
         _symmetric(0.1, 0.2, 0.0),
         "Ghost Robotics SDK, defaults of MinitaurLeg: two coaxial motors; no inertias given",
+    ),
+    "plotclock": NamedRobot(
+        _PLOTCLOCK,
+        "PlotClock by J. Heberlein, 2014, thingiverse.com/thing:248009: a pen beside the joint; no"
+        " inertias given; servos' zeros are each builder's own",
+        {"tool": _PLOTCLOCK_TOOL, "frame": {"shift": (0.0345, -0.025)}},
+    ),
+    "reprapfirmware": NamedRobot(
+        _RRF,
+        "a published line M669 K9 of RepRapFirmware, kinematics type five-bar parallel SCARA,"
+        " docs.duet3d.com; axes in degrees; no inertias given",
+        _RRF_TABLES,
     ),
     "haply": NamedRobot(
         _symmetric(0.07, 0.09, 0.0),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,10 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
     curvature: blend also where only the curvature jumps.
     """
     deviation = not_negative(deviation, "blended: deviation")
-    corner, kept = _corners(path, flag(curvature, "blended: curvature"))
+    curvature = flag(curvature, "blended: curvature")
+    if path.tool is not None:
+        return replace(blended(path.drawn, deviation, curvature), tool=path.tool)
+    corner, kept = _corners(path, curvature)
     if not deviation:
         return path
     if kept:
@@ -92,11 +96,8 @@ def blended(path: Path, deviation: float, curvature: bool = False) -> Path:
             s += rest.length
     if len(path.pieces) in asked:
         dwells[s] = asked[len(path.pieces)]
-    return replace(
-        path,
-        **dict(zip(("pieces", "pen", "feed", "lines"), zip(*rows))),
-        dwells=dwells,
-    )
+    columns: dict[str, Any] = dict(zip(("pieces", "pen", "feed", "lines"), zip(*rows)))
+    return replace(path, **columns, dwells=dwells)
 
 
 def _corners(path, curvature):

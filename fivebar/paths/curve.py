@@ -8,15 +8,18 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.checks import not_negative, number, optional, positive, shown, whole
+from ..base.checks import instance, not_negative, number, optional, positive, shown, whole
 from ..base.presentation import Plotted
 from ..base.representation import one_line, vector
 from .pieces import ORDERS, Arc, Line, Piece, Polynomial, derivatives, on_arcs
+
+if TYPE_CHECKING:
+    from .tool import MountedTool
 
 GAP = 1e-9  # of the path's size, m: between the end of a piece and the start of the next
 SMOOTH = 1e-6  # by which xi_s may jump where the motion goes on
@@ -51,6 +54,9 @@ class Path(Plotted):
         What was left out or converted when a file was read.
     lines : tuple of int or None
         Line of the file that each piece comes from.
+    tool : MountedTool, optional
+        Then the pieces are the path of a tool, and xi is that of joint C, which leads it along
+        them: `Tool.path`.
     stops : tuple of Stop
         Where a motion must come to rest: (s, seconds).
 
@@ -75,6 +81,7 @@ class Path(Plotted):
     feed: tuple[float, ...] = None  # type: ignore[assignment]  # filled in __post_init__
     notes: tuple[str, ...] = ()
     lines: tuple[int | None, ...] = None  # type: ignore[assignment]  # as above
+    tool: MountedTool | None = None
     stops: tuple[Stop, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -112,8 +119,8 @@ class Path(Plotted):
         ):
             object.__setattr__(self, name, value)
         order = np.arange(n)
-        starts = self.on(order, 0.0)[0]
-        ends = self.on(order, [piece.length for piece in pieces])[0]
+        starts = self._on_pieces(order, np.zeros(n))[0]
+        ends = self._on_pieces(order, np.array([piece.length for piece in pieces]))[0]
         gap = np.linalg.norm(
             starts[1:] - ends[:-1],
             axis=-1,
@@ -146,8 +153,12 @@ class Path(Plotted):
             "stops",
             tuple(Stop(*each) for each in sorted(rests.items())),
         )
+        if self.tool is not None:
+            instance("MountedTool")(self.tool, "Path: tool")
+            self.tool.refuse_unreached(self)
 
     def __repr__(self) -> str:
+        carried = "" if self.tool is None else repr(self.tool.tool)
         ends = (
             vector("from", tuple(self.pieces[0].start), "m"),
             vector("to", tuple(self.pieces[-1].end), "m"),
@@ -168,6 +179,7 @@ class Path(Plotted):
             drawn,
             *ends,
             rests,
+            carried,
         )
 
     @cached_property
@@ -205,9 +217,12 @@ class Path(Plotted):
             np.asarray(k),
             np.asarray(s, float),
         )
-        shape = k.shape
-        k = k.ravel()
-        s = s.ravel()
+        found = self._on_pieces(k.ravel(), s.ravel())
+        if self.tool is not None:
+            found = self.tool.carried(found)
+        return tuple(found.reshape(ORDERS, *k.shape, 2))
+
+    def _on_pieces(self, k, s):
         arcs, tables, lengths, is_arc, own = self._packed
         found = np.empty((ORDERS, len(k), 2))
         for at in (is_arc[k], ~is_arc[k]):
@@ -226,7 +241,12 @@ class Path(Plotted):
                     powers,
                     tables[own[k[at]]],
                 )
-        return tuple(found.reshape(ORDERS, *shape, 2))
+        return found
+
+    @cached_property
+    def drawn(self) -> Path:
+        """The path that is drawn: that of the tool, and without a tool this one."""
+        return self if self.tool is None else replace(self, tool=None)
 
     def moved(self, by: complex, turned: complex) -> Path:
         """All points z = x + i y put to by + turned z; speeds asked for and dwells stay."""
@@ -275,7 +295,7 @@ class Path(Plotted):
         after = np.arange(1, n)
         lengths = np.array([piece.length for piece in self.pieces])
         jump = np.linalg.norm(
-            self.on(after, 0.0)[1] - self.on(before, lengths[:-1])[1],
+            self._on_pieces(after, np.zeros(n - 1))[1] - self._on_pieces(before, lengths[:-1])[1],
             axis=-1,
         )
         return self._edges[1:-1][(jump > SMOOTH) | (np.diff(self.pen) != 0)]

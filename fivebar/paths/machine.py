@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.checks import instance, robot, two_numbers
+from ..base.checks import instance, one_of, positive, robot, two_numbers
 from ..base.representation import one_line, vector
 from ..base.tables import TextFile
 from ..constraints.constraints import Constraints
@@ -18,6 +19,18 @@ from ..models.robot_files import SECTIONS, read_robot
 from ..models.robot_writing import write_robot
 from ..models.robots import Biglide, FiveBar
 from .placement import Placement
+from .tool import MountedTool, Tool
+
+# How many are 1 rad; None: it depends on the motor.
+UNITS = {
+    "rad": 1.0,
+    "deg": 180 / math.pi,
+    "turns": 1 / (2 * math.pi),
+    "counts": None,
+    "steps": None,
+    "mm": None,
+}
+IN_RADIANS = 0.02  # of a machine's ratio: below, its drives read degrees or counts
 
 
 @dataclass(frozen=True)
@@ -37,6 +50,8 @@ class Machine:
         From the robot's frame to the one in which points are measured, that of the table.
     constraints : Constraints
         What all motions keep.
+    tool : Tool, optional
+        What draws, where that is not the joint of the distal bars.
 
     Raises
     ------
@@ -57,6 +72,7 @@ class Machine:
     ratio: tuple[float, float] = (1.0, 1.0)
     frame: Placement = Placement()
     constraints: Constraints = field(default_factory=Constraints)
+    tool: Tool | None = None
 
     def __post_init__(self) -> None:
         robot(self.robot, "Machine: robot")
@@ -67,6 +83,9 @@ class Machine:
         object.__setattr__(self, "ratio", ratio)
         instance(Placement)(self.frame, "Machine: frame")
         instance(Constraints)(self.constraints, "Machine: constraints")
+        if self.tool is not None:
+            robot_: Any = self.robot
+            MountedTool(instance(Tool)(self.tool, "Machine: tool"), robot_, (-1, -1))
 
     def __repr__(self) -> str:
         words = [self.robot.words.title]
@@ -76,6 +95,8 @@ class Machine:
         for name, usual in (("frame", Placement()), ("constraints", Constraints())):
             if getattr(self, name) != usual:
                 words.append(str(getattr(self, name)))
+        if self.tool is not None:
+            words.append(str(self.tool))
         return one_line("Machine", *words)
 
     @property
@@ -90,6 +111,39 @@ class Machine:
     def readings(self, angles: ArrayLike) -> np.ndarray:
         """Return what the drives read (*batch, 2) at true angles, rad: what to command."""
         return (np.asarray(angles, float) - self.offset) / self.ratio
+
+    def scale(self, unit: str, per_turn: float | None = None) -> float:
+        """Return how many of a unit are 1 rad of its drives; of a biglide, how many are 1 m.
+
+        Parameters
+        ----------
+        unit : "rad", "deg", "turns", "counts", "steps" or "mm"
+            Of what a drive, motor or firmware takes; "rad" leaves the readings as they are.
+        per_turn : float, optional
+            Counts, steps or mm of a turn.
+
+        Raises
+        ------
+        ValueError
+            The unit could be two things, or is none of these joints.
+        """
+        one_of(*UNITS)(unit, "unit")
+        if (per_turn is None) != (UNITS[unit] is not None):
+            have = "needs per_turn" if per_turn is None else "has no per_turn"
+            raise ValueError(f"unit={unit!r} {have}: how many are a turn of the motor")
+        if unit == "rad":
+            return 1.0
+        if not self.robot.turns:
+            raise ValueError(
+                f"the joints of a biglide slide, they have no angles, of which {unit} is a unit"
+            )
+        if max(map(abs, self.ratio)) < IN_RADIANS:
+            raise ValueError(
+                f"the drives read {2 * math.pi / self.ratio[0]:.6g} a turn, by the ratio of the"
+                f" machine: {unit} could be theirs or the motor's; leave unit='rad', which takes"
+                " the readings as they are, or give the machine a ratio in rad"
+            )
+        return UNITS[unit] or positive(per_turn, f"{unit} per turn") / (2 * math.pi)
 
     def save(
         self, path: TextFile, sd: Mapping[str, float] = {}, comments: tuple[str, ...] = ()
@@ -117,6 +171,8 @@ class Machine:
             links = limits["collisions"]
             limits["collisions"] = {f.name: getattr(links, f.name) for f in fields(links)}
         tables["constraints"] = limits
+        if self.tool is not None:
+            tables["tool"] = asdict(self.tool)
         unused = {"readings": not self.reads_otherwise, "frame": self.frame == Placement()}
         tables = {name: table for name, table in tables.items() if table and not unused.get(name)}
         write_robot(path, self.robot, sd, comments, tables)
@@ -129,8 +185,8 @@ def load_machine(path: TextFile) -> Machine:
     ----------
     path : path or open file
         A .toml or .json file: a robot, as `load_robot` reads it, and perhaps the tables readings
-        (offset, ratio), frame (shift, turn, scale) and constraints (those of `Constraints`; a joint
-        without a range has []).
+        (offset, ratio), frame (shift, turn, scale), constraints (those of `Constraints`; a joint
+        without a range has []) and tool (leg, along, across).
 
     Returns
     -------
@@ -159,14 +215,15 @@ def machine_and_defaults(path: TextFile) -> tuple[Machine, list[str]]:
     """Return the machine in a file, and "name = value" of the lab's parameters it leaves out."""
     read = read_robot(path)
     try:
-        machine = _with_tables(read.robot, read.sections)
+        machine = machine_of(read.robot, read.sections)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{read.name}: {error}") from None
     return machine, read.defaults
 
 
-def _with_tables(robot, sections):
-    parts = {"offset", "ratio"}, _names(Placement), _names(Constraints)
+def machine_of(robot: FiveBar | Biglide, sections: Mapping[str, Any]) -> Machine:
+    """Return the machine of a robot and the tables of a robot file beside it."""
+    parts = {"offset", "ratio"}, _names(Placement), _names(Constraints), _names(Tool)
     for name, known in zip(SECTIONS, parts):
         _refuse_unknown(name, sections.get(name, {}), known)
     constraints: dict[str, Any] = dict(sections.get("constraints", {}))
@@ -178,7 +235,9 @@ def _with_tables(robot, sections):
         constraints["collisions"] = LinkCollisions(**links)
     frame = Placement(**sections.get("frame", {}))
     limits = Constraints(**constraints)
-    return Machine(robot, frame=frame, constraints=limits, **sections.get("readings", {}))
+    tool = Tool(**sections["tool"]) if "tool" in sections else None
+    readings = sections.get("readings", {})
+    return Machine(robot, frame=frame, constraints=limits, tool=tool, **readings)
 
 
 def _names(kind):

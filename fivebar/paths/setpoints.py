@@ -4,28 +4,48 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.checks import a_callable, bounded, modes, one_of, optional, positive, takes
+from ..base.checks import a_callable, bounded, modes, one_of, optional, positive, takes, two_numbers
 from ..base.checks import robot as must_be_robot
 from ..base.representation import one_line
-from ..base.tables import TextFile, write
+from ..base.tables import TextFile, write, written
 from ..models.geometry import igm
 from ..models.kinematics import ikm
 from ..models.robots import Robot
 from .machine import Machine
 
 MOST_ROWS = 10**7
-IN_RADIANS = 0.2  # of a machine's ratio: below, its drives read degrees or counts
+COLUMNS = {"rad": "", "deg": "_deg", "counts": "_counts", "turns": "_turns"}  # endings of columns
+
+
+class Drive(NamedTuple):
+    """What a kind of drive takes: so many of its unit a turn, which of them is the zero of the
+    readings, and the least and largest whole number, or None for fractions.
+    """
+
+    per_turn: float
+    zero: float
+    limits: tuple[int, int] | None
+
+
+INT32 = -(2**31), 2**31 - 1
+DRIVES = {
+    # Goal Position (116) of position mode, and of extended position mode: 4096 a turn.
+    "dynamixel": Drive(4096, 2048, (0, 4095)),
+    "dynamixel-extended": Drive(4096, 0, (-1_048_575, 1_048_575)),
+    "odrive": Drive(1, 0, None),  # input_pos, turns
+    "moteus": Drive(1, 0, None),  # position, revolutions
+}
 
 
 @dataclass(frozen=True, eq=False)
 class Setpoints:
     """t (n,) s, even steps from the first instant to the last or the first row after it; xi (n, 2)
-    m; q, q_dot (n, 2) rad, rad/s (m, m/s where a foot slides), continuous; pen (n,), True where it
-    is down, or None.
+    m, of the tool where there is one; q, q_dot (n, 2) rad, rad/s (m, m/s where a foot slides),
+    continuous; pen (n,), True where it is down, or None.
     """
 
     robot: Robot
@@ -51,7 +71,7 @@ class Setpoints:
         Parameters
         ----------
         path : path or open file
-        angles : "rad", "deg" or "counts"
+        angles : "rad", "deg", "turns" or "counts"
             Unit of the joint coordinates.
         machine : Machine, optional
             Then they are what its drives read, and x, y are points of its frame.
@@ -63,7 +83,8 @@ class Setpoints:
         ValueError
             For a unit that these joints do not have.
         """
-        factor, unit = self._unit(angles, machine, counts_per_turn)
+        one_of(*COLUMNS)(angles, "angles")
+        factor = self._machine(machine).scale(angles, counts_per_turn)
         x, y = (self.xi if machine is None else machine.frame(self.xi)).T
         q, q_dot = self.q, self.q_dot
         about: dict[str, Any] = {"robot": self.robot.parameters}
@@ -73,30 +94,102 @@ class Setpoints:
         if angles != "rad":
             about["angles"] = angles
         q = np.round(q * factor) if angles == "counts" else q * factor
-        names = ["t", "x", "y", *(f"{name}{unit}" for name in ("q1", "q2", "q1_dot", "q2_dot"))]
+        joints = ("q1", "q2", "q1_dot", "q2_dot")
+        names = ["t", "x", "y", *(f"{name}{COLUMNS[angles]}" for name in joints)]
         rows = np.column_stack([self.t, x, y, q, q_dot * factor]).tolist()
         if self.pen is not None:
             names.append("pen")
             rows = [[*row, int(pen)] for row, pen in zip(rows, self.pen)]
         write(path, "setpoints", about, names, rows)
 
-    def _unit(self, angles, machine, counts_per_turn):
-        """Return the factor from rad (or m) to a unit, and its ending in the names of columns."""
-        one_of("rad", "deg", "counts")(angles, "angles")
-        if (angles == "counts") != (counts_per_turn is not None):
-            raise ValueError('to_csv: angles="counts" and counts_per_turn go together')
-        if angles == "rad":
-            return 1.0, ""
-        if not self.robot.turns:
-            raise ValueError("to_csv: the joints of a biglide slide, they have no angles")
-        if machine is not None and max(map(abs, machine.ratio)) < IN_RADIANS:
+    def _machine(self, machine):
+        return Machine(self.robot) if machine is None else machine
+
+    def for_drives(
+        self,
+        drive: str | float,
+        machine: Machine | None = None,
+        zero: tuple[float, float] | None = None,
+        wrap: bool = False,
+    ) -> np.ndarray:
+        """Return what both drives are told (n, 2).
+
+        Parameters
+        ----------
+        drive : str or float
+            "dynamixel", "dynamixel-extended", "odrive" or "moteus"; or the counts of a turn, which
+            are whole numbers of 32 bits.
+        machine : Machine, optional
+            Then they are of what its drives read.
+        zero : (2,), optional
+            What the drives are told where the readings are 0; by default the middle of a Dynamixel
+            in position mode, else 0.
+        wrap : bool
+            By whole turns into the limits of the drive, where it has a turn alone.
+
+        Returns
+        -------
+        (n, 2) array
+            int32 where the drive takes whole numbers, else float32.
+
+        Raises
+        ------
+        ValueError
+            A number beyond what the drive takes; the message names it.
+        """
+        if isinstance(drive, str):
+            kind = DRIVES[one_of(*DRIVES)(drive, "for_drives: drive")]
+        else:
+            kind = Drive(positive(drive, "for_drives: drive"), 0, INT32)
+        machine = self._machine(machine)
+        zeros = (kind.zero, kind.zero) if zero is None else two_numbers(zero, "for_drives: zero")
+        values = machine.readings(self.q) * machine.scale("counts", kind.per_turn) + zeros
+        if kind.limits is None:
+            return values.astype(np.float32)
+        values = np.round(values)
+        low, high = kind.limits
+        if wrap:
+            values -= kind.per_turn * np.floor((values - low) / kind.per_turn)
+        beyond = (values < low) | (values > high)
+        if beyond.any():
+            row, motor = np.argwhere(beyond)[0]
             raise ValueError(
-                f"to_csv: the drives read {2 * math.pi / machine.ratio[0]:.6g} a turn, by the ratio"
-                ' of the machine: that is no angle in rad; leave angles="rad"'
+                f"for_drives: motor {motor + 1} is to go to {values[row, motor]:.0f} at t ="
+                f" {self.t[row]:.4g} s, beyond {low} to {high}: give another zero, or wrap=True"
             )
-        if angles == "deg":
-            return 180 / math.pi, "_deg"
-        return positive(counts_per_turn, "to_csv: counts_per_turn") / (2 * math.pi), "_counts"
+        if wrap and (jump := np.abs(np.diff(values, axis=0)) > kind.per_turn / 2).any():
+            row, motor = np.argwhere(jump)[0]
+            raise ValueError(
+                f"for_drives: motor {motor + 1} would turn back by a whole turn at t ="
+                f" {self.t[row]:.4g} s, where it passes the end of its range: give another zero"
+            )
+        return values.astype(np.int32)
+
+    def to_drives(
+        self,
+        path: Any,
+        drive: str | float,
+        machine: Machine | None = None,
+        zero: tuple[float, float] | None = None,
+        wrap: bool = False,
+    ) -> None:
+        """Write t, q1, q2 and pen for both drives, as `for_drives` returns them, to a file.
+
+        A file that ends in .bin has rows q1, q2 alone, of little-endian 32-bit integers or floats,
+        at the steps of t.
+        """
+        values = self.for_drives(drive, machine, zero, wrap)
+        if str(getattr(path, "name", path)).endswith(".bin"):
+            with written(path, binary=True) as file:
+                file.write(values.astype(values.dtype.newbyteorder("<")).tobytes())
+            return
+        about: dict[str, Any] = {"robot": self.robot.parameters, "drive": drive}
+        pen = [None] * len(self.t) if self.pen is None else self.pen.astype(int).tolist()
+        names = ["t", "q1", "q2"] + ["pen"] * (self.pen is not None)
+        rows = []
+        for t, pair, down in zip(self.t.tolist(), values.tolist(), pen):
+            rows.append([t, *pair] if down is None else [t, *pair, down])
+        write(path, "setpoints", about, names, rows)
 
 
 @takes(robot=must_be_robot, reference=a_callable, rate=positive, working=optional(modes(2)))
@@ -156,6 +249,8 @@ def setpoints(
         rates = ikm(igm(robot, xi, working or modes_own or (-1, -1)), xi_dot)
         q = rates.pose.q
         q_dot = rates.q_dot
+        led = getattr(getattr(reference, "path", None), "tool", None)
+        xi = xi if led is None else led.tool.point(rates.pose)
     return Setpoints(
         robot,
         t,

@@ -178,10 +178,10 @@ CASES = {
         fb.export,
         dict(
             robot=ROBOT, format="mjcf", out=FOLDER / "robot.xml", start=POSE, step=0.001, closure=None, functions=None,
-            name="robot",
+            name="robot", machine=None, dialect=None, working=None, homing=None, per_turn=None, plugin=None,
         ),
-        words=(*WORDS_OF_FILES, "to write, a path", "is no option of", "no function"),
-        options={"format": ["c", "sdf", "urdf"], "closure": ["joint"], "functions": [("igm",), ["dance"], []]},
+        words=(*WORDS_OF_FILES, "to write, a path", "is no option of", "no function", "written of a TimedPath"),
+        options={"format": ["c", "sdf", "urdf", "gcode", "reprapfirmware", "ros2_control"], "closure": ["joint"], "functions": [("igm",), ["dance"], []]},
     ),
     "play": Case(
         fb.play, dict(robot=ROBOT, pose=POSE, branch=None), 5.0,
@@ -228,7 +228,7 @@ CASES = {
         fb.place,
         dict(
             robot=ROBOT, path=STROKE, working=(-1, -1), turn=0.0, scale=1.0, constraints=fb.Constraints(clearance=0.001),
-            strokes=False,
+            strokes=False, tool=None,
         ), 20.0, words=("place:",),
     ),
     "certify": Case(
@@ -275,14 +275,24 @@ CASES = {
     ),
     "Path": Case(
         fb.Path,
-        dict(pieces=STROKE.pieces, pen=(True,) * len(STROKE.pieces), dwells={0.0: 0.1}, feed=None, notes=(), lines=None),
+        dict(pieces=STROKE.pieces, pen=(True,) * len(STROKE.pieces), dwells={0.0: 0.1}, feed=None, notes=(), lines=None, tool=None),
         words=("Path:", "pieces"),
     ),
     "Machine": Case(
         fb.Machine,
         dict(
-            robot=ROBOT, offset=(0.1, 0.0), ratio=(1.0, 1.0), frame=fb.Placement((0.1, 0.0)), constraints=fb.Constraints()
+            robot=ROBOT, offset=(0.1, 0.0), ratio=(1.0, 1.0), frame=fb.Placement((0.1, 0.0)), constraints=fb.Constraints(),
+            tool=fb.Tool(1, 0.01),
         ),
+    ),
+    "Tool": Case(fb.Tool, dict(leg=1, along=0.01, across=0.02)),
+    "Gcode": Case(
+        fb.Gcode,
+        dict(
+            firmware="grbl", axes=("X", "Y"), unit="steps", per_turn=3200.0, gear=2.0, feed="units", deviation=1e-5,
+            speed_error=0.01, max_feed=1e4, pen="M3", down=1000.0, up=0.0, approach=0.1,
+        ),
+        options={"firmware": ["marlin", "grbl2"], "unit": ["deg", "mm"], "pen": ["Z", "servo"], "feed": ["inverse"]},
     ),
     "Placement": Case(fb.Placement, dict(shift=(0.1, 0.0), turn=0.3, scale=2.0)),
     "crossing_polynomial": Case(

@@ -25,6 +25,7 @@ from ...base.checks import (
 )
 from ...base.tables import FilePath
 from ...models.robots import FiveBar
+from .backlash import told
 from .fit import (
     LOSSES,
     LeastSquares,
@@ -194,7 +195,7 @@ def calibrate(
     notes = [*task.rows.notes, *(f"put right: {words}" for words in wrong)]
     if names := _names_of(task.rows, uncertain):
         notes.append(f"assembly mode uncertain, the nearer one was taken: {names}")
-    return Calibration(
+    found = Calibration(
         nominal=robot,
         unknown=unknown,
         rows=task.rows,
@@ -208,6 +209,7 @@ def calibrate(
         prior=np.zeros(len(free)) if task.prior is None else task.prior,
         notes=tuple(notes),
     )
+    return replace(found, notes=(*found.notes, *told(found)))
 
 
 def known_names(unknown: Sequence[str], name: str = "unknown") -> tuple[str, ...]:

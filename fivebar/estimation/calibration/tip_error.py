@@ -26,6 +26,8 @@ from ...models.robots import FiveBar
 from .calibrate import known_names
 from .measured_robot import PLACE, seen, values_of
 
+PLAYS = {"backlash1": "offset1", "backlash2": "offset2"}  # what a motor's play moves
+
 
 @dataclass(frozen=True, eq=False)
 class TipError(Plotted):
@@ -36,7 +38,7 @@ class TipError(Plotted):
     pose : Pose
         The poses.
     names, tolerances : (k,)
-        The parameters and their tolerances.
+        The parameters and their tolerances; of a backlash half of it.
     jacobian : (n, 2, k) array
         Derivatives of the tip by the parameters, the motors held.
     drawn : (n, samples, 2) array
@@ -65,13 +67,18 @@ class TipError(Plotted):
     @cached_property
     def covariance(self) -> ndarray:
         """(n, 2, 2), m^2, to first order: J diag(tolerance^2) J', of even distributions a third."""
-        variance = self.tolerances**2 / (3.0 if self.distribution == "uniform" else 1.0)
         return np.einsum(
             "nik,k,njk->nij",
             self.jacobian,
-            variance,
+            self._variance,
             self.jacobian,
         )
+
+    @property
+    def _variance(self):
+        """Of each parameter; a backlash is half of itself on one side or the other."""
+        even = 3.0 if self.distribution == "uniform" else 1.0
+        return self.tolerances**2 / np.where(np.isin(self.names, list(PLAYS)), 1.0, even)
 
     @cached_property
     def sd(self) -> ndarray:
@@ -120,7 +127,7 @@ class TipError(Plotted):
     @cached_property
     def shares(self) -> dict[str, ndarray]:
         """Part (n,) of the variance that each tolerance makes, to first order."""
-        parts = (self.jacobian**2).sum(axis=1) * self.tolerances**2
+        parts = (self.jacobian**2).sum(axis=1) * self._variance
         total = np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
         return dict(zip(self.names, (parts / total).T))
 
@@ -151,7 +158,9 @@ def tip_error(
         The nominal robot.
     tolerances : mapping
         {name: size} of l11, l12, l21, l22, d, offset1, offset2 (an encoder's error is one), ratio1,
-        ratio2; m and rad: standard deviations, or the half widths of uniform distributions.
+        ratio2; m and rad: standard deviations, or the half widths of uniform distributions. And
+        backlash1, backlash2: the play of a motor, rad, which holds its joint half of it on one side
+        or the other.
     poses : Pose, or (2,) or (n, 2) array
         Poses, or points, m, that are reached in the mode `working`.
     working : pair or (n, 2) array of +1 and -1
@@ -179,10 +188,15 @@ def tip_error(
     """
     if not isinstance(tolerances, Mapping):
         raise TypeError(f"tolerances must be a mapping {{name: size}}, not {shown(tolerances)}")
-    names = known_names(tuple(tolerances), "tolerances")
+    names = tuple(tolerances)
+    known = [PLAYS.get(name, name) for name in names]
+    for name in dict.fromkeys(known):
+        known_names((name,), "tolerances")
+    plays = np.array([name in PLAYS for name in names])
     sizes = np.array(
         [not_negative(value, f"tolerances[{name!r}]") for name, value in tolerances.items()]
     )
+    sizes[plays] /= 2
     pose = poses if isinstance(poses, Pose) else igm(robot, _points(poses), working)
     if pose.robot != robot:
         raise ValueError("poses must be of the same robot")
@@ -198,14 +212,15 @@ def tip_error(
         raise ValueError(f"{len(q)} poses times {samples} samples: at most 2e7 together")
     p, columns = (
         values_of(robot),
-        np.array([PLACE[name] for name in names]),
+        np.array([PLACE[name] for name in known]),
     )
     at, jacobian = seen(p, q, assembly)
     draw = np.random.default_rng(seed)
     shape = len(names), samples
     unit = draw.uniform(-1, 1, shape) if distribution == "uniform" else draw.standard_normal(shape)
+    unit[plays] = np.sign(unit[plays])
     robots = np.repeat(p[:, None], samples, axis=1)
-    robots[columns] += sizes[:, None] * unit
+    np.add.at(robots, columns, sizes[:, None] * unit)
     impossible = (robots[:4] <= 0).any(axis=0) | (robots[PLACE["scale"]] <= 0)
     drawn = np.empty((len(q), samples, 2))
     for k in range(len(q)):

@@ -7,7 +7,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from types import SimpleNamespace
 from typing import NamedTuple
 
@@ -31,7 +31,7 @@ from ...models.geometry import igm
 from ...models.robots import FiveBar
 from ..curve import Path
 from ..pieces import Arc, Line
-from .checker import LENGTHS, Number, digest, legs, margins, point, proved
+from .checker import LENGTHS, Number, digest, joint, legs, margins, point, proved
 
 # Of a piece; not parted any more are parts as short as this
 FINEST = 2.0**-48  #  whatever they are,
@@ -181,6 +181,9 @@ def certify(
         "pieces": [_plain(piece) for piece in path.pieces],
         "parts": [],
     }
+    if path.tool is not None:
+        path.tool.refuse_other(robot, working, "certify")
+        claim["tool"] = asdict(path.tool.tool)
     found = []
     with flint.ctx.workprec(BITS):
         for k, piece in enumerate(progress(claim["pieces"], desc="certify", delay=2)):
@@ -265,16 +268,12 @@ def _kept(claim, piece, u, lengths):
     for name in LENGTHS:
         slopes = [_ball(name == other) for other in LENGTHS]
         numbers.append(Number(_ball(lengths[name]), slopes))
-    reached = list(
-        legs(
-            *point(
-                piece,
-                Number(_ball(u), [zero] * len(LENGTHS)),
-                _BALLS,
-            ),
-            numbers,
-        )
-    )
+    place = point(piece, Number(_ball(u), [zero] * len(LENGTHS)), _BALLS)
+    if tool := claim.get("tool"):
+        place = joint(*place, numbers, tool, claim["working"], _BALLS)
+    if place is None:
+        return
+    reached = list(legs(*place, numbers))
     for leg, (*_, outer, inner) in enumerate(reached, 1):
         yield f"(l{leg}1 + l{leg}2)^2 - r{leg}^2", outer, 0.0
         yield f"r{leg}^2 - (l{leg}1 - l{leg}2)^2", inner, 0.0

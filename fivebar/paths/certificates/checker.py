@@ -75,6 +75,44 @@ def point(piece, u, on=iv):
     raise ValueError(f"no piece is a {kind!r}")
 
 
+def joint(x, y, lengths, tool, working, on=iv):
+    """x and y of the joint of the distal bars, of the tool's x and y; None where the leg's bar and
+    tool may not reach them. tool: {leg, along, across}, as `fivebar.Tool` has them.
+
+    The tool T closes a dyad of l1 and r on the base, r^2 = |l2 + along + i across|^2: with the way
+    e from its elbow to T, and T - C = (along + i across) e / (l2 + along + i across).
+    """
+    leg = tool["leg"] - 1
+    l1, l2 = lengths[2 * leg : 2 * leg + 2]
+    base = lengths[4] * (leg - 0.5)
+    along, across = on.mpf(tool["along"]), on.mpf(tool["across"])
+    real = l2 + along
+    r2 = real * real + across * across
+    root = on.sqrt(r2.value)
+    r = r2.through(root, 1 / (root * 2))
+    rx = x - base
+    square = rx * rx + y * y
+    outer = (l1 + r) * (l1 + r) - square
+    inner = square - (l1 - r) * (l1 - r)
+    if not (outer.value > 0 and inner.value > 0 and square.value > 0):
+        return None
+    product = outer * inner
+    height = on.sqrt(product.value)
+    side = working[leg] if real.value > 0 else -working[leg]
+    lead = (square - l1 * l1 + r2) / (square * 2)
+    off = product.through(height, 1 / (height * 2)) / (square * 2) * side
+    ex = lead * rx + off * y
+    ey = lead * y - off * rx
+    # l1 l2 sin q_i2, of the bar's own elbow: l2 / (real + i across) of the way to the tool.
+    turns = (real * off + lead * across) * square * -1 + r2 * across
+    if not (turns * l2 * -working[leg]).value > 0:
+        return None
+    # (along + i across) / (real + i across)
+    kx = (real * along + across * across) / r2
+    ky = (real * across - along * across) / r2
+    return x - ex * kx + ey * ky, y - ey * kx - ex * ky
+
+
 def legs(x, y, lengths):
     """Of each leg its two bars, the way from its base and its square, and by how much that is
     within both limits.
@@ -139,7 +177,12 @@ def proved(
         numbers = []
         for k, value in enumerate(values):
             numbers.append(Number(value, [on.mpf(k == j) for j in free]))
-        both.append(list(legs(*point(piece, numbers[0], on), numbers[1:])))
+        place = point(piece, numbers[0], on)
+        if tool := certificate.get("tool"):
+            place = joint(*place, numbers[1:], tool, certificate["working"], on)
+        if place is None:
+            return False
+        both.append(list(legs(*place, numbers[1:])))
     both[0] = [list(map(centred, *leg)) for leg in zip(*both)]
     both = [margins(each, certificate["working"], on) for each in both]
     if None in both:

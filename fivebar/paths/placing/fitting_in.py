@@ -4,7 +4,7 @@ one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from operator import itemgetter
 
@@ -19,6 +19,8 @@ from ...singularities.aspects import Aspect, aspects
 from ..curve import Path
 from ..pieces import Arc
 from ..placement import Placement
+from ..tool import Tool
+from .with_tool import ToolRegion, largest_upright, tool_regions
 
 KEPT = Constraints(clearance=0.005)  # m
 
@@ -30,7 +32,7 @@ class RectangleFit:
     """
 
     placement: Placement
-    aspect: Aspect
+    aspect: Aspect | ToolRegion
     rectangle: Rectangle
     scale: float
 
@@ -71,6 +73,7 @@ def fitted_in(
     scale: float | None = 1.0,
     working: tuple[int, int] | None = None,
     constraints: Constraints = KEPT,
+    tool: Tool | None = None,
 ) -> RectangleFit:
     """Return the drawing in the middle of an aspect's largest upright rectangle: Fit.
 
@@ -81,11 +84,16 @@ def fitted_in(
     largest and where the legs do not cross. The rectangle is in the aspect and the drawing in the
     rectangle: so it keeps off all singularities, but a larger one may fit, elsewhere or turned.
         ValueError with the largest scale where it does not.
+    tool: then the drawing is the tool's, and the rectangle is in a region that it sees.
     """
     box = bounds(path.moved(0j, Placement(turn=turn).turned))
     size = np.maximum(box[1] - box[0], 1e-9)
+    if tool is not None:
+        return _fitted_with(tool, robot, box, turn, scale, working, constraints)
     parts = [part for part in aspects(robot) if working is None or part.working == tuple(working)]
-    crossed = {part.number: _legs_cross(robot, part) for part in parts}
+    crossed = {}
+    for part in parts:
+        crossed[part.number] = _legs_cross(robot, igm(robot, part.point, part.working))
     parts.sort(
         key=lambda p: (
             crossed[p.number],
@@ -142,12 +150,39 @@ def fitted_in(
     )
 
 
-def _legs_cross(robot, aspect):
-    """Return whether bars of both legs cross where the aspect is roomiest."""
-    pose = igm(robot, aspect.point, aspect.working)
+def _fitted_with(tool, robot, box, turn, scale, working, constraints):
+    margin = constraints.clearance
+    regions = tool_regions(tool, robot, working, replace(constraints, clearance=0.0))
+    size = np.maximum(box[1] - box[0], 1e-9)
+    found = []
+    for region in regions:
+        share, middle = largest_upright(region, size, margin)
+        if share:
+            crossed = _legs_cross(robot, tool.pose(robot, middle, region.working))
+            found.append((crossed, middle[1] <= 0, share, region, middle))
+    fitting = [each for each in found if scale is None or each[2] >= scale]
+    largest = max((each[2] for each in found), default=0.0)
+    if not fitting:
+        wide, high = 1e3 * size * (scale or 1.0)
+        raise ValueError(
+            f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any rectangle the tool"
+            f" reaches: it fits with scale {np.floor(1e4 * largest) / 1e4:.6g} at most"
+        )
+    _, _, share, region, middle = min(fitting, key=lambda each: (*each[:2], -each[2]))
+    scale = share * (1 - 1e-9) if scale is None else scale
+    half = share * size / 2
+    x, y = zip((middle - half).tolist(), (middle + half).tolist())
+    rectangle = Rectangle(*x, *y)
+    shift = middle - scale * box.mean(axis=0)
+    placement = Placement((float(shift[0]), float(shift[1])), turn, scale)
+    return RectangleFit(placement, region, rectangle, share)
+
+
+def _legs_cross(robot, pose):
+    """Return whether bars of both legs cross in a pose."""
     base = np.array([-0.5, 0.5]) * robot.d
     elbow = pose.elbows @ (1, 1j)
-    tip = complex(*aspect.point)
+    tip = complex(*pose.xi)
     bars = [((base[leg], elbow[leg]), (elbow[leg], tip)) for leg in (0, 1)]
     return any(
         segment_distance(*one, *other) < 0 for one, other in product(*bars) if one[1] != other[1]

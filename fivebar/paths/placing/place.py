@@ -22,8 +22,10 @@ from ...singularities.dexterous import dexterous
 from ..curve import Path
 from ..placement import Placement
 from ..strokes import cut
+from ..tool import Tool
 from .clearance import Clearance
 from .search import Search
+from .with_tool import ToolRegion, placed_with_tool
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +37,7 @@ class Placed:
     path : Path
         In its place.
     placement : Placement
-    aspect : Aspect or DexterousRegion
+    aspect : Aspect, DexterousRegion or ToolRegion
         Where it lies; of strokes with modes of their own, where the first lies.
     clearance : float
         Distance, m, from the nearest boundary.
@@ -49,11 +51,11 @@ class Placed:
 
     path: Path = field(repr=False)
     placement: Placement
-    aspect: Aspect
+    aspect: Aspect | ToolRegion
     clearance: float
     nearest: np.ndarray
     largest: float | None = None
-    strokes: tuple[tuple[Path, Aspect], ...] = ()
+    strokes: tuple[tuple[Path, Aspect | ToolRegion], ...] = ()
 
     @property
     def working(self) -> tuple[int, int]:
@@ -85,6 +87,7 @@ class Placed:
     constraints=optional(instance(Constraints)),
     working=optional(modes(2)),
     strokes=flag,
+    tool=optional(instance(Tool)),
 )
 def place(
     robot: FiveBar,
@@ -95,6 +98,7 @@ def place(
     scale: float | None = 1.0,
     constraints: Constraints | None = None,
     strokes: bool = False,
+    tool: Tool | None = None,
 ) -> Placed:
     """Return a path placed with the largest clearance from singularities and other constraints.
 
@@ -120,6 +124,9 @@ def place(
         Each stroke may lie in an aspect of its own, if no aspect holds all of them;
         `Placed.strokes` lists them. The ways with the pen up are then not placed: `plan` finds one
         from the end of a stroke to the start of the next.
+    tool : Tool, optional
+        Then the path is the tool's, and `Placed.path` that of joint C which leads it. The clearance
+        is that of the tool in the aspects it sees, known to a step of a grid.
 
     Returns
     -------
@@ -148,6 +155,11 @@ def place(
         )
     turn = None if turn is None else number(turn, "turn", -1e6, 1e6)
     scale = None if scale is None else number(scale, "scale", 1e-9, 1e9)
+    tool = path.tool.tool if tool is None and path.tool else tool
+    if tool is not None:
+        if strokes:
+            raise ValueError("place: strokes=True and a tool do not go together")
+        return _placed_with(tool, robot, path.drawn, working, turn, scale, constraints)
     regions = dexterous(robot, constraints.det_A, constraints.sin)
     bounds = replace(constraints, det_A=0.0, sin=0.0)  # the borders of the regions keep these
     clearances = []
@@ -192,6 +204,14 @@ def place(
         largest,
         own,
     )
+
+
+def _placed_with(tool, robot, path, working, turn, scale, constraints):
+    placement, region, clearance, nearest, largest = placed_with_tool(
+        tool, robot, path, working, turn, scale, constraints
+    )
+    led = tool.path(robot, placement(path), region.working)
+    return Placed(led, placement, region, clearance, nearest, largest, ((led, region),))
 
 
 def _hint(path, strokes):

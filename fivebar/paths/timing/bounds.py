@@ -115,12 +115,17 @@ class Bernstein(NamedTuple):
         return np.maximum(self.largest(), -self.least())
 
 
-def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> dict[str, Series]:
-    """Return {name: Series}, of two terms less than the place.
+def asked(
+    robot: Robot,
+    xi: tuple[Series, Series],
+    working: tuple[int, int],
+    tip: tuple[Series, Series],
+) -> dict[str, Series]:
+    """Return {name: Series}, of two terms less than the place; tip: the place of what is led.
 
     D (det A), a1, a2, b1, ..., f2 of the equation above (v, f and c where the robot has them); q1,
     q2, p1, p2 (first and second derivative of q); d1, d2 (det A times q1, q2); w0, w1, w2 (squares
-    of |xi_s|, q1 and q2); g, m, k (|xi_s| and the parts of xi_ss along and across xi_s).
+    of |tip_s|, q1 and q2); g, m, k (|tip_s| and the parts of tip_ss along and across tip_s).
     """
     left, q1_s = _leg(
         robot.drives[0],
@@ -202,14 +207,32 @@ def asked(robot: Robot, xi: tuple[Series, Series], working: tuple[int, int]) -> 
         "w1": q_s[0] * q_s[0],
         "w2": q_s[1] * q_s[1],
     }
-    found["w0"] = dot(xi_s, xi_s)
+    slopes = tip[0].slope(), tip[1].slope()
+    tip_ss = slopes[0].slope(), slopes[1].slope()
+    tip_s = slopes[0].cut(terms), slopes[1].cut(terms)
+    found["w0"] = dot(tip_s, tip_s)
     size = found["w0"].sqrt()
     scale = size.inverse()
     return found | {
         "g": size,
-        "m": dot(xi_s, xi_ss) * scale,
-        "k": cross(xi_s, xi_ss) * scale,
+        "m": dot(tip_s, tip_ss) * scale,
+        "k": cross(tip_s, tip_ss) * scale,
     }
+
+
+def asked_on(
+    robot: Robot,
+    path: Path,
+    working: tuple[int, int],
+    piece: np.ndarray,
+    first: np.ndarray,
+    last: np.ndarray,
+    terms: int,
+) -> dict[str, Series]:
+    """Return all that `asked` names, on stretches of a path, from so many terms of its place."""
+    tip = place_series(path, piece, first, last, terms)
+    xi = tip if path.tool is None else path.tool.series(*tip)[:2]
+    return asked(robot, xi, working, tip)
 
 
 def _leg(drive, bar, mode, xi):
@@ -284,19 +307,10 @@ def enclosed(
     """
     n = len(stretches)
     s = np.concatenate([stretches.first, stretches.last])
-    at_ends = asked(
-        robot,
-        place_series(path, np.tile(stretches.piece, 2), s, s, TERMS - 2),
-        working,
-    )
-    places = place_series(
-        path,
-        stretches.piece,
-        stretches.first,
-        stretches.last,
-        TERMS,
-    )
-    over = asked(robot, places, working)
+    ends = np.tile(stretches.piece, 2), s, s, TERMS - 2
+    at_ends = asked_on(robot, path, working, *ends)
+    whole = stretches.piece, stretches.first, stretches.last, TERMS
+    over = asked_on(robot, path, working, *whole)
     square = stretches.length**2
     found = {}
     for name, value in at_ends.items():

@@ -168,7 +168,7 @@ def place_series(
     last: np.ndarray,
     terms: int,
 ) -> tuple[Series, Series]:
-    """Return (x, y) of the path on stretches [first, last] (n,) of pieces (n,).
+    """Return (x, y) of the path that is drawn on stretches [first, last] (n,) of pieces (n,).
 
     s, m, is from each piece's own beginning.
     """

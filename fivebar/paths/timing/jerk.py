@@ -127,10 +127,9 @@ def _paced(motion):
     t = (edges[:-1, None] + np.diff(edges)[:, None] * inside).ravel()
     k, gone, speed, push = motion.clock.along(t)
     jerk = motion.clock.jerk(t)
-    xi, xi_s, xi_ss, xi_sss = motion.path.on(
-        motion.piece[k],
-        motion.first[k] + gone,
-    )
+    place = motion.piece[k], motion.first[k] + gone
+    xi, xi_s, xi_ss, _ = motion.path.on(*place)
+    _, tip_s, tip_ss, tip_sss = motion.path.drawn.on(*place)
     pose = igm(motion.robot, xi, motion.working)
     v = speed[:, None]
     u = push[:, None]
@@ -142,7 +141,8 @@ def _paced(motion):
     )
     limits = motion.limits
     feed = np.array(motion.path.feed)[motion.piece[k]]
-    tip = np.linalg.norm(xi_s, axis=1) * speed
+    tip = np.linalg.norm(tip_s, axis=1) * speed
+    tip_ddot = tip_ss * v**2 + tip_s * u
     shares = [
         1e-9,
         np.max(tip / np.minimum(feed, limits.speed or np.inf)),
@@ -151,7 +151,7 @@ def _paced(motion):
         shares.append(np.max(np.abs(rates.q_dot) / limits.joint_speed))
     for value, limit in (
         (acc.q_ddot, limits.joint_acceleration),
-        (acc.xi_ddot, limits.acceleration),
+        (tip_ddot, limits.acceleration),
     ):
         if limit:
             if value is acc.q_ddot:
@@ -159,7 +159,7 @@ def _paced(motion):
             else:
                 size = np.linalg.norm(value, axis=1)
             shares.append(np.sqrt(np.max(size / limit)))
-    third = xi_sss * v**3 + 3 * xi_ss * v * u + xi_s * j
+    third = tip_sss * v**3 + 3 * tip_ss * v * u + tip_s * j
     shares.append(np.cbrt(np.linalg.norm(third, axis=1).max() / limits.jerk))
     pace = float(max(shares)) * (1 + MARGIN)
     if limits.torque:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.physics import physics_of
-from .bounds import Stretches, asked
-from .enclosures import TERMS, place_series
+from .bounds import Stretches, asked_on
+from .enclosures import TERMS
 
 if TYPE_CHECKING:
     from ...models.robots import Robot
@@ -102,8 +102,7 @@ def _values(
     names,
 ):
     """Return {name: (values, derivatives)} at single places."""
-    xi = place_series(path, piece, s, s, TERMS - 1)
-    found = asked(robot, xi, working)
+    found = asked_on(robot, path, working, piece, s, s, TERMS - 1)
     return {name: (found[name].m[0], found[name].m[1]) for name in names}
 
 

@@ -74,7 +74,8 @@ def time_path(
     ----------
     robot : FiveBar or Biglide
     path : Path
-        It may cross Type 2. The motion rests at both ends, where the direction or the pen changes,
+        It may cross Type 2. Of a tool's path, speed, acceleration and jerk are those of the tool.
+        The motion rests at both ends, where the direction or the pen changes,
         and where the path asks for a dwell.
     duration : float, optional
         Wanted duration, s; the least by default. A longer duration lowers all limits on torques and
@@ -117,6 +118,8 @@ def time_path(
         "time_path",
         (*PER_JOINT, "speed", "acceleration", "jerk", *ON_POSES),
     )
+    if path.tool is not None:
+        path.tool.refuse_other(robot, working, "time_path")
     constraints = Constraints() if constraints is None else constraints
     asked = Limits.of(constraints)
     gap = number(gap, "gap", 1e-7, 1.0)

@@ -211,7 +211,7 @@ class TimedPath(Plotted):
         return inverse_dynamics(ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot))
 
     @cached_property
-    def _pen_changes(self):
+    def pen_changes(self) -> tuple[np.ndarray, np.ndarray]:
         """Return times (n,) s, from which on the pen is down or up (n,): a rest belongs to what
         comes after it.
         """
@@ -227,7 +227,7 @@ class TimedPath(Plotted):
 
     def pen(self, t: ArrayLike) -> np.ndarray:
         """Return whether the pen is down at times t; it goes down or up when a rest begins."""
-        times, down = self._pen_changes
+        times, down = self.pen_changes
         k = np.searchsorted(times, np.asarray(t) + 1e-12 * self.duration, side="right") - 1
         return down[np.maximum(k, 0)]
 

@@ -16,6 +16,7 @@ from .panels import (
     draw_loci,
     draw_points,
     draw_robot,
+    draw_tool_loci,
     new_figure,
     plane,
 )
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
     from ...models.robots import Robot
     from ...paths.curve import Path
+    from ...paths.tool import Tool
 
 WIDTH = 12.0  # in
 
@@ -36,6 +38,8 @@ def drawing(
     drawn: Sequence[np.ndarray],
     errors: Sequence[np.ndarray],
     title: str = "",
+    tool: Tool | None = None,
+    by: str = "the simulated robot",
 ) -> Figure:
     """Return the figure of desired and drawn strokes, beside the robot where it begins.
 
@@ -49,6 +53,10 @@ def drawing(
         Errors of what was drawn, m, shown by colour.
     title : str
         Text over the figure.
+    tool : Tool, optional
+        What draws, where that is not joint C.
+    by : str
+        What drew, in words.
 
     Returns
     -------
@@ -76,15 +84,29 @@ def drawing(
     shape = 1.24 * WIDTH * height / width + 1.6
     figure = new_figure(WIDTH, float(np.clip(shape, 5.0, 11.0)))
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
-    _robot(figure.add_subplot(grid[:, 0]), robot, working, desired)
-    top = figure.add_subplot(grid[0, 1])
-    bottom = figure.add_subplot(grid[1, 1])
+    _robot(figure.add_subplot(grid[:, 0]), robot, working, desired, tool)
+    top = figure.add_subplot(grid[0 if len(drawn) else slice(None), 1])
     for stroke in desired:
         draw_points(top, "path.desired", stroke)
-    largest = max((float(error.max()) for error in errors), default=0.0)
+    panels = [(top, "asked")]
+    if len(drawn):
+        bottom = figure.add_subplot(grid[1, 1])
+        error = _draw_errors(figure, bottom, drawn, errors)
+        panels.append((bottom, f"drawn by {by}, at most {error} off"))
+    for axes, words in panels:
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+        plane(axes, title=words)
+    if title:
+        figure.suptitle(title)
+    return figure
+
+
+def _draw_errors(figure, axes, drawn, errors):
+    """Draw strokes coloured by their errors and return the largest error in words."""
+    largest = max(float(error.max()) for error in errors)
     scale, unit = readable(largest, "m")
     segments = []
-    colours = [np.empty(0)]
+    colours = []
     for stroke, error in zip(drawn, errors):
         segments += list(1e3 * np.stack([stroke[:-1], stroke[1:]], axis=1))
         colours.append(scale * np.maximum(error[:-1], error[1:]))
@@ -95,21 +117,15 @@ def drawing(
         capstyle="round",
     )
     lines.set(array=np.concatenate(colours), clim=(0.0, scale * largest or 1.0))
-    bottom.add_collection(lines)
+    axes.add_collection(lines)
     figure.colorbar(
         lines,
-        ax=bottom,
+        ax=axes,
         label=f"error ({unit})",
         fraction=0.05,
         pad=0.02,
     )
-    error = f"drawn by the simulated robot, at most {scale * largest:.3g} {unit} off"
-    for axes, words in ((top, "asked"), (bottom, error)):
-        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-        plane(axes, title=words)
-    if title:
-        figure.suptitle(title)
-    return figure
+    return f"{scale * largest:.3g} {unit}"
 
 
 def draw_path(path: Path) -> Figure:
@@ -120,9 +136,9 @@ def draw_path(path: Path) -> Figure:
         indexing="ij",
     )
     lengths = np.array([piece.length for piece in path.pieces])
-    points = path.on(piece, share * lengths[:, None])[0]
+    points = path.drawn.on(piece, share * lengths[:, None])[0]
     stops: Any = path.stops  # type: ignore[attr-defined]  # set by __post_init__
-    rests = path(np.array([stop.s for stop in stops]))[0]
+    rests = path.drawn(np.array([stop.s for stop in stops]))[0]
     pen = np.array(path.pen)
     width, height = np.maximum(np.ptp(points.reshape(-1, 2), axis=0), 1e-12)
     figure = new_figure(7, min(max(7 * height / width, 1.5), 7) + 1.2)
@@ -140,11 +156,20 @@ def draw_path(path: Path) -> Figure:
     return figure
 
 
-def _robot(axes, robot, working, desired):
-    start = igm(robot, desired[0][0], working)
+def _robot(axes, robot, working, desired, tool):
+    pen = desired[0][0]
+    if tool is None:
+        start = igm(robot, pen, working)
+    else:
+        start = tool.pose(robot, pen, working)
     draw_robot(axes, pose_body([start]))
+    if tool is not None:
+        draw_points(axes, "robot.tool", np.stack([start.elbows[tool.leg - 1], pen, start.xi]))
     for stroke in desired:
         draw_points(axes, "path.desired-small", stroke)
-    draw_loci(axes, robot, tuple(working))
-    draw_points(axes, "mark.pen", start.xi)
+    if tool is None:
+        draw_loci(axes, robot, tuple(working))
+    else:
+        draw_tool_loci(axes, tool, robot, tuple(working))
+    draw_points(axes, "mark.pen", pen)
     plane(axes, 3, f"the robot, in working modes ({signs(*working)})")

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ...models.robots import Biglide, FiveBar, Words
+    from ...paths.tool import Tool
     from ..skeleton import Skeleton
 
 
@@ -199,6 +200,17 @@ def draw_loci(
         else:
             points = piece.points
         axes.plot(*(1e3 * points).T, zorder=0, **style)
+
+
+def draw_tool_loci(axes: Axes, tool: Tool, robot: FiveBar, working: tuple[int, int]) -> None:
+    """Draw the loci that a tool sees in these working modes, each type named once."""
+    known = set()
+    for locus in tool.loci(robot, working):
+        style: dict = dict(LOCI[locus.type & ~Singularity.SERIAL or Singularity.SERIAL])
+        if style["label"] in known:
+            del style["label"]
+        known.add(style.get("label"))
+        axes.plot(*(1e3 * locus.points).T, zorder=0, **style)
 
 
 def mark_crossing(axes: Axes, place: float, kind: Singularity) -> None:

@@ -1,0 +1,56 @@
+"""Set-points in the units of drives: counts, turns, binary, and numbers that do not fit."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.paths.setpoints import setpoints
+
+ROBOT = fb.FiveBar()
+
+
+@pytest.fixture(scope="module")
+def table():
+    return setpoints(ROBOT, fb.line((0.05, 0.09), (-0.03, 0.1), 1.0), 200.0)
+
+
+def test_counts_lead_back_to_the_angles(table, tmp_path):
+    machine = fb.Machine(ROBOT, offset=(0.2, -0.3), ratio=(-1.0, 0.1))
+    counts = table.for_drives(8192, machine, zero=(100, -5000))
+    assert counts.dtype == np.int32
+    back = machine.angles((counts - np.array([100, -5000])) / 8192 * 2 * np.pi)
+    np.testing.assert_allclose(back, table.q, atol=np.pi / 8192 * 1.0001)
+    table.to_drives(tmp_path / "a.bin", 8192, machine, (100, -5000))
+    read = np.fromfile(tmp_path / "a.bin", "<i4").reshape(-1, 2)
+    np.testing.assert_array_equal(read, counts)
+    table.to_drives(tmp_path / "a.csv", 8192, machine, (100, -5000))
+    rows = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=2)
+    np.testing.assert_array_equal(rows[:, 1:], counts)
+    np.testing.assert_allclose(rows[:, 0], table.t)
+
+
+@pytest.mark.parametrize("drive", ["odrive", "moteus"])
+def test_turns(table, drive, tmp_path):
+    turns = table.for_drives(drive)
+    np.testing.assert_allclose(turns * 2 * np.pi, table.q, atol=1e-6)
+    table.to_drives(tmp_path / "a.bin", drive)
+    np.testing.assert_array_equal(np.fromfile(tmp_path / "a.bin", "<f4").reshape(-1, 2), turns)
+
+
+def test_dynamixels(table):
+    goal = table.for_drives("dynamixel")
+    np.testing.assert_allclose((goal - 2048) / 4096 * 2 * np.pi, table.q, atol=1e-3)
+    with pytest.raises(ValueError, match=r"motor 1 is to go to \d+ at t = .* beyond 0 to 4095"):
+        table.for_drives("dynamixel", zero=(4000, 2048))
+    wrapped = table.for_drives("dynamixel", zero=(4096 + 2048, 2048), wrap=True)
+    np.testing.assert_array_equal(wrapped, goal)
+    middle = 4096 - (goal[0, 0] + goal[-1, 0]) // 2 + 2048
+    with pytest.raises(ValueError, match="turn back by a whole turn"):
+        table.for_drives("dynamixel", zero=(middle, 2048), wrap=True)
+    with pytest.raises(ValueError, match="beyond -2147483648"):
+        table.for_drives(2**32, zero=(0, 2**31 - 1))
+    with pytest.raises(ValueError, match="must be one of"):
+        table.for_drives("servo")
+    degrees = fb.Machine(ROBOT, ratio=(np.pi / 180, np.pi / 180))
+    with pytest.raises(ValueError, match="could be theirs or the motor"):
+        table.for_drives("odrive", degrees)
