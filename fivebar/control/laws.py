@@ -13,7 +13,7 @@ from ..base.backend import HUGE, real_numbers
 from ..base.checks import flag, modes, not_negative, shown
 from ..base.checks import robot as must_be_robot
 from ..models.dynamics import dynamic_model, gravity_torques
-from ..models.geometry import dgm, igm
+from ..models.geometry import Pose, dgm, igm
 from ..models.kinematics import Accelerations, Rates, dkm, ikm, ikm2
 from ..models.loads import dry_friction
 from ..models.physics import loads_of
@@ -70,6 +70,15 @@ class _JointController:
         xi, xi_dot, xi_ddot = reference(t)
         return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
 
+    def gains_by_inertia(self, pose: Pose) -> tuple[float, float]:
+        """Return the largest kp and kd of a unit inertia, 1/s^2 and 1/s, with M at this pose."""
+        M, _ = dynamic_model(dkm(pose, np.zeros(2)))
+        kp, kd = (
+            float(np.linalg.eigvals(np.linalg.solve(M, np.eye(2) * gain)).real.max())
+            for gain in (self.kp, self.kd)
+        )
+        return kp, kd
+
     def __call__(
         self,
         t: float,
@@ -92,6 +101,9 @@ class PD(_JointController):
     """Proportional-derivative control of the joints.
 
     tau = kp (q_ref - q) + kd (q_ref' - q')
+
+    Sampled with the period h it is stable where kp h / 2 < kd < 2 lambda / h, with lambda the least
+    eigenvalue of the inertia matrix M at the pose.
 
     Parameters
     ----------
@@ -163,6 +175,10 @@ class ComputedTorque(_JointController):
     """
 
     assembly: int = -1
+
+    def gains_by_inertia(self, pose: Pose) -> tuple[float, float]:
+        """Return the largest kp and kd, which are of a unit inertia by themselves."""
+        return float(np.max(self.kp)), float(np.max(self.kd))
 
     def law(
         self,
@@ -241,3 +257,23 @@ class FeedForward(_JointController):
             tau = np.zeros(2)
         error = self.robot.joint_difference(q_ref - q)
         return tau + error * self.kp + (q_ref_dot - q_dot) * self.kd
+
+
+def unstable_gains(controller: Any, pose: Pose, period: float, delay: int) -> str:
+    """Return a sentence where the gains at this pose are unstable under sampling, else "".
+
+    A joint under PD, held from sample to sample, is stable where p / 2 < q < 2 with p = kp h^2 and
+    q = kd h of a unit inertia; with one sample of delay where p < r (1 - r), r = q - p / 2.
+    """
+    if not isinstance(controller, _JointController) or not pose.assembly:
+        return ""  # at Type 2 M is infinite
+    kp, kd = controller.gains_by_inertia(pose)
+    p, q = kp * period**2, kd * period
+    r = q - p / 2
+    if p < r * (1 - r) if delay else p / 2 < q < 2:
+        return ""
+    rule = "p < r (1 - r), r = q - p / 2" if delay else "p / 2 < q < 2"
+    return (
+        f"the gains are unstable with the control period h = {period:g} s: for each unit of the"
+        f" inertia at the start p = kp h^2 = {p:.3g} and q = kd h = {q:.3g}, and it must be {rule}"
+    )

@@ -13,6 +13,7 @@ from scipy.integrate import cumulative_simpson
 from ..base.checks import a_callable, bounded, instance, optional, positive, shown, takes
 from ..base.checks import robot as must_be_robot
 from ..base.errors import SingularityError, UnreachableError
+from ..control.laws import unstable_gains
 from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Rates, dkm, ikm, some_rates
@@ -131,7 +132,13 @@ def simulate(
             plant = plant_of(robot, start, tolerance, integrator.jit)
         period = grid.block * grid.step
         loop = _Loop(robot.words, controller, reference, torque_limit, measurement, period)
-        return _closed_loop(plant, grid, loop)
+        try:
+            return _closed_loop(plant, grid, loop)
+        except ArithmeticError as error:
+            why = unstable_gains(controller, start.pose, period, measurement.delay)
+            if why and type(error) is ArithmeticError:
+                error.args = (f"{why}; {error}",)
+            raise
 
     if integrator.tolerance is None:
         return run(TOLERANCE)
