@@ -43,6 +43,12 @@ def sources(notebook, kind):
     return [cell.source for cell in notebook.cells if cell.cell_type == kind]
 
 
+def headings(page):
+    """The anchors of a Markdown file's headings, as GitHub makes them."""
+    titles = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
 def test_all_subjects_are_there():
     assert [path.stem for path in NOTEBOOKS] == [
         f"{n:02d}_{subject}" for n, subject in enumerate(SUBJECTS)
@@ -89,7 +95,9 @@ def test_told_as_a_story(path):
     tasks = re.findall(r"^\d\. ", text[-1].partition("## Exercises")[2], flags=re.MULTILINE)
     assert 2 <= len(tasks) <= 5
     for link in re.findall(r"\]\(([^)]+)\)", "\n".join(text)):
-        assert (path.parent / link).is_file(), link
+        file, _, heading = link.partition("#")
+        assert (path.parent / file).is_file(), link
+        assert not heading or heading in headings(path.parent / file), link
     if path.stem[:2] in LABS:
         assert any(LABS[path.stem[:2]] in source for source in sources(notebook, "code"))
         assert f"fivebar check lab{int(path.stem[:2])} " in "\n".join(text)
