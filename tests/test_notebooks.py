@@ -9,6 +9,7 @@ from pathlib import Path
 
 import bokeh
 import nbformat
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -83,6 +84,33 @@ def test_stored_outputs_are_small():
                     path.name,
                     cell.id,
                 )
+
+
+DEFAULT_COLOURS = {
+    "blue": "1f77b4",
+    "orange": "ff7f0e",
+    "green": "2ca02c",
+    "red": "d62728",
+}  # Matplotlib's
+
+
+@each_notebook
+def test_pictures_have_the_style_of_the_package(path):
+    notebook = nbformat.read(path, as_version=4)
+    code = "\n".join(sources(notebook, "code"))
+    if "import matplotlib.pyplot as plt" in code:
+        assert re.search(r"^fb\.plot\.use_style\(\)", code, re.MULTILINE), (
+            "its plots have other colours"
+        )
+    for cell in notebook.cells:
+        for output in cell.get("outputs", ()) if "plt." in cell.source else ():
+            if picture := output.get("data", {}).get("image/png"):
+                pixels = np.asarray(
+                    Image.open(io.BytesIO(base64.b64decode(picture))).convert("RGB"), int
+                )
+                for name, colour in DEFAULT_COLOURS.items():
+                    off = np.abs(pixels - list(bytes.fromhex(colour))).max(axis=-1)
+                    assert (off <= 8).sum() < 60, f"{cell.id}: Matplotlib's own {name}"
 
 
 @each_notebook
