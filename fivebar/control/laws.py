@@ -48,6 +48,7 @@ class _JointController:
     kd: Vector
     working: tuple[int, int] = (-1, -1)
     law: ClassVar[Callable[..., Vector]]
+    inertial: ClassVar[bool] = False  # whether the law multiplies the gains by M
 
     def __post_init__(self) -> None:
         must_be_robot(self.robot, "robot")
@@ -69,15 +70,6 @@ class _JointController:
             raise ValueError(f"{type(self).__name__} needs a reference to track")
         xi, xi_dot, xi_ddot = reference(t)
         return ikm2(ikm(igm(self.robot, xi, self.working), xi_dot), xi_ddot)
-
-    def gains_by_inertia(self, pose: Pose) -> tuple[float, float]:
-        """Return the largest kp and kd of a unit inertia, 1/s^2 and 1/s, with M at this pose."""
-        M, _ = dynamic_model(dkm(pose, np.zeros(2)))
-        kp, kd = (
-            float(np.linalg.eigvals(np.linalg.solve(M, np.eye(2) * gain)).real.max())
-            for gain in (self.kp, self.kd)
-        )
-        return kp, kd
 
     def __call__(
         self,
@@ -175,10 +167,7 @@ class ComputedTorque(_JointController):
     """
 
     assembly: int = -1
-
-    def gains_by_inertia(self, pose: Pose) -> tuple[float, float]:
-        """Return the largest kp and kd, which are of a unit inertia by themselves."""
-        return float(np.max(self.kp)), float(np.max(self.kd))
+    inertial: ClassVar[bool] = True
 
     def law(
         self,
@@ -267,7 +256,13 @@ def unstable_gains(controller: Any, pose: Pose, period: float, delay: int) -> st
     """
     if not isinstance(controller, _JointController) or not pose.assembly:
         return ""  # at Type 2 M is infinite
-    kp, kd = controller.gains_by_inertia(pose)
+    inertia = np.eye(2)
+    if not controller.inertial:
+        inertia, _ = dynamic_model(dkm(pose, (0.0, 0.0)))
+    kp, kd = (
+        np.linalg.eigvals(np.linalg.solve(inertia, np.eye(2) * gain)).real.max()
+        for gain in (controller.kp, controller.kd)
+    )
     p, q = kp * period**2, kd * period
     r = q - p / 2
     if p < r * (1 - r) if delay else p / 2 < q < 2:
