@@ -8,7 +8,7 @@ from PIL import Image
 import fivebar as fb
 
 FOLDER = Path(fb.__file__).parent / "guide"
-WIDTH = 560  # pixels, of a picture with two panels
+WIDTH, WIDEST = 560, 760  # pixels: of a picture with two panels, and of any
 
 
 def assembly(robot):
@@ -42,7 +42,7 @@ def made(name):
     file = io.BytesIO()
     fb.plot.pose(poses, titles).savefig(file, format="png", dpi=100)
     picture = Image.open(file).convert("RGB")
-    width = WIDTH * len(poses) // 2
+    width = min(WIDTH * len(poses) // 2, WIDEST)
     size = width, round(picture.height * width / picture.width)
     small = picture.resize(size, Image.Resampling.LANCZOS)
     method = Image.Quantize.MAXCOVERAGE
