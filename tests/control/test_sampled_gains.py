@@ -69,6 +69,14 @@ def test_a_failure_names_the_gains():
         fb.simulate(robot, fb.ComputedTorque(robot, 8100, 180), line, measurement=late)
 
 
+def test_a_run_that_whirls_is_told_why():
+    robot = fb.FiveBar()
+    line = fb.line((0.09, 0.06796322), (0.0, 0.1), 2.0)
+    with pytest.warns(RuntimeWarning, match=r"crosses \d+ .*q = kd h = 2\.48, and it must"):
+        run = fb.simulate(robot, fb.PD(robot, 10, 1), line, duration=0.7)
+    assert run.events
+
+
 def test_stable_gains_and_other_laws_are_not_blamed():
     robot = fb.FiveBar()
     pose = fb.igm(robot, (0.0, 0.1))
