@@ -9,6 +9,7 @@ from pathlib import Path
 
 import bokeh
 import nbformat
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -41,6 +42,12 @@ each_notebook = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path
 
 def sources(notebook, kind):
     return [cell.source for cell in notebook.cells if cell.cell_type == kind]
+
+
+def headings(page):
+    """The anchors of a Markdown file's headings, as GitHub makes them."""
+    titles = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
 def test_all_subjects_are_there():
@@ -79,6 +86,33 @@ def test_stored_outputs_are_small():
                 )
 
 
+DEFAULT_COLOURS = {
+    "blue": "1f77b4",
+    "orange": "ff7f0e",
+    "green": "2ca02c",
+    "red": "d62728",
+}  # Matplotlib's
+
+
+@each_notebook
+def test_pictures_have_the_style_of_the_package(path):
+    notebook = nbformat.read(path, as_version=4)
+    code = "\n".join(sources(notebook, "code"))
+    if "import matplotlib.pyplot as plt" in code:
+        assert re.search(r"^fb\.plot\.use_style\(\)", code, re.MULTILINE), (
+            "its plots have other colours"
+        )
+    for cell in notebook.cells:
+        for output in cell.get("outputs", ()) if "plt." in cell.source else ():
+            if picture := output.get("data", {}).get("image/png"):
+                pixels = np.asarray(
+                    Image.open(io.BytesIO(base64.b64decode(picture))).convert("RGB"), int
+                )
+                for name, colour in DEFAULT_COLOURS.items():
+                    off = np.abs(pixels - list(bytes.fromhex(colour))).max(axis=-1)
+                    assert (off <= 8).sum() < 60, f"{cell.id}: Matplotlib's own {name}"
+
+
 @each_notebook
 def test_told_as_a_story(path):
     """First the install cell, then a title with a question; exercises at the end; links that lead somewhere."""
@@ -89,7 +123,9 @@ def test_told_as_a_story(path):
     tasks = re.findall(r"^\d\. ", text[-1].partition("## Exercises")[2], flags=re.MULTILINE)
     assert 2 <= len(tasks) <= 5
     for link in re.findall(r"\]\(([^)]+)\)", "\n".join(text)):
-        assert (path.parent / link).is_file(), link
+        file, _, heading = link.partition("#")
+        assert (path.parent / file).is_file(), link
+        assert not heading or heading in headings(path.parent / file), link
     if path.stem[:2] in LABS:
         assert any(LABS[path.stem[:2]] in source for source in sources(notebook, "code"))
         assert f"fivebar check lab{int(path.stem[:2])} " in "\n".join(text)

@@ -26,8 +26,10 @@ OPTIONS = JSON | {
     "--prior NAME=SD ...": "what is known of an unknown beforehand, as l11=0.3mm offset1=1deg",
     "--loss NAME": ("linear", "linear, soft_l1, huber, cauchy, arctan"),
     "--units UNIT ...": "without one in the heading: deg, x=mm",
-    "--mend": "put right the mistakes found in the data, and say so",
-    "--keep": "look for no mistakes in the data",
+    "--mistakes raise|mend|keep": (
+        "raise",
+        "in the data: refuse them, put them right, or do not look for them",
+    ),
     "--profile": "95 %% intervals by profile likelihood, too",
     "--sheet A4|A5": "write a test drawing, and a table for a ruler to fill in, instead",
     WORKING: "of the test drawing: working modes",
@@ -90,8 +92,6 @@ def _calibrate(arguments):
         raise UsageError(f"no file {arguments.data!r}")
     if not robot.turns:
         raise UsageError("calibrate knows five-bars only, and --robot is a biglide")
-    if arguments.mend and arguments.keep:
-        raise UsageError("--mend and --keep: give one")
     if arguments.loss not in LOSSES:
         raise UsageError(f"--loss must be one of {', '.join(LOSSES)}, not {arguments.loss!r}")
     unknown = tuple(" ".join(arguments.unknown or DEFAULT).replace(",", " ").split())
@@ -119,7 +119,7 @@ def _calibrate(arguments):
         priors=priors,
         loss=arguments.loss,
         units=arguments.units,
-        mistakes="mend" if arguments.mend else "keep" if arguments.keep else "raise",
+        mistakes=arguments.mistakes,
     )
     text = str(result)
     profiles = result.intervals(method="profile") if arguments.profile else {}

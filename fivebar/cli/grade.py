@@ -55,7 +55,7 @@ def add_parsers(commands):
 
 
 def _common(parser, lab=None):
-    parser.add_argument("lab", metavar="LAB", nargs=lab, help="lab1 ... or its full name")
+    parser.add_argument("lab", metavar="LAB", nargs=lab, help="lab1 (or 1), or its full name")
     words = "which of several files is meant (a pattern)"
     parser.add_argument("--file", dest="program", metavar="NAME", help=words)
     add_options(parser, COMMON)

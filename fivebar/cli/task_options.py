@@ -12,14 +12,14 @@ from textwrap import fill, indent
 
 from ..base.errors import UsageError
 from ..planning.samples import from_csv
-from .options import add_options, number, parse_values, usage_errors, used_options
+from .options import WORKING, add_options, number, parse_values, usage_errors, used_options
 
 _MODULES: set = set()  # of users, by the names of the modules that they are
 TASK = {
     "--table M ...": "width height, or x_min x_max y_min y_max",
     "--disc M ...": "radius, or x y radius, in place of a table",
     "--poses N N": "nodes of the table (default: 31 31)",
-    "--working SIGNS": "of the legs, as +- (default)",
+    WORKING: "working modes (default: 1 -1, elbows out)",
     "--motor NAME ...": "by name, or its torque at rest (N m) and its speed without load (rad/s)",
     "--motion PATH.csv": "t (s), x, y (m), about the task's own origin",
     "--path DRAWING": "a drawing or points, as `draw` reads them; about that origin",
@@ -39,14 +39,10 @@ def add_task_options(parser: argparse.ArgumentParser) -> None:
 
 def chosen_task(arguments: argparse.Namespace) -> dict:
     """Return the task's options, as `sweep` and `design` take them."""
-    names = "table disc poses path stiffness det_A sin margin".split()
+    names = "table disc poses working path stiffness det_A sin margin".split()
     choices = used_options(arguments, *names)
     if len(arguments.disc) == 1:
         choices["disc"] = arguments.disc[0]
-    if arguments.working:
-        if arguments.working not in ("++", "+-", "-+", "--"):
-            raise UsageError(f"--working must be two signs, as +-, not {arguments.working!r}")
-        choices["working"] = tuple(1 if sign == "+" else -1 for sign in arguments.working)
     if len(arguments.motor) == 1:
         choices["motor"] = arguments.motor[0]
     elif arguments.motor:

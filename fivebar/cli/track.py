@@ -50,7 +50,7 @@ OPTIONS = JSON | {
     "--torque-limit NM": "of either motor, N m (biglide: N)",
     "--out DIR": "write run.csv, tracking.png and animation.html there",
     "--page OUT.html": "robot and plots on one page, linked by the time",
-    WORKING: "working modes, as 1 -1 (default: -1 -1)",
+    WORKING: "working modes, as 1 -1 (default: -1 -1, elbows to the right)",
 }
 
 

@@ -13,7 +13,7 @@ from ..base.backend import HUGE, real_numbers
 from ..base.checks import flag, modes, not_negative, shown
 from ..base.checks import robot as must_be_robot
 from ..models.dynamics import dynamic_model, gravity_torques
-from ..models.geometry import dgm, igm
+from ..models.geometry import Pose, dgm, igm
 from ..models.kinematics import Accelerations, Rates, dkm, ikm, ikm2
 from ..models.loads import dry_friction
 from ..models.physics import loads_of
@@ -48,6 +48,7 @@ class _JointController:
     kd: Vector
     working: tuple[int, int] = (-1, -1)
     law: ClassVar[Callable[..., Vector]]
+    inertial: ClassVar[bool] = False  # whether the law multiplies the gains by M
 
     def __post_init__(self) -> None:
         must_be_robot(self.robot, "robot")
@@ -92,6 +93,9 @@ class PD(_JointController):
     """Proportional-derivative control of the joints.
 
     tau = kp (q_ref - q) + kd (q_ref' - q')
+
+    Sampled with the period h it is stable where kp h / 2 < kd < 2 lambda / h, with lambda the least
+    eigenvalue of the inertia matrix M at the pose.
 
     Parameters
     ----------
@@ -163,6 +167,7 @@ class ComputedTorque(_JointController):
     """
 
     assembly: int = -1
+    inertial: ClassVar[bool] = True
 
     def law(
         self,
@@ -241,3 +246,29 @@ class FeedForward(_JointController):
             tau = np.zeros(2)
         error = self.robot.joint_difference(q_ref - q)
         return tau + error * self.kp + (q_ref_dot - q_dot) * self.kd
+
+
+def unstable_gains(controller: Any, pose: Pose, period: float, delay: int) -> str:
+    """Return a sentence where the gains at this pose are unstable under sampling, else "".
+
+    A joint under PD, held from sample to sample, is stable where p / 2 < q < 2 with p = kp h^2 and
+    q = kd h of a unit inertia; with one sample of delay where p < r (1 - r), r = q - p / 2.
+    """
+    if not isinstance(controller, _JointController) or not pose.assembly:
+        return ""  # at Type 2 M is infinite
+    inertia = np.eye(2)
+    if not controller.inertial:
+        inertia, _ = dynamic_model(dkm(pose, (0.0, 0.0)))
+    kp, kd = (
+        np.linalg.eigvals(np.linalg.solve(inertia, np.eye(2) * gain)).real.max()
+        for gain in (controller.kp, controller.kd)
+    )
+    p, q = kp * period**2, kd * period
+    r = q - p / 2
+    if p < r * (1 - r) if delay else p / 2 < q < 2:
+        return ""
+    rule = "p < r (1 - r), r = q - p / 2" if delay else "p / 2 < q < 2"
+    return (
+        f"the gains are unstable with the control period h = {period:g} s: for each unit of the"
+        f" inertia at the start p = kp h^2 = {p:.3g} and q = kd h = {q:.3g}, and it must be {rule}"
+    )

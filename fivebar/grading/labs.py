@@ -120,12 +120,11 @@ def known_labs(folder: str | Path | None = None) -> list[Lab]:
 
 
 def find_lab(name: str, folder: str | Path | None = None) -> Lab:
-    """Return the lab called `name`, in full or up to its first underscore: lab1 or
-    lab1_geometry.
-    """
+    """Return the lab called `name`: lab1_geometry, lab1 or 1."""
     labs = known_labs(folder)
+    wanted = {name, f"lab{name}"}
     for lab in labs:
-        if name in (lab.name, lab.name.split("_")[0]):
+        if wanted & {lab.name, lab.name.split("_")[0]}:
             return lab
     names = ", ".join(lab.name for lab in labs) or "none"
     where = "" if folder is None else f" in {folder}"

@@ -12,4 +12,5 @@
 .. include:: amoro.md
 .. include:: charts.md
 .. include:: security.md
+.. include:: glossary.md
 """

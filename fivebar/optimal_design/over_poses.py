@@ -219,7 +219,7 @@ OVER_POSES = (
         _one,
     ),
     (
-        "sine",
+        "sin",
         "",
         "large",
         "the least |sin q_i2| of both legs: 0 at Type 1",

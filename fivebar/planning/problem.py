@@ -257,6 +257,7 @@ def refuse_stops(problem: Problem) -> None:
                     f"plan: infeasible: {name} itself does not keep {what}: by {-clearance:.3g}",
                     {what: float(-clearance)},
                 )
+        _refuse_other_side(problem, name, float(pose.det_A))
         q_dot = ikm(pose, conditions.get(1, (0.0, 0.0))).q_dot
         xi_ddot = np.array(conditions.get(2, (0.0, 0.0)))
         found = problem.violations(q_dot, xi_ddot, sines=problem.signed_sines(pose))
@@ -266,6 +267,19 @@ def refuse_stops(problem: Problem) -> None:
                 f"plan: infeasible: {name} itself breaks limits{problem.listed(found)}",
                 found,
             )
+
+
+def _refuse_other_side(problem, name, det_A):
+    """Raise where a limit on det A parts a stop from the start, whatever the path between them."""
+    least = problem.constraints.det_A
+    if least and problem.side * det_A < 0:
+        sign = "positive" if problem.side > 0 else "negative"
+        raise PlanError(
+            f"plan: infeasible: {name} is on the other side of Type 2 than the start: det A ="
+            f" {det_A:.3g} there, and it is {sign} at the start. With the constraint det_A ="
+            f" {least:.3g} no motion may cross Type 2: leave it out, or change {name}",
+            {"det_A": least - problem.side * det_A},
+        )
 
 
 def refuse_broken(plan: Plan, tolerance: float) -> Plan:

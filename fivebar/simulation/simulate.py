@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -12,6 +13,7 @@ from scipy.integrate import cumulative_simpson
 
 from ..base.checks import a_callable, bounded, instance, optional, positive, shown, takes
 from ..base.errors import SingularityError, UnreachableError
+from ..control.laws import unstable_gains
 from ..models.charts import CHARTS
 from ..models.geometry import dgm, igm
 from ..models.kinematics import Rates, dkm, ikm, some_rates
@@ -105,6 +107,9 @@ def simulate(
     ArithmeticError
         Where a torque is not finite, or the motion becomes too fast. It does where all four bars
         are parallel.
+    RuntimeWarning
+        Where the gains of a controller of this package are unstable with the control period, and
+        the robot crosses singularities.
     SingularityError
         Where a chart of `Integrator` ends.
 
@@ -123,6 +128,10 @@ def simulate(
     robot, torques = robot_and_torques(robot)
     start = start_with(robot, reference, controller) if start is None else start
 
+    def unstable() -> str:
+        period = grid.block * grid.step
+        return unstable_gains(controller, start.pose, period, measurement.delay)
+
     def run(tolerance: float) -> Run:
         plant: Plant | FixedPlant
         if integrator.fixed:
@@ -134,13 +143,23 @@ def simulate(
             plant = plant_of(robot, start, tolerance, integrator.jit, torques)
         period = grid.block * grid.step
         loop = _Loop(robot.words, controller, reference, torque_limit, measurement, period)
-        return _closed_loop(plant, grid, loop)
+        try:
+            return _closed_loop(plant, grid, loop)
+        except ArithmeticError as error:
+            if type(error) is ArithmeticError and (why := unstable()):
+                error.args = (f"{why}; {error}",)
+            raise
 
     if integrator.tolerance is None:
-        return run(TOLERANCE)
-    coarse = run(integrator.tolerance / COARSER)
-    fine = run(max(integrator.tolerance / FINER, FINEST))
-    return replace(fine, step_error=float(np.abs(fine.q - coarse.q).max()))
+        found = run(TOLERANCE)
+    else:
+        coarse = run(integrator.tolerance / COARSER)
+        fine = run(max(integrator.tolerance / FINER, FINEST))
+        found = replace(fine, step_error=float(np.abs(fine.q - coarse.q).max()))
+    if found.events and (why := unstable()):
+        words = f"the robot crosses {len(found.events)} singularities: {why}"
+        warnings.warn(words, RuntimeWarning, stacklevel=2)
+    return found
 
 
 def _closed_loop(plant: Plant | FixedPlant, grid: Grid, loop: _Loop) -> Run:

@@ -1,6 +1,7 @@
 """Lab 4: types, margins, the Type-2 locus and paths that meet it, right and wrong."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -35,6 +36,39 @@ def same_way(angle):
 
 def kind(type_1, type_2):
     return type_1 + 2 * type_2
+
+
+BETWEEN_DISTAL_BARS = (-1, -1, 1, 1)  # q21 + q22 - q11 - q12
+
+
+def wrong_angles():
+    """Coefficients of q11, q12, q21, q22 in sums and differences that are not the angle between the distal bars.
+
+    Of an angle and its negative, whose sines vanish together, only one is here.
+    """
+    all_of_them = product((-1, 0, 1), repeat=4)
+    one_of_two = [c for c in all_of_them if c > (0, 0, 0, 0)]
+    return [c for c in one_of_two if c != tuple(-k for k in BETWEEN_DISTAL_BARS)]
+
+
+def angle(coefficients, q):
+    return sum(k * joint for k, joint in zip(coefficients, q))
+
+
+def angle_in_words(coefficients):
+    """q22 - q12: the positive terms first."""
+    terms = sorted(zip(coefficients, ("q11", "q12", "q21", "q22")), key=lambda term: -term[0])
+    signed = [(" + " if k > 0 else " - ") + name for k, name in terms if k]
+    return "".join(signed).removeprefix(" + ")
+
+
+def by_another_angle(coefficients):
+    """The misconception of who finds Type 2 where the sine of this angle is 0."""
+    return Misconception(
+        f"Type 2 by the angle {angle_in_words(coefficients)}",
+        "Which angle lies between the two distal bars? Write down the direction of each.",
+        lambda robot, *q: kind(in_line(q[1]) | in_line(q[3]), in_line(angle(coefficients, q))),
+    )
 
 
 TYPE = Exercise(
@@ -91,6 +125,17 @@ TYPE = Exercise(
                 lambda robot, *q, tolerance=tolerance: fb.singularity(pose(robot, *q), tolerance),
             )
             for size, tolerance in (("larger", 5e-3), ("smaller", 1e-8))
+        ),
+        Misconception(
+            "Types 1 and 3 never named",
+            "Stretch your arm. Which matrix of lab 2 is singular, and which angle of the leg says so?",
+            lambda robot, *q: kind(False, in_line(angle(BETWEEN_DISTAL_BARS, q))),
+        ),
+        *(by_another_angle(coefficients) for coefficients in wrong_angles()),
+        Misconception(
+            "Types 2 and 3 never named",
+            "Hold two rulers parallel, as distal bars. Which angle do you compare with which number?",
+            lambda robot, *q: kind(in_line(q[1]) | in_line(q[3]), False),
         ),
         *(
             Misconception(

@@ -1,5 +1,7 @@
 """What lab 4 checks; its models are in exercises.py."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -55,6 +57,15 @@ def straight(robot, draw, n, leg, passive):
     return chosen(robot, (own, passives, *found) if leg == 0 else (*found, own, passives), n, 1)
 
 
+def both_straight(robot):
+    """Type 1 twice: both legs stretched, on either side of the base; they form a triangle with it."""
+    (left, right), (l12, l22) = robot.drives, robot.distal
+    base = np.full(2, right.x - left.x), np.zeros(2)
+    legs = RRR(base, left.length + l12, right.length + l22, np.array([1, -1]))
+    q11, q21 = (np.arctan2(y, x) for x, y in (legs.first, legs.second))
+    return chosen(robot, (q11, np.zeros(2), q21, np.zeros(2)), 2, 1)
+
+
 def doubly(robot, n):
     """Type 3: a leg in line and the distal bars too, so that a triangle of the base and two sides is left."""
     rows = []
@@ -89,6 +100,36 @@ def misread(robot, draw, n, leg):
     return chosen(robot, (own, passive, *found) if leg == 0 else (*found, own, passive), n, 0)
 
 
+def of_wrong_angles(robot, draw, count=8, places=181):
+    """One regular pose for each sum of joint angles that may be mistaken for the angle between the distal bars:
+    the sum is 0 or pi there. It is where the sine of the sum changes its sign on straight lines of motor angles."""
+    legs_and_right = {(0, 1, 0, 0), (0, 0, 0, 1), (1, 1, -1, -1)}
+    up_to_sign = [c for c in product((-1, 0, 1), repeat=4) if c > (0, 0, 0, 0)]
+    sums = np.array([c for c in up_to_sign if c not in legs_and_right])
+
+    middle = draw.uniform(-np.pi, np.pi, (count, 2))
+    along = u(draw.uniform(-np.pi, np.pi, count))
+    assembly = draw.choice([-1, 1], count)
+
+    def at(line, place):
+        turned = along[line] * place
+        q = middle[line] + np.stack([turned.real, turned.imag], axis=-1)
+        return np.array(joints(fb.dgm(robot, q, assembly[line], unreachable="nan")))
+
+    grid = np.linspace(-np.pi, np.pi, places)
+    scan = at(np.repeat(np.arange(count), places), np.tile(grid, count))
+    signs = np.sign(np.sin(sums @ scan)).reshape(len(sums), count, places)
+    which, line, k = np.nonzero(signs[..., 1:] * signs[..., :-1] < 0)
+    low, high = grid[k], grid[k + 1]
+    for _ in range(40):
+        half = (low + high) / 2
+        sines = np.sin(np.sum(sums[which] * at(line, half).T, axis=1))
+        same = np.sign(sines) == signs[which, line, k]
+        low, high = np.where(same, half, low), np.where(same, high, half)
+    found = at(line, low)
+    return batch(*(chosen(robot, tuple(found[:, which == i]), 1, 0) for i in range(len(sums))))
+
+
 def hardly_singular(robot, draw):
     """On both sides of what counts as singular: sines of 1e-3 and 1e-4, and of 3e-7."""
     sines = np.array([1e-3, -1e-4, 3e-7])
@@ -107,6 +148,8 @@ def of_all_types(robot, draw):
         *lines,
         *legs,
         doubly(robot, 4),
+        both_straight(robot),
+        of_wrong_angles(robot, draw),
     )
 
 

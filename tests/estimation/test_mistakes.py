@@ -136,7 +136,7 @@ def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_pat
     assert printed.out == "" and printed.err.startswith(
         f"fivebar: 2 mistakes in {wrong}: column q2 in degrees? ("
     )
-    assert "; line 9: noted working (" in printed.err and "--mend" in printed.err
+    assert "; line 9: noted working (" in printed.err and "--mistakes mend" in printed.err
     out = tmp_path / "out"
     assert main(["calibrate", right, *command[2:], "--out", str(out)]) == 0
     text = capsys.readouterr().out
@@ -145,7 +145,7 @@ def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_pat
     assert {path.name for path in out.iterdir()} == {
         "calibration.png", "calibration.json", "calibration.txt", "robot.toml",
     }  # fmt: skip
-    assert main([*command, "--mend"]) == 0
+    assert main([*command, "--mistakes", "mend"]) == 0
     mended = capsys.readouterr().out
     assert (
         mended.split("\n\nput right")[0].rstrip() == text.split("\n\nx (mm)")[0].rstrip()
@@ -163,7 +163,6 @@ def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_pat
         (["--start", "x0=a"], 2, "--start: 'a' is no number"),
         (["--bounds", "l11=0.1"], 2, "--bounds must be NAME=LOW:HIGH"),
         (["--robot", "biglide"], 2, "calibrate knows five-bars only"),
-        (["--mend", "--keep"], 2, "--mend and --keep: give one"),
         (["--units", "furlong"], 1, "units: furlong: known are"),
     ],
 )

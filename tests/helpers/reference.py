@@ -35,8 +35,13 @@ def public() -> list[str]:
 
 
 def apart(docstring: str, *how: object) -> str:
-    """A docstring in Markdown, in which each argument begins a line of its own, as in the source."""
-    return CONVERT(re.sub(r"\n(?=[\w*]+(, [\w*]+)*(:|  ) *\S)", "  \n", docstring), *how)
+    """A docstring in Markdown, in which each argument begins a line of its own, as in the source.
+
+    The guide is one page here: links from one of its files to another lead to a heading of that page.
+    """
+    text = CONVERT(re.sub(r"\n(?=[\w*]+(, [\w*]+)*(:|  ) *\S)", "  \n", docstring), *how)
+    text = re.sub(r"\]\(\w+\.md#", "](#", text)
+    return re.sub(r"\]\((\w+)\.md\)", r"](#\1)", text)
 
 
 def build(folder: Path) -> None:

@@ -239,7 +239,7 @@ def test_goals_of_ones_own_and_fixed_parameters():
     [
         (lambda: fb.design("area", LENGTHS), ValueError, "goals: no figure 'area'; the known ones are"),
         (lambda: fb.design({"bars": "most"}, LENGTHS), ValueError, 'bars is to be "min" or "max", not \'most\''),
-        (lambda: fb.design(["bars", "workspace_area", "det_A", "sine"], LENGTHS, **TABLE), ValueError, "at most three"),
+        (lambda: fb.design(["bars", "workspace_area", "det_A", "sin"], LENGTHS, **TABLE), ValueError, "at most three"),
         (lambda: fb.design("bars", {"l1": (0.3, 0.1)}), ValueError, "bounds: l1 = .* is the wrong way round"),
         (lambda: fb.design("bars", {"l7": (0.1, 0.3)}), ValueError, "bounds: no parameter 'l7'"),
         (lambda: fb.design("bars", [0.1]), TypeError, "bounds must be a table"),

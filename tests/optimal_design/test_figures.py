@@ -36,7 +36,7 @@ def swept():
         **TASK,
     )
     assert done.errors == ()
-    good = np.flatnonzero((done["det_A"] > 0.2) & (done["sine"] > 0.2))
+    good = np.flatnonzero((done["det_A"] > 0.2) & (done["sin"] > 0.2))
     assert 20 < len(good) < 380
     return done, good
 
@@ -66,7 +66,7 @@ def test_figures_over_a_table_are_those_of_the_models(swept):
         wanted = {
             "reach": pose.reach_margin.min(),
             "det_A": np.abs(pose.det_A).min(),
-            "sine": np.abs(margins.serial).min(),
+            "sin": np.abs(margins.serial).min(),
             "transmission_angle": margins.transmission_angle.min(),
             "conditioning": (1 / np.linalg.cond(J)).min(),
             "stiffness": np.linalg.eigvalsh(30.0 * np.linalg.inv(J @ np.swapaxes(J, 1, 2))).min(),

@@ -171,8 +171,8 @@ def calibrate(
         what = "a mistake" if len(wrong) == 1 else f"{len(wrong)} mistakes"
         where = "data" if isinstance(data, Mapping) else data
         raise ValueError(
-            f"{what} in {where}: {'; '.join(wrong)}. Put that right (mistakes='mend', on the"
-            " command line --mend, does), or take the data as they are ('keep', --keep)"
+            f"{what} in {where}: {'; '.join(wrong)}. Put that right (mistakes='mend' does,"
+            " on the command line --mistakes mend), or take the data as they are (mistakes='keep')"
         )
     if not length_ok(p):
         p = task.start.copy()
