@@ -181,15 +181,18 @@ class Outline:
                 return False
         return True
 
-    def shrunk(self, v: np.ndarray, least: float) -> np.ndarray | None:
+    def shrunk(
+        self, v: np.ndarray, least: float, inwards: np.ndarray = INWARDS
+    ) -> np.ndarray | None:
         """Return the rectangle, its borders moved inwards until it keeps the clearance.
 
         They move by `least`, m, or that times a power of 2; None where that leaves nothing.
+        inwards (4,): how the borders move, by 1 at most.
         """
         x_min, x_max, y_min, y_max = v
         half = min(x_max - x_min, y_max - y_min) / 2
         while least < half:
-            smaller = v + least * INWARDS
+            smaller = v + least * inwards
             if self.keeps(smaller):
                 return smaller
             least *= 2

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import minimize
 
-from ..base.checks import instance, optional, takes
+from ..base.checks import instance, optional, positive, takes
 from ..base.progress import progress
 from ..singularities.aspects import Aspect
 from ..singularities.locus import pairs
@@ -44,7 +44,9 @@ class Rectangle:
 
 
 @takes(aspect=instance(Aspect), constraints=optional(instance(Constraints)))
-def largest_rectangle(aspect: Aspect, constraints: Constraints | None = None) -> Rectangle:
+def largest_rectangle(
+    aspect: Aspect, constraints: Constraints | None = None, ratio: float | None = None
+) -> Rectangle:
     """Return the largest rectangle along x and y in an aspect.
 
     Parameters
@@ -54,6 +56,8 @@ def largest_rectangle(aspect: Aspect, constraints: Constraints | None = None) ->
     constraints : Constraints, optional
         Constraints on poses that hold all over the rectangle, and its clearance, m, from
         singularities and from the borders of the constraints.
+    ratio : float, optional
+        Width : height of the rectangle, from 0.001 to 1000; free by default.
 
     Returns
     -------
@@ -72,18 +76,23 @@ def largest_rectangle(aspect: Aspect, constraints: Constraints | None = None) ->
     >>> rectangle = fb.largest_rectangle(fb.aspect(fb.FiveBar(), 9))
     >>> round(1e4 * rectangle.area, 2)  # cm^2
     161.56
+    >>> sheet = fb.largest_rectangle(fb.aspect(fb.FiveBar(), 9), ratio=0.21 / 0.148)
+    >>> round(1e3 * (sheet.y_max - sheet.y_min), 2)  # mm
+    104.71
     """
     refuse_others(constraints, "largest_rectangle", (*ON_POSES, "clearance"))
     margin = constraints.clearance if constraints else 0.0
+    if ratio is not None and not 1e-3 <= positive(ratio, "ratio") <= 1e3:
+        raise ValueError(f"largest_rectangle: ratio must be from 0.001 to 1000, not {ratio:g}")
     aspect = bounded_by(aspect, constraints)
     outline = Outline(aspect, margin)
     starts = progress(
-        _starts(outline),
+        _starts(outline, ratio),
         desc="rectangle",
         delay=2,
         leave=False,
     )
-    rectangles = [_fitted(outline, start) for start in starts]
+    rectangles = [_fitted(outline, start, ratio) for start in starts]
     rectangles = [v for v in rectangles if v is not None]
     if not rectangles:
         if isinstance(aspect, BoundedAspect):
@@ -99,7 +108,7 @@ def _area(v):
     return (x_max - x_min) * (y_max - y_min)
 
 
-def _starts(outline):
+def _starts(outline, ratio):
     """Return borders (4,) of large rectangles between the obstacles, unlike one another."""
     seeds = progress(
         outline.seeds,
@@ -107,7 +116,7 @@ def _starts(outline):
         delay=2,
         leave=False,
     )
-    rectangles = [_around(outline, seed) for seed in seeds]
+    rectangles = [_around(outline, seed, ratio) for seed in seeds]
     order = sorted(
         range(len(rectangles)),
         key=lambda k: -_area(rectangles[k]),
@@ -121,14 +130,15 @@ def _starts(outline):
             break
         if any(_alike(v, other) for other in starts):
             continue
-        starts.append(_around(outline, outline.seeds[k], rounds=4))
+        starts.append(_around(outline, outline.seeds[k], ratio, rounds=4))
     largest = max(map(_area, starts), default=0.0)
     starts = [v for v in starts if _area(v) > 0.98 * largest]
-    # A square fits wherever a disc does.
+    # A square fits wherever a disc does, and so does a rectangle of another ratio.
     z, clearance = _point_of_largest_clearance(outline)
     if clearance <= outline.margin:
         return starts
-    half = np.sqrt(0.5) * (clearance - outline.margin)
+    sides = np.repeat([1.0 if ratio is None else ratio, 1.0], 2)
+    half = sides / np.hypot(*sides[1:3]) * (clearance - outline.margin)
     center = np.array([z.real, z.real, z.imag, z.imag])
     return [*starts, center - half * INWARDS]
 
@@ -153,7 +163,7 @@ def _point_of_largest_clearance(outline):
     return z, clearance_at(outline.aspect, z)
 
 
-def _around(outline, seed, rounds=1):
+def _around(outline, seed, ratio, rounds=1):
     """Return the largest rectangle around a point with no obstacle in it.
 
     Its upper and its lower border are searched on LEVELS levels, in `rounds` ever narrower windows.
@@ -191,6 +201,9 @@ def _around(outline, seed, rounds=1):
         high = np.minimum(upper_right[:, None], lower_right)
         width = np.maximum(high - low, 0)
         height = levels[0][:, None] + levels[1]
+        if ratio is not None:
+            width = np.minimum(width, ratio * height)
+            height = width / ratio
         area = width * height
         best = np.unravel_index(np.argmax(area), area.shape)
         windows = []
@@ -201,12 +214,19 @@ def _around(outline, seed, rounds=1):
     top = levels[0][best[0]]
     bottom = levels[1][best[1]]
     borders = np.array([low[best], high[best], -bottom, top])
+    if ratio is not None:
+        middle = np.repeat([low[best] + high[best], top - bottom], 2) / 2
+        half = np.repeat([width[best], height[best]], 2) / 2
+        borders = middle - half * INWARDS
     return borders + np.repeat([seed.real, seed.imag], 2)
 
 
-def _fitted(outline, start):
+def _fitted(outline, start, ratio):
     """Return the largest rectangle near a start; None if none there keeps the clearance."""
-    v = outline.shrunk(start, outline.spacing)
+    inwards = INWARDS
+    if ratio is not None:
+        inwards = INWARDS * np.repeat([ratio, 1.0], 2) / max(ratio, 1.0)
+    v = outline.shrunk(start, outline.spacing, inwards)
     reach = 0.1
     for _ in range(12 if v is not None else 0):
         width = v[1] - v[0]
@@ -217,14 +237,14 @@ def _fitted(outline, start):
             0.0,
         )
         for _ in range(30):
-            new = _grown(outline, v, scale, reach, sorted(kept))
+            new = _grown(outline, v, scale, reach, sorted(kept), ratio)
             more = outline.broken(new, 1e-11 * scale.min()) - kept
             if not more:
                 break
             kept |= more
         # Without a margin the rim would be singular where it touches.
         tolerance = 1e-15 if outline.margin else 1e-11
-        new = outline.shrunk(new, tolerance * scale.max())
+        new = outline.shrunk(new, tolerance * scale.max(), inwards)
         if new is not None:
             change = np.abs((new - v) / scale).max()
             if change < 1e-9:
@@ -244,6 +264,7 @@ def _grown(
     scale,
     reach,
     kept,
+    ratio,
 ):
     """Return borders of the largest rectangle that keeps the clearance from some pieces and ends.
 
@@ -281,12 +302,18 @@ def _grown(
         "fun": lambda u: clearances(tuple(u))[0],
         "jac": lambda u: clearances(tuple(u))[1],
     }
+    conditions = [keeps_clearance] if rules else []
+    if ratio is not None:
+        same_growth = np.array([-1.0, 1.0, 1.0, -1.0])
+        conditions.append(
+            {"type": "eq", "fun": lambda u: u @ same_growth, "jac": lambda u: same_growth}
+        )
     solution = minimize(
         lambda u: -np.prod(sides(u)),
         np.zeros(4),
         jac=shrinking,
         bounds=[(-reach, reach)] * 4,
-        constraints=[keeps_clearance] if rules else [],
+        constraints=conditions,
         method="SLSQP",
         options={"ftol": 1e-13, "maxiter": 30},
     )

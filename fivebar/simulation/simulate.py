@@ -89,7 +89,7 @@ def simulate(
         s, from row to row of the Run. The last row is the first at or after the duration.
     torque_limit : float, or motors as of `Constraints`, optional
         N m, the size at which either torque saturates; of motors, it depends on the joint's speed
-        when the controller is called.
+        at each step.
     measurement : Measurement, optional
         Delay and encoders. None: exact measurements without delay.
     integrator : Integrator, optional
@@ -167,9 +167,13 @@ def _closed_loop(plant: Plant | FixedPlant, grid: Grid, loop: _Loop) -> Run:
     torques = []
     try:
         for k in range(0, grid.steps, grid.block):
-            torques.append(loop.torque(k * grid.step, *plant.joints))
-            until = float(t[min(k + grid.block, grid.steps)])
-            plant.advance(until, torques[-1])
+            torque = loop.torque(k * grid.step, *plant.joints)
+            end = min(k + grid.block, grid.steps)
+            # Back EMF limits a motor at all times, not only when the controller is called.
+            stride = 1 if isinstance(loop.torque_limit, tuple) else end - k
+            for first in range(k, end, stride):
+                torques += stride * [loop.limited(torque, plant.joints[1])]
+                plant.advance(float(t[first + stride]), torques[-1])
     except ArithmeticError:
         if isinstance(plant, FixedPlant):
             plant.rows(t)  # a step that jumped is the cause of all that came after it
@@ -182,7 +186,7 @@ def _closed_loop(plant: Plant | FixedPlant, grid: Grid, loop: _Loop) -> Run:
         plant.robot,
         t,
         plant.rows(t),
-        np.repeat(torques, grid.block, axis=0)[: grid.steps],
+        np.array(torques),
         plant=plant if isinstance(plant, Plant) else None,
         joint_torques=plant.torques,
         xi_ref=None if reference is None else reference(t)[0],
@@ -339,7 +343,7 @@ class _Loop:
         self.samples = []
 
     def torque(self, t, q, q_dot):
-        """Return the applied torque of the period that begins at t."""
+        """Return the torque that arrives for the period that begins at t, not yet limited."""
         if self.controller is None:
             return np.zeros(2)
         rates = q_dot
@@ -349,11 +353,15 @@ class _Loop:
                 q_dot = (q - self.samples[-1][1]) / self.period
         commanded = self._commanded(t, q, q_dot)
         self.pending.append(commanded)
-        applied = self.pending.pop(0)
-        if self.torque_limit is not None:
-            applied = np.clip(applied, *torque_bounds(self.torque_limit, rates))
-        self.samples.append((t, q, q_dot, commanded, applied))
-        return applied
+        arriving = self.pending.pop(0)
+        self.samples.append((t, q, q_dot, commanded, self.limited(arriving, rates)))
+        return arriving
+
+    def limited(self, torque, q_dot):
+        """Return the torque that is applied at joint speeds (2,)."""
+        if self.torque_limit is None:
+            return torque
+        return np.clip(torque, *torque_bounds(self.torque_limit, q_dot))
 
     def _commanded(self, t, q, q_dot):
         try:

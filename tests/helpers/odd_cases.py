@@ -227,8 +227,8 @@ CASES = {
     "place": Case(
         fb.place,
         dict(
-            robot=ROBOT, path=STROKE, working=(-1, -1), turn=0.0, scale=1.0, constraints=fb.Constraints(clearance=0.001),
-            strokes=False, tool=None,
+            robot=ROBOT, path=STROKE, page=None, working=(-1, -1), turn=0.0, scale=1.0,
+            constraints=fb.Constraints(clearance=0.001), strokes=False, tool=None,
         ), 20.0, words=("place:",),
     ),
     "certify": Case(
@@ -237,7 +237,7 @@ CASES = {
     ),
     "dexterous": Case(fb.dexterous, dict(robot=ROBOT, det_A=0.3, sin=0.1), 10.0),
     "largest_disc": Case(fb.largest_disc, dict(aspect=ASPECT, constraints=KEEP), 10.0),
-    "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, constraints=None), 20.0),
+    "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, constraints=None, ratio=1.0), 20.0),
     "routes": Case(
         fb.routes, dict(robot=ROBOT, start=POSE, goal=fb.igm(ROBOT, HOME, (1, 1)), folds=True, most=8), 10.0
     ),

@@ -131,6 +131,8 @@ def test_a_simulation_saturates_by_the_speed(tmp_path):
         [m.bounds(run.q_dot[rows, k]) for k, m in enumerate((SLOW, SLOW))], 0, -1
     )
     np.testing.assert_allclose(run.control.applied, np.clip(run.control.commanded, low, high))
+    low, high = np.moveaxis([SLOW.bounds(run.q_dot[:-1, k]) for k in range(2)], 0, -1)
+    assert (run.tau[:-1] <= high + 1e-12).all() and (run.tau[:-1] >= low - 1e-12).all()
     assert 0.01 < run.saturated.mean() < 1
     at_limit = np.abs(run.control.applied - run.control.commanded) > 1e-9
     assert (run.saturated[rows] >= at_limit).all()

@@ -1,5 +1,7 @@
 """Places of paths: closed forms, symmetric robots, exact rooms, and what does not fit."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -49,7 +51,8 @@ def test_what_is_kept_and_what_does_not_fit():
         and placed.placement.turn == 0
     )
     with pytest.raises(
-        ValueError, match="does not fit at scale 9 .* largest scale found to fit is ([0-9.]+)"
+        ValueError,
+        match="does not fit at scale 9 .* none fits above scale .* largest scale found to fit is",
     ) as refused:
         fb.place(
             ROBOT,
@@ -59,7 +62,10 @@ def test_what_is_kept_and_what_does_not_fit():
             working=(1, 1),
             constraints=fb.Constraints(clearance=0.01),
         )
-    largest = float(str(refused.value).split()[-1])
+    none_above, largest = map(
+        float, re.findall(r"scale (?:found to fit is )?([0-9.]+[0-9])", str(refused.value))[-2:]
+    )
+    assert largest <= none_above <= 1.011 * largest
     grown = fb.place(
         ROBOT,
         RECTANGLE,
@@ -101,7 +107,119 @@ def test_strokes_with_modes_of_their_own_as_few_as_need_be():
     assert len({part for _, part in together.strokes}) == 1
 
 
+def random_problem(seed):
+    """A robot, a path, a half-plane and working modes."""
+    rng = np.random.default_rng(seed)
+    size = rng.uniform(0.05, 0.2)
+    lengths = (
+        size * rng.uniform(0.7, 1.4, 4)
+        if seed % 2
+        else size * np.repeat(rng.uniform(0.8, 1.4, 2), 2)[[0, 2, 1, 3]]
+    )
+    robot = fb.FiveBar(*lengths, size * rng.uniform(0.3, 1.3))
+    path = fb.path(size * rng.uniform(0.2, 1.2) * rng.uniform(-0.5, 0.5, (rng.integers(2, 7), 2)))
+    angle = rng.uniform(0, 2 * np.pi)
+    half_plane = np.cos(angle), np.sin(angle), size * rng.uniform(-0.3, 0.5)
+    return rng, robot, path, half_plane, tuple(rng.choice([-1, 1], 2).tolist())
+
+
+def clearance_or_none(robot, path, **options):
+    try:
+        placed = fb.place(robot, path, **options)
+    except ValueError as error:
+        assert "none fits above scale" in str(error)
+        return 0.0
+    size = np.ptp(placed.path(placed.path.knots)[0], axis=0).max()
+    assert 0 < placed.clearance <= placed.clearance_bound <= placed.clearance * 1.0101 + 2e-3 * size
+    return placed.clearance
+
+
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(k, marks=pytest.mark.deep) for k in range(1, 24))]
+)
+def test_a_constraint_more_never_gives_more_clearance(seed):
+    _, robot, path, half_plane, working = random_problem(seed)
+    kept = fb.Constraints(half_planes=[half_plane])
+    free = clearance_or_none(robot, path)
+    half = clearance_or_none(robot, path, constraints=kept)
+    in_modes = clearance_or_none(robot, path, working=working)
+    both = clearance_or_none(robot, path, constraints=kept, working=working)
+    narrower = fb.Constraints(half_planes=[half_plane], sin=0.2)
+    least = clearance_or_none(robot, path, constraints=narrower, working=working, turn=0.5)
+    slack = 2e-3 * np.ptp(path(path.knots)[0], axis=0).max()
+    for tighter, looser in [
+        (half, free),
+        (in_modes, free),
+        (both, half),
+        (both, in_modes),
+        (least, both),
+    ]:
+        assert tighter <= 1.0101 * looser + slack
+
+
+@pytest.mark.parametrize("seed", [4, pytest.param(5, marks=pytest.mark.deep)])
+def test_no_random_placement_has_more_than_the_bound(seed):
+    rng, robot, path, _, working = random_problem(seed)
+    placed = fb.place(robot, path, working=working)
+    xi = path(np.linspace(0, path.length, 60))[0]
+    centre = placed.path(np.linspace(0, placed.path.length, 60))[0].mean(axis=0)
+    parts = [part for part in fb.aspects(robot) if part.working == working]
+    best = 0.0
+    for k in range(400):
+        near = k % 2  # around the placement found, and all over the workspace
+        turn = placed.placement.turn + 0.1 * rng.normal() if near else rng.uniform(0, 2 * np.pi)
+        turned = fb.Placement(turn=turn)(xi)
+        at = centre + 0.02 * rng.normal(size=2) if near else rng.uniform(-1, 1, 2) * (robot.l11 + robot.l12)
+        points = turned - turned.mean(axis=0) + at
+        if any(part.contains(points).all() for part in parts):
+            best = max(best, fb.locus_distance(robot, points, working)[0].min())
+    assert 0 < best <= placed.clearance_bound
+
+
+def test_a_page_keeps_the_clearance_all_over():
+    # There is a hole in this robot's aspect, and the outline lies best around it.
+    robot = fb.FiveBar(0.09, 0.11, 0.09, 0.11, 0.03)
+    width, height = 0.16, 0.12
+    corners = [(0, 0), (width, 0), (width, height), (0, height), (0, 0)]
+    outline = fb.place(robot, fb.path(corners), working=(1, -1))
+    page = fb.place(robot, page=(width, height), working=(1, -1))
+    x, y = np.meshgrid(np.linspace(0, width, 60), np.linspace(0, height, 45))
+    inner = np.stack([x, y], axis=-1)
+
+    def clearance(placed):
+        points = placed.placement(inner)
+        inside = placed.aspect.contains(points)
+        return fb.locus_distance(robot, points[inside], (1, -1))[0].min() if inside.all() else 0.0
+
+    assert clearance(outline) < 0.004 < 0.02 < outline.clearance
+    assert page.clearance == pytest.approx(clearance(page), abs=1e-4)
+    assert page.clearance <= page.clearance_bound < outline.clearance
+    np.testing.assert_allclose(page.path(page.path.knots)[0], page.placement(corners), atol=1e-12)
+
+
+def test_a_page_as_large_as_it_fits_is_the_largest_rectangle_of_its_ratio():
+    kept = fb.Constraints(clearance=0.01)
+    page = fb.place(
+        ROBOT, page=(0.021, 0.0148), turn=0.0, scale=None, working=(-1, -1), constraints=kept
+    )
+    parts = [part for part in fb.aspects(ROBOT) if part.working == (-1, -1)]
+    boxes = [
+        fb.largest_rectangle(part, kept, ratio=0.021 / 0.0148) for part in parts[:1] + parts[-1:]
+    ]
+    height = max(box.y_max - box.y_min for box in boxes) / 0.0148
+    assert page.scale <= page.largest_bound and 0.99 * height <= page.scale
+    assert height <= page.largest_bound <= 1.011 * page.scale
+
+
 def test_bad_input():
+    with pytest.raises(ValueError, match=r"give either a path or a page=\(width, height\)"):
+        fb.place(ROBOT)
+    with pytest.raises(ValueError, match="either a path or a page"):
+        fb.place(ROBOT, RECTANGLE, page=(0.1, 0.1))
+    with pytest.raises(ValueError, match="page's width"):
+        fb.place(ROBOT, page=(-0.1, 0.1))
+    with pytest.raises(ValueError, match="the page does not fit at scale 1"):
+        fb.place(ROBOT, page=(0.21, 0.148), constraints=fb.Constraints(clearance=0.002), turn=0.0)
     with pytest.raises(ValueError, match="strips without ends"):
         fb.place(fb.Biglide(), RECTANGLE)
     with pytest.raises(TypeError, match="path must be a Path"):

@@ -16,6 +16,7 @@ from ..pieces import Arc, Piece, Polynomial
 SAMPLES = 160  # of the path, on which the search of its room begins
 BORDER = 6000  # samples of what bounds an aspect
 GRID = 64  # nodes a side, at which the distance from it is known before the search
+CORNERS = ((-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5))  # of a cell, in steps from a point
 TIGHT = 1e-9  # of the path's length: to so much the room is known
 
 
@@ -34,33 +35,30 @@ class Clearance:
             np.append(wall.dense(self.spacing), wall.z[-1]) for wall in getattr(part, "walls", ())
         ]
         self.border = np.concatenate([*loops, *boundaries, self.points])
+        # One point of each border beside the outer one: a page must not lie around it.
+        firsts = [border[0] for border in [*loops[1:], *boundaries]]
+        self.holes = np.concatenate([self.points, firsts])
         self.before = self._neighbours(loops, boundaries, -1)
         self.after = self._neighbours(loops, boundaries, 1)
         self.trees = [_tree(np.append(arc.dense(self.spacing), arc.z[-1])) for arc in self.arcs]
         self.tree = _tree(self.border)
         outer = loops[0]
-        self.low = outer.real.min() + 1j * outer.imag.min()
-        self.high = outer.real.max() + 1j * outer.imag.max()
-        x = np.linspace(
-            self.low.real,
-            self.high.real,
-            GRID,
-        )
-        y = np.linspace(
-            self.low.imag,
-            self.high.imag,
-            GRID,
-        )
-        z = x[:, None] + 1j * y
-        self.steps = x[1] - x[0], y[1] - y[0]
-        distance = self.tree.query(_xy(z))[0]
-        within = self.within(z.ravel(), exactly=False)
-        self.field = np.where(
-            within.reshape(z.shape),
-            distance,
-            -distance,
-        )
-        self.most = float(self.field.max())
+        corner = (1 + 1j) * self.spacing
+        self.low = complex(outer.real.min(), outer.imag.min()) - corner
+        self.high = complex(outer.real.max(), outer.imag.max()) + corner
+        size = self.high - self.low
+        self.steps = size.real / (GRID - 1), size.imag / (GRID - 1)
+        x = self.low.real + self.steps[0] * np.arange(GRID)
+        y = self.low.imag + self.steps[1] * np.arange(GRID)
+        self.nodes = (x[:, None] + 1j * y).ravel()
+        distance, k = self.tree.query(_xy(self.nodes))
+        self.nearest_to_nodes = self.border[k]
+        self.is_inner = self.within(self.nodes, exactly=False)
+        self.least_seen = float(np.hypot(*self.steps) / 2)  # a thinner region may have no node
+        inner = distance[self.is_inner]
+        self.most = float(inner.max()) + self.least_seen if len(inner) else 0.0
+        # Samples of the border are nowhere farther apart than `spacing`.
+        self.above_nodes = np.where(self.is_inner, np.inf, self.spacing - distance)
 
     def _dense(self, loop):
         return np.concatenate([arc.dense(self.spacing) for arc in loop])
@@ -95,57 +93,56 @@ class Clearance:
             closer = np.abs(z - foot) < np.abs(z - nearest)
             nearest = np.where(closer, foot, nearest)
         distance = np.abs(z - nearest)
-        # No border is between a point and a node of the grid that is nearer than it.
-        (u, v), (i, j) = self._cells(z)
-        i = np.clip(np.rint(u), 0, GRID - 1).astype(int)
-        j = np.clip(np.rint(v), 0, GRID - 1).astype(int)
-        to_node = np.hypot(
-            (u - i) * self.steps[0],
-            (v - j) * self.steps[1],
-        )
-        within = self.field[i, j] > 0
-        unknown = to_node >= 0.99 * distance
-        if unknown.any():
-            within[unknown] = self.within(z[unknown], exactly=False)
-        sign = np.where(within, 1.0, -1.0)
+        sign = np.where(self._are_within(z, distance), 1.0, -1.0)
         gradient = sign * (z - nearest) / np.maximum(distance, 1e-300)
         return sign * distance, gradient
 
-    def _cells(self, z):
-        """Return places on the grid, in steps, and the cells that hold them."""
-        x = (z.real - self.low.real) / self.steps[0]
-        y = (z.imag - self.low.imag) / self.steps[1]
-        i = np.clip(
-            np.floor(x).astype(int),
-            0,
-            GRID - 2,
-        )
-        j = np.clip(
-            np.floor(y).astype(int),
-            0,
-            GRID - 2,
-        )
-        return (x, y), (i, j)
+    def _are_within(self, z, distance):
+        """Return whether points (n,) at distances (n,) from the border are within, by its chords.
 
-    def on_grid(self, z: np.ndarray) -> np.ndarray:
-        """Return the field at points, bilinear; outside of the grid less than anything inside."""
-        (x, y), (i, j) = self._cells(z)
-        u = x - i
-        v = y - j
-        f = self.field.ravel()
-        k = i * GRID + j
-        below = f[k] * (1 - u) + f[k + GRID] * u
-        above = f[k + 1] * (1 - u) + f[k + GRID + 1] * u
-        value = below * (1 - v) + above * v
-        beyond_x = np.maximum(-x, x - GRID + 1)
-        beyond_y = np.maximum(-y, y - GRID + 1)
+        No border is between a point and a node of the grid that is nearer than it.
+        """
+        node = self._nearest_node(z)
+        within = self.is_inner[node]
+        unknown = np.abs(z - self.nodes[node]) >= 0.99 * distance
+        if unknown.any():
+            within[unknown] = self.within(z[unknown], exactly=False)
+        return within
+
+    def _nearest_node(self, z, x=0.0, y=0.0):
+        """Return the numbers of the nodes nearest to so many steps in x and y from points."""
+        away = z - self.low
+        i = np.clip(np.rint(away.real / self.steps[0] + x), 0, GRID - 1).astype(int)
+        j = np.clip(np.rint(away.imag / self.steps[1] + y), 0, GRID - 1).astype(int)
+        return i * GRID + j
+
+    def bounds(self, z: np.ndarray, beside: tuple = ((0.0, 0.0),)) -> np.ndarray:
+        """Return what the signed distances of points do not exceed, fast, from the grid.
+
+        A point within is no farther from the border than from the sample that is nearest to its
+        node. A node outside is that deep, less the way to it. beside: the nodes are those nearest
+        to so many steps from a point.
+        """
+        result = np.full(z.shape, np.inf)
+        for x, y in beside:
+            node = self._nearest_node(z, x, y)
+            foot = np.abs(z - self.nearest_to_nodes[node])
+            depth = self._depths(z, node)
+            result = np.minimum(result, np.minimum(foot, depth))
+        return result
+
+    def feet(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the nearest samples of the border, and sharper bounds of the signed distances."""
+        distance, k = self.tree.query(_xy(z))
+        return self.border[k], np.minimum(distance, self._depths(z, self._nearest_node(z)))
+
+    def _depths(self, z, node):
+        """Return bounds of signed distances: below 0 outside, inf within."""
+        depth = self.above_nodes[node] + np.abs(z - self.nodes[node])
+        beyond_x = np.maximum(self.low.real - z.real, z.real - self.high.real)
+        beyond_y = np.maximum(self.low.imag - z.imag, z.imag - self.high.imag)
         beyond = np.maximum(beyond_x, beyond_y)
-        outside = -np.abs(f).max() - beyond * self.steps[0]
-        return np.where(
-            beyond > 0,
-            outside,
-            value,
-        )
+        return np.where(beyond > 0, np.minimum(depth, -beyond), depth)
 
     def exact(self, z: np.ndarray) -> np.ndarray:
         """Return the distances of points (n,) from all that bounds."""

@@ -1,6 +1,4 @@
-"""The search for where paths lie best in some aspects: from a coarse grid of shifts and turns, then
-improved.
-"""
+"""Placements of paths in aspects: their clearances, and how placements are improved."""
 
 from __future__ import annotations
 
@@ -10,30 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linprog
 
-from ...base.progress import progress
 from ..curve import Path
 from ..placement import Placement
 from .clearance import SAMPLES, TIGHT, Clearance
 
-SHIFTS = 36  # on a side of the grid of shifts on which the search begins
-FEW = 24  # points of the paths that it tries
-TURNS = 16  # of a full turn, where the search begins
-STARTS = 5  # placements, the best of the search, that are improved
+FEW = 24  # points of the paths that bound the clearance in a cell
 ROUNDS = 60  # of an improvement, at most
 SEEN = 400  # points of the border that an improvement remembers
-SMALLER = 0.01  # the least scale tried, of the one that is surely too large
-HALVINGS = 7  # of the way to the scale that fits
-NEARLY = (
-    1.15,
-    1.0,
-    0.85,
-    0.7,
-    0.5,
-    0.3,
-    0.1,
-)  # times the scale that fits on the grid, from where placements are grown,
-GROWN = 3  # so many of each, until one is as large as that
 SHRUNK = 13  # times that what has grown too large is made smaller
+INNER = 12  # points on a side of a page that are looked at beside those of its outline
 CORNERS = 240  # of a path, at most, that are looked at beside its samples
 
 
@@ -60,7 +43,8 @@ class Found(NamedTuple):
 class Search:
     """Placements of paths, all by one shift, turn and scale, each in one of the rooms.
 
-    turn: rad, None: free; margin: m, that all keep.
+    turn: rad, None: free; margin: m, that all keep; page: the path is the outline of a page of this
+    width and height, m, which keeps the margin all over.
     """
 
     def __init__(
@@ -69,12 +53,16 @@ class Search:
         clearances: list[Clearance],
         turn: float | None,
         margin: float,
+        page: tuple[float, float] | None = None,
     ) -> None:
         self.paths = paths
+        self.page = page
         self.clearances = clearances
         self.turn = turn
         self.margin = margin
         samples = [_samples(path, max(SAMPLES // len(paths), 12)) for path in paths]
+        if page:
+            samples = [np.append(samples[0], _lattice(page, INNER))]
         z = np.concatenate(samples)
         self.owner = np.repeat(
             np.arange(len(paths)),
@@ -87,71 +75,10 @@ class Search:
         self.z = z - self.middle
         self.size = float(np.abs(self.z).max())
         few = [_few(each - self.middle, max(FEW // len(paths), 4)) for each in samples]
+        if page:
+            few = [np.append(few[0], _lattice(page, 3) - self.middle)]
         self.few = np.concatenate(few)
         self.first = np.cumsum([0, *(len(each) for each in few[:-1])])
-        self.turns = [turn] if turn is not None else [2 * math.pi * k / TURNS for k in range(TURNS)]
-        low = np.array([clearance.low for clearance in clearances])
-        high = np.array([clearance.high for clearance in clearances])
-        x = np.linspace(
-            low.real.min(),
-            high.real.max(),
-            SHIFTS,
-        )
-        y = np.linspace(
-            low.imag.min(),
-            high.imag.max(),
-            SHIFTS,
-        )
-        self.centres = (x[:, None] + 1j * y).ravel()
-
-    def coarse(self, scale: float, mixed: bool = False) -> list[Found]:
-        """Return the best shifts on the grid, the best first, one for each turn and room.
-
-        mixed: each path may lie in a room of its own.
-        """
-        found = []
-        for turn in self.turns:
-            z = self.centres[:, None] + scale * np.exp(1j * turn) * self.few
-            best = []  # clearance, the room of each path, shift
-            if mixed:
-                of_rooms = []
-                for room in self.clearances:
-                    of_rooms.append(np.minimum.reduceat(room.on_grid(z), self.first, axis=1))
-                table = np.array(of_rooms)
-                least = table.max(axis=0).min(axis=1)
-                for at in np.argsort(-least)[:3]:
-                    which = table[:, at].argmax(axis=0)
-                    best.append((least[at], which.tolist(), at))
-            else:
-                for k, room in enumerate(self.clearances):
-                    least = room.on_grid(z).min(axis=1)
-                    at = least.argmax()
-                    best.append((least[at], [k] * len(self.paths), at))
-            for clearance, which, at in best:
-                shift = complex(self.centres[at])
-                found.append(Found(float(clearance), tuple(which), shift, turn, scale))
-        return sorted(found, key=lambda each: -each.clearance)
-
-    def fit(self, scale: float) -> Found | None:
-        """Return the placement of largest clearance, None if it does not keep the margin.
-
-        Several paths are put into one room if all of them fit into it.
-        """
-        best = self._fit(scale, False)
-        if best is None and len(self.paths) > 1:
-            best = self._fit(scale, True)
-        return best
-
-    def _fit(self, scale, mixed):
-        chosen = []
-        for start in self.coarse(scale, mixed):
-            same = sum(start.which == other.which for other in chosen)
-            if same < 3 and len(chosen) < STARTS:
-                chosen.append(start)
-        with progress(chosen, desc="place", delay=2) as starts:
-            best = max(map(self.improved, starts), key=lambda result: result.clearance)
-        best = self.improved(best)
-        return best if self.keeps(best) else None
 
     def exactly(self, found: Found, least: float = -np.inf) -> tuple[float, complex]:
         """Return the exact clearance of a placement, and the point where it is least."""
@@ -172,15 +99,41 @@ class Search:
             clearance, at = min((clearance, at), (own, where), key=lambda each: each[0])
             if clearance <= least:
                 break
+        if self.page:
+            holes = self.clearances[found.which[0]].holes
+            shift = np.array([found.shift])
+            depth = self.off_page(holes, shift, found.turn, found.scale).min(initial=np.inf)
+            clearance = min(clearance, float(depth))
         return clearance, at
+
+    def off_page(
+        self, points: np.ndarray, shift: np.ndarray, turn: np.ndarray, scale: np.ndarray
+    ) -> np.ndarray:
+        """Return how deep points (m,) are in pages, (n, m), below 0; inf where they are outside."""
+        away = (points - shift[:, None]) * np.exp(-1j * np.reshape(turn, (-1, 1)))
+        width, height = self.page
+        scale = np.reshape(scale, (-1, 1))
+        x = np.abs(away.real) - scale * width / 2
+        y = np.abs(away.imag) - scale * height / 2
+        off = np.maximum(x, y)
+        return np.where(off < 0, off, np.inf)
+
+    def at_scale(self, found: Found, scale: float) -> Found | None:
+        """Return a placement at a scale near one of another scale, None if it does not fit."""
+        if found.scale < scale:
+            return None
+        best = self.improved(found._replace(scale=scale))
+        return best if self.keeps(best) else None
 
     def settled(self, found: Found) -> Found:
         """Return the placement with as few changes of rooms as its clearance allows."""
+        if len(set(found.which)) == 1:
+            return found
         clearance, _ = self.exactly(found)
         placement = found.placement(self.middle)
         which = list(found.which)
         runs: list[tuple[set[int], int]] = []
-        for n, path in enumerate(self.paths if len(set(which)) > 1 else ()):
+        for n, path in enumerate(self.paths):
             placed = placement(path)
             rooms = {which[n]}
             for k, room in enumerate(self.clearances):
@@ -194,7 +147,7 @@ class Search:
         settled: list[int] = []
         for rooms, count in runs:
             settled += [min(rooms)] * count
-        return found._replace(which=tuple(settled) or found.which)
+        return found._replace(which=tuple(settled))
 
     def least(self, found: Found) -> float:
         """Return what the clearance must be above, so that the margin is kept in spite of TIGHT."""
@@ -313,44 +266,14 @@ class Search:
             scale,
         )
 
-    def largest(self) -> Found:
-        """Return the placement of the largest scale, grown from where the paths nearly fit."""
-        best = self._largest(False)
-        if len(self.paths) > 1:
-            best = _larger(best, self._largest(True))
-        if best is None:
-            raise ValueError(
-                "place: nothing larger than a point was found to keep a margin of"
-                f" {self.margin:g} m"
-            )
-        return best
-
-    def _largest(self, mixed):
-        high = max(abs(clearance.high - clearance.low) for clearance in self.clearances) / self.size
-        low = SMALLER * high
-        for _ in progress(range(HALVINGS), desc="largest scale", delay=2):
-            middle = math.sqrt(low * high)
-            if self.coarse(middle, mixed)[0].clearance > self.margin:
-                low = middle
-            else:
-                high = middle
-        best = None
-        for share in progress(NEARLY, desc="largest scale", delay=2):
-            if best is not None and best.scale >= low:
-                break
-            for start in self.coarse(share * low, mixed)[:GROWN]:
-                if start.clearance > self.margin - 0.15 * self.size * start.scale:
-                    best = _larger(best, self.grown(start))
-        for _ in range(2 if best else 0):
-            best = _larger(best, self.grown(best))
-        return best
-
-    def grown(self, start: Found) -> Found | None:
-        """Return the largest placement grown from a start; None where it does not fit."""
+    def grown(self, start: Found, least_scale: float = 0.0) -> Found | None:
+        """Return the largest placement grown from a start, None where that is not larger."""
         first = self.improved(start)
         if first.clearance <= self.margin:
             return None
         found = self.improved(first, growing=True)
+        if found.scale <= least_scale:
+            return None
         least = self.least(found)
         for k in range(SHRUNK):  # the search knows path and border from samples
             clearance, _ = self.exactly(found)
@@ -368,12 +291,10 @@ class Search:
         return first if self.keeps(first) else None
 
 
-def _larger(one, other):
-    return max(
-        filter(None, (one, other)),
-        key=lambda each: each.scale,
-        default=None,
-    )
+def _lattice(page, count):
+    """Return count x count points on a page."""
+    share = (np.arange(count) + 0.5) / count
+    return (page[0] * share[:, None] + 1j * page[1] * share).ravel()
 
 
 def _samples(path, count):
