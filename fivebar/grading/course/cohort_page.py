@@ -67,7 +67,7 @@ def write_summary(
     body = _body(lab, graded) if graded else f"<h1>{text(lab)}</h1>"
     lost = [report for report in reports if report.ungraded]
     none = [report for report in reports if report.no_program]
-    parts = {
+    parts: dict[str, tuple[tuple[str, ...], list[tuple[str, ...]]]] = {
         "Not graded: run it again": (("Student", ""), [(r.student, r.ungraded) for r in lost]),
         "No program, and so no points": (("Student", ""), [(r.student, r.trouble) for r in none]),
         "Found and not graded": (

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ...base.errors import UsageError
 from ..intake.cohort_folder import Entry
-from ..report.outputs import cell
+from ..report.outputs import plain_cell
 from ..report.text import number
 from ..results import Report
 from ..variants import id_key
@@ -56,9 +56,8 @@ class Mark:
             for lab, (_, report) in self.results.items()
         ]
         for title, text in self.by_hand.items():
-            if text.strip() and _OUT_OF.fullmatch(title):
-                name, most = _OUT_OF.fullmatch(title).groups()
-                parts.append(f"{name} {text.strip()} of {most}")
+            if text.strip() and (found := _OUT_OF.fullmatch(title)):
+                parts.append(f"{found[1]} {text.strip()} of {found[2]}")
         if self.lost:
             parts.append(f"-{number(self.lost)} for late days")
         if adjust := number_in(self.by_hand.get(ADJUST, "")):
@@ -114,7 +113,7 @@ class Table:
                 self.cells[key] = {title: row.get(title, "") for title in self.titles}
 
     def by_hand(self, student: str) -> dict[str, str]:
-        return self.cells.get(id_key(cell(student)), dict.fromkeys(self.titles, ""))
+        return self.cells.get(id_key(plain_cell(student)), dict.fromkeys(self.titles, ""))
 
     def number(self, student: str, title: str) -> float | None:
         """Return what the teacher wrote, None where nothing. Raises UsageError for no number."""
@@ -164,7 +163,7 @@ class Table:
 
     def without_hand_in(self, known: set[str]) -> list[str]:
         """Return the students of the table of whom nothing was found."""
-        known = {id_key(cell(student)) for student in known}
+        known = {id_key(plain_cell(student)) for student in known}
         return [name for key, name in self.names.items() if key not in known]
 
     def text(self, marks: Iterable[Mark]) -> str:
@@ -194,15 +193,15 @@ class Table:
         files = [entry.name for entry, _ in mark.results.values() if entry.name]
         troubles = [trouble for _, r in mark.results.values() if (trouble := trouble_of(r))]
         return [
-            cell(mark.student),
+            plain_cell(mark.student),
             *("" if r is None or r.ungraded or r.no_program else float(r.points) for r in points),
             float(mark.lost) if mark.lost else "",
             "" if mark.points is None else float(mark.points),
             float(mark.most),
             mark.state,
-            cell(", ".join(mark.same)),
-            cell(", ".join(files)),
-            cell("; ".join(dict.fromkeys(troubles))),
+            plain_cell(", ".join(mark.same)),
+            plain_cell(", ".join(files)),
+            plain_cell("; ".join(dict.fromkeys(troubles))),
         ]
 
 
