@@ -12,8 +12,8 @@ from html.parser import HTMLParser
 import pytest
 
 from fivebar.grading.course.cohort_page import write_summary
-from fivebar.grading.course.marks import Table
 from fivebar.grading.course.items import items, misconceptions, scores, summary_text
+from fivebar.grading.course.marks import Table
 from fivebar.grading.grade import grade
 from fivebar.grading.intake.cohort_folder import Entry
 from fivebar.grading.intake.hand_in import Left

@@ -62,7 +62,7 @@ def look_into(path: Path) -> tuple[list[ProgramFile], list[Left]]:
     """
     programs: list = []
     left: list = []
-    _look(path, path.name, 0, programs, left)
+    _look(path, path.name or path.resolve().name, 0, programs, left)
     return programs, left
 
 
