@@ -25,7 +25,13 @@ STYLE = """
 .fivebar td:first-child { min-width: 11rem; }
 .fivebar td:nth-child(2):has(.bar) { width: 30%; min-width: 5rem; }
 .fivebar .bar { print-color-adjust: exact; height: .8rem; margin-top: .35rem; background: #0969da; }
+.fivebar th, .fivebar td:has(.bar) ~ td { white-space: nowrap; }
 .fivebar .low { color: #c4320a; }
+@media screen and (prefers-color-scheme: dark) {
+  .fivebar th, .fivebar td { border-color: #4c555f; }
+  .fivebar th { color: #a9b2bc; }
+  .fivebar .low { color: #ff9877; }
+}
 """
 TELLS = (
     "Tells: correlation of passing this check with the points in all others. Near 1 it separates"
