@@ -103,7 +103,7 @@ def _grade(arguments):
     if not arguments.file:
         raise UsageError("what is to be graded? Name a file or a folder")
     seed = arguments.seed or (hidden_seed(secret, lab.name) if secret else None)
-    if arguments.file[0].is_dir() and not arguments.gradescope:
+    if _holds_hand_ins(arguments, lab):
         reports = grade_folders(arguments, lab, secret, seed, limit, hints_from(arguments, lab))
         return _must_reach(arguments, reports)
     if len(arguments.file) > 1:
@@ -118,7 +118,7 @@ def _grade(arguments):
     seed = seed or os.urandom(8).hex()
 
     def how(lab):
-        student = arguments.student or arguments.file.stem
+        student = arguments.student or arguments.file.resolve().stem
         robot = robot_for(student, secret, lab.robot())
         return {
             "student": student,
@@ -144,6 +144,20 @@ def _grade(arguments):
     _must_reach(arguments, [report])
 
 
+def _holds_hand_ins(arguments, lab):
+    """Return whether a folder is named that is not one student's: for Gradescope it always is."""
+    from ..grading.intake.cohort_folder import entries_of, find_hand_ins, is_one_hand_in
+
+    folder, *more = arguments.file
+    if not folder.is_dir() or arguments.gradescope:
+        return False
+    if arguments.out or more or not lab.file():
+        return True
+    if is_one_hand_in(folder, lab.with_others()):
+        return False
+    return len(entries_of(find_hand_ins(folder)[0], lab, named=True)) != 1
+
+
 def _graded(arguments, lab, how, home=False):
     """Return the report on one hand-in, for all labs of which it holds the file.
 
@@ -160,8 +174,8 @@ def _graded(arguments, lab, how, home=False):
     if not path.exists():
         raise UsageError(f"no file {str(path)!r}; to fill in: fivebar check {lab.name}")
     programs, left = look_into(path)
-    others = lab.family()[1:] if lab.family()[0] == lab else []
-    labs = [lab, *(other for other in others if named_for(other, programs))]
+    others = [other for other in lab.with_others()[1:] if named_for(other, programs)]
+    labs = [lab, *others]
     if path.is_file() and len(programs) == 1 and programs[0].path == path:
         labs = [lab]
     versions = {}

@@ -93,10 +93,10 @@ def _print_course(course, filled):
         if names:
             print(f"{words} {printable(', '.join(names))}", file=sys.stderr)
 
-    for lab, groups in course.equal.items():
-        for students, exact in groups:
+    for graded in course.graded:
+        for students, exact in graded.equal:
             how = "to the letter" if exact else "but for names and formatting"
-            tell(f"{lab.name}: equal programs, {how}:", students)
+            tell(f"{graded.name}: equal programs, {how}:", students)
     for state, names in course.without_mark().items():
         tell(f"marks.csv: no mark yet ({state}):", names)
     if filled:

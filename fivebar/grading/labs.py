@@ -74,6 +74,11 @@ class Lab:
         main = Lab(self.folder.parent / self._content().get("PART_OF", self.name))
         return [main, *(Lab(self.folder.parent / name) for name in main._content().get("WITH", ()))]
 
+    def with_others(self) -> list[Lab]:
+        """Return this lab and, where it is the main one of its family, the others."""
+        family = self.family()
+        return family if family[0] == self else [self]
+
     @property
     def hides_robot(self) -> bool:
         """Whether the numbers of a student's robot are what he is to find."""

@@ -27,11 +27,11 @@ def equal_programs(
         own = source if found is None else tuple(sorted(set(found) - known))
         if own:
             groups[own].append(student)
-    return [
-        (tuple(students), len({sources[student] for student in students}) == 1)
-        for students in groups.values()
-        if len(students) > 1
-    ]
+    found: list[tuple[tuple[str, ...], bool]] = []
+    for students in groups.values():
+        exact = all(sources[student] == sources[students[0]] for student in students)
+        found += [(tuple(students), exact)] * (len(students) > 1)
+    return found
 
 
 def functions(source: str, asked: frozenset[str]) -> tuple[str, ...] | None:

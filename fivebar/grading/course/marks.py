@@ -15,6 +15,7 @@ from ..report.text import number
 from ..results import Report
 from ..variants import id_key
 from .cohort import trouble_of
+from .items import has_marks
 from .sheet import Sheet, number_in, quoted, read_sheet
 
 FILE = "marks.csv"
@@ -76,7 +77,7 @@ def best_of(entries: Iterable[Entry], reports: Iterable[Report]) -> dict[str, tu
 
 
 def _worth(report):
-    return not report.ungraded and not report.no_program, report.points
+    return has_marks(report), report.points
 
 
 class Table:
@@ -88,8 +89,8 @@ class Table:
         self.path, self.labs = out / FILE, tuple(labs)
         self.sheet: Sheet | None = read_sheet(self.path) if self.path.exists() else None
         self.titles = list(HIS)
+        self.names: list[str] = []
         self.cells: dict[str, dict[str, str]] = {}
-        self.names: dict[str, str] = {}
         if self.sheet:
             self._read(self.sheet)
 
@@ -109,8 +110,8 @@ class Table:
                 key = id_key(name)
                 if key in self.cells:
                     raise UsageError(f"{self.path} has two rows of {name}")
-                self.names[key] = name
                 self.cells[key] = {title: row.get(title, "") for title in self.titles}
+                self.names.append(name)
 
     def by_hand(self, student: str) -> dict[str, str]:
         return self.cells.get(id_key(plain_cell(student)), dict.fromkeys(self.titles, ""))
@@ -164,45 +165,45 @@ class Table:
     def without_hand_in(self, known: set[str]) -> list[str]:
         """Return the students of the table of whom nothing was found."""
         known = {id_key(plain_cell(student)) for student in known}
-        return [name for key, name in self.names.items() if key not in known]
+        return [name for name in self.names if id_key(name) not in known]
 
     def text(self, marks: Iterable[Mark]) -> str:
         """Return the whole table again, in the dialect in which it was read."""
         sign = self.sheet.sign if self.sheet else ","
-        comma = sign == ";"
-        columns = ["student", *self.labs, *AFTER, *self.titles]
-        lines = [columns]
+        rows = [["student", *self.labs, *AFTER, *self.titles]]
         for mark in marks:
-            cells = self._cells(mark)
-            numbers = [number(c) if isinstance(c, float | int) else c for c in cells]
-            if comma:
-                numbers = [
-                    n.replace(".", ",") if isinstance(c, float) else n
-                    for n, c in zip(numbers, cells)
-                ]
-            lines.append([*numbers, *(mark.by_hand.get(title, "") for title in self.titles)])
-        rows = [sign.join(quoted(text, sign) for text in line) for line in lines]
+            ours = [_written(value, sign) for value in self._values(mark)]
+            rows.append(ours + [mark.by_hand[title] for title in self.titles])
         # With the mark in front Excel reads accents.
-        return "\ufeff" + "\r\n".join([*rows, ""])
+        return "\ufeff" + "".join(_line(cells, sign) for cells in rows)
 
-    def _cells(self, mark):
-        """Return what is ours of a row: texts that no spreadsheet takes for formulas, and
-        numbers.
-        """
-        points = [mark.results[lab][1] if lab in mark.results else None for lab in self.labs]
-        files = [entry.name for entry, _ in mark.results.values() if entry.name]
-        troubles = [trouble for _, r in mark.results.values() if (trouble := trouble_of(r))]
-        return [
-            plain_cell(mark.student),
-            *("" if r is None or r.ungraded or r.no_program else float(r.points) for r in points),
-            float(mark.lost) if mark.lost else "",
-            "" if mark.points is None else float(mark.points),
-            float(mark.most),
-            mark.state,
-            plain_cell(", ".join(mark.same)),
-            plain_cell(", ".join(files)),
-            plain_cell("; ".join(dict.fromkeys(troubles))),
-        ]
+    def _values(self, mark):
+        """Return what is ours of a row: numbers, and texts."""
+        yield mark.student
+        for lab in self.labs:
+            _, report = mark.results.get(lab, (None, None))
+            yield report.points if report and has_marks(report) else ""
+        entries = [entry for entry, _ in mark.results.values()]
+        troubles = dict.fromkeys(trouble_of(report) for _, report in mark.results.values())
+        yield mark.lost or ""
+        yield "" if mark.points is None else mark.points
+        yield mark.most
+        yield mark.state
+        yield ", ".join(mark.same)
+        yield ", ".join(entry.name for entry in entries if entry.name)
+        yield "; ".join(filter(None, troubles))
+
+
+def _written(value, sign):
+    """Return a number as the dialect has it, or a text that no spreadsheet takes for a formula."""
+    if isinstance(value, str):
+        return plain_cell(value)
+    text = number(value)
+    return text.replace(".", ",") if sign == ";" else text
+
+
+def _line(cells, sign):
+    return sign.join(quoted(text, sign) for text in cells) + "\r\n"
 
 
 def _state(results, most, parts):

@@ -61,14 +61,24 @@ class Entry:
     name: str = ""
 
 
+def is_one_hand_in(folder: Path, labs: Iterable[Lab]) -> bool:
+    """Return whether a lab's own file lies in the folder itself, which is then one student's."""
+    own = {lab.file().casefold() for lab in labs} - {""}
+    return any(name.casefold() in own for name in os.listdir(folder))
+
+
 def find_hand_ins(
-    folder: Path, must_be_told_apart: bool = False
+    folder: Path, must_be_told_apart: bool = False, labs: Iterable[Lab] = ()
 ) -> tuple[list[HandIn], list[Left]]:
     """Return (the hand-ins of a folder by name, what in it is nobody's).
+
+    labs: those whose file makes a folder that holds it one hand-in.
 
     Raises UsageError where two have the same id and must_be_told_apart: each id stands for a robot
     of its own.
     """
+    if is_one_hand_in(folder, labs):
+        return [_hand_in(folder.resolve().name, "", [folder])], []
     groups: dict = {}
     left: list = []
     for name in sorted(os.listdir(folder)):
