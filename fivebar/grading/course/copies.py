@@ -23,14 +23,15 @@ def equal_programs(
     for student, source in sources.items():
         if source == template:
             continue
-        found = functions(source, asked)
-        own = source if found is None else tuple(sorted(set(found) - known))
+        parts = functions(source, asked)
+        own = source if parts is None else tuple(sorted(set(parts) - known))
         if own:
             groups[own].append(student)
     found: list[tuple[tuple[str, ...], bool]] = []
     for students in groups.values():
         exact = all(sources[student] == sources[students[0]] for student in students)
-        found += [(tuple(students), exact)] * (len(students) > 1)
+        if len(students) > 1:
+            found.append((tuple(students), exact))
     return found
 
 
