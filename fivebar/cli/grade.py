@@ -178,13 +178,14 @@ def _graded(arguments, lab, how, home=False):
     labs = [lab, *others]
     if path.is_file() and len(programs) == 1 and programs[0].path == path:
         labs = [lab]
-    versions = {}
+    versions, troubles = {}, {}
     for each in labs:
         try:
             versions[each] = choose(each, programs, arguments.program)
         except SubmissionError as error:
             if len(labs) > 1:  # the others have theirs
                 print(f"{each.name}: {error}", file=sys.stderr)
+                troubles[each] = str(error)
                 continue
             reasons = [f" ({item.name}: {item.word})" for item in left[:1]]
             raise UsageError(f"{path}: {error}{''.join(reasons)}") from None
@@ -205,6 +206,8 @@ def _graded(arguments, lab, how, home=False):
         ]
         reports = [grade(each, job, home=home, watched=True) for job in jobs]
         best.append(max(reports, key=lambda report: report.points))
+    if not home:
+        best += [grade(each, Job(path, trouble=t, **how(each))) for each, t in troubles.items()]
     return joined(best)
 
 
