@@ -287,7 +287,8 @@ COVERS = {
     "base.columns:_numbers": "columns", "base.tables:whole_text": "columns",
     "base.tables:arrays_in": "Map",
     "grading.course.cohort:begin": "state", "grading.course.cohort:done": "kept result",
-    "grading.course.sheet:read_sheet": "gradebook", "grading.course.settings:read_settings": "settings", "grading.worker.submission:_bytes": "hand-in.py",
+    "grading.course.sheet:read_sheet": "gradebook", "grading.course.settings:read_settings": "settings",
+    "grading.course.course:_table": "marks", "grading.worker.submission:_bytes": "hand-in.py",
     "grading.worker.submission:_code": "hand-in.ipynb", "grading.worker.submission:_member": "hand-in.zip",
     "grading.worker.submission:opened": "hand-in.py", "grading.worker.submission:opened_archive": "hand-in.zip",
     "linkages.study:from_csv": "Study", "paths.certificates.checker:check": "certificate", 
@@ -304,9 +305,11 @@ COVERS = {
 OWN = {
     "writers": """base.tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
         study.speed_accuracy.making:make study.speed_accuracy.page:write_page
+        grading.course.feedback:write_feedback
         base.folders:locked_folder cli.__init__:main cli.__init__:_flush""",
     "files of the package and its dependencies": """visualization.document:document visualization.document:script
         visualization.plot.panels:_styles visualization.view.page:_packed_viewer visualization.view.page:page
+        cli.grade:_hand_out_template amoro.ros_free.marking:confined_program
         grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash""",
     "pipes between our own processes; tests/grading/test_wire.py": """amoro.ros_free.child:_report
         amoro.ros_free.child:main
@@ -316,7 +319,7 @@ OWN = {
     "the system": """grading.worker.cell.confine:_descriptor grading.worker.cell.landlock:restrict
         grading.worker.launch:_spare_user grading.worker.sandbox:_kill_orphan
         study.speed_accuracy.machine:_processor""",
-    "bytes that are not taken apart": """grading.grade:file_hash cli.grade:_secret grading.plugin:_from_options
+    "bytes that are not taken apart": """grading.course.feedback:write_page grading.grade:file_hash cli.grade:_secret grading.plugin:_from_options
         grading.grade:grade""",
     "the cache of compiled code, checked by its sum; tests/models/test_compiled.py": """models.machine_code:_build
         models.machine_code:_intact""",

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import io
 import zipfile
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from ...base.tables import replaced
+from ...base.tables import written
 from ..intake.cohort_folder import Entry
 from ..intake.hand_in import MOODLE
 from ..report.outputs import file_name, write_whole
@@ -44,13 +43,13 @@ def write_feedback(out: Path, pages: Iterable[tuple[Entry, str, str]]) -> None:
     Moodle's "upload multiple feedback files in a zip" finds a student by the name of the folder
     that his hand-in had; without one the folder is his id.
     """
-    data = io.BytesIO()
-    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as archive:
+    with (
+        written(out / FILE, binary=True) as file,
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive,
+    ):
         for entry, lab, page in pages:
             name = f"{_folder(entry)}/{lab}.html"
             archive.writestr(zipfile.ZipInfo(name, _NO_DATE), page, zipfile.ZIP_DEFLATED)
-    with replaced(out / FILE) as part:
-        Path(part).write_bytes(data.getvalue())
 
 
 def _folder(entry):

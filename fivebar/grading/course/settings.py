@@ -65,9 +65,11 @@ def read_settings(out: Path) -> Settings:
     path = out / FILE
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return Settings()
-    except (OSError, ValueError, RecursionError) as error:
+    except OSError as error:
+        raise UsageError(f"{path}: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:
         raise UsageError(f"{path}: {error}") from None
     for name in found:
         if name not in Settings.__dataclass_fields__:
