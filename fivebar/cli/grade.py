@@ -32,7 +32,7 @@ FOLDER = {
     "--gradebook FILE": "Moodle's or Canvas' sheet, to be filled",
     "--column TITLE": "of the marks in that sheet (default: the one that fits)",
     "--jobs N": (1, "graded at a time"),
-    "--out DIR": "results, each as it comes; a second run goes on there",
+    "--out DIR": "results, and marks.csv and course.toml to edit; a second run goes on there",
     "--hand-out IDS.txt": "write each student's own student.py to --out",
 }
 

@@ -103,7 +103,6 @@ def _print_course(course, filled):
         rest = f"{filled.no_hand_in} rows without a hand-in"
         print(f"gradebook.csv: {filled.count} marks; {rest}", file=sys.stderr)
         tell("gradebook.csv: no row, or several, for", filled.no_row)
-        tell("gradebook.csv: no mark for", filled.no_mark)
 
 
 def _print_ignored(ignored):

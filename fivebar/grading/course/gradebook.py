@@ -37,14 +37,11 @@ _MONTHS = (
 
 @dataclass(frozen=True)
 class Filled:
-    """The sheet's text with its marks; how many; who has no row, or no mark; rows without a
-    hand-in.
-    """
+    """The sheet's text with its marks; how many; who has no row; rows without a hand-in."""
 
     text: str
     count: int
     no_row: list[str]
-    no_mark: list[str]
     no_hand_in: int
 
 
@@ -84,21 +81,19 @@ class Gradebook:
         titles = [title.casefold() for title in self.sheet.titles]
         most = next((k for k, title in enumerate(titles) if title in MOST), None)
         comma = self.sheet.has_comma(*(k for k in (self.mark, most) if k is not None))
-        left, count, no_row, no_mark = set(self.students), 0, [], []
+        left, count, no_row = set(self.students), 0, []
         for mark in marks:
             rows = _rows_of(self.sheet, mark.student, mark.number)
             left -= set(rows)
             if len(rows) != 1:
                 no_row.append(mark.student)
-            elif mark.points is None:
-                no_mark.append(mark.student)
-            else:
+            elif mark.points is not None:
                 limit = self.limit if most is None else self.sheet.value(rows[0], most)
                 scale = number_in(limit) or mark.most
                 points = number(mark.points * scale / mark.most)
                 self.sheet.put(rows[0], self.mark, points.replace(".", ",") if comma else points)
                 count += 1
-        return Filled(self.sheet.text, count, no_row, no_mark, len(left))
+        return Filled(self.sheet.text, count, no_row, len(left))
 
 
 def _column(path, titles, lab, wanted):

@@ -151,9 +151,9 @@ def choose(
                 f"none of the programs there ({_listed(programs)}) is called {wanted}"
             )
         programs = named
-    elif lab.file():
-        if named := named_for(lab, programs):
-            return _versions(lab, named)
+    elif named := named_for(lab, programs):
+        return _versions(lab, named)
+    else:
         programs = _not_of_others(lab, programs)
     if len(programs) == 1:
         return (programs[0],)
@@ -176,8 +176,10 @@ def choose(
 
 def named_for(lab: Lab, programs: Iterable[ProgramFile]) -> list[ProgramFile]:
     """Return the programs that have the lab's own name; else copies of it, as "x (1).py"; else
-    those whose name holds it, as "x_final.py".
+    those whose name holds it, as "x_final.py". None where the lab gives no name.
     """
+    if not lab.file():
+        return []
     name = PurePosixPath(lab.file()).stem.casefold()
     stems = {program: _stem(program) for program in programs}
     exact = [program for program, stem in stems.items() if stem == name]
@@ -215,7 +217,7 @@ def _not_of_others(lab, programs):
     others = {
         program: other.name
         for other in lab.family()
-        if other != lab and other.file()
+        if other != lab
         for program in named_for(other, programs)
     }
     left = [program for program in programs if program not in others]
