@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from ..base.errors import UsageError
-from .grade_folder import grade_folder, hand_out, isolation
+from .grade_folder import grade_folders, hand_out, isolation
 from .options import add_options
 
 SECRET = "FIVEBAR_SECRET"
@@ -32,7 +32,7 @@ FOLDER = {
     "--gradebook FILE": "Moodle's or Canvas' sheet, to be filled",
     "--column TITLE": "of the marks in that sheet (default: the one that fits)",
     "--jobs N": (1, "graded at a time"),
-    "--out DIR": "results, each as it comes; a second run goes on there",
+    "--out DIR": "results, and marks.csv and course.toml to edit; a second run goes on there",
     "--hand-out IDS.txt": "write each student's own student.py to --out",
 }
 
@@ -41,14 +41,14 @@ def add_parsers(commands):
     """Add `check` and `grade` to the program's commands."""
     check = commands.add_parser("check")
     _common(check, "?")
-    words = "your .py file or notebook, or a folder or zip with it; without it you are told which"
+    words = "your .py file or notebook, or a folder or zip with it; without it you get the template"
     check.add_argument("file", type=Path, nargs="?", metavar="FILE", help=words)
     check.set_defaults(run=_check)
 
     grade = commands.add_parser("grade")
     _common(grade)
-    words = "a .py file, notebook or zip; a folder of them"
-    grade.add_argument("file", type=Path, nargs="?", metavar="FILE|FOLDER", help=words)
+    words = "a .py file, notebook or zip; a folder of them, or a folder for each attempt"
+    grade.add_argument("file", type=Path, nargs="*", metavar="FILE|FOLDER", help=words)
     add_options(grade, GRADE)
     add_options(grade, FOLDER, "a folder of submissions")
     grade.set_defaults(run=_grade)
@@ -62,35 +62,37 @@ def _common(parser, lab=None):
 
 
 def _check(arguments):
-    from ..grading.grade import grade
-    from ..grading.intake.hand_in import ProgramFile
     from ..grading.labs import find_lab, known_labs
-    from ..grading.program import Job
     from ..grading.results import withheld
 
     if arguments.lab is None:
         names = ", ".join(lab.name for lab in known_labs(arguments.labs))
         raise UsageError(f"which lab, and which file of yours? The known ones are: {names}")
     lab = find_lab(arguments.lab, arguments.labs)
-    limit = _limit(arguments)
-    program, siblings = _program(arguments, lab)
-    if arguments.file == program.path:  # one's own folder
-        files = sorted(arguments.file.parent.glob("*.py"))
-        siblings = [ProgramFile(path, "", path.name) for path in files]
-    job = Job(
-        program.path,
-        limit=limit,
-        member=program.member,
-        siblings=tuple(siblings),
-        hints_from=hints_from(arguments, lab),
+    if arguments.file is None:
+        return _hand_out_template(lab)
+    how = {"limit": _limit(arguments), "hints_from": hints_from(arguments, lab)}
+    _show(arguments, withheld(_graded(arguments, lab, lambda lab: how, home=True)))
+
+
+def _hand_out_template(lab):
+    """Put the lab's file to fill in into this folder."""
+    from ..grading.report.outputs import write_whole
+
+    template, path = lab.folder / "student.py", Path(lab.file() or "student.py")
+    if not template.is_file():
+        raise UsageError(f"FILE is missing; {lab.name} has no file to fill in")
+    command = f"fivebar check {lab.name} {path}"
+    if path.exists():
+        raise UsageError(f"FILE is missing; {path} is here already: {command}")
+    write_whole(path, template.read_text(encoding="utf-8"))
+    print(
+        f"{path} is written: fill in its functions as {lab.folder}/README.md asks, then {command}"
     )
-    _show(arguments, withheld(grade(lab, job, home=True, watched=True)))
 
 
 def _grade(arguments):
-    from ..grading.grade import grade
     from ..grading.labs import find_lab
-    from ..grading.program import Job
     from ..grading.variants import hidden_seed, robot_for
 
     lab = find_lab(arguments.lab, arguments.labs)
@@ -98,34 +100,36 @@ def _grade(arguments):
     limit = _limit(arguments)
     if arguments.hand_out:
         return hand_out(arguments, lab, secret)
-    if arguments.file is None:
+    if not arguments.file:
         raise UsageError("what is to be graded? Name a file or a folder")
     seed = arguments.seed or (hidden_seed(secret, lab.name) if secret else None)
-    if arguments.file.is_dir() and not arguments.gradescope:
-        reports = grade_folder(arguments, lab, secret, seed, limit, hints_from(arguments, lab))
+    if _holds_hand_ins(arguments, lab):
+        reports = grade_folders(arguments, lab, secret, seed, limit, hints_from(arguments, lab))
         return _must_reach(arguments, reports)
-    program, siblings = _program(arguments, lab)
+    if len(arguments.file) > 1:
+        raise UsageError("several submissions are graded in folders, a folder for each attempt")
+    (arguments.file,) = arguments.file
     if arguments.out:
         raise UsageError(
             "--out is for a folder of submissions; for one there are --html, --csv, --json,"
             " --gradescope"
         )
-    source = program.path if arguments.file.is_dir() else arguments.file
-    student = arguments.student or source.stem
     isolate = arguments.isolate or "process"
-    job = Job(
-        program.path,
-        student,
-        seed or os.urandom(8).hex(),
-        robot_for(student, secret, lab.robot()),
-        isolate,
-        limit,
-        "",
-        program.member,
-        tuple(siblings),
-        hints_from(arguments, lab),
-    )
-    report = grade(lab, job, watched=True)
+    seed = seed or os.urandom(8).hex()
+
+    def how(lab):
+        student = arguments.student or arguments.file.resolve().stem
+        robot = robot_for(student, secret, lab.robot())
+        return {
+            "student": student,
+            "seed": seed,
+            "robot": robot,
+            "isolate": isolate,
+            "limit": limit,
+            "hints_from": hints_from(arguments, lab),
+        }
+
+    report = _graded(arguments, lab, how)
     for line in (isolation(isolate), *report.warnings):
         print(line, file=sys.stderr)
     if arguments.gradescope:
@@ -140,31 +144,71 @@ def _grade(arguments):
     _must_reach(arguments, [report])
 
 
-def _program(arguments, lab):
-    """Return the program in the file, folder or zip that is named, and those in it that it may
-    import; says what is left.
+def _holds_hand_ins(arguments, lab):
+    """Return whether a folder is named that is not one student's: for Gradescope it always is."""
+    from ..grading.intake.cohort_folder import entries_of, find_hand_ins, is_one_hand_in
+
+    folder, *more = arguments.file
+    if not folder.is_dir() or arguments.gradescope:
+        return False
+    if arguments.out or more or not lab.file():
+        return True
+    if is_one_hand_in(folder, lab.with_others()):
+        return False
+    return len(entries_of(find_hand_ins(folder)[0], lab, named=True)) != 1
+
+
+def _graded(arguments, lab, how, home=False):
+    """Return the report on one hand-in, for all labs of which it holds the file.
+
+    how: what gives, for a lab, the rest of a Job.
     """
     from ..base.representation import printable
-    from ..grading.intake.hand_in import beside, choose, look_into
+    from ..grading.grade import grade
+    from ..grading.intake.hand_in import ProgramFile, beside, choose, look_into, named_for
+    from ..grading.program import Job
+    from ..grading.results import joined
     from ..grading.worker.submission import SubmissionError
 
-    if arguments.file is None:
-        raise UsageError(f"FILE is missing; the lab's file to fill in is {lab.folder}/student.py")
-    if not arguments.file.exists():
-        raise UsageError(f"no file {str(arguments.file)!r}; to fill in: {lab.folder}/student.py")
-    programs, left = look_into(arguments.file)
-    try:
-        program = choose(lab, programs, arguments.program)
-    except SubmissionError as error:
-        reasons = [f" ({item.name}: {item.word})" for item in left[:1]]
-        raise UsageError(f"{arguments.file}: {error}{''.join(reasons)}") from None
-    if program.path != arguments.file:
-        print(f"graded: {printable(str(program))}", file=sys.stderr)
-    ignored = [f"{item.name}: {item.word}" for item in left]
-    ignored += [str(other) for other in programs if other != program]
+    path = arguments.file
+    if not path.exists():
+        raise UsageError(f"no file {str(path)!r}; to fill in: fivebar check {lab.name}")
+    programs, left = look_into(path)
+    others = [other for other in lab.with_others()[1:] if named_for(other, programs)]
+    labs = [lab, *others]
+    if path.is_file() and len(programs) == 1 and programs[0].path == path:
+        labs = [lab]
+    versions, troubles = {}, {}
+    for each in labs:
+        try:
+            versions[each] = choose(each, programs, arguments.program)
+        except SubmissionError as error:
+            if len(labs) > 1:  # the others have theirs
+                print(f"{each.name}: {error}", file=sys.stderr)
+                troubles[each] = str(error)
+                continue
+            reasons = [f" ({item.name}: {item.word})" for item in left[:1]]
+            raise UsageError(f"{path}: {error}{''.join(reasons)}") from None
+    graded = [program for chosen in versions.values() for program in chosen]
+    for program in graded:
+        if program.path != path:
+            print(f"graded: {printable(str(program))}", file=sys.stderr)
+    ignored = [f"{item.name}: {item.word}" for item in left if item.word != "hidden"]
+    ignored += [str(other) for other in programs if other not in graded]
     for words in ignored:
         print(f"not graded: {printable(words)}", file=sys.stderr)
-    return program, beside(program, programs)
+    if home and path in [program.path for program in programs if not program.member]:
+        programs = [ProgramFile(p, "", p.name) for p in sorted(path.parent.glob("*.py"))]
+    best = []
+    for each, chosen in versions.items():
+        jobs = [
+            Job(p.path, member=p.member, siblings=beside(p, programs), **how(each)) for p in chosen
+        ]
+        reports = [grade(each, job, home=home, watched=True) for job in jobs]
+        best.append(max(reports, key=lambda report: report.points))
+    if not home:
+        best += [grade(each, Job(path, trouble=t, **how(each))) for each, t in troubles.items()]
+    return joined(best)
 
 
 def _show(arguments, report):

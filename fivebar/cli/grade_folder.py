@@ -1,4 +1,4 @@
-"""`fivebar grade` for a folder of submissions, and what is handed out before."""
+"""`fivebar grade` for folders of submissions, and what is handed out before."""
 
 import codecs
 import json
@@ -19,53 +19,41 @@ def isolation(isolate):
     return "isolation: process (bubblewrap works here and hides more: --isolate)"
 
 
-def grade_folder(arguments, lab, secret, seed, limit, hints_from):
-    """Grade a folder of submissions into --out; the Reports of all that could be graded."""
+def grade_folders(arguments, lab, secret, seed, limit, hints_from):
+    """Grade folders of submissions into --out; the Reports of all that could be graded."""
     from ..base.folders import locked_folder
-    from ..grading.course.cohort import begin, run_cohort
-    from ..grading.course.cohort_page import write_summary
-    from ..grading.course.gradebook import fill_gradebook
-    from ..grading.course.items import summary_text
-    from ..grading.intake.cohort_folder import find_submissions
+    from ..grading.course.course import Course
+    from ..grading.course.gradebook import Gradebook
+    from ..grading.course.settings import offer_settings, read_settings
     from ..grading.worker.places import bwrap_trouble
 
-    folder, out = arguments.file, arguments.out
-    if out is None:
-        raise UsageError("a folder of submissions needs --out DIR for the results")
-    if arguments.student or arguments.html or arguments.csv:
+    out = arguments.out
+    _check_folders(arguments)
+    book = None
+    if arguments.gradebook:  # what is wrong with it is better known now
+        book = Gradebook(arguments.gradebook, lab, arguments.column)
+    settings = read_settings(out)
+    course = Course(lab, out, settings, book)
+    course.find(arguments.file, arguments.program, secret is not None)
+    _print_ignored(course.ignored)
+    if not course.students:
         raise UsageError(
-            "--student, --html and --csv are for one submission; a folder's files go to --out"
-        )
-    if arguments.jobs < 1:
-        raise UsageError(f"--jobs must be at least 1, not {arguments.jobs}")
-    if folder.resolve() in (out.resolve(), *out.resolve().parents):
-        raise UsageError(
-            f"--out {out} lies within the submissions, where the results would be taken for a"
-            f" student's: give a folder beside {folder}"
-        )
-    if arguments.gradebook:
-        # What is wrong with it is better known now.
-        fill_gradebook(arguments.gradebook, lab, [], [], arguments.column)
-    entries, left = find_submissions(folder, lab, arguments.program, secret is not None)
-    _print_ignored(entries, left)
-    if not entries:
-        raise UsageError(
-            f"{folder} holds no submissions: a .py file, notebook or zip, or a folder, per student"
+            f"{arguments.file[0]} holds no submissions: a .py file, notebook or zip, or a folder,"
+            " per student"
         )
     isolate = arguments.isolate or ("process" if bwrap_trouble() else "bwrap")
     print(isolation(isolate), file=sys.stderr)
     with locked_folder(out, "grading", ("students",)):
-        cohort = begin(lab, out, seed, secret, isolate, limit, hints_from)
-        reports = run_cohort(cohort, entries, arguments.jobs)
-        write_summary(out, lab.name, entries, reports, left)
-        if arguments.gradebook:
-            _fill(arguments, lab, entries, reports)
-    graded = [report for report in reports if not report.ungraded]
+        offer_settings(out)
+        how = seed, secret, isolate, limit, hints_from, settings.packages
+        course.grade(how, arguments.jobs)
+        filled = course.write()
+    _print_course(course, filled)
+    reports = course.reports()
     if arguments.json:
         print(json.dumps([report.as_json() for report in reports], indent=1))
     else:
-        print(summary_text(lab.name, graded))
-        print(out / "summary.html")
+        print(course.words())
     faults = dict.fromkeys(fault for report in reports for fault in report.faults)
     if faults:
         raise RuntimeError(
@@ -75,38 +63,60 @@ def grade_folder(arguments, lab, secret, seed, limit, hints_from):
         raise RuntimeError(
             f"{len(lost)} of {len(reports)} not graded: {', '.join(lost[:5])}; run it again"
         )
-    return graded
+    return [report for report in reports if not report.no_program]
 
 
-def _fill(arguments, lab, entries, reports):
+def _check_folders(arguments):
+    out = arguments.out
+    if out is None:
+        raise UsageError("a folder of submissions needs --out DIR for the results")
+    if arguments.student or arguments.html or arguments.csv:
+        raise UsageError(
+            "--student, --html and --csv are for one submission; a folder's files go to --out"
+        )
+    if arguments.jobs < 1:
+        raise UsageError(f"--jobs must be at least 1, not {arguments.jobs}")
+    for folder in arguments.file:
+        if not folder.is_dir():
+            raise UsageError(f"{folder} is no folder: several attempts are several folders")
+        if folder.resolve() in (out.resolve(), *out.resolve().parents):
+            raise UsageError(
+                f"--out {out} lies within the submissions, where the results would be taken for a"
+                f" student's: give a folder beside {folder}"
+            )
+
+
+def _print_course(course, filled):
     from ..base.representation import printable
-    from ..grading.course.gradebook import fill_gradebook
-    from ..grading.report.outputs import write_whole
 
-    filled = fill_gradebook(arguments.gradebook, lab, entries, reports, arguments.column)
-    write_whole(arguments.out / "gradebook.csv", filled.text)
-    print(
-        f"gradebook.csv: {filled.count} marks; {filled.no_hand_in} rows without a hand-in",
-        file=sys.stderr,
-    )
-    if filled.no_row:
-        names = printable(", ".join(filled.no_row))
-        print(f"gradebook.csv: no row, or several, for {names}", file=sys.stderr)
-    if filled.no_program:
-        names = printable(", ".join(filled.no_program))
-        print(f"gradebook.csv: no program that could be graded for {names}", file=sys.stderr)
+    def tell(words, names):
+        if names:
+            print(f"{words} {printable(', '.join(names))}", file=sys.stderr)
+
+    for graded in course.graded:
+        for students, exact in graded.equal:
+            how = "to the letter" if exact else "but for names and formatting"
+            tell(f"{graded.name}: equal programs, {how}:", students)
+    for state, names in course.without_mark().items():
+        tell(f"marks.csv: no mark yet ({state}):", names)
+    if filled:
+        rest = f"{filled.no_hand_in} rows without a hand-in"
+        print(f"gradebook.csv: {filled.count} marks; {rest}", file=sys.stderr)
+        tell("gradebook.csv: no row, or several, for", filled.no_row)
 
 
-def _print_ignored(entries, left):
+def _print_ignored(ignored):
     from ..base.representation import printable
 
-    for item in left:
-        print(f"not graded: {printable(item.name)}: {printable(item.word)}", file=sys.stderr)
-    for entry in entries:
-        if entry.left:
-            files = printable(", ".join(f"{item.name} ({item.word})" for item in entry.left[:6]))
-            student = printable(entry.student)
-            print(f"{student}: also there, not graded: {files}", file=sys.stderr)
+    files: dict = {}
+    for student, item in ignored:
+        if not student:
+            print(f"not graded: {printable(item.name)}: {printable(item.word)}", file=sys.stderr)
+        elif item.word != "hidden":
+            files.setdefault(student, []).append(f"{item.name} ({item.word})")
+    for student, names in files.items():
+        listed = printable(", ".join(names[:6]) + (", ..." if len(names) > 6 else ""))
+        print(f"{printable(student)}: also there, not graded: {listed}", file=sys.stderr)
 
 
 def hand_out(arguments, lab, secret):

@@ -54,7 +54,10 @@ OPTIONS = {
     "--exact-acceleration": (
         "joint accelerations of the dynamics, not velocity differences over 10 ms as in the lab"
     ),
-    "--mark 1|2": "the tracking error in the lab's control task of this number, as points",
+    "--mark 1|2": (
+        "the tracking error in the lab's control task of this number, as points; the script is"
+        " confined, and may be a folder of hand-ins"
+    ),
     "--lenient": "let arrays of one element pass for numbers, as older NumPy did",
     "--timeout S": (60.0, "wall time that the script may take without a step"),
     "--json": "the figures as JSON on stdout; what the script prints goes to stderr",
@@ -71,6 +74,10 @@ def _run(arguments, options):
     own, rest = _split(arguments.rest)
     arguments, unknown = options.parse_known_args(own, namespace=arguments)
     _check(arguments)
+    if arguments.mark:
+        from .mark import mark
+
+        return mark(arguments, [*unknown, *rest])
     names = [usage.split()[0].strip("-").replace("-", "_") for usage in OPTIONS]
     values = {name: getattr(arguments, name) for name in names}
     settings = json.dumps(values | {"exact": arguments.exact_acceleration})
@@ -102,7 +109,8 @@ def _split(rest):
 
 
 def _check(arguments):
-    if not Path(arguments.script).is_file():
+    script = Path(arguments.script)
+    if not (script.is_file() or arguments.mark and script.is_dir()):
         raise UsageError(f"no script {arguments.script!r}")
     check_positive(arguments, "until", "timeout")
     if arguments.until > MOST_TIME:

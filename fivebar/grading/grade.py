@@ -99,6 +99,7 @@ def grade(lab: Lab, job: Job, home: bool = False, watched: bool = False) -> Show
         isolate=job.isolate,
         submission_hash=digest,
         hints_from=job.hints_from,
+        packages=job.packages,
     )
 
 
@@ -155,6 +156,7 @@ def _report(lab, checks, before, home, **rest):
         output=student.output,
         seconds=round(time.perf_counter() - before, 3),
         home=home,
+        no_program=isinstance(student, NoProgram),
         warnings=tuple(student.notes),
         **rest,
     )

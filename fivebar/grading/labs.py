@@ -60,6 +60,25 @@ class Lab:
         """
         return self._content().get("USES", {})
 
+    def file(self) -> str:
+        """Return the name that the lab gives the file to hand in: FILE of exercises.py, "" where
+        any name will do.
+        """
+        return self._content().get("FILE", "")
+
+    def family(self) -> list[Lab]:
+        """Return the labs whose files come in one hand-in, this one first where it is the main one.
+
+        WITH of the main lab's exercises.py names the others, PART_OF of theirs the main one.
+        """
+        main = Lab(self.folder.parent / self._content().get("PART_OF", self.name))
+        return [main, *(Lab(self.folder.parent / name) for name in main._content().get("WITH", ()))]
+
+    def with_others(self) -> list[Lab]:
+        """Return this lab and, where it is the main one of its family, the others."""
+        family = self.family()
+        return family if family[0] == self else [self]
+
     @property
     def hides_robot(self) -> bool:
         """Whether the numbers of a student's robot are what he is to find."""

@@ -78,7 +78,7 @@ class Job:
     says).
 
     member: of a zip; siblings: files that it may import; trouble: why there is no file to grade, so
-    that all its checks earn nothing; hints_from: as in Report.
+    that all its checks earn nothing; hints_from, packages: as in Report.
     """
 
     path: Path
@@ -91,6 +91,7 @@ class Job:
     member: str = ""
     siblings: tuple[ProgramFile, ...] = ()
     hints_from: str = ""
+    packages: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -106,16 +107,16 @@ class Job:
             submission = read_submission(self.path, self.member)
         except SubmissionError as error:
             return Program(NoProgram(str(error)), self.robot)
-        limits: dict[str, Any] = {}
+        limits: dict[str, Any] = {"packages": self.packages}
         if self.limit is not None:
-            limits = {"limit": self.limit, "total": max(10.0, 5 * self.limit)}
+            limits |= {"limit": self.limit, "total": max(10.0, 5 * self.limit)}
         modules = imported(submission.source, self.siblings)
         student = Student(submission, isolate=self.isolate, modules=modules, **limits)
 
         def again(source):
-            return Student(
-                replace(submission, source=source), isolate=self.isolate, total=8.0, modules=modules
-            )
+            changed = replace(submission, source=source)
+            known = {"modules": modules, "packages": self.packages}
+            return Student(changed, isolate=self.isolate, total=8.0, **known)
 
         source = submission.source
         return Program(

@@ -109,7 +109,9 @@ class Report:
     kept the file from being read or run to its end; notes: on the whole file; faults: of the lab
     itself; output: what the student's program printed; home: the inputs were public; ungraded: why
     there are no checks, which is nobody's 0 points;
-    hints_from: the day from which students are told why, "" where that is not in the future.
+    hints_from: the day from which students are told why, "" where that is not in the future;
+    packages: that the program may import, beside NumPy and SciPy; no_program: nothing could be read
+    that is a program, so that its 0 points are no mark.
     """
 
     lab: str
@@ -129,6 +131,8 @@ class Report:
     home: bool = False
     ungraded: str = ""
     hints_from: str = ""
+    packages: tuple[str, ...] = ()
+    no_program: bool = False
     # To the one who grades, of this machine: not part of the result.
     warnings: tuple[str, ...] = field(default=(), repr=False)
 
@@ -144,14 +148,15 @@ class Report:
     def percent(self) -> float:
         return 100 * self.points / self.max_points if self.max_points else 0.0
 
-    def as_json(self) -> dict:
-        """Return plain data, without the figures, which show right answers."""
+    def as_json(self, figures: bool = False) -> dict:
+        """Return plain data; with the figures, which show right answers, only where asked."""
         data = {"schema": SCHEMA, "points": self.points, "max_points": self.max_points} | asdict(
             self
         )
         del data["warnings"]
         for check in data["checks"]:
-            del check["figure"]
+            if not figures:
+                del check["figure"]
         return data
 
     @classmethod
@@ -165,12 +170,32 @@ class Report:
         checks = tuple(
             Check(**check | {"remarks": tuple(check["remarks"])}) for check in data["checks"]
         )
-        lists = {name: tuple(data[name]) for name in ("notes", "faults")}
+        lists = {name: tuple(data[name]) for name in ("notes", "faults", "packages")}
         return cls(
             **{name: value for name, value in data.items() if name in names}
             | lists
             | {"checks": checks}
         )
+
+
+def joined(reports: list[Report]) -> Report:
+    """Return one report of a hand-in for several labs; each check says of which lab it is."""
+    if len(reports) == 1:
+        return reports[0]
+    checks = [replace(c, title=f"{r.lab}: {c.title}") for r in reports for c in r.checks]
+    notes = [f"{r.lab}: {note}" for r in reports for note in (*filter(None, [r.trouble]), *r.notes)]
+    return replace(
+        reports[0],
+        lab=" and ".join(report.lab for report in reports),
+        submission=", ".join(dict.fromkeys(report.submission for report in reports)),
+        checks=tuple(checks),
+        trouble="",
+        notes=tuple(notes),
+        faults=tuple(fault for report in reports for fault in report.faults),
+        output="".join(report.output for report in reports),
+        seconds=round(sum(report.seconds for report in reports), 3),
+        no_program=all(report.no_program for report in reports),
+    )
 
 
 def withheld(report: Report) -> Report:

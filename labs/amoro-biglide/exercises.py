@@ -3,6 +3,8 @@
 from fivebar import Biglide
 from fivebar.grading.ten_models import exercises
 
+FILE = "biglide_models.py"
+PART_OF = "amoro"
 ROBOT = Biglide()
 CONSTANTS = {"l": ("l1", "l2"), "d": ("d",), "mf": ("mf1", "mf2"), "mp": ("m",)}
 EXERCISES = exercises(Biglide)

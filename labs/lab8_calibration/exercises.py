@@ -175,13 +175,18 @@ UNSEEN = Exercise(
 )
 
 EXERCISES = [MISSES, DERIVATIVES, UNSEEN]
-USES = {"calibrate": ("misses", "derivatives")}
+USES = {"calibrate": ("misses", "derivatives"), "own_robot": ("misses", "derivatives")}
+
+
+def as_drawn(draw):
+    """A robot as it may have been built, (7,): lengths and offsets near the drawing."""
+    return np.array(NOMINAL) + np.array([1.5e-3] * 5 + [0.03] * 2) * draw.uniform(-1, 1, 7)
 
 
 def as_built(robot):
     """What was really built, (7,): lengths and offsets near the drawing, drawn from all numbers of this robot."""
     draw = np.random.default_rng([round(1e6 * value) for value in robot.parameters.values()])
-    return np.array(NOMINAL) + np.array([1.5e-3] * 5 + [0.03] * 2) * draw.uniform(-1, 1, 7)
+    return as_drawn(draw)
 
 
 def rows_of(truth, draw, n, noise):

@@ -10,10 +10,10 @@ from fivebar.grading import Exercise
 from fivebar.grading.values import Unfit, read
 
 BUILT = run_path(str(Path(__file__).parent / "exercises.py"))
-NOMINAL, as_built, rows_of = BUILT["NOMINAL"], BUILT["as_built"], BUILT["rows_of"]
+NOMINAL, as_drawn, rows_of = BUILT["NOMINAL"], BUILT["as_drawn"], BUILT["rows_of"]
 
 FOUND = Exercise("calibrate() -> l11, l12, l21, l22, d, offset1, offset2", None)
-OWN = Exercise("own_robot() -> l11, l12, l21, l22, d", None)
+OWN = Exercise("own_robot(q, xi) -> l11, l12, l21, l22, d", None)
 NAMES = FOUND.returns
 FAR = 0.5  # m: no step from the drawing's numbers goes so far
 
@@ -77,7 +77,7 @@ def test_unseen(ask, draw):
 @pytest.mark.points(4)
 def test_calibrate_exact(ask, draw):
     """calibrate: exact points, lengths to 1e-9 m"""
-    truth = np.array(NOMINAL) + np.array([1.5e-3] * 5 + [0.03] * 2) * draw.uniform(-1, 1, 7)
+    truth = as_drawn(draw)
     rows = rows_of(truth, draw, 20, 0.0)
     found = numbers(ask, FOUND, rows[:, :2].tolist(), rows[:, 2:].tolist())
     judge_found(ask, found, truth, [1e-9] * 5 + [1e-8] * 2)
@@ -86,13 +86,18 @@ def test_calibrate_exact(ask, draw):
 @pytest.mark.points(2)
 def test_calibrate_noisy(ask, draw):
     """calibrate: points with noise of 0.05 mm"""
-    truth = np.array(NOMINAL) + np.array([1.5e-3] * 5 + [0.03] * 2) * draw.uniform(-1, 1, 7)
+    truth = as_drawn(draw)
     rows = rows_of(truth, draw, 40, 5e-5)
     found = numbers(ask, FOUND, rows[:, :2].tolist(), rows[:, 2:].tolist())
     judge_found(ask, found, truth, [1.5e-4] * 5 + [3e-3] * 2)  # more than 6 standard deviations
 
 
 @pytest.mark.points(4)
-def test_own_robot(ask, robot):
-    """own_robot: the lengths behind your measured.csv, to 0.1 mm"""
-    judge_found(ask, numbers(ask, OWN), as_built(robot)[:5], [1e-4] * 5)
+def test_own_robot(ask, draw):
+    """own_robot: points of which one is wrong, lengths to 0.1 mm"""
+    truth = as_drawn(draw)
+    rows = rows_of(truth, draw, 30, 2e-5)
+    slip, angle = draw.uniform(8e-3, 15e-3), draw.uniform(-np.pi, np.pi)
+    rows[draw.integers(30), 2:] += slip * np.array([np.cos(angle), np.sin(angle)])
+    found = numbers(ask, OWN, rows[:, :2].tolist(), rows[:, 2:].tolist(), limit=10.0)
+    judge_found(ask, found, truth[:5], [1e-4] * 5)

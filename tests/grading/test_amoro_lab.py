@@ -1,17 +1,22 @@
 """`fivebar check amoro`: the lab's own file, its constants, its threshold, and controllers by `fivebar run --mark`."""
 
+import csv
+import io
 import json
 import re
+from pathlib import Path
 
 import pytest
 
+from fivebar.cli import main
 from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
 from fivebar.grading.program import Job
 from fivebar.grading.report.text import told
-from tests.amoro.test_run import run
 from tests.helpers import LABS
 from tests.helpers.hand_ins import FOLDER
+
+from ..helpers.grading_lab import written
 
 HELPERS = (FOLDER / "helpers.py").read_text("utf-8")
 
@@ -93,33 +98,89 @@ def test_what_an_older_numpy_took_is_graded_and_said(tmp_path):
     assert any("graded as it ran before" in note and "A11A12[1]" in note for note in found.notes)
 
 
-def tracked(folder, task, gains, *arguments, code=0):
-    script = (
-        (LABS / "amoro/control.py")
-        .read_text("utf-8")
-        .replace("KP, KD = 100.0, 20.0", f"KP, KD = {gains}")
-    )
-    (folder / "chosen_models.py").write_text(
-        (LABS / "amoro/chosen_models.py").read_text("utf-8"), encoding="utf-8"
-    )
-    return run(folder, script, "--mark", task, "--json", *arguments, code=code)
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize(
-    "gains, task, low, high", [("100.0, 20.0", "1", 20, 20), ("100.0, 20.0", "2", 0, 0)]
+GOOD = "100.0, 20.0"
+LIGHTER = (
+    "def dynamic_model(*row):\n    M, c = _right(*row)\n    return 0.5 * np.array(M), np.ravel(c)\n"
 )
-def test_the_tracking_error_is_the_mark(tmp_path, gains, task, low, high):
+
+
+def with_script(folder, gains=GOOD):
+    """The lab's controller with the models of both robots beside it."""
+    for name in ("control.py", "chosen_models.py"):
+        text = (LABS / "amoro" / name).read_text("utf-8")
+        written(folder / name, text.replace("KP, KD = 100.0, 20.0", f"KP, KD = {gains}"))
+    written(folder / "five_bar_models.py", (FOLDER / "scalars.py").read_text("utf-8"))
+    written(folder / "biglide_models.py", (FOLDER / "biglide_loops.py").read_text("utf-8"))
+    return str(folder / "control.py")
+
+
+def marked(capsys, *arguments):
+    """(exit code, what is printed on stdout, on stderr)."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(Path(arguments[0]).parent)
+        code = main(["run", *arguments])
+    return code, *capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    "robot, task, gains, low, high",
+    [
+        ("five_bar", "1", GOOD, 20, 20),
+        ("biglide", "1", GOOD, 20, 20),
+        ("five_bar", "2", GOOD, 0, 0),
+        ("biglide", "1", "10.0, 2.0", 0.1, 19.9),
+    ],
+)
+def test_the_tracking_error_is_the_mark(tmp_path, capsys, robot, task, gains, low, high):
     """Computed torque follows task 1 and is lost at the singularity of task 2."""
-    found = json.loads(tracked(tmp_path, task, gains).stdout)["tracking"]
-    assert low <= found["points"] <= high and found["of"] == 20
-    assert (found["largest_error_m"] < 1e-4) == (task == "1")
+    script = with_script(tmp_path, gains)
+    if high == 19.9:  # half the masses, and low gains
+        text = (tmp_path / "biglide_models.py").read_text("utf-8")
+        written(tmp_path / "biglide_models.py", text + "\n_right = dynamic_model\n" + LIGHTER)
+    code, out, _ = marked(capsys, script, "--mark", task, "--json", robot, f"{robot}_models.py")
+    found = json.loads(out)["tracking"]
+    assert code == 0 and low <= found["points"] <= high and found["of"] == 20
+    assert (found["largest_error_m"] < 1e-4) == (low == 20)
 
 
-@pytest.mark.deep
-def test_a_mark_is_for_the_five_bar_and_for_the_whole_task(tmp_path):
-    assert "it needs a five-bar" in tracked(tmp_path, "1", "100.0, 20.0", "biglide", code=1).stderr
-    assert (
-        "the task at 2 s (--until)"
-        in tracked(tmp_path, "1", "100.0, 20.0", "--until", "1", code=1).stderr
+def test_a_mark_is_for_the_whole_task_and_for_a_known_one(tmp_path, capsys):
+    script = with_script(tmp_path)
+    code, _, err = marked(
+        capsys, script, "--mark", "1", "--until", "1", "five_bar", "five_bar_models.py"
     )
+    assert code == 1 and "the motion ends at 1 s, the task at 2 s (--until)" in err
+    code, _, err = marked(capsys, script, "--mark", "2", "biglide", "biglide_models.py")
+    assert code == 1 and "the biglide has no control task 2" in err
+
+
+START = (
+    "from lab_amoro.parallel_robot import *\nrclpy.init()\nr = Robot('five_bar')\nstart_robot(r)\n"
+)
+LYING = {
+    "exits": ("import os\nprint('20 of 20 points')\nos._exit(0)  # apply_efforts\n", "status 0"),
+    "writes": (START + "open('stolen', 'w')\nr.apply_efforts(0, 0)\n", "PermissionError"),
+    "asks us": (START + "import fivebar\nr.apply_efforts(0, 0)\n", "line 5: ModuleNotFoundError"),
+    "no number": (START + "r.apply_efforts(float('nan'), 0)\n", "the left effort is nan"),
+    "claims": (START + "r._world.state.xi[:] = 0.0\nr.apply_efforts(0, 0)\n", "ends at 0.01 s"),
+}
+
+
+def test_a_folder_of_hand_ins_and_who_only_says_that_he_is_good(tmp_path, capsys):
+    folder = tmp_path / "hand-ins"
+    for name, (text, _) in LYING.items():
+        written(folder / name / "control.py", text)
+    script = (LABS / "amoro/control.py").read_text("utf-8")
+    with_script(folder / "good" / "student_scripts 2")
+    direct = script.replace("chosen_models(args)", "'five_bar', __import__('five_bar_models')")
+    direct = direct.replace("from chosen_models import chosen_models", "import five_bar_models")
+    written(folder / "good" / "student_scripts 2" / "control.py", direct)
+    written(folder / "none" / "five_bar_models.py", "x = 1\n")
+    code, out, _ = marked(capsys, str(folder), "--mark", "1")
+    rows = {row["student"]: row for row in csv.DictReader(io.StringIO(out))}
+    assert code == 0 and len(rows) == len(LYING) + 2
+    assert rows["good"]["points"] == "20.0" and rows["none"]["trouble"] == "no controller"
+    for name, (_, words) in LYING.items():
+        assert rows[name]["points"] == "" and words in rows[name]["trouble"], rows[name]
+    assert not list(tmp_path.rglob("stolen"))
+    code, out, err = marked(capsys, str(folder / "exits" / "control.py"), "--mark", "1")
+    assert (code, out) == (1, "") and "no mark" in err

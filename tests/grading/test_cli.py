@@ -87,7 +87,7 @@ def test_a_lab_of_the_clone_and_a_notebook(tmp_path, capsys):
             "no lab 'lab99'; the known ones are: lab1_geometry, lab2_kinematics",
         ),
         (["check", "lab1", "none.py"], "no file 'none.py'"),
-        (["check", "lab1"], "FILE is missing; the lab's file to fill in is "),
+        (["check", "lab1"], "student.py is here already: fivebar check lab1_geometry student.py"),
         (["check"], "which lab, and which file of yours? The known ones are: lab1_geometry, "),
         (
             ["check", "lab1", "my.py", "--time-limit", "0"],
@@ -119,6 +119,7 @@ def test_a_lab_of_the_clone_and_a_notebook(tmp_path, capsys):
 def test_wrong_usage_is_told(arguments, message, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     written(tmp_path / "my.py", UNTOUCHED)
+    written(tmp_path / "student.py", UNTOUCHED)
     written(tmp_path / "short", "1234567\n")
     (tmp_path / "empty").mkdir()
     assert main(arguments) == 2

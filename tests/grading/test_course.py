@@ -79,10 +79,8 @@ def test_in_an_exam_students_see_points_and_the_instructor_all(cohort, labs, tmp
     cohort(files, "--hints-from", SOON)
     assert "2 of 2 are graded already" in capsys.readouterr().err
     cohort(files, "--hints-from", "2020-01-01")  # the day has come: the same results, explained
-    assert "are graded already" not in capsys.readouterr().err
-    again = json.loads((out / "students" / "anna.json").read_text("utf-8"))
+    assert "2 of 2 are graded already" in capsys.readouterr().err
     assert "origin in the base joint" in (out / "students" / "anna.html").read_text("utf-8")
-    assert {**again, "seconds": 0, "hints_from": ""} == {**kept, "seconds": 0, "hints_from": ""}
     with open(labs / "elbow" / "exercises.py", "a", encoding="utf-8") as file:
         file.write(f'\nHINTS_FROM = "{SOON}"\n')
     my, scope = written(tmp_path / "my.py", SHIFTED), tmp_path / "r.json"
@@ -127,10 +125,10 @@ def test_marks_in_moodles_own_sheet(cohort, tmp_path, capsys):
         and "3 marks; 1 rows without a hand-in" in err
         and "no row, or several, for eve" in err
     )
-    assert "no program that could be graded for Two" in err
+    assert "marks.csv: no mark yet (no program): Two" in err
     before, after = (
         list(csv.reader(io.StringIO(t)))
-        for t in (MOODLE[1:], (out / "gradebook.csv").read_text("utf-8"))
+        for t in (MOODLE, (out / "gradebook.csv").read_bytes().decode())
     )
     half = (
         json.loads(next((out / "students").glob("Grace*.json")).read_text("utf-8"))["points"]

@@ -9,7 +9,7 @@ import zipfile
 import pytest
 
 from fivebar.cli import main
-from fivebar.grading.intake.cohort_folder import find_submissions
+from fivebar.grading.intake.cohort_folder import entries_of, find_hand_ins, not_graded
 from fivebar.grading.intake.hand_in import choose, look_into
 from fivebar.grading.labs import find_lab
 from fivebar.grading.variants import robot_of
@@ -35,6 +35,19 @@ def lab(labs):
 @pytest.fixture
 def folder(tmp_path):
     return tmp_path / "submissions"
+
+
+def find_submissions(folder, lab, wanted=None):
+    """(entries, what is nobody's)."""
+    hand_ins, left = find_hand_ins(folder)
+    return entries_of(hand_ins, lab, wanted), left
+
+
+def left_of(folder, lab):
+    """Student -> what of his is not graded, with the reason."""
+    hand_ins = find_hand_ins(folder)[0]
+    entries = entries_of(hand_ins, lab)
+    return {hand_in.student: not_graded(hand_in, entries) for hand_in in hand_ins}
 
 
 def zipped(path, files):
@@ -84,10 +97,10 @@ def test_who_handed_in_what(folder, lab):
         (".hidden.py", "hidden"),
         ("readme.txt", "no program"),
     }
-    assert {(item.name, item.word) for item in found["ben"].left} == {
+    assert {(item.name, item.word) for item in left_of(folder, lab)["ben"]} == {
         ("ben/up", "a symbolic link"), ("ben/pipe.py", "no regular file"),
     }  # fmt: skip
-    assert {item.name for item in found["dora"].left} == {
+    assert {item.name for item in left_of(folder, lab)["dora"]} == {
         "dora/__MACOSX",
         "dora/.ipynb_checkpoints",
     }
@@ -107,7 +120,7 @@ def test_of_several_files_the_one_with_the_labs_functions_is_meant(folder, lab):
         written(tree / name, text)
     (entry,), _ = find_submissions(folder, lab)
     assert entry.path.name == "five_bar_models.py" and not entry.trouble
-    assert {item.name.rsplit("/", 1)[1] for item in entry.left} == {
+    assert {item.name.rsplit("/", 1)[1] for item in left_of(folder, lab)["anna"]} == {
         "control.py", "plots.py", "student.py", "notes.txt", "five_bar_models.py",
     }  # fmt: skip
     written(tree / "older.py", SHIFTED)
@@ -137,7 +150,11 @@ def test_a_zip_is_read_and_not_unpacked(folder, lab, tmp_path):
     found = {entry.student: entry for entry in entries}
     assert (found["anna"].member, found["ben"].member) == ("hand in/lab.py", "lab.PY")
     assert read_submission(found["anna"].path, found["anna"].member).source == RIGHT
-    assert {item.word for item in found["anna"].left} == {"not graded", "hidden", "a zip in a zip"}
+    assert {item.word for item in left_of(folder, lab)["anna"]} == {
+        "not graded",
+        "hidden",
+        "a zip in a zip",
+    }
     assert found["carl"].trouble.startswith("carl.zip is no zip that can be read")
     assert "the hand-ins of several people" in found["all"].trouble
     with pytest.raises(SubmissionError, match="larger than 1 MB"):
@@ -155,7 +172,7 @@ def test_a_locked_zip_and_a_broken_member(tmp_path, lab):
     assert [item.word for item in look_into(tmp_path / "a.zip")[1]] == ["locked by a password"]
     data[60:70] = b"\xff" * 10
     (tmp_path / "b.zip").write_bytes(data)
-    program = choose(lab, look_into(tmp_path / "b.zip")[0])
+    (program,) = choose(lab, look_into(tmp_path / "b.zip")[0])
     with pytest.raises(SubmissionError, match="no zip that can be read"):
         read_submission(program.path, program.member)
 
@@ -186,8 +203,8 @@ def test_a_program_may_import_what_lies_beside_it(labs, folder, tmp_path, capsys
         "process",
     ]
     assert main(command) == 0
-    rows = list(csv.DictReader(io.StringIO((out / "scores.csv").read_text("utf-8"))))
-    assert {row["student"]: float(row["points"]) for row in rows} == {
+    rows = list(csv.DictReader(io.StringIO((out / "marks.csv").read_text("utf-8-sig"))))
+    assert {row["student"]: float(row["mark"]) for row in rows} == {
         "anna": 4,
         "ben": 4,
         "eve": 0,
@@ -236,14 +253,12 @@ def test_all_that_is_not_graded_is_listed_and_stops_nothing(labs, folder, tmp_pa
         "isolation: process (" in err
         and "loop: The file cannot be read: it is a symbolic link" in err
     )
-    rows = list(csv.DictReader(io.StringIO((out / "scores.csv").read_text("utf-8"))))
-    assert [(row["student"], row["submission"], row["points"][:1], row["word"]) for row in rows] == [
-        ("anna", "lab.py", "4", "graded"), ("ben", "ben.py", "1", "graded"), ("loop", "loop", "0", "no program"),
-        ("", "grades.xlsx", "", "ignored"),
+    rows = list(csv.DictReader(io.StringIO((out / "marks.csv").read_text("utf-8-sig"))))
+    assert [(row["student"], row["file"], row["mark"], row["state"]) for row in rows] == [
+        ("anna", "lab.py", "4", "graded"), ("ben", "ben.py", "1", "graded"), ("loop", "", "", "no program"),
     ]  # fmt: skip
-    assert "anna/control.py" in rows[0]["not graded"] and "anna/control.py" in (
-        out / "summary.html"
-    ).read_text("utf-8")
+    page = (out / "summary.html").read_text("utf-8")
+    assert "anna/control.py" in page and "grades.xlsx" in page
     inside = [
         "grade",
         "elbow",
@@ -285,7 +300,8 @@ def test_canvas_gives_each_file_of_one_student_a_name_of_its_own(folder, lab):
     assert [(entry.path.name, entry.number) for entry in entries] == [
         ("turingalan_123_4567_five_bar_models.py", "123"), ("turingalan_124_4569_lab-1.py", "124"),
     ]  # fmt: skip
-    assert [item.name for item in entries[0].left] == ["turingalan_123_4568_control-1.py"]
+    left = left_of(folder, lab)["turingalan_123_4567_five_bar_models.py"]
+    assert [item.name for item in left] == ["turingalan_123_4568_control-1.py"]
 
 
 @pytest.mark.parametrize(

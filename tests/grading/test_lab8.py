@@ -1,7 +1,5 @@
 """Lab 8: measured points of a robot of one's own are handed out, and who calibrates it gets full marks."""
 
-import re
-
 import numpy as np
 import pytest
 
@@ -17,10 +15,6 @@ def calibrated(path):
     found = fb.calibrate(fb.FiveBar(), path, UNKNOWN, sigma=2e-5)
     assert found.fits and found.rank == 7 and max(found.sd[name] for name in UNKNOWN[:5]) < 2.5e-5
     return tuple(found.values[name] for name in UNKNOWN[:5])
-
-
-def with_own(numbers):
-    return re.sub(r"(?m)^OWN = .*$", f"OWN = {tuple(round(v, 6) for v in numbers)}", RIGHT)
 
 
 def test_the_points_in_the_lab_are_those_of_the_standard_robot():
@@ -41,12 +35,10 @@ def test_hand_out_calibrate_and_grade(tmp_path, capsys):
     ).read_text("utf-8")
     found = {name: calibrated(out / name / "measured.csv") for name in ("anna", "bob")}
     assert np.abs(np.subtract(found["anna"], found["bob"])).max() > 2e-4
-    for name, numbers, points in (
-        ("anna", found["anna"], "20 of 20"),
-        ("bob", found["anna"], "16 of 20"),
-    ):
-        hand_in = tmp_path / f"{name}.py"
-        hand_in.write_text(with_own(numbers), encoding="utf-8")
+    typed = RIGHT.replace("return best[1][:5]", f"return {found['anna']}")
+    for source, points in ((RIGHT, "20 of 20"), (typed, "16 of 20")):
+        hand_in = tmp_path / "anna.py"
+        hand_in.write_text(source, encoding="utf-8")
         assert main(["grade", "lab8", str(hand_in), *options]) == 0
         told = capsys.readouterr().out
         assert (
@@ -54,18 +46,41 @@ def test_hand_out_calibrate_and_grade(tmp_path, capsys):
         )  # nothing gives lengths away
 
 
+@pytest.mark.deep
+def test_task_5_asks_for_the_wrong_point_and_for_no_numbers():
+    """To calibrate with all points is not enough, in nearly all draws; its own numbers typed in never are."""
+    lab = load("lab8", "exercises")
+    off = []
+    for seed in range(40):
+        draw = np.random.default_rng(seed)
+        truth = lab.as_drawn(draw)
+        rows = lab.rows_of(truth, draw, 30, 2e-5)
+        rows[draw.integers(30), 2:] += 0.01 * np.array([0.6, 0.8])
+        space: dict = {}
+        exec(RIGHT, space)
+        found = space["calibrate"](rows[:, :2].tolist(), rows[:, 2:].tolist())
+        off.append(np.abs(np.array(found[:5]) - truth[:5]).max())
+    assert np.mean(np.array(off) > 1e-4) >= 0.95
+
+
 @pytest.mark.parametrize(
     ("function", "old", "new", "words"),
     [
         (
             "own_robot",
-            "return OWN",
+            "return best[1][:5]",
             "return 0.09, 0.09, 0.09, 0.09, 0.118",
             "these are the numbers of the drawing",
         ),
-        ("own_robot", "return OWN", "return [v + 2e-4 for v in OWN]", "is off by 0.2 mm"),
-        ("own_robot", "return OWN", "return OWN[:4]", "4 values where 5"),
-        ("own_robot", "return OWN", "return [float('nan')] * 5", "nan"),
+        (
+            "own_robot",
+            "return best[1][:5]",
+            "return [v + 2e-4 for v in best[1][:5]]",
+            "is off by 0.2",
+        ),
+        ("own_robot", "return best[1][:5]", "return best[1][:4]", "4 values where 5"),
+        ("own_robot", "return best[1][:5]", "return [float('nan')] * 5", "nan"),
+        ("own_robot", "if best is None or size < best[0]", "if best is None", "is off by"),
         ("calibrate", "range(12)", "range(1)", "is off by"),
         ("calibrate", "range(12)", "range(0)", "these are the numbers of the drawing"),
         ("calibrate", "return tuple(p)", "return None", "return missing"),

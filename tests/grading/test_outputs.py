@@ -13,6 +13,7 @@ import pytest
 
 from fivebar.grading.course.cohort_page import write_summary
 from fivebar.grading.course.items import items, misconceptions, scores, summary_text
+from fivebar.grading.course.marks import Table
 from fivebar.grading.grade import grade
 from fivebar.grading.intake.cohort_folder import Entry
 from fivebar.grading.intake.hand_in import Left
@@ -188,10 +189,16 @@ def test_hostile_text_is_harmless_everywhere(tmp_path):
         outputs.json_text(hostile),
     ):
         assert "\x1b" not in text and "\u202e" not in text and "\r" not in text
-    left = [Left(HOSTILE, HOSTILE)]
-    entry = Entry(HOSTILE, tmp_path / "a.py", left=tuple(left))
+    left = [("", Left(HOSTILE, HOSTILE)), (HOSTILE, Left("a", "b"))]
+    equal = [((HOSTILE, "anna"), True)]
     lost = replace(hostile, ungraded=HOSTILE, checks=())
-    write_summary(tmp_path, "lab", [entry] * 3, [hostile, hostile, lost], left)
+    write_summary(tmp_path, "lab", [hostile, hostile, lost], left, equal)
+    table = Table(tmp_path, ["lab"])
+    result = {"lab": (Entry(HOSTILE, tmp_path / "a.py", name=HOSTILE), hostile)}
+    mark = table.mark(HOSTILE, "", result, {"lab": 4.0}, (0.0, 0.0), (HOSTILE,))
+    written = tmp_path / "marks.csv"
+    written.write_text(table.text([mark]), encoding="utf-8")
+    assert Table(tmp_path, ["lab"]).by_hand(HOSTILE) == dict.fromkeys(table.titles, "")
     for html in (
         report_page(hostile),
         fragment(hostile),
@@ -204,7 +211,7 @@ def test_hostile_text_is_harmless_everywhere(tmp_path):
         assert not {"src", "data", "action", "srcset"} & set(tags.attributes)
         assert "&lt;script&gt;" in html and "\x1b" not in html and "\u202e" not in html
     assert f'content="{POLICY}"' in report_page(hostile) and POLICY.startswith("default-src 'none'")
-    for name in ("checks.csv", "scores.csv", "misconceptions.csv", "items.csv"):
+    for name in ("checks.csv", "marks.csv", "misconceptions.csv", "items.csv"):
         rows = list(
             csv.reader(io.StringIO((tmp_path / name).read_text(encoding="utf-8"), newline=""))
         )

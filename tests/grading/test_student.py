@@ -392,3 +392,18 @@ def test_live_functions_answer_as_a_submission_does():
     assert space["l"] == 2.0 and live.names[0] == "value" and live.trouble is None
     with pytest.raises(TypeError, match="dgm is a float, not a function"):
         from_functions(dgm=1.0)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("isolate", ["process", *(["bwrap"] if places.bwrap_works() else [])])
+def test_packages_that_a_course_allows_come_with_what_they_require(isolate):
+    source = (
+        "import matplotlib.pyplot as plt\nimport sympy\nplt.plot([1, 2])\nx = sympy.Symbol('x')\n"
+        "f = sympy.lambdify(x, sympy.diff(x**2, x))\ndef slope(a):\n    return f(a)\n"
+    )
+    packages = ("sympy", "matplotlib")
+    with Student(Submission("a.py", source), isolate, packages=packages) as student:
+        assert student.trouble is None and student.ask("slope", [[3.0]])[0].value == 6.0
+    for other in ("pytest", "fivebar", "casadi"):
+        with Student(Submission("a.py", f"import {other}\n"), isolate, packages=packages) as student:
+            assert f"{other} is not available here" in student.trouble.text

@@ -145,15 +145,5 @@ def mistakes(lab):
         yield function, name, source
 
 
-def of_own(lab, source, robot):
-    """A solution whose typed numbers are those of a student's own robot, where a lab asks for them."""
-    built = getattr(load(lab, "exercises"), "as_built", None)
-    return (
-        source
-        if built is None
-        else re.sub(r"(?m)^OWN = .*$", f"OWN = {tuple(built(robot)[:5].tolist())}", source)
-    )
-
-
 def score(found):
     return sum(points * verdict.share for points, verdict in found.values())

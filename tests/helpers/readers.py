@@ -24,8 +24,9 @@ from fivebar.base.shards import MANIFEST, read_chunk, read_manifest
 from fivebar.cli.grade_folder import _ids
 from fivebar.cli.robot_options import machine_from
 from fivebar.estimation.calibration.rows import rows_of
+from fivebar.grading.course import marks, settings
 from fivebar.grading.course.cohort import begin
-from fivebar.grading.course.gradebook import fill_gradebook
+from fivebar.grading.course.gradebook import Gradebook
 from fivebar.grading.intake.hand_in import look_into
 from fivebar.grading.labs import find_lab
 from fivebar.grading.results import Check, Report
@@ -96,16 +97,27 @@ def _partial(path):
 
 
 def _gradebook(path):
-    entry = SimpleNamespace(student="A", number="1", trouble="")
-    report = SimpleNamespace(ungraded=False, points=3.0, max_points=4.0)
-    return fill_gradebook(path, find_lab("lab1"), [entry], [report])
+    mark = SimpleNamespace(student="A", number="1", points=3.0, most=4.0)
+    book = Gradebook(path, find_lab("lab1"))
+    return book.fill([mark]), book.handed_in("A", "1")
+
+
+def _marks(path):
+    """A table of marks, whatever a spreadsheet made of it: read, and written again."""
+    table = marks.Table(path.parent, ["lab1"])
+    names = table.without_hand_in(set())
+    return table.text([table.mark(name, "", {}, {"lab1": 4.0}, (0.0, 0.1)) for name in names])
+
+
+def _settings(path):
+    return settings.read_settings(path.parent)
 
 
 def _kept(path):
     """A folder of results goes on, whatever stands in its state, and in what is kept of a student."""
     lab, out = find_lab("lab1"), path.parent / "out"
     (out / "students").mkdir(parents=True, exist_ok=True)
-    entry = SimpleNamespace(student="s", path=path, trouble="", member="", siblings=())
+    entry = SimpleNamespace(student="s", path=path, trouble="", member="", siblings=(), attempt=1)
     (out / "students" / "s.json").write_bytes(path.read_bytes())
     cohort = begin(lab, out, "seed", None, "process", None)
     return cohort.done(entry)
@@ -197,6 +209,8 @@ def readers():
         "hand-in.zip": Reader(look_into, "it.zip", (_zipped(solution[:2000]),)),
         "gradebook": Reader(_gradebook, "it.csv", (SHEET.encode(), SHEET.replace(",", ";").encode("utf-8-sig")),
                             (UsageError,), False),
+        "marks": Reader(_marks, marks.FILE, (MARKS.encode(), MARKS.replace(",", ";").encode("cp1252")), (UsageError,), False),
+        "settings": Reader(_settings, settings.FILE, (SETTINGS.encode(),), (UsageError,), False),
         "kept result": Reader(_kept, "it.json", (kept,)),
         "designs.csv": Reader(_designs, "it.csv", (b"l11,d\n0.1,0.1\n0.2,0.1\n0.2,0.2\n0.2,0.3\n",)),
         "designs.npz": Reader(_designs, "it.npz", (designs.getvalue(),)),
@@ -254,6 +268,12 @@ def _shards():
         return (place / MANIFEST).read_bytes(), next(place.glob("*.npz")).read_bytes()
 
 
+MARKS = "student,lab1,mark,of,state,adjust,comment,days late,report /10\nanna,3,4,4,graded,-1.5,é,2,7\nben,,,4,no program,,,,\n"
+SETTINGS = (
+    'due = 2027-01-31 18:00:00\nlate_percent = 10\nlabs = ["lab1"]\n[points.lab1]\n"test_*" = 2.5\n'
+)
+
+
 def _zipped(content):
     file = BytesIO()
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -267,7 +287,8 @@ COVERS = {
     "base.columns:_numbers": "columns", "base.tables:whole_text": "columns",
     "base.tables:arrays_in": "Map",
     "grading.course.cohort:begin": "state", "grading.course.cohort:done": "kept result",
-    "grading.course.gradebook:_read": "gradebook", "grading.worker.submission:_bytes": "hand-in.py",
+    "grading.course.sheet:read_sheet": "gradebook", "grading.course.settings:read_settings": "settings",
+    "grading.course.course:_table": "marks", "grading.worker.submission:_bytes": "hand-in.py",
     "grading.worker.submission:_code": "hand-in.ipynb", "grading.worker.submission:_member": "hand-in.zip",
     "grading.worker.submission:opened": "hand-in.py", "grading.worker.submission:opened_archive": "hand-in.zip",
     "linkages.study:from_csv": "Study", "paths.certificates.checker:check": "certificate", 
@@ -284,9 +305,11 @@ COVERS = {
 OWN = {
     "writers": """base.tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
         study.speed_accuracy.making:make study.speed_accuracy.page:write_page
+        grading.course.feedback:write_feedback
         base.folders:locked_folder cli.__init__:main cli.__init__:_flush""",
     "files of the package and its dependencies": """visualization.document:document visualization.document:script
         visualization.plot.panels:_styles visualization.view.page:_packed_viewer visualization.view.page:page
+        cli.grade:_hand_out_template amoro.ros_free.marking:confined_program
         grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash""",
     "pipes between our own processes; tests/grading/test_wire.py": """amoro.ros_free.child:_report
         amoro.ros_free.child:main
@@ -296,7 +319,7 @@ OWN = {
     "the system": """grading.worker.cell.confine:_descriptor grading.worker.cell.landlock:restrict
         grading.worker.launch:_spare_user grading.worker.sandbox:_kill_orphan
         study.speed_accuracy.machine:_processor""",
-    "bytes that are not taken apart": """grading.grade:file_hash cli.grade:_secret grading.plugin:_from_options
+    "bytes that are not taken apart": """grading.course.feedback:write_page grading.grade:file_hash cli.grade:_secret grading.plugin:_from_options
         grading.grade:grade""",
     "the cache of compiled code, checked by its sum; tests/models/test_compiled.py": """models.machine_code:_build
         models.machine_code:_intact""",

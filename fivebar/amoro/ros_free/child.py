@@ -22,7 +22,6 @@ from . import world as place
 from .clock import RealClock, SimulatedClock, real_monotonic, real_sleep
 from .explain import explanation
 from .tracebacks import last_place, print_exception
-from .tracking import tracking
 from .world import Stopped, World
 
 WATCH = 0.2  # s between two looks at a script that may hang
@@ -139,10 +138,8 @@ class Session:
     def _report(self, code):
         """Write and print what there is; 1 where something could not be written."""
         os.chdir(outputs.start)
-        run, failed, mark = self.world.run(), 0, {}
+        run, failed = self.world.run(), 0
         try:
-            if self.options["mark"]:
-                mark = {"tracking": tracking(self.options["mark"], self.world.kind, run)}
             if report.drawn():
                 self._scopes()
             if "matplotlib.pyplot" in sys.modules and not self.options["show"]:
@@ -153,7 +150,7 @@ class Session:
         except (OSError, ValueError) as error:
             report.say(str(error))
             failed = 1
-        about = report.figures(self.world, run, self.wall) | mark | {"exit_code": failed or code}
+        about = report.figures(self.world, run, self.wall) | {"exit_code": failed or code}
         if self.for_data is None:
             report.print_words(about)
         else:

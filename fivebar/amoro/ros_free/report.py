@@ -7,7 +7,6 @@ import numpy as np
 
 from . import outputs
 from .plot_tools import scopes
-from .tracking import words
 
 PEN = "#0072B2", "#D55E00"
 MOST_COLUMNS = 4
@@ -123,7 +122,6 @@ def print_words(about):
         lines.append(
             f"{about['simulated_s']:g} s simulated{until} in {wall:.2f} s, {factor:.3g} x real time"
         )
-    lines += [words(about["tracking"])] if "tracking" in about else []
     lines += [f"wrote {path}" for path in about["files"]]
     say(*lines)
 

@@ -4,33 +4,42 @@ import numpy as np
 
 from .clock import STEP
 
-# From, to (m) and duration (s), on a quintic law of time, as the handout has them.
-TASKS = {"1": ((0.09, 0.06796322), (0.0, 0.1), 2.0), "2": ((0.09, 0.06796322), (0.05, 0.0), 4.0)}
+# From, to (m) and duration (s), on a quintic law of time: of the five-bar as the handout has them,
+# of the biglide as labs/amoro/control.py.
+TASKS = {
+    "five_bar": {
+        "1": ((0.09, 0.06796322), (0.0, 0.1), 2.0),
+        "2": ((0.09, 0.06796322), (0.05, 0.0), 4.0),
+    },
+    "biglide": {"1": ((0.0, 0.2), (0.06, 0.25), 2.0)},
+}
 MOST_LATE = 5  # samples after the first step at which the script's trajectory may begin
 FULL, NONE, POINTS = 1e-3, 20e-3, 20  # largest errors that are worth all points, and none, m
 
 
-def reference(task, t):
-    """Return the task's points at times t, (n, 2), m."""
-    start, goal, duration = TASKS[task]
+def reference(line, t):
+    """Return the points of a task at times t, (n, 2), m."""
+    start, goal, duration = line
     s = np.clip(t / duration, 0, 1)
     return np.array(start) + np.outer(s**3 * (10 - 15 * s + 6 * s**2), np.subtract(goal, start))
 
 
 def tracking(task, kind, run):
-    """Return a five-bar's tracking error, m, and its mark; the task begins where it fits best."""
-    duration = TASKS[task][2]
-    if kind != "five_bar" or run is None:
-        raise ValueError(f"--mark {task}: it needs a five-bar that moved")
+    """Return a robot's tracking error, m, and its mark; the task begins where it fits best."""
+    if run is None:
+        raise ValueError("the robot did not move")
+    if task not in TASKS[kind]:
+        raise ValueError(f"the {kind} has no control task {task}")
+    line = TASKS[kind][task]
+    duration = line[2]
     end = duration + MOST_LATE * STEP
     if run.t[-1] < end:
         raise ValueError(
-            f"--mark {task}: the motion ends at {run.t[-1]:g} s, the task at {duration:g} s"
-            " (--until)"
+            f"the motion ends at {run.t[-1]:g} s, the task at {duration:g} s (--until)"
         )
     kept, errors = run.t <= end, []
     for late in range(MOST_LATE + 1):
-        points = reference(task, run.t[kept] - late * STEP)
+        points = reference(line, run.t[kept] - late * STEP)
         errors.append(np.linalg.norm(run.xi[kept] - points, axis=1))
     error = min(errors, key=np.max)
     largest = float(error.max())

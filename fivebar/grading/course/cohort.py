@@ -42,6 +42,7 @@ class Cohort:
     isolate: str
     limit: float | None
     hints_from: str = ""
+    packages: tuple[str, ...] = ()
 
     def job(self, entry: Entry) -> Job:
         return Job(
@@ -55,10 +56,12 @@ class Cohort:
             entry.member,
             entry.siblings,
             self.hints_from,
+            self.packages,
         )
 
     def file(self, entry: Entry, suffix: str) -> Path:
-        return self.out / "students" / (file_name(entry.student) + suffix)
+        attempt = f".{entry.attempt}" if entry.attempt > 1 else ""
+        return self.out / "students" / (file_name(entry.student) + attempt + suffix)
 
     def done(self, entry: Entry) -> Report | None:
         """Return the Report of an earlier run on the same file, lab, seed and robot; else None."""
@@ -71,8 +74,10 @@ class Cohort:
         job = self.job(entry)
         key = report.student, report.submission_hash, report.lab_hash, report.seed, report.robot
         now = job.student, job_hash(job), self.lab.hash(), job.seed, job.robot.parameters
-        kept = key == now and report.submission_hash and report.hints_from == job.hints_from
-        return report if kept and not report.faults else None
+        key, now = (*key, report.packages), (*now, job.packages)
+        if key != now or not report.submission_hash or report.faults:
+            return None
+        return replace(report, hints_from=job.hints_from)
 
 
 def begin(
@@ -83,6 +88,7 @@ def begin(
     isolate: str,
     limit: float | None,
     hints_from: str = "",
+    packages: tuple[str, ...] = (),
 ) -> Cohort:
     """Return the Cohort of a folder of results, with the seed of its earlier run where none is
     given.
@@ -102,7 +108,7 @@ def begin(
         seed = seed or known_seed
     seed = seed or os.urandom(8).hex()
     write_whole(state, json.dumps({"lab": lab.name, "seed": seed}) + "\n")
-    return Cohort(lab, out, seed, secret, isolate, limit, hints_from)
+    return Cohort(lab, out, seed, secret, isolate, limit, hints_from, packages)
 
 
 def run_cohort(cohort: Cohort, entries: list[Entry], jobs: int) -> list[Report]:
@@ -189,7 +195,6 @@ def _one(cohort, entry, workers):
         if "report" not in answer:
             why = answer["failed"]
             break
-        write_whole(cohort.file(entry, ".html"), answer["page"])
         write_whole(cohort.file(entry, ".json"), json.dumps(answer["report"], indent=1) + "\n")
         return replace(Report.from_json(answer["report"]), warnings=tuple(answer["warnings"]))
     return Report(

@@ -8,14 +8,13 @@ from dataclasses import astuple
 from pathlib import Path
 from urllib.parse import quote
 
-from ..intake.cohort_folder import Entry
 from ..intake.hand_in import Left
 from ..report.outputs import CHECK_COLUMNS, check_rows, csv_text, file_name, write_whole
 from ..report.page import page, text
 from ..report.text import number
 from ..results import Report
 from .cohort import trouble_of
-from .items import items, misconceptions, scores
+from .items import has_marks, items, misconceptions, scores
 
 STYLE = """
 .fivebar table { border-collapse: collapse; width: 100%; }
@@ -26,58 +25,72 @@ STYLE = """
 .fivebar td:first-child { min-width: 11rem; }
 .fivebar td:nth-child(2):has(.bar) { width: 30%; min-width: 5rem; }
 .fivebar .bar { print-color-adjust: exact; height: .8rem; margin-top: .35rem; background: #0969da; }
+.fivebar th, .fivebar td:has(.bar) ~ td { white-space: nowrap; }
 .fivebar .low { color: #c4320a; }
+@media screen and (prefers-color-scheme: dark) {
+  .fivebar th, .fivebar td { border-color: #4c555f; }
+  .fivebar th { color: #a9b2bc; }
+  .fivebar .low { color: #ff9877; }
+}
 """
 TELLS = (
     "Tells: correlation of passing this check with the points in all others. Near 1 it separates"
     " those who know from those who do not; near 0 or below, look at the check or at what was"
     " taught."
 )
-SCORES = "student,submission,points,max_points,percent,word,trouble,not graded".split(",")
 ITEMS = "check,title,max_points,students,pass_rate,mean_share,discrimination".split(",")
 MISCONCEPTIONS = ("function", "misconception", "students")
 
 
-def write_summary(
-    out: Path, lab: str, entries: list[Entry], reports: list[Report], left: list[Left]
-) -> None:
-    """Write checks.csv, scores.csv, items.csv, misconceptions.csv and summary.html into a folder.
+EQUAL = (
+    "The same functions, in any order; names, comments and formatting do not count. Short right"
+    " programs may be equal by chance."
+)
+Group = tuple[tuple[str, ...], bool]  # students with equal programs; whether to the letter
 
-    left: what belongs to nobody. Who was not graded has no points in scores.csv, and is in none of
-        the others.
+
+def write_summary(
+    out: Path,
+    lab: str,
+    reports: list[Report],
+    ignored: list[tuple[str, Left]],
+    equal: list[Group],
+) -> None:
+    """Write checks.csv, items.csv, misconceptions.csv and summary.html into a folder.
+
+    reports: one of each student; ignored: what was found and not graded, with whose it is, "" for
+    nobody's. Who was not graded, or handed in no program, is in none of the tables, and no 0 in
+    the mean.
     """
-    graded = [report for report in reports if not report.ungraded]
+    graded = [report for report in reports if has_marks(report)]
     tables = {
         "checks": (CHECK_COLUMNS, [row for report in graded for row in check_rows(report)]),
-        "scores": (SCORES, _scores(entries, reports, left)),
         "items": (ITEMS, [_item(item) for item in items(graded)] if graded else []),
         "misconceptions": (MISCONCEPTIONS, [(*key, n) for key, n in misconceptions(graded)]),
     }
     for name, (columns, rows) in tables.items():
         write_whole(out / f"{name}.csv", csv_text(columns, rows))
     body = _body(lab, graded) if graded else f"<h1>{text(lab)}</h1>"
-    lost = [(text(report.student), text(report.ungraded)) for report in reports if report.ungraded]
-    if lost:
-        body += f"<h2>Not graded: run it again</h2>{_table(['Student', ''], lost)}"
-    ignored = [(entry.student, item) for entry in entries for item in entry.left]
-    ignored += [("", item) for item in left]
-    if ignored:
-        rows = [(text(student), text(item.name), text(item.word)) for student, item in ignored]
-        body += f"<h2>Found and not graded</h2>{_table(['Student', 'File', ''], rows)}"
+    lost = [report for report in reports if report.ungraded]
+    none = [report for report in reports if report.no_program]
+    parts: dict[str, tuple[tuple[str, ...], list[tuple[str, ...]]]] = {
+        "Not graded: run it again": (("Student", ""), [(r.student, r.ungraded) for r in lost]),
+        "No program, and so no points": (("Student", ""), [(r.student, r.trouble) for r in none]),
+        "Found and not graded": (
+            ("Student", "File", ""),
+            [(student, item.name, item.word) for student, item in ignored],
+        ),
+    }
+    if equal:
+        rows = [
+            (text(", ".join(students)), "to the letter" if exact else "other names or formatting")
+            for students, exact in equal
+        ]
+        body += f"<h2>Equal programs</h2><p>{EQUAL}</p>{_table(('Students', ''), rows)}"
+    for title, (columns, found) in parts.items():
+        if found:
+            body += f"<h2>{title}</h2>{_table(columns, [map(text, row) for row in found])}"
     write_whole(out / "summary.html", page(f"{lab}: {len(graded)} students", body, STYLE))
-
-
-def _scores(entries, reports, left):
-    """Yield a row for each entry, and for what belongs to nobody."""
-    for entry, report in zip(entries, reports):
-        score = report.points, report.max_points, round(report.percent, 2)
-        word = "no program" if entry.trouble else "graded"
-        if report.ungraded:
-            score, word = (None, None, None), "not graded"
-        rest = "; ".join(f"{item.name}: {item.word}" for item in entry.left)
-        yield report.student, report.submission, *score, word, trouble_of(report), rest
-    for item in left:
-        yield "", item.name, None, None, None, "ignored", item.word, ""
 
 
 def _item(item):

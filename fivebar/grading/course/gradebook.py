@@ -2,114 +2,108 @@
 
 Moodle: an assignment's grading worksheet, rows "Participant 4711", in any language. Canvas: the
 gradebook's export, numbers under "ID" and the points possible in a row of their own. Or any other
-sheet with students' ids in a column.
+sheet with students' ids in a column. Only the cells of the marks are changed.
 """
 
 from __future__ import annotations
 
-import csv
-import io
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 from ...base.errors import UsageError
-from ..intake.cohort_folder import Entry
 from ..labs import Lab
 from ..report.text import number
-from ..results import Report
 from ..variants import id_key
+from .marks import Mark
+from .sheet import Sheet, number_in, read_sheet
 
 # Titles in Moodle's worksheet.
 GRADE = "grade note bewertung calificación valutazione nota cijfer".split()
 MOST = "maximum grade,note maximale,bestwertung,calificación máxima,valutazione massima".split(",")
 POSSIBLE = "points possible"  # Canvas' row
 _NUMBER = re.compile(r"\D*(\d+)")
-_COMMA = re.compile(r"\d+,\d+")
+# "Wednesday, 25 November 2026, 3:31 PM", "mercredi 25 novembre 2026, 15:31", "25. November 2026"
+_DATE = re.compile(
+    r"(\d{1,2})\.? (?:de )?(\w{3,})\.? (?:de )?(\d{4})\D+(\d{1,2}):(\d\d)\s*([ap]m)?"
+)
+_MONTHS = (
+    "jan gen ene,feb fév,mar mär,apr avr abr,may mai mag,jun juin giu,jul juil lug,aug aoû ago,"
+    "sep set,oct okt ott,nov,dec déc dez dic"
+)
 
 
 @dataclass(frozen=True)
 class Filled:
-    """The sheet's text with its marks; how many; who has no row, or no program; rows without a
-    hand-in.
-    """
+    """The sheet's text with its marks; how many; who has no row; rows without a hand-in."""
 
     text: str
     count: int
     no_row: list[str]
-    no_program: list[str]
     no_hand_in: int
 
 
-def fill_gradebook(
-    path: Path, lab: Lab, entries: list[Entry], reports: list[Report], column: str | None = None
-) -> Filled:
-    """Return the sheet with each graded student's mark in the column, scaled to the most that the
-    sheet allows.
+class Gradebook:
+    """A learning platform's sheet, and the column for the marks of a lab in it.
 
-    column: its title; None: Moodle's own, or the only one that names the lab. Who is not graded, or
-    handed in what holds no program that can be meant, keeps his cell: a person has to look. Decimal
-    commas are kept.
+    column: its title; None: Moodle's own, or the only one that names the lab.
     """
-    text = _read(path)
-    sign = max(",;\t", key=text.split("\n", 1)[0].count)
-    try:
-        rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=sign))
-    except csv.Error as error:
-        raise UsageError(f"{path} is no sheet of marks: {error}") from None
-    if len(rows) < 2 or len(rows[0]) < 2:
-        raise UsageError(
-            f"{path} is no sheet of marks: a line of titles and a line per student are asked"
-        )
-    titles = rows[0]
-    rows = [row + [""] * (len(titles) - len(row)) if row else row for row in rows]
-    mark = _column(path, titles, lab, column)
-    most = next((k for k, title in enumerate(titles) if title.strip().casefold() in MOST), None)
-    students = {k: row for k, row in enumerate(rows) if k and any(row)}
-    limit = ""
-    for k, row in list(students.items()):
-        if row[0].strip().casefold() == POSSIBLE:
-            limit = students.pop(k)[mark]
-    cells = [row[k] for row in rows[1:] if row for k in (mark, most) if k is not None]
-    # Excel parts cells by semicolons where a comma is decimal.
-    comma = sign == ";" or any(_COMMA.fullmatch(cell.strip()) for cell in cells)
-    count, no_row, no_program = 0, [], []
-    for entry, report in zip(entries, reports):
-        matches = _rows_of(entry, rows)
-        if len(matches) != 1:
-            no_row.append(entry.student)
-        elif entry.trouble:
-            no_program.append(entry.student)
-        elif not report.ungraded:
-            row = rows[matches[0]]
-            scale = _float(limit if most is None else row[most])
-            share = 1.0 if scale is None else scale / report.max_points
-            points = number(report.points * share)
-            row[mark] = points.replace(".", ",") if comma else points
-            count += 1
-        for k in matches:
-            students.pop(k, None)
-    file = io.StringIO(newline="")
-    ending = "\r\n" if "\r\n" in text else "\n"
-    csv.writer(file, delimiter=sign, lineterminator=ending).writerows(rows)
-    return Filled(file.getvalue(), count, no_row, no_program, len(students))
 
+    def __init__(self, path: Path, lab: Lab, column: str | None = None):
+        self.sheet = read_sheet(path)
+        self.mark = _column(path, self.sheet.titles, lab, column)
+        self.limit = ""
+        self.students = []
+        for k in range(1, len(self.sheet.rows)):
+            if self.sheet.value(k, 0).strip().casefold() == POSSIBLE:
+                self.limit = self.sheet.value(k, self.mark)
+            elif any(self.sheet.rows[k]):
+                self.students.append(k)
 
-def _read(path):
-    try:
-        return path.read_bytes().decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"--gradebook: {error}") from None
+    def handed_in(self, student: str, moodle_number: str) -> datetime | None:
+        """Return when a student handed in, where the sheet says it as Moodle's does; else None."""
+        rows = _rows_of(self.sheet, student, moodle_number)
+        if len(rows) != 1:
+            return None
+        for title, cell in zip(self.sheet.titles, self.sheet.values(rows[0])):
+            of_the_mark = any(word in title.casefold() for word in GRADE)
+            if not of_the_mark and (found := moodle_time(cell)):
+                return found
+        return None
+
+    def fill(self, marks: Iterable[Mark]) -> Filled:
+        """Write each mark, scaled to the most that the sheet allows.
+
+        Who has no mark yet keeps his cell: a person has to look. Decimal commas are kept.
+        """
+        titles = [title.casefold() for title in self.sheet.titles]
+        most = next((k for k, title in enumerate(titles) if title in MOST), None)
+        comma = self.sheet.has_comma(*(k for k in (self.mark, most) if k is not None))
+        left, count, no_row = set(self.students), 0, []
+        for mark in marks:
+            rows = _rows_of(self.sheet, mark.student, mark.number)
+            left -= set(rows)
+            if len(rows) != 1:
+                no_row.append(mark.student)
+            elif mark.points is not None:
+                limit = self.limit if most is None else self.sheet.value(rows[0], most)
+                scale = number_in(limit) or mark.most
+                points = number(mark.points * scale / mark.most)
+                self.sheet.put(rows[0], self.mark, points.replace(".", ",") if comma else points)
+                count += 1
+        return Filled(self.sheet.text, count, no_row, len(left))
 
 
 def _column(path, titles, lab, wanted):
-    plain = [title.strip().casefold() for title in titles]
-    short = lab.name.split("_")[0].casefold()
+    plain = [title.casefold() for title in titles]
     names = GRADE if wanted is None else [wanted.strip().casefold()]
     columns = [k for k, title in enumerate(plain) if title in names]
     if not columns and wanted is None:
-        lab_title = re.compile(rf"{short}\b")
-        columns = [k for k, title in enumerate(plain) if lab_title.search(title.replace(" ", ""))]
+        # "lab1" in "Lab 1 (77)" and "amoro" in "AMORO lab (123)", but "lab1" not in "Lab 10".
+        short = re.compile(rf"\b{' ?'.join(re.escape(lab.name.split('_')[0].casefold()))}\b")
+        columns = [k for k, title in enumerate(plain) if short.search(title)]
     if len(columns) != 1:
         name = f"for {lab.name}" if wanted is None else repr(wanted)
         raise UsageError(
@@ -118,26 +112,36 @@ def _column(path, titles, lab, wanted):
     return columns[0]
 
 
-def _rows_of(entry, rows):
+def _rows_of(sheet: Sheet, student: str, moodle_number: str) -> list[int]:
     """Return the rows of a student: by the number in the hand-in's name, else by his id in any
     cell.
     """
-    if entry.number:
-        found = [k for k, row in enumerate(rows) if k and _has_number(row, entry.number)]
+    rows = range(1, len(sheet.rows))
+    if moodle_number:
+        found = [k for k in rows if _has_number(sheet.values(k), moodle_number)]
         if found:
             return found
-    key = id_key(entry.student)
-    return [k for k, row in enumerate(rows) if k and key in map(id_key, row)]
+    return [k for k in rows if id_key(student) in map(id_key, sheet.values(k))]
 
 
-def _has_number(row, number):
-    cells = (_NUMBER.fullmatch(part.strip()) for part in row[:2])
-    return any(cell and cell[1] == number for cell in cells)
+def _has_number(cells, wanted):
+    found = (_NUMBER.fullmatch(cell.strip()) for cell in cells[:2])
+    return any(cell and cell[1] == wanted for cell in found)
 
 
-def _float(text):
+def moodle_time(text: str) -> datetime | None:
+    """Return the time in a cell of Moodle's worksheet, in one of five languages; else None."""
+    found = _DATE.search(text.casefold())
+    if not found:
+        return None
+    day, word, year, hour, minute, half = found.groups()
+    months = [
+        k for k, names in enumerate(_MONTHS.split(","), 1) if word.startswith(tuple(names.split()))
+    ]
+    if not months:
+        return None
+    hours = int(hour) % 12 + 12 * (half == "pm") if half else int(hour)
     try:
-        value = float(text.strip().replace(",", "."))
+        return datetime(int(year), months[0], int(day), hours, int(minute))
     except ValueError:
         return None
-    return value if 0 < value < 1e9 else None

@@ -11,8 +11,6 @@ from ...base.workers import WorkerPool
 from ..grade import grade
 from ..labs import Lab
 from ..program import Job
-from ..report.page import report_page
-from ..results import withheld
 from ..worker.sandbox import IsolationError, KilledError
 
 
@@ -71,8 +69,7 @@ def grade_job(job: Job, folder: Path) -> dict:
     """Grade one submission; the answer is plain data."""
     try:
         report = grade(Lab(folder), job)
-        page = report_page(withheld(report))
-        return {"report": report.as_json(), "page": page, "warnings": report.warnings}
+        return {"report": report.as_json(figures=True), "warnings": report.warnings}
     except IsolationError as error:  # of this machine: nobody can be graded
         return {"error": str(error)}
     except KilledError as error:

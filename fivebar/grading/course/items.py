@@ -55,6 +55,13 @@ def items(reports: list[Report]) -> list[Item]:
     return found
 
 
+def has_marks(report: Report) -> bool:
+    """Return whether a report tells what a student can do: it was graded, and there was a
+    program.
+    """
+    return not report.ungraded and not report.no_program
+
+
 def _all_right(report):
     return all(check.outcome == "right" for check in report.checks)
 
@@ -92,7 +99,8 @@ def scores(reports: list[Report]) -> dict[str, float]:
 
 
 def summary_text(lab: str, reports: list[Report]) -> str:
-    """Return the cohort in one terminal table."""
+    """Return the cohort in one terminal table; without those who handed in no program."""
+    reports = list(filter(has_marks, reports))
     if not reports:
         return f"{lab}: nobody is graded"
     of = scores(reports)

@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...base.errors import UsageError
@@ -23,16 +24,31 @@ from .hand_in import (
     choose,
     is_hidden,
     look_into,
+    named_for,
 )
 
 
 @dataclass(frozen=True)
-class Entry:
-    """A student's id and program; trouble: why there is none to grade; left: what else he handed
-    in.
+class HandIn:
+    """All that one student handed in: programs, and what is none.
 
     number: the participant's number as Moodle or Canvas has it in the name, "" where there is none;
-    siblings: files of his own that the program may import.
+    paths: the files and folders of the course's folder that are his.
+    """
+
+    student: str
+    number: str
+    paths: tuple[Path, ...]
+    programs: tuple[ProgramFile, ...]
+    left: tuple[Left, ...]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A student's id and the program of his that is graded for one lab; trouble: why there is none.
+
+    name: the program's path in the hand-in; siblings: files of his own that it may import; attempt:
+    which one of his it is; the best counts.
     """
 
     student: str
@@ -40,19 +56,29 @@ class Entry:
     trouble: str = ""
     member: str = ""
     number: str = ""
-    left: tuple[Left, ...] = ()
     siblings: tuple[ProgramFile, ...] = ()
+    attempt: int = 1
+    name: str = ""
 
 
-def find_submissions(
-    folder: Path, lab: Lab, file: str | None = None, must_be_told_apart: bool = False
-) -> tuple[list[Entry], list[Left]]:
-    """Return (the entries of a folder by name, what in it is nobody's). file: the name of the
-    program in each hand-in.
+def is_one_hand_in(folder: Path, labs: Iterable[Lab]) -> bool:
+    """Return whether a lab's own file lies in the folder itself, which is then one student's."""
+    own = {lab.file().casefold() for lab in labs} - {""}
+    return any(name.casefold() in own for name in os.listdir(folder))
 
-    Raises UsageError where two entries have the same id and must_be_told_apart: each id stands for
-    a robot of its own.
+
+def find_hand_ins(
+    folder: Path, must_be_told_apart: bool = False, labs: Iterable[Lab] = ()
+) -> tuple[list[HandIn], list[Left]]:
+    """Return (the hand-ins of a folder by name, what in it is nobody's).
+
+    labs: those whose file makes a folder that holds it one hand-in.
+
+    Raises UsageError where two have the same id and must_be_told_apart: each id stands for a robot
+    of its own.
     """
+    if is_one_hand_in(folder, labs):
+        return [_hand_in(folder.resolve().name, "", [folder])], []
     groups: dict = {}
     left: list = []
     for name in sorted(os.listdir(folder)):
@@ -70,7 +96,7 @@ def find_submissions(
         for key, paths in groups.items()
         for name in {id_key(short[key]), id_key(paths[0].name)}
     )
-    entries = []
+    found = []
     for key, paths in groups.items():
         unique = count[id_key(short[key])] == 1
         if must_be_told_apart and not unique:
@@ -85,8 +111,8 @@ def find_submissions(
                 " one, or name each by its student's id as it was at --hand-out"
             )
         number = key[1] if len(key) > 1 else ""
-        entries.append(_entry(short[key] if unique else paths[0].name, number, paths, lab, file))
-    return entries, left
+        found.append(_hand_in(short[key] if unique else paths[0].name, number, paths))
+    return found, left
 
 
 def _student(path):
@@ -100,22 +126,58 @@ def _student(path):
     return (found["name"], found["number"]) if found else (name, "")
 
 
-def _entry(student, number, paths, lab, file):
-    programs, left = [], []
+def _hand_in(student, number, paths):
+    programs: list = []
+    left: list = []
     for path in paths:
         found = look_into(path)
         programs += found[0]
         left += found[1]
+    return HandIn(student, number, tuple(paths), tuple(programs), tuple(left))
+
+
+def entries_of(
+    hand_ins: Iterable[HandIn], lab: Lab, file: str | None = None, named: bool = False
+) -> list[Entry]:
+    """Return the entries of a lab: one for each hand-in, or for each version of its file there.
+
+    file: the name of the program in each hand-in. named: leave out who has no file of the lab's own
+    name for it.
+    """
+    entries: list = []
+    attempts: Counter = Counter()
+    for hand_in in hand_ins:
+        if named and not named_for(lab, hand_in.programs):
+            continue
+        for entry in _entries(hand_in, lab, file):
+            attempts[id_key(entry.student)] += 1
+            entries.append(replace(entry, attempt=attempts[id_key(entry.student)]))
+    return entries
+
+
+def _entries(hand_in, lab, file):
+    programs, number = list(hand_in.programs), hand_in.number
     try:
-        program = choose(lab, programs, file)
+        chosen = choose(lab, programs, file)
     except SubmissionError as error:
-        trouble = str(error)
-        if not programs and [item.name for item in left] == [path.name for path in paths]:
-            word, left = left[0].word, []
+        trouble, left = str(error), hand_in.left
+        if not programs and [item.name for item in left] == [path.name for path in hand_in.paths]:
+            word = left[0].word
             trouble = f"it is {word}: hand in the file itself" if word in NO_FILE else word
-        left += [Left(str(other), "not graded") for other in programs]
-        return Entry(student, paths[0], trouble, number=number, left=tuple(left))
-    left += [Left(str(other), "not graded") for other in programs if other != program]
-    return Entry(
-        student, program.path, "", program.member, number, tuple(left), beside(program, programs)
-    )
+        yield Entry(hand_in.student, hand_in.paths[0], trouble, number=number)
+        return
+    for program in chosen:
+        siblings, name = beside(program, programs), str(program).partition("/")[2]
+        where = program.path, "", program.member, number, siblings
+        yield Entry(hand_in.student, *where, name=name or str(program))
+
+
+def not_graded(hand_in: HandIn, entries: Iterable[Entry]) -> list[Left]:
+    """Return what of a hand-in is the program of none of the entries."""
+    graded = {(entry.path, entry.member) for entry in entries if not entry.trouble}
+    rest = [
+        Left(str(p), "not graded") for p in hand_in.programs if (p.path, p.member) not in graded
+    ]
+    # A file that is no program at all is the entry itself, which says so.
+    alone = {path.name for path in hand_in.paths} if not hand_in.programs else set()
+    return [*(item for item in hand_in.left if item.name not in alone), *rest]

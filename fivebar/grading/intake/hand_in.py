@@ -21,8 +21,13 @@ NO_FILE = LINK, SPECIAL = "a symbolic link", "no regular file"
 MOST_READ = 100  # programs that are read to find the one to grade
 # "Ada Lovelace_4711_assignsubmission_file_" and "lovelaceada_LATE_123_45678_lab1.py": the name is
 # what comes first, and the number after it is the person's, the same in all that one has handed in.
-MOODLE = re.compile(r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_.*", re.DOTALL)
-CANVAS = re.compile(r"(?P<name>.+?)_(?:LATE_)?(?P<number>\d+)_\d+_.*", re.DOTALL)
+MOODLE = re.compile(
+    r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_[^_]*_?(?P<file>.*)", re.DOTALL
+)
+CANVAS = re.compile(r"(?P<name>.+?)_(?:LATE_)?(?P<number>\d+)_\d+_(?P<file>.*)", re.DOTALL)
+MOST_VERSIONS = 3  # of one file in a hand-in that are all graded
+# What systems add to a name that is there already: "x (1)", "x - Copie", and Canvas' "x-1".
+_COPY = re.compile(r"([ _-]*(\(\d+\)|copy|copie|kopie)|-\d+)$")
 _DEFINED = re.compile(r"^[ \t]*def\s+(\w+)\s*\(", re.MULTILINE)
 _IMPORT = re.compile(r"^[ \t]*(?:from|import)[ \t]+(.*)", re.MULTILINE)
 
@@ -57,7 +62,7 @@ def look_into(path: Path) -> tuple[list[ProgramFile], list[Left]]:
     """
     programs: list = []
     left: list = []
-    _look(path, path.name, 0, programs, left)
+    _look(path, path.name or path.resolve().name, 0, programs, left)
     return programs, left
 
 
@@ -122,16 +127,23 @@ def functions_of(lab: Lab) -> frozenset[str]:
     return frozenset(lab.exercises())
 
 
-def choose(lab: Lab, programs: list[ProgramFile], wanted: str | None = None) -> ProgramFile:
-    """Return the program to grade: the one called `wanted`, else the one that defines most of what
-    the lab asks.
+def choose(
+    lab: Lab, programs: list[ProgramFile], wanted: str | None = None
+) -> tuple[ProgramFile, ...]:
+    """Return the program to grade, or where the lab's own file is there in several versions, those.
 
-    wanted: a file's name or the end of its path, also as a pattern (`*_models.py`). Copies of one
-    file count as one, and an untouched student.py not beside a filled one. Raises SubmissionError
-    where none can be meant, or several.
+    wanted: a file's name or the end of its path, also as a pattern (`*_models.py`). Without it a
+    file is meant that has the lab's own name for it, else the one that defines most of what the
+    lab asks. Copies of one file count as one, and an untouched student.py not beside a filled one.
+    Raises SubmissionError where none can be meant, or several.
     """
     if not programs:
         raise SubmissionError("there is no .py, .ipynb or .zip with one")
+    if len({found["number"] for found in map(_person, programs) if found}) > 1:
+        raise SubmissionError(
+            "it holds the hand-ins of several people, as Moodle or Canvas packs them: unpack it,"
+            " and grade that folder"
+        )
     if wanted is not None:
         named = [program for program in programs if _is_called(program, wanted)]
         if not named:
@@ -139,12 +151,16 @@ def choose(lab: Lab, programs: list[ProgramFile], wanted: str | None = None) -> 
                 f"none of the programs there ({_listed(programs)}) is called {wanted}"
             )
         programs = named
+    elif named := named_for(lab, programs):
+        return _versions(lab, named)
+    else:
+        programs = _not_of_others(lab, programs)
     if len(programs) == 1:
-        return programs[0]
-    asked, untouched = functions_of(lab), lab.folder / "student.py"
-    sources = {program: _source(program) for program in programs[:MOST_READ]}
+        return (programs[0],)
+    asked = functions_of(lab)
     defined = {
-        program: len(asked & set(_DEFINED.findall(source))) for program, source in sources.items()
+        program: len(asked & set(_DEFINED.findall(_source(program))))
+        for program in programs[:MOST_READ]
     }
     most = max(defined.values())
     if most == 0:
@@ -152,22 +168,83 @@ def choose(lab: Lab, programs: list[ProgramFile], wanted: str | None = None) -> 
             f"none of {len(programs)} programs ({_listed(programs)}) defines a function of this"
             " lab: leave one, or name it with --file"
         )
-    best = {
-        source: program for program, source in reversed(sources.items()) if defined[program] == most
-    }
-    if len(best) > 1 and untouched.is_file():
-        best.pop(_source(ProgramFile(untouched)), None)
-    if len({found["number"] for found in map(_person, programs) if found}) > 1:
-        raise SubmissionError(
-            "it holds the hand-ins of several people, as Moodle or Canvas packs them: unpack it,"
-            " and grade that folder"
-        )
+    best = _different(lab, [program for program in defined if defined[program] == most])
     if len(best) > 1:
+        raise _several(best)
+    return best
+
+
+def named_for(lab: Lab, programs: Iterable[ProgramFile]) -> list[ProgramFile]:
+    """Return the programs that have the lab's own name; else copies of it, as "x (1).py"; else
+    those whose name holds it, as "x_final.py". None where the lab gives no name.
+    """
+    if not lab.file():
+        return []
+    name = PurePosixPath(lab.file()).stem.casefold()
+    stems = {program: _stem(program) for program in programs}
+    exact = [program for program, stem in stems.items() if stem == name]
+    copies = [program for program, stem in stems.items() if _plain(stem) == name]
+    alike = [program for program, stem in stems.items() if name in _plain(stem)]
+    return exact or copies or alike
+
+
+def _stem(program):
+    """Return a file's name without its ending, and without what Moodle or Canvas puts before it."""
+    name = PurePosixPath(str(program)).name
+    found = MOODLE.fullmatch(name) or CANVAS.fullmatch(name)
+    return PurePosixPath(found["file"] if found else name).stem.casefold()
+
+
+def _plain(stem):
+    return re.sub("[ -]+", "_", _COPY.sub("", stem))
+
+
+def _versions(lab, named):
+    """Return the different ones of a lab's own file: scripts where there are some, not notebooks
+    beside them.
+    """
+    scripts = [program for program in named if program.name.lower().endswith(".py")]
+    found = _different(lab, scripts or named)
+    if len(found) > MOST_VERSIONS:
+        raise _several(found)
+    return found
+
+
+def _not_of_others(lab, programs):
+    """Return the programs that have no other lab's name. Raises SubmissionError where none is
+    left.
+    """
+    others = {
+        program: other.name
+        for other in lab.family()
+        if other != lab
+        for program in named_for(other, programs)
+    }
+    left = [program for program in programs if program not in others]
+    if not left:
+        name = next(iter(others.values()))
         raise SubmissionError(
-            f"{len(best)} programs could be meant ({_listed(sorted(best.values(), key=str))}):"
-            " leave one, or name it with --file"
+            f"there is no {lab.file()}: {_listed(list(others))} is the file of the lab {name}"
         )
-    return next(iter(best.values()))
+    return left
+
+
+def _different(lab, programs):
+    """Return one program of each content, the first of its copies; no untouched one beside
+    others.
+    """
+    found = {_source(program): program for program in reversed(programs)}
+    untouched = lab.folder / "student.py"
+    if len(found) > 1 and untouched.is_file():
+        found.pop(_source(ProgramFile(untouched)), None)
+    return tuple(sorted(found.values(), key=str))
+
+
+def _several(programs):
+    return SubmissionError(
+        f"{len(programs)} programs could be meant ({_listed(programs)}): leave one, or name it with"
+        " --file"
+    )
 
 
 def _person(program):

@@ -67,11 +67,16 @@ def file_name(student: str) -> str:
     )
 
 
+def plain_cell(text: str) -> str:
+    """Return a text that no spreadsheet takes for a formula."""
+    return printable(_FORMULA.sub(r"\1'", text))
+
+
 def cell(value: object) -> object:
-    """Return a CSV cell that no spreadsheet takes for a formula."""
+    """Return a CSV cell, a text as `plain_cell`."""
     if not isinstance(value, str):
         return "" if value is None else value
-    return printable(_FORMULA.sub(r"\1'", value))
+    return plain_cell(value)
 
 
 def csv_text(columns: Sequence[str], rows: Iterable) -> str:

@@ -8,28 +8,45 @@ import secrets
 import subprocess
 from pathlib import Path
 
-from .places import CELL, bwrap_command, import_folders, interpreter, readable, unreachable
+from .places import (
+    CELL,
+    bwrap_command,
+    import_folders,
+    interpreter,
+    readable,
+    unreachable,
+    with_dependencies,
+)
 
 PACKAGES = ("numpy", "scipy")
 USERS = 3_000  # unprivileged ids that nobody has, one per worker, so that none can reach another
 _THREADS = ("OPENBLAS", "OMP", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")
-ENVIRONMENT = {"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": "/nonexistent"}
+ENVIRONMENT = {
+    "PATH": "/usr/bin:/bin",
+    "LANG": "C.UTF-8",
+    "HOME": "/nonexistent",
+    "MPLCONFIGDIR": "/tmp",
+}
 ENVIRONMENT |= {f"{name}_NUM_THREADS": "1" for name in _THREADS}
 
 
-def launch(isolate: str, settings: dict) -> tuple[subprocess.Popen, int | None]:
+def launch(
+    isolate: str, settings: dict, more: tuple[str, ...] = ()
+) -> tuple[subprocess.Popen, int | None]:
     """Return (process, descriptor of the first process in bubblewrap's PID namespace or None).
 
-    settings: read and write (descriptors to pass on), n (nonce), memory (bytes), cpu (s).
+    settings: read and write (descriptors to pass on), n (nonce), memory (bytes), cpu (s); more:
+    packages that may be imported beside NumPy and SciPy.
     """
+    packages = PACKAGES + (with_dependencies(more) if more else ())
     outside = isolate == "process"
     uid = _spare_user() if os.getuid() == 0 else None
-    files, folders = readable(PACKAGES) if outside else (None, None)
+    files, folders = readable(packages) if outside else (None, None)
     settings = settings | {
-        "packages": PACKAGES,
-        "paths": [str(place) for place in import_folders(PACKAGES)],
+        "packages": packages,
+        "paths": [str(place) for place in import_folders(packages)],
         "uid": uid,
-        "moved": uid is not None and outside and unreachable(PACKAGES),
+        "moved": uid is not None and outside and unreachable(packages),
         "readable": files,
         "listable": folders,
         "parent": os.getpid() if outside else None,
@@ -42,7 +59,7 @@ def launch(isolate: str, settings: dict) -> tuple[subprocess.Popen, int | None]:
     told, tell = os.pipe()
     with open(told) as information:
         try:
-            command = [*bwrap_command(PACKAGES), "--info-fd", str(tell), *command]
+            command = [*bwrap_command(packages), "--info-fd", str(tell), *command]
             process = _popen(command, (*passed, tell))
         finally:
             os.close(tell)

@@ -5,12 +5,14 @@ show only those.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import site
 import subprocess
 import sys
 import sysconfig
 from functools import cache
+from importlib.metadata import PackageNotFoundError, packages_distributions, requires
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -31,11 +33,43 @@ def interpreter() -> Path:
 @cache
 def import_folders(packages: tuple[str, ...]) -> tuple[Path, ...]:
     """Return the folders that hold the packages."""
-    return tuple(dict.fromkeys(_folder(name).parent for name in packages))
+    return tuple(dict.fromkeys(_place(name).parent for name in packages))
 
 
-def _folder(package):
-    return Path(find_spec(package).origin).resolve().parent
+def _place(package):
+    """Return a package's folder, or the file of a module that is one file."""
+    spec = find_spec(package)
+    if spec.origin is None:  # a package without an __init__.py
+        return Path(next(iter(spec.submodule_search_locations))).resolve()
+    origin = Path(spec.origin).resolve()
+    return origin.parent if origin.name == "__init__.py" else origin
+
+
+@cache
+def with_dependencies(packages: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the packages and those that their distributions require, as they are imported."""
+    modules = packages_distributions()
+    waiting = [name for package in packages for name in modules.get(package, ())]
+    names: set[str] = set()
+    while waiting:
+        if (name := _canonical(waiting.pop())) in names:
+            continue
+        names.add(name)
+        try:
+            needed = requires(name) or []
+        except PackageNotFoundError:  # one that this system does not need
+            continue
+        waiting += [re.split(r"[^\w.-]", line)[0] for line in needed if "extra ==" not in line]
+    found = {
+        module
+        for module, owners in modules.items()
+        if names & set(map(_canonical, owners)) and module.isidentifier()
+    }
+    return tuple(dict.fromkeys((*packages, *filter(find_spec, sorted(found)))))
+
+
+def _canonical(distribution):
+    return re.sub("[-_.]+", "-", distribution).lower()
 
 
 @cache
@@ -109,9 +143,9 @@ def readable(packages: tuple[str, ...]) -> tuple[list[str], list[str]]:
 def _parts(packages):
     """Yield the packages' folders and, beside them, those of their libraries."""
     for name in packages:
-        folder = _folder(name)
-        yield folder
-        beside = folder.parent / f"{name}.libs"
+        place = _place(name)
+        yield place
+        beside = place.parent / f"{'pillow' if name == 'PIL' else name}.libs"
         if beside.is_dir():
             yield beside
 
@@ -129,7 +163,12 @@ def bwrap_command(packages: tuple[str, ...]) -> list[str]:
     binds += [
         ("--symlink", os.readlink(place), place) for place in _ROOT_FOLDERS if os.path.islink(place)
     ]
-    binds += [("--ro-bind", str(CELL), "/cell"), ("--dir", "/student"), ("--chdir", "/student")]
+    binds += [
+        ("--ro-bind", str(CELL), "/cell"),
+        ("--dir", "/student"),
+        ("--chdir", "/student"),
+        ("--perms", "0777", "--dir", "/tmp"),
+    ]
     above = {folder for place in [*system, *shown] for folder in place.parents}
     above = sorted(f for f in above if not {f, *f.parents} & set(system))
     folders = [("--perms", "0755", "--dir", str(folder)) for folder in above if str(folder) != "/"]

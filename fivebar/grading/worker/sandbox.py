@@ -44,7 +44,7 @@ class Lost(Exception):
 class SandboxWorker:
     """One worker process; ended by `close`, with all that it started."""
 
-    def __init__(self, isolate: str, memory: int, cpu: int):
+    def __init__(self, isolate: str, memory: int, cpu: int, packages: tuple[str, ...] = ()):
         self.nonce = secrets.token_hex(8)
         self.output = ""
         self._buffer = bytearray()
@@ -53,7 +53,7 @@ class SandboxWorker:
         self._in, reply = os.pipe()
         settings = {"read": request, "write": reply, "n": self.nonce, "memory": memory, "cpu": cpu}
         try:
-            self._process, self._first = launch(isolate, settings)
+            self._process, self._first = launch(isolate, settings, packages)
         except OSError as error:
             os.close(self._out)
             os.close(self._in)

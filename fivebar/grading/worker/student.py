@@ -37,7 +37,8 @@ class Student:
 
     isolate: "process" (limits, a system-call filter, an unprivileged user under root) or "bwrap"
     (also hides the disk and the network); limit: seconds for one call; total: for one `ask`;
-    memory: bytes; modules: name -> source of those beside the file that it may import. `names`: the
+    memory: bytes; modules: name -> source of those beside the file that it may import; packages:
+    that it may import beside NumPy and SciPy. `names`: the
     functions found; `constants`: the numbers to which the file itself gives a name; `trouble`:
     Reply of the first statement that failed when the file was run, or None; `output`: what it
     printed; `notes`: sentences for the one who grades. The thread
@@ -55,6 +56,7 @@ class Student:
         memory: int = 1 << 30,
         cpu: int = 60,
         modules: dict[str, str] | None = None,
+        packages: tuple[str, ...] = (),
     ):
         if isolate not in ("process", "bwrap"):
             raise ValueError(f'isolate is "process" or "bwrap", not {isolate!r}')
@@ -68,6 +70,7 @@ class Student:
         self._limit, self._total, self._memory, self._cpu = limit, total, memory, cpu
         self._lines = submission.source.split("\n")
         self._modules = modules or {}
+        self._packages = packages
         self._skip: list = []
         self._losses: dict = {}
         self._killed = 0
@@ -237,7 +240,7 @@ class Student:
         losses = 0
         while losses < MOST_LOSSES:
             self._used, at = False, None
-            self._worker = SandboxWorker(self._isolate, self._memory, self._cpu)
+            self._worker = SandboxWorker(self._isolate, self._memory, self._cpu, self._packages)
             start = time.monotonic()
             try:
                 self._note(self._worker.confined())

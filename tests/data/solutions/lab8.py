@@ -1,10 +1,8 @@
-"""Lab 8: Gauss-Newton on the bars' misses, which needs no modes; the own robot's numbers typed in."""
+"""Lab 8: Gauss-Newton on the bars' misses, which needs no modes; a wrong point is found by leaving out each."""
 
 from math import cos, hypot, sin, sqrt
 
 import numpy as np
-
-OWN = 0.0903702, 0.0890830, 0.0909648, 0.0908877, 0.1175280
 
 
 def legs(l11, l12, l21, l22, d, offset1, offset2, q1, q2, x, y):
@@ -48,5 +46,12 @@ def calibrate(q, xi):
     return tuple(p)
 
 
-def own_robot():
-    return OWN
+def own_robot(q, xi):
+    best = None
+    for k in range(len(q)):
+        a, b = q[:k] + q[k + 1 :], xi[:k] + xi[k + 1 :]
+        p = calibrate(a, b)
+        size = sum(e**2 for row in zip(a, b) for e in misses(*p, *row[0], *row[1]))
+        if best is None or size < best[0]:
+            best = size, p
+    return best[1][:5]

@@ -29,13 +29,14 @@ class Gate:
 
     def __init__(self, packages: list[str]):
         self.known = sys.stdlib_module_names | set(packages)
+        self.words = " and ".join((", ".join(packages[:-1]), packages[-1]))
 
     def find_spec(self, name: str, path: object = None, target: object = None) -> None:
         top = name.partition(".")[0]
         if top not in self.known and not top.startswith("_sysconfigdata"):
             raise ModuleNotFoundError(
-                f"{top} is not available here: a submission may import the standard library, numpy"
-                " and scipy",
+                f"{top} is not available here: a submission may import the standard library,"
+                f" {self.words}",
                 name=name,
             )
 

@@ -1,0 +1,162 @@
+"""`fivebar run --mark`: controllers' tracking errors as points, for a script or for many."""
+
+import csv
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..base.errors import UsageError
+
+LIMIT = 60.0  # s of wall time for one script
+MOST_SCRIPTS = 3  # of a hand-in that are tried
+COLUMNS = ("student", "file", "points", "of", "largest error (mm)", "trouble")
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One script's tracking error, None where there is none: trouble says why; said: what the
+    script printed.
+    """
+
+    student: str
+    name: str
+    tracking: dict | None
+    trouble: str = ""
+    said: str = ""
+    run: object = None
+
+    @property
+    def points(self):
+        return self.tracking["points"] if self.tracking else -1.0
+
+
+def mark(arguments, rest):
+    """Mark a script, or the hand-ins of a folder, and print what came of it."""
+    from ..amoro.ros_free.tracking import words
+    from ..base.representation import printable
+    from ..grading.worker.places import bwrap_trouble
+
+    path = Path(arguments.script)
+    isolate = "process" if bwrap_trouble() else "bwrap"
+    how = arguments.mark, arguments.until, isolate
+    if path.is_file() and path.suffix == ".py":
+        tried = _of_script(path, rest, how)
+        print(tried.said, end="", file=sys.stderr)
+        if arguments.json:
+            print(json.dumps({"tracking": tried.tracking, "trouble": tried.trouble}, indent=2))
+        if tried.trouble:
+            print(f"fivebar run: {printable(tried.trouble)}", file=sys.stderr)
+        if not tried.tracking:
+            raise RuntimeError(f"--mark {arguments.mark}: no mark")
+        if not arguments.json:
+            print(words(tried.tracking))
+        _write_files(arguments, tried.run)
+        return
+    found = [_best(hand_in, how) for hand_in in _hand_ins(path)]
+    if arguments.json:
+        print(json.dumps([tried.__dict__ | {"run": None} for tried in found], indent=2))
+        return
+    _print_table(found)
+
+
+def _print_table(found):
+    from ..grading.report.outputs import cell
+
+    table = csv.writer(sys.stdout, lineterminator="\n")
+    table.writerow(COLUMNS)
+    for tried in found:
+        about = tried.tracking
+        values = ("", "", "")
+        if about:
+            values = about["points"], about["of"], round(1e3 * about["largest_error_m"], 4)
+        table.writerow(map(cell, (tried.student, tried.name, *values, tried.trouble)))
+
+
+def _write_files(arguments, run):
+    for option, write in (("record", "to_csv"), ("plot", "plot"), ("animate", "animate")):
+        if (path := getattr(arguments, option)) is not None:
+            getattr(run, write)(path)
+            print(f"fivebar run: wrote {path}", file=sys.stderr)
+
+
+def _hand_ins(path):
+    """Return the hand-ins in a folder of a course; a zip or a folder that holds a script is one."""
+    from ..grading.intake.cohort_folder import HandIn, find_hand_ins
+    from ..grading.intake.hand_in import look_into
+
+    if path.is_dir() and not list(path.glob("*.py")):
+        found = find_hand_ins(path)[0]
+        if not found:
+            raise UsageError(f"{path} holds no hand-ins: a file, zip or folder per student")
+        return found
+    programs, left = look_into(path)
+    return [HandIn(path.stem, "", (path,), tuple(programs), tuple(left))]
+
+
+def _best(hand_in, how):
+    """Return the best of a hand-in's scripts that drive the robot."""
+    from ..grading.intake.hand_in import beside, imported
+
+    scripts = {}
+    for program in hand_in.programs:
+        text = _text(program.path, program.member)
+        if "apply_efforts" in text and "class Robot" not in text:
+            scripts[program] = text
+    if not 0 < len(scripts) <= MOST_SCRIPTS:
+        named = {p: text for p, text in scripts.items() if "control" in Path(p.name).name}
+        if not 0 < len(named) <= MOST_SCRIPTS:
+            trouble = f"{len(scripts)} programs call apply_efforts: which one is the controller?"
+            return Tried(hand_in.student, "", None, trouble if scripts else "no controller")
+        scripts = named
+    tried = []
+    for program, text in scripts.items():
+        modules = imported(text, beside(program, hand_in.programs))
+        name = program.name.partition("/")[2] or program.name
+        tried.append(_tried(hand_in.student, name, text, [], modules, how))
+    return max(tried, key=lambda one: one.points)
+
+
+def _of_script(path, rest, how):
+    """Return a script marked that is named with its arguments, of which a .py file may be one."""
+    from ..grading.intake.hand_in import ProgramFile, imported
+
+    text = _text(path)
+    files = {file.stem: ProgramFile(file, "", file.name) for file in path.parent.glob("*.py")}
+    modules = imported(text, files.values())
+    for argument in rest:
+        if argument.endswith(".py") and Path(argument).is_file():
+            modules[Path(argument).stem] = _text(Path(argument))
+    return _tried(path.stem, path.name, text, rest, modules, how)
+
+
+def _text(path, member=""):
+    from ..grading.worker.submission import SubmissionError, read_submission
+
+    try:
+        return read_submission(path, member).source
+    except SubmissionError as error:
+        return f"raise ImportError({str(error)!r})\n"
+
+
+def _tried(student, name, text, rest, modules, how):
+    """Run a script confined, on a robot that is simulated here, and mark the robot's motion."""
+    from ..amoro.ros_free.marking import MarkedRobot, confined_program
+    from ..grading.worker.replies import KINDS
+    from ..grading.worker.student import Student
+    from ..grading.worker.submission import Submission
+
+    task, until, isolate = how
+    robot = MarkedRobot(until)
+    program, lab = confined_program()
+    with Student(
+        Submission(name, program), isolate, limit=LIMIT, total=LIMIT, modules=modules | lab
+    ) as worker:
+        (reply,) = worker.ask("run", [[text, name, rest]], given={"lab": robot.answer})
+        said = worker.output
+    tracking, why = robot.tracking(task)
+    ended = reply.value if isinstance(reply.value, str) else ""
+    if reply.kind != "value":
+        ended = f"the script {KINDS[reply.kind]}: {reply.text}"
+    trouble = "; ".join(filter(None, (robot.trouble or ended, why)))
+    return Tried(student, name, tracking, trouble, said, robot.run())

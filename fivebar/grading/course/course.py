@@ -1,0 +1,188 @@
+"""A course's folder of results: all labs of the hand-ins graded, and what comes of the results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...base.errors import UsageError
+from ..intake.cohort_folder import Entry, HandIn, entries_of, find_hand_ins, not_graded
+from ..intake.hand_in import Left, functions_of
+from ..labs import Lab
+from ..report.outputs import write_whole
+from ..results import Report
+from ..variants import id_key
+from ..worker.submission import SubmissionError, read_submission
+from .cohort import Cohort, begin, run_cohort
+from .cohort_page import Group, write_summary
+from .copies import equal_programs
+from .feedback import page_for, write_feedback, write_page
+from .gradebook import Filled, Gradebook
+from .items import summary_text
+from .marks import FILE, Mark, Table, best_of
+from .settings import Settings
+
+
+@dataclass(frozen=True)
+class Graded:
+    """One lab's results: all attempts; by id key the best of each student; groups of equal
+    programs.
+    """
+
+    cohort: Cohort
+    attempts: list[tuple[Entry, Report]]
+    best: dict[str, tuple[Entry, Report]]
+    equal: list[Group]
+
+    @property
+    def name(self) -> str:
+        return self.cohort.lab.name
+
+    @property
+    def reports(self) -> list[Report]:
+        return [report for _, report in self.best.values()]
+
+    @property
+    def most(self) -> float:
+        return max((report.max_points for report in self.reports), default=0.0)
+
+
+class Course:
+    """One grading of a main lab, and of the labs of its family of which there are files.
+
+    students: id key -> (id, the learning platform's number); ignored: (student, what of his is not
+    graded); graded: the labs' results; marks: of all students.
+    """
+
+    def __init__(self, lab: Lab, out: Path, settings: Settings, book: Gradebook | None = None):
+        self.lab, self.out, self.settings, self.book = lab, out, settings, book
+        self.entries: dict[Lab, list[Entry]] = {}
+        self.students: dict[str, tuple[str, str]] = {}
+        self.ignored: list[tuple[str, Left]] = []
+        self.graded: list[Graded] = []
+        self.marks: list[Mark] = []
+
+    def find(self, folders: Iterable[Path], file: str | None, must_be_told_apart: bool) -> None:
+        """Look for hand-ins; each folder holds one attempt of each student."""
+        hand_ins: list[HandIn] = []
+        for folder in folders:
+            found, left = find_hand_ins(folder, must_be_told_apart, self.lab.with_others())
+            hand_ins += found
+            self.ignored += [("", item) for item in left]
+        for lab in self._labs():
+            entries = entries_of(hand_ins, lab, file, named=lab != self.lab)
+            if entries or lab == self.lab:
+                self.entries[lab] = entries
+        graded = [entry for entries in self.entries.values() for entry in entries]
+        for hand_in in hand_ins:
+            self.students[id_key(hand_in.student)] = hand_in.student, hand_in.number
+            self.ignored += [(hand_in.student, item) for item in not_graded(hand_in, graded)]
+
+    def _labs(self):
+        """Return the labs that may count: the family's, or those of it that the settings name."""
+        labs = {lab.name: lab for lab in self.lab.with_others()}
+        wanted = self.settings.labs
+        if wanted is None:
+            return list(labs.values())
+        if unknown := set(wanted) - set(labs):
+            raise UsageError(f"course.toml: labs names {', '.join(unknown)}; there are {[*labs]}")
+        return [labs[name] for name in wanted]
+
+    def grade(self, how: tuple, jobs: int) -> None:
+        """Run all programs that have no result yet. how: as in `begin`."""
+        self._table()  # what is wrong with it is better known now
+        for lab, entries in self.entries.items():
+            out = self.out if lab == self.lab else self.out / lab.name
+            cohort = begin(lab, out, *how)
+            reports = list(map(self.settings.weighted, run_cohort(cohort, entries, jobs)))
+            best = best_of(entries, reports)
+            attempts = list(zip(entries, reports))
+            self.graded.append(Graded(cohort, attempts, best, _equal(lab, best)))
+
+    def _table(self):
+        return Table(self.out, [lab.name for lab in self.entries])
+
+    def reports(self) -> list[Report]:
+        """Return the report of each student's best attempt, lab by lab."""
+        return [report for graded in self.graded for report in graded.reports]
+
+    def write(self) -> Filled | None:
+        """Write tables, pages, feedback and the learning platform's sheet, as they are now."""
+        table = self._table()
+        for name in table.without_hand_in({student for student, _ in self.students.values()}):
+            self.students.setdefault(id_key(name), (name, ""))
+        self.marks = [self._mark(table, key) for key in sorted(self.students)]
+        for graded in self.graded:
+            ignored = self.ignored if graded is self.graded[0] else []
+            out = graded.cohort.out
+            write_summary(out, graded.name, graded.reports, ignored, graded.equal)
+        self._write_pages()
+        write_whole(self.out / FILE, table.text(self.marks))
+        if self.book is None:
+            return None
+        filled = self.book.fill(m for m in self.marks if m.results or m.points is not None)
+        write_whole(self.out / "gradebook.csv", filled.text)
+        return filled
+
+    def _mark(self, table, key):
+        student, platform_number = self.students[key]
+        best = {graded.name: graded.best[key] for graded in self.graded if key in graded.best}
+        most = {graded.name: graded.most for graded in self.graded}
+        days, due = 0.0, self.settings.due
+        if due and self.book and (time := self.book.handed_in(student, platform_number)):
+            days = (time - due).total_seconds() / 86_400
+        same = []
+        for graded in self.graded:
+            for students, _ in graded.equal:
+                same += students if student in students else ()
+        others = tuple(other for other in dict.fromkeys(same) if other != student)
+        late = days, self.settings.late_percent / 100
+        return table.mark(student, platform_number, best, most, late, others)
+
+    def _write_pages(self):
+        marks = {id_key(mark.student): mark for mark in self.marks}
+        feedback = []
+        for graded in self.graded:
+            for entry, report in graded.attempts:
+                if report.ungraded:
+                    continue
+                key = id_key(entry.student)
+                page = page_for(report, marks[key])
+                write_page(graded.cohort.file(entry, ".html"), page)
+                if graded.best[key][0] == entry:
+                    feedback.append((entry, graded.name, page))
+        write_feedback(self.out, feedback)
+
+    def without_mark(self) -> dict[str, list[str]]:
+        """Return why there is no mark -> students."""
+        found: dict[str, list[str]] = {}
+        for mark in self.marks:
+            if mark.points is None:
+                found.setdefault(mark.state, []).append(mark.student)
+        return found
+
+    def words(self) -> str:
+        """Return what is shown of the results at the end."""
+        parts = []
+        for graded in self.graded:
+            parts.append(summary_text(graded.name, graded.reports))
+            parts.append(f"{graded.cohort.out / 'summary.html'}\n")
+        return "\n".join([*parts, str(self.out / FILE)])
+
+
+def _equal(lab, best):
+    sources = {}
+    for entry, report in best.values():
+        if not report.no_program:
+            sources[entry.student] = _source(entry.path, entry.member)
+    handed_out = lab.folder / "student.py"
+    template = _source(handed_out) if handed_out.is_file() else ""
+    return equal_programs(sources, template, functions_of(lab))
+
+
+def _source(path, member=""):
+    try:
+        return read_submission(path, member).source
+    except SubmissionError:
+        return f"# unreadable: {path} {member}"

@@ -1,0 +1,220 @@
+"""The table of marks: the points of all labs beside what the teacher writes into it by hand."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ...base.errors import UsageError
+from ..intake.cohort_folder import Entry
+from ..report.outputs import plain_cell
+from ..report.text import number
+from ..results import Report
+from ..variants import id_key
+from .cohort import trouble_of
+from .items import has_marks
+from .sheet import Sheet, number_in, quoted, read_sheet
+
+FILE = "marks.csv"
+# The teacher's columns that have a meaning; "report /10" and all others are his own, too.
+ADJUST, COMMENT, DAYS_LATE, EXTRA_DAYS = "adjust", "comment", "days late", "extra days"
+HIS = (ADJUST, COMMENT, DAYS_LATE, EXTRA_DAYS)
+AFTER = ("lost for late days", "mark", "of", "state", "same program as", "file", "trouble")
+_OUT_OF = re.compile(r"(.+?)\s*/\s*(\d+(?:[.,]\d+)?)")
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A student's mark: points of `most`, None where a person has to look first; `state` says why.
+
+    results: lab -> (entry, report), the best of his attempts; by_hand: the teacher's cells; lost:
+    points, for being late.
+    """
+
+    student: str
+    number: str
+    results: Mapping[str, tuple[Entry, Report]]
+    by_hand: Mapping[str, str]
+    points: float | None
+    most: float
+    lost: float
+    state: str
+    same: tuple[str, ...] = field(default=(), compare=False)
+
+    @property
+    def comment(self) -> str:
+        return self.by_hand.get(COMMENT, "").strip()
+
+    def sum(self) -> str:
+        """Return how the mark comes about, in a sentence."""
+        if self.points is None:
+            return ""
+        parts = [
+            f"{lab} {number(report.points)} of {number(report.max_points)}"
+            for lab, (_, report) in self.results.items()
+        ]
+        for title, text in self.by_hand.items():
+            if text.strip() and (found := _OUT_OF.fullmatch(title)):
+                parts.append(f"{found[1]} {text.strip()} of {found[2]}")
+        if self.lost:
+            parts.append(f"-{number(self.lost)} for late days")
+        if adjust := number_in(self.by_hand.get(ADJUST, "")):
+            parts.append(f"{'+' if adjust > 0 else '-'}{number(abs(adjust))} by hand")
+        return f"Mark: {number(self.points)} of {number(self.most)} ({', '.join(parts)})."
+
+
+def best_of(entries: Iterable[Entry], reports: Iterable[Report]) -> dict[str, tuple[Entry, Report]]:
+    """Return student's id -> (entry, report) of the best of his attempts."""
+    found: dict[str, tuple[Entry, Report]] = {}
+    for entry, report in zip(entries, reports):
+        key = id_key(entry.student)
+        if key not in found or _worth(report) > _worth(found[key][1]):
+            found[key] = entry, report
+    return found
+
+
+def _worth(report):
+    return has_marks(report), report.points
+
+
+class Table:
+    """The teacher's cells of an earlier table of marks, by student; none where there is no table
+    yet.
+    """
+
+    def __init__(self, out: Path, labs: Iterable[str]):
+        self.path, self.labs = out / FILE, tuple(labs)
+        self.sheet: Sheet | None = read_sheet(self.path) if self.path.exists() else None
+        self.titles = list(HIS)
+        self.names: list[str] = []
+        self.cells: dict[str, dict[str, str]] = {}
+        if self.sheet:
+            self._read(self.sheet)
+
+    def _read(self, sheet):
+        titles = sheet.titles
+        if "student" not in titles:
+            raise UsageError(f'{self.path} has no column "student": which mark is whose?')
+        doubled = [title for title in titles if title and titles.count(title) > 1]
+        if doubled:
+            raise UsageError(f"{self.path} has two columns {doubled[0]!r}")
+        ours = {"student", *self.labs, *AFTER, ""}
+        self.titles = [title for title in titles if title not in ours]
+        self.titles += [title for title in HIS if title not in self.titles]
+        for k in range(1, len(sheet.rows)):
+            row = dict(zip(titles, sheet.values(k)))
+            if name := row["student"].strip():
+                key = id_key(name)
+                if key in self.cells:
+                    raise UsageError(f"{self.path} has two rows of {name}")
+                self.cells[key] = {title: row.get(title, "") for title in self.titles}
+                self.names.append(name)
+
+    def by_hand(self, student: str) -> dict[str, str]:
+        return self.cells.get(id_key(plain_cell(student)), dict.fromkeys(self.titles, ""))
+
+    def number(self, student: str, title: str) -> float | None:
+        """Return what the teacher wrote, None where nothing. Raises UsageError for no number."""
+        text = self.by_hand(student).get(title, "").strip()
+        value = number_in(text)
+        if text and value is None:
+            raise UsageError(f"{self.path}, {student}: {title} is {text!r}, which is no number")
+        return value
+
+    def out_of(self) -> dict[str, float]:
+        """Return title -> the most of it, of the teacher's columns "report /10"."""
+        found = {title: _OUT_OF.fullmatch(title) for title in self.titles}
+        return {title: number_in(match[2]) or 0.0 for title, match in found.items() if match}
+
+    def mark(
+        self,
+        student: str,
+        moodle_number: str,
+        results: Mapping[str, tuple[Entry, Report]],
+        most: Mapping[str, float],
+        late: tuple[float, float],
+        same: tuple[str, ...] = (),
+    ) -> Mark:
+        """Return a student's mark.
+
+        most: of each lab that counts; late: (days late as far as they are known, the share of the
+        mark that a day costs).
+        """
+        adjust = self.number(student, ADJUST)
+        out_of = self.out_of()
+        parts = {title: self.number(student, title) for title in out_of}
+        points = sum(report.points for _, report in results.values())
+        points += sum(part for part in parts.values() if part is not None)
+        days, share = late
+        typed, extra = self.number(student, DAYS_LATE), self.number(student, EXTRA_DAYS)
+        days = (days if typed is None else typed) - (extra or 0.0)
+        lost = round(points * min(1.0, share * max(0, math.ceil(days - 1e-9))), 2)
+        state = _state(results, most, parts)
+        # What is written under "adjust" says that a person has looked, 0 as well.
+        looked = adjust is not None and "not graded" not in state
+        total = None
+        if state == "graded" or looked:
+            total = max(0.0, round(points - lost + (adjust or 0.0), 2))
+        whole = sum(most.values()) + sum(out_of.values())
+        by_hand = self.by_hand(student)
+        return Mark(student, moodle_number, results, by_hand, total, whole, lost, state, same)
+
+    def without_hand_in(self, known: set[str]) -> list[str]:
+        """Return the students of the table of whom nothing was found."""
+        known = {id_key(plain_cell(student)) for student in known}
+        return [name for name in self.names if id_key(name) not in known]
+
+    def text(self, marks: Iterable[Mark]) -> str:
+        """Return the whole table again, in the dialect in which it was read."""
+        sign = self.sheet.sign if self.sheet else ","
+        rows = [["student", *self.labs, *AFTER, *self.titles]]
+        for mark in marks:
+            ours = [_written(value, sign) for value in self._values(mark)]
+            rows.append(ours + [mark.by_hand[title] for title in self.titles])
+        # With the mark in front Excel reads accents.
+        return "\ufeff" + "".join(_line(cells, sign) for cells in rows)
+
+    def _values(self, mark):
+        """Return what is ours of a row: numbers, and texts."""
+        yield mark.student
+        for lab in self.labs:
+            _, report = mark.results.get(lab, (None, None))
+            yield report.points if report and has_marks(report) else ""
+        entries = [entry for entry, _ in mark.results.values()]
+        troubles = dict.fromkeys(trouble_of(report) for _, report in mark.results.values())
+        yield mark.lost or ""
+        yield "" if mark.points is None else mark.points
+        yield mark.most
+        yield mark.state
+        yield ", ".join(mark.same)
+        yield ", ".join(entry.name for entry in entries if entry.name)
+        yield "; ".join(filter(None, troubles))
+
+
+def _written(value, sign):
+    """Return a number as the dialect has it, or a text that no spreadsheet takes for a formula."""
+    if isinstance(value, str):
+        return plain_cell(value)
+    text = number(value)
+    return text.replace(".", ",") if sign == ";" else text
+
+
+def _line(cells, sign):
+    return sign.join(quoted(text, sign) for text in cells) + "\r\n"
+
+
+def _state(results, most, parts):
+    """Return "graded", or what keeps a student from a mark."""
+    reports = {lab: results[lab][1] if lab in results else None for lab in most}
+    if not results:
+        return "nothing to grade"
+    if lost := [lab for lab, report in reports.items() if report and report.ungraded]:
+        return f"not graded: {', '.join(lost)}"
+    if absent := [lab for lab, report in reports.items() if not report or report.no_program]:
+        return f"no program: {', '.join(absent)}" if len(most) > 1 else "no program"
+    if waits := [title for title, part in parts.items() if part is None]:
+        return f"waits for {', '.join(waits)}"
+    return "graded"
