@@ -128,7 +128,7 @@ class Ask(Questions):
         """
         texts = [*verdict.remarks, verdict.diagnosis.name if verdict.diagnosis else ""]
         for follow in exercise.follows:
-            plain = consistent((follow,)).name
+            plain = consistent(follow.function).name
             if plain not in texts:
                 continue
             inner = self.judged(

@@ -107,7 +107,7 @@ def followed(answers: Answers) -> Misconception | None:
             outcome = answers.outcome(_with(answers.exercise, steps))
             fits = not _plain(answers, outcome) and answers.fits(outcome, answers.alike(outcome))
             if fits and answers.modelled(follow):
-                return consistent((follow,))
+                return consistent(follow.function)
     return None
 
 
@@ -173,11 +173,10 @@ def _own_steps(answers, follows):
     return steps or None
 
 
-def consistent(follows: tuple[Follow, ...]) -> Misconception:
+def consistent(names: str, mistake: str = "") -> Misconception:
     """Return what is said of who does the right thing with what wrong functions of his own give."""
-    names = " and ".join(follow.function for follow in follows)
     return Misconception(
-        f"consistent with your {names}, which is wrong",
+        f"consistent with your {names}, which is wrong{mistake and f': {mistake}'}",
         f"This function does the right thing with what {names} gives: see to {names} first.",
         None,
     )
@@ -189,6 +188,7 @@ def _of_called(answers):
     for count in range(1, len(exercise.follows) + 1):
         for follows in combinations(exercise.follows, count):
             steps = _own_steps(answers, follows)
+            names = " and ".join(follow.function for follow in follows)
             if steps is None:
                 continue
             outcome = answers.outcome(_with(exercise, steps))
@@ -198,14 +198,13 @@ def _of_called(answers):
                 and not np.any(np.isfinite(answers.came))
             )
             if lost or answers.fits(outcome, answers.alike(outcome)):
-                return consistent(follows)
+                return consistent(names)
             for slip in exercise.slips:
                 both = slip.together(Slip("", "", steps))
                 if both is None:
                     continue
                 outcome = answers.outcome(_with(exercise, both.steps))
                 if answers.fits(outcome, answers.alike(outcome)):
-                    names = " and ".join(follow.function for follow in follows)
                     return Misconception(
                         f"{slip.name}; and your {names} is wrong, too", slip.hint, None
                     )

@@ -164,9 +164,11 @@ def judge(
     )
 
 
-def related(came: np.ndarray, expected: np.ndarray, angles: np.ndarray) -> bool:
+def related(
+    came: np.ndarray, expected: np.ndarray, angles: np.ndarray, least: float = RELATED
+) -> bool:
     """Return whether half of the numbers (n, k) that came vary from row to row as the right ones
-    do, or more.
+    do, or more; least: their correlation.
 
     Sixteen rows of one that has nothing to do with it correlate by 0.7 once in 400 times.
     """
@@ -178,7 +180,7 @@ def related(came: np.ndarray, expected: np.ndarray, angles: np.ndarray) -> bool:
         a, b = (np.exp(1j * part[rows]) if turns else part[rows] for part in (a, b))
         a, b = a - a.mean(), b - b.mean()
         sizes = np.linalg.norm(a) * np.linalg.norm(b)
-        alike += sizes > 0 and abs(np.vdot(a, b)) > RELATED * sizes
+        alike += sizes > 0 and abs(np.vdot(a, b)) > least * sizes
         most += np.linalg.norm(b) > 0
     return bool(most and alike >= most / 2)
 

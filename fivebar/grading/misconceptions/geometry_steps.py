@@ -75,6 +75,20 @@ def height(bar: float, along: Array) -> Array:
     return np.sqrt(bar**2 - along**2)
 
 
+def pivots(robot: Robot, q11: Array, q21: Array, **pivot_steps: Any) -> list[Array]:
+    """Return both elbows, or feet, as complex numbers."""
+    points = []
+    for leg, q in enumerate((q11, q21)):
+        step = steps_of_leg(PIVOT, pivot_steps, leg)
+        points.append(step.base(robot, leg) + step.bars(robot, leg, q))
+    return points
+
+
+def elbow_steps(robot: Robot, q11: Array, q21: Array, **pivot_steps: Any) -> Columns:
+    left, right = pivots(robot, q11, q21, **pivot_steps)
+    return left.real, left.imag, right.real, right.imag
+
+
 def dgm_steps(
     robot: Robot,
     q11: Array,
@@ -92,10 +106,8 @@ def dgm_steps(
     **pivot_steps: Any,
 ) -> Columns:
     """AMORO eq. 1 to 3: from A22 along the line of the pivots to H, and from there up."""
-    robot, points = robot_of(robot), []
-    for leg, q in enumerate((q11, q21)):
-        step = steps_of_leg(PIVOT, pivot_steps, leg)
-        points.append(step.base(robot, leg) + step.bars(robot, leg, q))
+    robot = robot_of(robot)
+    points = pivots(robot, q11, q21, **pivot_steps)
     line = points[0] - points[1]
     size, a = np.abs(line), from_pivot(robot, 1, line)
     half, direction = ahead(foot(robot, 1, line) * line / size, a, line / size)

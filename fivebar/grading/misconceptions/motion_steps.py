@@ -63,25 +63,20 @@ def parts_of(
     B: Callable = lambda b, j: diagonal(b),
     b: Callable = lambda j: j.proximal * dot(j.u2, j.v1),
     of_A: Callable = same,
-    AB: tuple = (None, None),
     own_A: tuple = (None,),
     own_B: tuple = (None,),
 ) -> tuple[Array, Array, Joints]:
-    """Return a, B and the Joints. AB, own_A, own_B: the student's own, where there are any."""
+    """Return A, B and the Joints. own_A, own_B: the student's own, where there are any."""
     joints = Joints(robot, *angles(q))
-    left = own_A[0] if AB[0] is None else AB[0]
-    right = own_B[0] if AB[1] is None else AB[1]
-    left = of_A(A(joints) if left is None else left)
-    return left, B(b(joints), joints) if right is None else right, joints
+    left = of_A(A(joints) if own_A[0] is None else own_A[0])
+    right = B(b(joints), joints) if own_B[0] is None else own_B[0]
+    return left, right, joints
 
 
 def rest_of(steps: dict) -> tuple[dict, dict]:
     """Steps of A and B, and all others."""
-    mine = {
-        key: steps[key]
-        for key in ("angles", "A", "B", "b", "of_A", "AB", "own_A", "own_B")
-        if key in steps
-    }
+    names = ("angles", "A", "B", "b", "of_A", "own_A", "own_B")
+    mine = {key: steps[key] for key in names if key in steps}
     return mine, {key: value for key, value in steps.items() if key not in mine}
 
 
@@ -104,6 +99,18 @@ def A_steps(robot: Robot, *q: Array, **steps: Any) -> Array:
 
 def B_steps(robot: Robot, *q: Array, **steps: Any) -> Array:
     return parts_of(robot, *q, **steps)[1]
+
+
+def jacobian_steps(
+    robot: Robot, *q: Array, J: Callable = lambda A, B: inverse(A) @ B, **steps: Any
+) -> Array:
+    return J(*parts_of(robot, *q, **steps)[:2])
+
+
+def velocity_steps(
+    robot: Robot, *row: Array, angles: Callable = same, **steps: Any
+) -> Array:
+    return bias(Joints(robot, *angles(row[:4])), row[4:8], **steps)
 
 
 def first_order(robot: Robot, *row: Array, solve: Callable, **steps: Any) -> Columns:

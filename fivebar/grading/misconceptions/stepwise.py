@@ -15,7 +15,7 @@ from .end_slips import (
     MISUSED,
     dynamic_slips,
 )
-from .geometry_steps import dgm_slips, dgm_steps, lengths_changed
+from .geometry_steps import dgm_slips, dgm_steps, elbow_steps, lengths_changed
 from .leg_steps import igm_slips, igm_steps, passive_steps
 from .leg_steps import passive_slips as angle_slips
 from .motion_slips import A_slips, B_slips, d_slips
@@ -27,14 +27,15 @@ from .motion_steps import (
     dynamic_steps,
     ikm2_steps,
     ikm_steps,
+    jacobian_steps,
     parts_of,
     passive_motion,
+    velocity_steps,
 )
 from .passive_slips import passive_slips
 from .right import Kind
 
 MATRICES = (
-    Follow("compute_A_B", 4, "AB"),
     Follow("A", 4, "own_A", counts=True),
     Follow("B", 4, "own_B", counts=True),
 )
@@ -47,6 +48,12 @@ SIGNATURES = {
     "A": f"{FOUR}) -> A",
     "B": f"{FOUR}) -> B",
     "compute_A_B": f"{FOUR}) -> A, B",
+    "B_A": f"{FOUR}) -> B, A",
+    "jacobian": f"{FOUR}) -> J",
+    "velocity_terms": f"{FOUR}, {RATES}) -> d",
+    "elbows": "q11, q21) -> x1, y1, x2, y2",
+    "left_elbow": "q11) -> x1, y1",
+    "right_elbow": "q21) -> x2, y2",
     "dkm": f"{FOUR}, q11D, q21D) -> xD, yD",
     "ikm": f"{FOUR}, xD, yD) -> q11D, q21D",
     "dkm_passive": f"{FOUR}, q11D, q21D, xD, yD) -> q12D, q22D",
@@ -57,16 +64,40 @@ SIGNATURES = {
     "inverse_dynamics": f"{FOUR}, {RATES}, q11DD, q21DD) -> tau1, tau2",
     "forward_dynamics": f"{FOUR}, {RATES}, tau1, tau2) -> q11DD, q21DD",
 }
-SHAPES: dict[str, tuple[int, ...]] = {"A": (2, 2), "B": (2, 2), "M": (2, 2), "c": (2,)}
+SHAPES: dict[str, tuple[int, ...]] = {"c": (2,), "d": (2,)} | dict.fromkeys("ABJM", (2, 2))
+HELPERS = (
+    "A",
+    "B",
+    "compute_A_B",
+    "B_A",
+    "jacobian",
+    "velocity_terms",
+    "elbows",
+    "left_elbow",
+    "right_elbow",
+)
 
 
 def A_B_steps(robot: Robot, *q: Array, **steps) -> Columns:
     return parts_of(robot, *q, **steps)[:2]
 
 
+def B_A_steps(robot: Robot, *q: Array, **steps) -> Columns:
+    return parts_of(robot, *q, **steps)[1::-1]
+
+
+def left_elbow_steps(robot: Robot, q11: Array, **steps) -> Columns:
+    return elbow_steps(robot, q11, q11, **steps)[:2]
+
+
+def right_elbow_steps(robot: Robot, q21: Array, **steps) -> Columns:
+    return elbow_steps(robot, q21, q21, **steps)[2:]
+
+
 def _table(kind: Kind) -> dict[str, tuple]:
     """Return of each function its derivation, the slips and what it builds on."""
     AB, d = (*A_slips(kind), *B_slips(kind)), d_slips(kind)
+    bars = [slip for key in ("base", "bars") for slip in _in_step(key, dgm_slips(kind))]
     often = "How often does the term come out of the derivative?"
     second = (
         *d,
@@ -82,6 +113,12 @@ def _table(kind: Kind) -> dict[str, tuple]:
         "A": (A_steps, AB, ()),
         "B": (B_steps, AB, ()),
         "compute_A_B": (A_B_steps, AB, ()),
+        "B_A": (B_A_steps, AB, ()),
+        "jacobian": (jacobian_steps, (*_in_step("J", dynamic_slips(kind)), *AB), ()),
+        "velocity_terms": (velocity_steps, d, ()),
+        "elbows": (elbow_steps, bars, ()),
+        "left_elbow": (left_elbow_steps, bars, ()),
+        "right_elbow": (right_elbow_steps, bars, ()),
         "dkm": (dkm_steps, (*DKM_ENDS, *AB), MATRICES),
         "ikm": (ikm_steps, (*IKM_ENDS, *AB), MATRICES),
         "dkm_passive": (passive_motion, passive_slips(kind, False), ()),
@@ -92,6 +129,10 @@ def _table(kind: Kind) -> dict[str, tuple]:
         "inverse_dynamics": (right.inverse_dynamics, (), MODEL),
         "forward_dynamics": (right.forward_dynamics, (), MODEL),
     }
+
+
+def _in_step(key, slips):
+    return [slip for slip in slips if slip.steps.keys() == {key}]
 
 
 def exercises_on(kind: Kind, *names: str, **wrong: tuple[Misconception, ...]) -> list[Exercise]:

@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 from answers import call, plain
 from confine import confine
-from loading import FILE, Siblings, load
+from loading import FILE, Siblings, load, outline
 from stand_in import StandIn
 
 MOST_LINE = 1_000_000  # bytes of a message
@@ -98,6 +98,8 @@ def main() -> None:
     file = request["source"], request["notebook"], set(request["skip"])
     siblings = Siblings(request["modules"], rewrite)
     sys.meta_path.insert(0, siblings)
+    sources = [*((source, f"<{name}.py>") for name, source in siblings.sources.items())]
+    functions = outline([*sources, (request["source"], FILE)])
     module, trouble, numbers = load(
         *file,
         lambda index, line: send({"n": nonce, "k": "at", "i": index, "l": line}),
@@ -107,7 +109,8 @@ def main() -> None:
     names = [
         name for name, value in vars(module).items() if callable(value) and not name.startswith("_")
     ]
-    send({"n": nonce, "k": "loaded", "names": names, "trouble": trouble, "numbers": numbers})
+    loaded = {"names": names, "trouble": trouble, "numbers": numbers, "outline": functions}
+    send({"n": nonce, "k": "loaded", **loaded})
 
     while True:
         request = receive()
