@@ -46,6 +46,7 @@ class Ask(Questions):
         super().__init__(*questions)
         self.record: list = []
         self.asked: set = set()
+        self.deep = True  # whether two mistakes together are looked for
 
     def __call__(
         self,
@@ -97,7 +98,7 @@ class Ask(Questions):
                 refuse,
                 threshold,
                 own_answers,
-                probe is None,
+                self.deep and probe is None,
                 lambda follow: modelled(
                     self.judged(follow.function, robot, columns[: follow.first], tolerance)
                 ),
@@ -155,16 +156,15 @@ class Ask(Questions):
         """Return the diagnosis of other rows, and of other numbers where the file lets them be set.
 
         With m = 0.5 the factors 2 and 1/m are the same, and at home both working modes are; where
-        no number came,
-            longer
-        bars may give one.
+        no number came, longer bars may give one.
         """
-        for robot, constants in (self._with_others(silent), (self._robot, {})):
+        known = [(robot, {}) for robot in (self._robot, *self._also)]
+        for robot, constants in (self._with_others(silent), *known):
             kept = with_answers(exercise, robot, columns)
             replies = self._replies(exercise.name, rows_from(kept), constants, limit)
             own = self._own(exercise, robot, kept, tolerance, constants)
             found = judge(
-                exercise, robot, kept, replies, tolerance, own=own, deep=not constants
+                exercise, robot, kept, replies, tolerance, own=own, deep=self.deep and not constants
             ).diagnosis
             if found is not None:
                 return found

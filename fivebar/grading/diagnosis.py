@@ -7,9 +7,10 @@ Nothing is guessed: a mistake is named only if it gives all answers, right and w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import combinations, islice, product
+from functools import cached_property
+from itertools import chain, combinations, islice, product
 
 import numpy as np
 
@@ -17,11 +18,10 @@ from ..models.robots import Robot
 from .columns import Columns
 from .exercise import Exercise, Follow, Misconception, Slip
 from .misconceptions.of_any import arguments_exchanged, in_degrees, returned_in_degrees
-from .relations import relation
+from .relations import AFFINE, constant, largest, relation
 
 MOST_PAIRS = 3_000
-MODES = ("assembly_mode", "gamma1", "gamma2", "branch")
-EXACT, AFFINE = 1e-9, 1e-6  # of a wrong model's largest answer
+EXACT = 1e-9  # of a wrong model's largest answer
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +76,16 @@ class Answers:
         known, nothing = np.all(np.isfinite(self.came), axis=1), np.isnan(outcome[:, 0])
         same = np.all(alike, axis=1)
         fits = same | (~known & nothing) | self.refused
+        # Where no answer exists, rounding makes one of the right model as well.
+        away = self.difference(outcome, self.unmasked) > EXACT * largest(self.unmasked)
         wrong = fits & ~self.good & ~(nothing & self.none)
+        wrong &= np.any(away, axis=1) | np.isnan(self.unmasked[:, 0]) | nothing
         return bool(fits.all() and same.any() and wrong.any())
+
+    @cached_property
+    def unmasked(self) -> np.ndarray:
+        """What the right model gives, also where its answer is none."""
+        return self.outcome(self.exercise.answer)
 
 
 def difference(
@@ -86,12 +94,6 @@ def difference(
     with np.errstate(invalid="ignore"):
         raw = np.abs(a - b)
         return np.where(angles, np.abs((raw + turn / 2) % turn - turn / 2), raw)
-
-
-def largest(answers: np.ndarray) -> np.ndarray:
-    """Return per number the largest answer, (k,); 1 where all are 0 or none exists."""
-    most = np.max(np.abs(np.where(np.isnan(answers), 0.0, answers)), axis=0, initial=0.0)
-    return np.where(most > 0, most, 1.0)
 
 
 def followed(answers: Answers) -> Misconception | None:
@@ -135,7 +137,8 @@ def diagnose(answers: Answers) -> Misconception | None:
     ):  # nothing a mistake could fit, but what it builds on
         return _of_called(answers)
     return (
-        _single(
+        constant(answers)
+        or _single(
             answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
         )
         or _of_called(answers)
@@ -149,11 +152,15 @@ def diagnose(answers: Answers) -> Misconception | None:
 
 
 def _single(answers, misconceptions):
-    for misconception in misconceptions:
-        outcome = answers.outcome(misconception.model)
-        if answers.fits(outcome, answers.alike(outcome, misconception.turn)):
-            return misconception
-    return None
+    return next((known for known in misconceptions if explains(known, answers)), None)
+
+
+def explains(misconception: Misconception, answers: Answers | None) -> bool:
+    """Return whether a mistake gives the student's answers."""
+    if misconception.model is None or answers is None:
+        return False
+    outcome = answers.outcome(misconception.model)
+    return answers.fits(outcome, answers.alike(outcome, misconception.turn))
 
 
 def _with(exercise, steps):
@@ -275,17 +282,10 @@ def _pair(answers):
             & _by_parts(answers.alike(answers.outcome(slip.of(exercise.derivation).model)), starts)
         )
     ]
-    for pair in islice(_pairs(promising, exercise.slips), MOST_PAIRS):
+    twos = chain(product(promising, exercise.slips), combinations(exercise.slips, 2))
+    pairs = (one.together(other) for one, other in twos)
+    for pair in islice(filter(None, pairs), MOST_PAIRS):
         outcome = answers.outcome(_with(exercise, pair.steps))
         if answers.fits(outcome, answers.alike(outcome)):
             return Misconception(pair.name, pair.hint, _with(exercise, pair.steps))
     return None
-
-
-def _pairs(promising, slips) -> Iterator[Slip]:
-    for one, other in product(promising, slips):
-        if both := one.together(other):
-            yield both
-    for one, other in combinations(slips, 2):
-        if both := one.together(other):
-            yield both

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from ..models.robots import Robot
-from .diagnosis import MODES
 from .exercise import Exercise
 from .judge import Verdict
 from .labs import Lab
 from .program import Program
+from .relations import MODES
 from .worker.live import Live
 from .worker.replies import Reply
 from .worker.student import LIMIT

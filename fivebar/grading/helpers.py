@@ -53,11 +53,23 @@ def wrong_helpers(program: Program, lab: Lab) -> dict[str, Helper]:
         judged = [
             Helper(exercise, judge(exercise, robot, columns, formed, TOLERANCE, deep=False))
             for exercise, columns in candidates
-            if (formed := _in_the_form_of(exercise, robot, columns, replies))
+            if (formed := _in_the_form_of(exercise, replies))
         ]
-        if judged and all(helper.verdict.share < 1 for helper in judged):
-            found[name] = max(judged, key=lambda helper: bool(helper.mistake))
+        models = [helper for helper in judged if _is_model(helper)]
+        if models and all(helper.verdict.share < 1 for helper in judged):
+            found[name] = max(models, key=lambda helper: bool(helper.mistake))
     return found
+
+
+def _is_model(helper):
+    """Return whether a helper's numbers have to do with those that it should give, or it is right."""
+    verdict, answers = helper.verdict, helper.verdict.answers
+    if answers is None or verdict.diagnosis is not None:
+        return answers is None or not verdict.diagnosis.idle
+    came = answers.came
+    if came.shape[1] == 2 and np.allclose(np.hypot(*came.T), 1):
+        return False  # a direction
+    return related(came, answers.expected, helper.exercise.is_angle(), RELATED)
 
 
 @cache
@@ -76,7 +88,7 @@ def _candidates(lab, robot, name, arguments, moving) -> Iterator[tuple[Exercise,
     for role in _roles(type(robot)):
         own = _called(role, name, arguments, arguments)
         right = role.outcome(role.answer, robot, [moving[key] for key in role.arguments])
-        if np.array_equal(own.outcome(own.answer, robot, given), right):
+        if np.allclose(own.outcome(own.answer, robot, given), right, rtol=1e-9, atol=1e-12):
             yield own, given
 
 
@@ -98,22 +110,18 @@ def _called(role, name, arguments, keys):
     return replace(role, signature=signature, answer=on_row(role.answer), derivation=derivation)
 
 
-def _in_the_form_of(exercise, robot, columns, replies):
+def _in_the_form_of(exercise, replies):
     """Return the replies with their numbers in the form that an exercise asks for, or None where
-    they are of another count, or have nothing to do with the right ones.
+    they are of another count.
     """
-    formed, came = [], []
+    formed = []
     for reply in replies:
         numbers = reply.kind == "value" and _numbers(reply.value)
         if not numbers or len(numbers) != len(exercise.is_angle()):
             return None
-        came.append(numbers)
         parts = [part[0] for part in exercise.parts(np.array([numbers]))]
         formed.append(Reply("value", parts if len(parts) > 1 else parts[0]))
-    expected = exercise.outcome(exercise.answer, robot, columns)
-    directions = len(came[0]) == 2 and np.allclose(np.hypot(*zip(*came)), 1)
-    alike = related(np.array(came), expected, exercise.is_angle(), RELATED)
-    return formed if alike and not directions else None
+    return formed
 
 
 def _numbers(value):

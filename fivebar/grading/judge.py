@@ -5,15 +5,16 @@ process.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..models.robots import Robot
 from .columns import Columns
-from .diagnosis import Answers, diagnose, difference, followed, largest
+from .diagnosis import Answers, diagnose, difference, followed
 from .exercise import Exercise, Follow, Misconception
+from .relations import differences, largest
 from .values import Unfit, read
 from .worker.replies import KINDS, Reply
 
@@ -49,7 +50,7 @@ class Verdict:
     file; sample: the numbers of that call for a figure, never printed; remarks: what was let pass;
     beside: what the lab's own test says;
     related: whether wrong answers go with the right
-    ones, as those of a model with a mistake do.
+    ones, as those of a model with a mistake do; answers: what was asked and came.
     """
 
     share: float
@@ -67,6 +68,7 @@ class Verdict:
     sample: dict | None = None
     beside: str = ""
     related: bool = False
+    answers: Answers | None = field(default=None, repr=False)
 
 
 def judge(
@@ -142,9 +144,11 @@ def judge(
     first = next(i for i in wrong if reasons[i] not in ("", "refused"))
     reply, text = replies[first], texts[first]
     if forfeited and np.any(refused):
-        text += " (refusing counts only beside a right answer in the same check)"
+        text += " (that no answer exists is counted only if some of the others are right)"
     with np.errstate(all="ignore"):
         diagnosis = diagnose(answers)
+        if diagnosis is None and reasons[first] == "value":
+            text += "".join(f"; {what}" for what in differences(answers))
     return Verdict(
         share,
         reasons[first],
@@ -161,6 +165,7 @@ def judge(
         _sample(exercise, columns, first, expected[first], came[first]),
         beside,
         related=goes,
+        answers=answers,
     )
 
 
@@ -266,14 +271,15 @@ def _outcomes(exercise, replies, refuse):
 
 
 def _where(exercise, off):
-    """Return " of q12" where only some of the returned names are wrong; off: which of the numbers,
-    (numbers,).
+    """Return " of q12", or " of M[0, 1]", where only some of the returned numbers are wrong; off:
+    which of them, (numbers,).
     """
-    owners = np.concatenate(
-        [np.full(int(np.prod(exercise.shape(name))), name) for name in exercise.returns]
-    )
-    wrong = [name for name in exercise.returns if np.any(off[owners == name])]
-    return "" if len(wrong) == len(exercise.returns) else f" of {', '.join(wrong)}"
+    wrong: list = []
+    for name, part in zip(exercise.returns, exercise.parts(off[None])):
+        places = np.argwhere(part[0])
+        whole = len(places) == part[0].size
+        wrong += [name] if whole else [f"{name}{place.tolist()}" for place in places]
+    return "" if wrong == list(exercise.returns) else f" of {', '.join(wrong)}"
 
 
 def call_text(exercise: Exercise, columns: Columns, row: int) -> str:

@@ -21,7 +21,7 @@ import pytest
 
 from ..models.robots import Robot
 from .ask import Ask, Wrong
-from .diagnosis import consistent
+from .diagnosis import consistent, explains
 from .following import NEVER, helped, may_help, reached, remark
 from .helpers import wrong_helpers
 from .judge import Verdict
@@ -91,6 +91,7 @@ class Checks:
         self._hopeless: dict = {}
         self._known: dict = {}  # of all checks; the latter: diagnoses by function
         self._helpers: dict | None = None  # wrong ones
+        self._verdicts: dict = {}  # function -> place in `found` -> Verdict
         self._payers: dict = {}  # helper -> the functions that lose points for it
 
     def pytest_configure(self, config: pytest.Config) -> None:
@@ -187,6 +188,7 @@ class Checks:
         robot = self.program.robot_in(lab)
         with helped(self.program, given, robot, lab.constants()) as program:
             ask = Ask(program, lab, {}, self._drawn("order", item))
+            ask.deep = False
             arguments = {"ask": ask, "draw": self._drawn("", item)}
             for name in signature(item.obj).parameters:
                 arguments.setdefault(name, item.funcargs.get(name))
@@ -248,9 +250,30 @@ class Checks:
             self.found.pop()  # its teardown failed too
         self.found.append(check)
         if isinstance(error, Wrong):
+            self._one_name(error.verdict)
+        if isinstance(error, Wrong):
             report.longrepr = "\n".join(check_lines(check, 100))
         elif check.outcome == "broken":
             self.trouble.append(f"{check.title}: {check.text}")
+
+    def _one_name(self, verdict):
+        """Give the mistake of a function the same name in all of its checks, where one name tells
+        both.
+        """
+        last, known = self.found[-1], self._verdicts.setdefault(self.found[-1].function, {})
+        known[len(self.found) - 1] = verdict
+        for place, earlier in known.items():
+            check = self.found[place]
+            if check.misconception == last.misconception or not last.misconception:
+                continue
+            if earlier.diagnosis and explains(verdict.diagnosis, earlier.answers):
+                self._rename(place, verdict.diagnosis)
+            elif earlier.diagnosis and explains(earlier.diagnosis, verdict.answers):
+                self._rename(-1, earlier.diagnosis)
+
+    def _rename(self, place, mistake):
+        found = replace(self.found[place], misconception=mistake.name, hint=mistake.hint)
+        self.found[place] = found
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:

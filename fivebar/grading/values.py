@@ -70,13 +70,9 @@ def _numbers(name, part, shape, remarks):
                 raise Unfit(
                     "shape", f"{name} has shape {array.shape}, asked is {shape}: its transpose?"
                 )
-            product = (
-                ""
-                if shape or len(kept) != 1
-                else ": does a * stand where the matrix product @ is meant?"
-            )
+            terms = ": print the shapes of what you add and multiply" if len(kept) == 1 else ""
             raise Unfit(
-                "shape", f"{name} has shape {array.shape}, asked is {shape or 'a number'}{product}"
+                "shape", f"{name} has shape {array.shape}, asked is {shape or 'a number'}{terms}"
             )
         remarks.append(f"{name} came with shape {array.shape}, asked is {shape or 'a number'}")
     return array.ravel()

@@ -85,12 +85,14 @@ def bias(
     rates: Columns,
     turning: Callable = lambda own, passive, turns: own + passive if turns else passive,
     near: Callable = lambda j, rate: j.proximal * rate**2 * dot(j.u2, j.u1) if j.turns else 0.0,
-    far: Callable = lambda j, rate: j.distal * rate**2,
+    square: Callable = lambda rate, own, passive: rate**2,
+    far: Callable = lambda j, square: j.distal * square,
     of_d: Callable = lambda near, far: -near - far,
 ) -> Array:
     """Return d, (n, 2)."""
     own, passive = np.stack(rates[0::2], -1), np.stack(rates[1::2], -1)
-    return of_d(near(j, own), far(j, turning(own, passive, j.turns)))
+    squared = square(turning(own, passive, j.turns), own, passive)
+    return of_d(near(j, own), far(j, squared))
 
 
 def A_steps(robot: Robot, *q: Array, **steps: Any) -> Array:
@@ -171,7 +173,7 @@ def passive_motion(
     drag: Callable = lambda j, v: j.proximal * dot(v, j.v1),
     own: Callable = lambda q, j: q if j.turns else 0 * q,
     per: Callable = lambda value, j: value / j.distal,
-    take: Callable = lambda end, drag: end - drag,
+    take: Callable = lambda end, drag, j: end - drag,
     pull: Callable = lambda j, v, own, passive: (
         j.proximal * own**2 * dot(v, j.u1) if j.turns else 0.0
     ),
@@ -182,7 +184,7 @@ def passive_motion(
     """
     j, rates = Joints(robot, *angles(row[:4])), row[4:-4]
     q, x = np.stack(row[-4:-2], -1), np.stack(row[-2:], -1)[:, None]
-    end = take(dot(v(j), x), drag(j, v(j)) * q)
+    end = take(dot(v(j), x), drag(j, v(j)) * q, j)
     if rates:
         end = end + pull(j, v(j), np.stack(rates[::2], -1), np.stack(rates[1::2], -1))
     return tuple((per(end, j) - own(q, j)).T)
@@ -199,13 +201,15 @@ def only(leg: int, wrong: Callable, usual: Callable) -> Callable:
     return step
 
 
-def per_leg(name: str, hint: str, key: str, wrong: Callable, usual: Callable) -> tuple[Slip, ...]:
-    """Return the slip in both legs, in the left one and in the right one."""
+def per_leg(
+    name: str, hint: str, key: str, wrong: Callable, usual: Callable, **beside: Callable
+) -> tuple[Slip, ...]:
+    """Return the slip in both legs, in the left one and in the right one; beside: more steps."""
     left, right = only(0, wrong, usual), only(1, wrong, usual)
     return (
-        Slip(name, hint, {key: wrong}),
-        Slip(f"{name}, in the left leg", hint, {key: left}),
-        Slip(f"{name}, in the right leg", hint, {key: right}),
+        Slip(name, hint, {key: wrong} | beside),
+        Slip(f"{name}, in the left leg", hint, {key: left} | beside),
+        Slip(f"{name}, in the right leg", hint, {key: right} | beside),
     )
 
 
