@@ -8,7 +8,8 @@ import numpy as np
 
 from .exercise import Exercise
 
-ROUNDING = 1e-12  # of a complex number its imaginary part at most, where a real one was asked
+# An imaginary part where a real number was asked: of the largest number, or of this one.
+ROUNDING, SMALL = 1e-12, 1e-3
 
 
 class Unfit(ValueError):
@@ -86,7 +87,8 @@ def _array(name, part):
     except ValueError:
         raise Unfit("shape", f"{name} is a list of lists of different lengths") from None
     if array.dtype.kind == "c":
-        if np.any(np.abs(array.imag) > ROUNDING * np.abs(array)):
+        size = max(np.abs(array).max(initial=0.0), SMALL)
+        if np.any(np.abs(array.imag) > ROUNDING * size):
             raise Unfit("type", f"{name} is complex: the square root of a negative number?")
         array = array.real
     if array.dtype.kind not in "bif":

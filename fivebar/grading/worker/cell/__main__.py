@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 from answers import call, plain
 from confine import confine
-from loading import FILE, Siblings, load, outline
+from loading import FILE, Siblings, load, methods, outline
 from stand_in import StandIn
 
 MOST_LINE = 1_000_000  # bytes of a message
@@ -106,6 +106,7 @@ def main() -> None:
         rewrite=rewrite,
     )
     trouble, numbers = trouble or siblings.trouble, siblings.numbers | numbers
+    numbers = methods(module) | numbers
     names = [
         name for name, value in vars(module).items() if callable(value) and not name.startswith("_")
     ]
@@ -120,6 +121,7 @@ def main() -> None:
             with contextlib.redirect_stdout(io.StringIO()):  # what it prints is known
                 siblings.forget(constants)
                 asked = load(*file, lambda index, line: None, constants, rewrite)[0]
+                methods(asked, constants)
         function = vars(asked).get(request["function"])
         if absent or not callable(function):
             send({"n": nonce, "k": "missing", "absent": absent})

@@ -180,6 +180,32 @@ def deep() -> Iterator[None]:
         sys.setrecursionlimit(limit)
 
 
+def methods(module: types.ModuleType, constants: dict | None = None) -> dict[str, float]:
+    """Give the module the methods of a class of its own that needs no arguments, where it has no
+    function of such a name; return the numbers of its object.
+
+    constants: other values for some of them.
+    """
+    numbers: dict = {}
+    for own in [*vars(module).values()]:
+        if not isinstance(own, type) or own.__module__ != module.__name__:
+            continue
+        try:
+            made = own()
+            names = [name for name in dir(made) if not name.startswith("_")]
+            for name in names:
+                number = _number(getattr(made, name))
+                if number is not None:
+                    numbers[name] = number
+                    if constants and name in constants:
+                        setattr(made, name, constants[name])
+                elif callable(getattr(made, name)):
+                    vars(module).setdefault(name, getattr(made, name))
+        except Exception:  # noqa: S112  a class of another kind: its methods are not asked
+            continue
+    return numbers
+
+
 def _names_of_the_lab(module):
     """Return what its star imports bring besides the robot: np."""
     try:
