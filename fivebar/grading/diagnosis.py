@@ -1,5 +1,4 @@
-"""Which mistake gives the student's numbers: a known one, two of them, one made in a function
-called, a plain relation.
+"""Which mistake gives the student's numbers: a known one, two of them, a plain relation.
 
 Nothing is guessed: a mistake is named only if it gives all answers, right and wrong ones, within
     the tolerance.
@@ -16,9 +15,9 @@ import numpy as np
 
 from ..models.robots import Robot
 from .columns import Columns
-from .exercise import Exercise, Follow, Misconception, Slip
+from .exercise import Exercise, Misconception
 from .misconceptions.of_any import arguments_exchanged, in_degrees, returned_in_degrees
-from .relations import AFFINE, constant, largest, relation
+from .relations import constant, largest, relation
 
 MOST_PAIRS = 3_000
 EXACT = 1e-9  # of a wrong model's largest answer
@@ -43,10 +42,7 @@ class Answers:
     limits: np.ndarray
     good: np.ndarray
     refused: np.ndarray
-    own: Callable[[Follow], tuple | None] = lambda follow: None
-    raised: bool = False
     deep: bool = True
-    modelled: Callable[[Follow], bool] = lambda follow: True
 
     @property
     def none(self) -> np.ndarray:
@@ -96,52 +92,16 @@ def difference(
         return np.where(angles, np.abs((raw + turn / 2) % turn - turn / 2), raw)
 
 
-def followed(answers: Answers) -> Misconception | None:
-    """Return where a function that counts by itself is wrong and this one is right but for that:
-    which one.
-
-    Nothing follows from what is no model: with M = 1 and c = 0 the torques are the accelerations,
-    whoever wrote them, and M = q11 is no mistake in a derivation.
-    """
-    for follow in answers.exercise.follows:
-        steps = _own_steps(answers, (follow,)) if follow.counts else None
-        if steps is not None:
-            outcome = answers.outcome(_with(answers.exercise, steps))
-            fits = not _plain(answers, outcome) and answers.fits(outcome, answers.alike(outcome))
-            if fits and answers.modelled(follow):
-                return consistent(follow.function)
-    return None
-
-
-def _plain(answers, outcome):
-    """Return whether an outcome (n, k) is affine in the arguments, so that it can be written
-    without any model.
-    """
-    rows = np.all(np.isfinite(outcome), axis=1)
-    if not rows.any():
-        return False
-    columns = np.column_stack(
-        [np.ones(rows.sum()), *(np.asarray(c, float)[rows] for c in answers.columns)]
-    )
-    rest = outcome[rows] - columns @ np.linalg.lstsq(columns, outcome[rows], rcond=None)[0]
-    return np.linalg.matrix_rank(columns) < len(rest) and bool(
-        np.all(np.abs(rest) <= AFFINE * largest(outcome[rows]))
-    )
-
-
 def diagnose(answers: Answers) -> Misconception | None:
     """Return the mistake that gives the student's answers, None where none is known that does."""
     exercise = answers.exercise
-    if not np.any(
-        np.all(np.isfinite(answers.came), axis=1)
-    ):  # nothing a mistake could fit, but what it builds on
-        return _of_called(answers)
+    if not np.any(np.all(np.isfinite(answers.came), axis=1)):  # nothing a mistake could fit
+        return None
     return (
         constant(answers)
         or _single(
             answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
         )
-        or _of_called(answers)
         or _single(answers, in_degrees(exercise, answers.robot))
         or _single(answers, returned_in_degrees(exercise))
         or relation(answers)
@@ -167,19 +127,6 @@ def _with(exercise, steps):
     return lambda robot, *columns: exercise.derivation(robot, *columns, **steps)
 
 
-def _own_steps(answers, follows):
-    """Return the derivation's keywords for what these functions of the student's give; None where
-    one is right.
-    """
-    steps = {}
-    for follow in follows:
-        own = answers.own(follow)
-        if own is None:
-            return None
-        steps[follow.step] = own
-    return steps or None
-
-
 def consistent(names: str, mistake: str = "") -> Misconception:
     """Return what is said of who does the right thing with what wrong functions of his own give."""
     return Misconception(
@@ -187,35 +134,6 @@ def consistent(names: str, mistake: str = "") -> Misconception:
         f"This function does the right thing with what {names} gives: see to {names} first.",
         None,
     )
-
-
-def _of_called(answers):
-    """Return right, or wrong in one known step, on top of a wrong function that it calls."""
-    exercise = answers.exercise
-    for count in range(1, len(exercise.follows) + 1):
-        for follows in combinations(exercise.follows, count):
-            steps = _own_steps(answers, follows)
-            names = " and ".join(follow.function for follow in follows)
-            if steps is None:
-                continue
-            outcome = answers.outcome(_with(exercise, steps))
-            lost = (
-                not answers.raised
-                and not np.any(np.isfinite(outcome))
-                and not np.any(np.isfinite(answers.came))
-            )
-            if lost or answers.fits(outcome, answers.alike(outcome)):
-                return consistent(names)
-            for slip in exercise.slips:
-                both = slip.together(Slip("", "", steps))
-                if both is None:
-                    continue
-                outcome = answers.outcome(_with(exercise, both.steps))
-                if answers.fits(outcome, answers.alike(outcome)):
-                    return Misconception(
-                        f"{slip.name}; and your {names} is wrong, too", slip.hint, None
-                    )
-    return None
 
 
 def _in_parts(answers):

@@ -62,7 +62,8 @@ class Helped:
     def ask(
         self, function: str, rows: list, constants: dict | None = None, limit: float | None = None
     ) -> list[Reply]:
-        known, changed = self.robot.parameters, {}
+        known = self.robot.parameters
+        changed: dict = {}
         for name, value in (constants or {}).items():
             owners = self.constants_of.get(name, (name,))
             changed |= {owner: value for owner in owners if owner in known}

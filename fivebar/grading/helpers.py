@@ -12,6 +12,7 @@ from functools import cache
 
 import numpy as np
 
+from ..models.robots import Biglide, FiveBar
 from .columns import joint_motion
 from .exercise import Exercise
 from .judge import Verdict, judge, related
@@ -51,7 +52,7 @@ def wrong_helpers(program: Program, lab: Lab) -> dict[str, Helper]:
             continue
         replies = student.ask(name, rows_from(candidates[0][1]))
         judged = [
-            Helper(exercise, judge(exercise, robot, columns, formed, TOLERANCE, deep=False))
+            Helper(exercise, judge(exercise, robot, tuple(columns), formed, TOLERANCE, deep=False))
             for exercise, columns in candidates
             if (formed := _in_the_form_of(exercise, replies))
         ]
@@ -62,7 +63,7 @@ def wrong_helpers(program: Program, lab: Lab) -> dict[str, Helper]:
 
 
 def _is_model(helper):
-    """Return whether a helper's numbers have to do with those that it should give, or it is right."""
+    """Return whether a helper's numbers have to do with those that it should give."""
     verdict, answers = helper.verdict, helper.verdict.answers
     if answers is None or verdict.diagnosis is not None:
         return answers is None or not verdict.diagnosis.idle
@@ -73,8 +74,8 @@ def _is_model(helper):
 
 
 @cache
-def _roles(kind):
-    return exercises_on(kind, *HELPERS)
+def _roles(turns):
+    return exercises_on(FiveBar if turns else Biglide, *HELPERS)
 
 
 def _candidates(lab, robot, name, arguments, moving) -> Iterator[tuple[Exercise, list]]:
@@ -85,7 +86,7 @@ def _candidates(lab, robot, name, arguments, moving) -> Iterator[tuple[Exercise,
     if not set(arguments) <= moving.keys():
         return
     given = [moving[argument] for argument in arguments]
-    for role in _roles(type(robot)):
+    for role in _roles(robot.turns):
         own = _called(role, name, arguments, arguments)
         right = role.outcome(role.answer, robot, [moving[key] for key in role.arguments])
         if np.allclose(own.outcome(own.answer, robot, given), right, rtol=1e-9, atol=1e-12):

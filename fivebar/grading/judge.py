@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from ..models.robots import Robot
 from .columns import Columns
-from .diagnosis import Answers, diagnose, difference, followed
-from .exercise import Exercise, Follow, Misconception
+from .diagnosis import Answers, diagnose, difference
+from .exercise import Exercise, Misconception
 from .relations import differences, largest
 from .values import Unfit, read
 from .worker.replies import KINDS, Reply
@@ -79,17 +79,14 @@ def judge(
     tolerance: ArrayLike = TOLERANCE,
     refuse: np.ndarray | None = None,
     threshold: tuple[float, Callable] | None = None,
-    own: Callable[[Follow], tuple | None] = lambda follow: None,
     deep: bool = True,
-    modelled: Callable[[Follow], bool] = lambda follow: True,
 ) -> Verdict:
     """Return the verdict on the replies to one call per row of the columns, each (n,).
 
     tolerance: of the largest right answer, a number or (n,). refuse: (n,) bool, the rows in which
     no answer exists and the function shall raise or give nan; they earn only if some of the others
     are right. threshold: the mean error that the lab's own test lets pass, and what it compares,
-    (n, 2), of all numbers (n, k). own: what the student's own functions gave, where they were wrong
-    (`Answers`): what follows rightly from them earns its points. deep, modelled: of `Answers`.
+    (n, 2), of all numbers (n, k). deep: of `Answers`.
     """
     n = len(columns[0])
     refuse = np.zeros(n, bool) if refuse is None else np.asarray(refuse)
@@ -131,14 +128,8 @@ def judge(
         limits,
         good,
         refused,
-        own,
-        set(reasons) == {"exception"},
         deep,
-        modelled,
     )
-    with np.errstate(all="ignore"):
-        if follows := followed(answers):
-            return Verdict(1.0, rows=n, remarks=(*remarks, follows.name), beside=beside)
     # A refusal that is only not counted tells less than a wrong answer.
     wrong = np.flatnonzero(~good).tolist()
     first = next(i for i in wrong if reasons[i] not in ("", "refused"))
@@ -188,22 +179,6 @@ def related(
         alike += sizes > 0 and abs(np.vdot(a, b)) > least * sizes
         most += np.linalg.norm(b) > 0
     return bool(most and alike >= most / 2)
-
-
-def answered(
-    exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: ArrayLike
-) -> tuple[np.ndarray | None, bool]:
-    """Return the numbers (n, k) that came, nan where there are none, None where there is no
-    function; are all right?
-    """
-    came, reasons, _, _ = _outcomes(exercise, replies, np.zeros(len(replies), bool))
-    if not set(reasons) <= {"", "nan", "exception"}:
-        return None, False
-    with np.errstate(all="ignore"):
-        expected = exercise.outcome(exercise.answer, robot, columns)
-    limits = _limits(exercise, expected, tolerance)
-    same = difference(came, expected, exercise.is_angle()) <= limits
-    return came, bool(np.all(same | np.isnan(expected) & np.isnan(came)))
 
 
 def rows_right(

@@ -151,6 +151,8 @@ class Checks:
                 item.stash[_ASK] = ask
                 ask.remark(remark(wrong))
                 error, before = left, left.verdict if isinstance(left, Wrong) else Verdict(after)
+            elif after > before.share:
+                error = self._told(item, error, dict.fromkeys(called, ""), left)
         guilty = {}
         for name in helpers.keys() - paid if error is not None else ():
             one = given | {own: helper.exercise for own, helper in guilty.items()}
@@ -161,12 +163,13 @@ class Checks:
                 del self._helpers[name]  # it spoils nothing
         if guilty:
             self._payers |= dict.fromkeys(guilty, payer)
-            error = self._told(item, error, guilty, last)
+            mistakes = {name: helper.mistake for name, helper in guilty.items()}
+            error = self._told(item, error, mistakes, last)
         if error is not None:
             raise error from None
 
     def _called(self, lab, asked):
-        """Return the lab's functions that those asked may call, none where all of them are right."""
+        """Return the lab's functions that those asked may call, none where all are right."""
         names = may_help(self.program.student.outline, lab, asked)
         shares = [{c.share for c in self.found if c.function == name} for name in names]
         if all(share == {1} for share in shares):
@@ -202,12 +205,13 @@ class Checks:
             ask.rows = program.student.rows
         return ask, share, left
 
-    def _told(self, item, error, own, left):
-        """Return the error of a function that pays for wrong helpers of its own, which it names."""
+    def _told(self, item, error, mistakes, left):
+        """Return the error of a function that pays for wrong ones that it calls."""
         if not isinstance(error, Wrong):
             return error
-        names, last = " and ".join(own), left.verdict.diagnosis if isinstance(left, Wrong) else None
-        found = consistent(names, " and ".join(filter(None, (h.mistake for h in own.values()))))
+        last = left.verdict.diagnosis if isinstance(left, Wrong) else None
+        names = " and ".join(mistakes)
+        found = consistent(names, " and ".join(filter(None, mistakes.values())))
         if last is not None:
             found = replace(last, name=f"{last.name}; and your {names} is wrong, too")
         verdict = replace(error.verdict, diagnosis=found)

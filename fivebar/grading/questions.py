@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +14,7 @@ from ..models.robots import Robot
 from .columns import Columns
 from .exercise import Exercise
 from .following import modelled, some
-from .judge import Verdict, answered, judge
+from .judge import Verdict, judge
 from .labs import Lab
 from .program import Program
 from .second_look import CHANGES, changing, typed, with_other_masses
@@ -127,9 +126,8 @@ class Questions:
         if np.array_equal(*outcomes, equal_nan=True):
             return None
         replies = self._replies(exercise.name, rows_from(columns), wanted, limit)
-        own = self._own(exercise, other, columns, rows.tolerance)
         return judge(
-            exercise, other, columns, replies, rows.tolerance, rows.refuse, own=own, deep=False
+            exercise, other, columns, replies, rows.tolerance, rows.refuse, deep=False
         ).diagnosis
 
     def mistakes(self, rows: dict[str, tuple[Robot, list]]) -> dict[str, str]:
@@ -148,24 +146,6 @@ class Questions:
             if kept
             else {}
         )
-
-    def _own(self, exercise, robot, columns, tolerance, constants=None):
-        """Give what a function that the exercise builds on answers to the same rows, where that is
-        not all right.
-        """
-
-        @cache
-        def ask(follow):
-            called = self._exercises.get(follow.function)
-            if called is None or follow.function not in self._program.student.names:
-                return None
-            rows = columns[: follow.first]
-            set_ = self._set_for(robot) if constants is None else constants
-            replies = self._replies(follow.function, rows_from(rows), set_, None)
-            numbers, right = answered(called, robot, rows, replies, tolerance)
-            return None if right or numbers is None else called.parts(numbers)
-
-        return ask
 
     def _set_for(self, robot):
         """Return the constants to be set for a robot that is not the student's own."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -136,7 +135,7 @@ def differences(answers: Answers) -> Iterator[str]:
     count = f"in {len(came)} of {known.sum()} rows"
     if np.all(np.abs(np.abs(came) - np.abs(expected)) <= limits):
         yield f"the size is right and the sign is wrong {count}"
-    elif angles.all() and np.all(answers.difference(2 * came, 2 * expected)<= 2 * limits):
+    elif angles.all() and np.all(answers.difference(2 * came, 2 * expected) <= 2 * limits):
         yield f"off by half a turn {count}"
     elif np.all(np.abs(came - expected) <= CLOSE * largest(expected)):
         off = np.max(np.abs(came - expected) / largest(expected))

@@ -6,3 +6,4 @@ from fivebar.grading.ten_models import exercises
 ROBOT = Biglide()
 CONSTANTS = {"l": ("l1", "l2"), "d": ("d",), "mf": ("mf1", "mf2"), "mp": ("m",)}
 EXERCISES = exercises(Biglide)
+USES = {"dgm_passive": ("dgm",)}

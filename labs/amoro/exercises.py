@@ -16,3 +16,4 @@ CONSTANTS = {
     "mR": ("m",),
 }
 EXERCISES = exercises(FiveBar)
+USES = {"dgm_passive": ("dgm",)}

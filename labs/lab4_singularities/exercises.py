@@ -254,7 +254,9 @@ def by_the_ends(robot, *path):
 
 def on_grid(s, count, end):
     """The end, the middle or the beginning of the step of 1/count in which s lies."""
-    return (np.floor(s * count) + {"the end": 1, "the middle": 0.5, "the beginning": 0}[end]) / count
+    return (
+        np.floor(s * count) + {"the end": 1, "the middle": 0.5, "the beginning": 0}[end]
+    ) / count
 
 
 def length(x0, y0, x1, y1):

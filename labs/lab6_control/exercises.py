@@ -62,9 +62,7 @@ TRAJECTORY = Exercise(
             bend=1,
         ),
         *(
-            changed(
-                f"not held {when}", "What does a polynomial do beyond its two ends?", held=held
-            )
+            changed(f"not held {when}", "What does a polynomial do beyond its two ends?", held=held)
             for when, held in (
                 ("before the start and after the end", (-np.inf, np.inf)),
                 ("after the end", (0, np.inf)),
@@ -266,6 +264,7 @@ FORCE = Exercise(
         ),
     ),
 )
+
 
 def of_time(robot, t, T):
     """s and its first two derivatives by time."""

@@ -61,7 +61,10 @@ def test_the_end_of_a_step_is_no_rounding(tmp_path):
 
 
 def test_one_mode_for_both_legs_is_named_beside_a_clamped_cosine(tmp_path):
-    changes = ("acos(cosine)", "acos(max(-1.0, min(1.0, cosine)))"), ("l22, gamma2)", "l22, gamma1)")
+    changes = (
+        ("acos(cosine)", "acos(max(-1.0, min(1.0, cosine)))"),
+        ("l22, gamma2)", "l22, gamma1)"),
+    )
     names = {name for _, _, name in said(report("lab1", "lab1", tmp_path, *changes)) if name}
     assert any("gamma1, used for both legs" in name for name in names)
     allowed = "gamma1, used for both legs|height 0 where the bars do not meet"
@@ -69,9 +72,12 @@ def test_one_mode_for_both_legs_is_named_beside_a_clamped_cosine(tmp_path):
 
 
 def test_nothing_is_said_to_be_always_0_beside_right_answers(tmp_path):
-    change = "    a1 = q11 + q12\n    a2 = q21 + q22\n    n1", (
-        "    if np.sin(q12) > 0.5:\n        return 0, 0\n"
-        "    a1 = q11 + q12\n    a2 = q21 + q22\n    n1"
+    change = (
+        "    a1 = q11 + q12\n    a2 = q21 + q22\n    n1",
+        (
+            "    if np.sin(q12) > 0.5:\n        return 0, 0\n"
+            "    a1 = q11 + q12\n    a2 = q21 + q22\n    n1"
+        ),
     )
     found = report("lab2", "lab2", tmp_path, change)
     assert said(found, "dkm_passive") and not any(
@@ -175,7 +181,13 @@ def test_a_helper_that_is_no_model_earns_nothing(tmp_path):
 def test_the_order_of_the_functions_does_not_matter_where_a_helper_is_called_by_another(tmp_path):
     changes = (
         ("= l * (u22.T @ v21)", "= (u22.T @ v21)"),
-        ("def compute_d(q11, q12", "def of_both(a, b, c, e):\n    return compute_A_B(a, b, c, e)\n\n\ndef compute_d(q11, q12"),
-        ("    A, B = compute_A_B(q11, q12, q21, q22)\n    xiDD = ", "    A, B = of_both(q11, q12, q21, q22)\n    xiDD = "),
+        (
+            "def compute_d(q11, q12",
+            "def of_both(a, b, c, e):\n    return compute_A_B(a, b, c, e)\n\n\ndef compute_d(q11, q12",
+        ),
+        (
+            "    A, B = compute_A_B(q11, q12, q21, q22)\n    xiDD = ",
+            "    A, B = of_both(q11, q12, q21, q22)\n    xiDD = ",
+        ),
     )
     assert report("amoro", "amoro_blocks", tmp_path, changes[0], changes[1]).points == 18

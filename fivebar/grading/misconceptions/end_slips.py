@@ -137,7 +137,10 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
         ("only the diagonal of M", lambda Z, m, J: (Z + m * turned(J) @ J) * np.eye(2)),
         ("half of the mass in M", lambda Z, m, J: Z + m / 2 * turned(J) @ J),
         ("mass twice in M", lambda Z, m, J: Z + 2 * m * turned(J) @ J),
-        (f"{inertias} added to all four elements of M", lambda Z, m, J: Z.sum(0) + m * turned(J) @ J),
+        (
+            f"{inertias} in all four elements of M",
+            lambda Z, m, J: Z.sum(0) + m * turned(J) @ J,
+        ),
         ("elementwise product in M", lambda Z, m, J: Z + m * turned(J) * J),
         ("inertias exchanged in M", lambda Z, m, J: Z[::-1, ::-1] + m * turned(J) @ J),
     )

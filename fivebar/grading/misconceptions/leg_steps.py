@@ -189,9 +189,7 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
         elbow=lambda m, up, robot, leg: m / abs(m) * abs(up) + up / abs(up) * abs(m),
     )
     slips += [
-        s
-        for name, hint, find in _cosines()
-        for s in each_leg(name, hint, foot=find, **AHEAD[2])
+        s for name, hint, find in _cosines() for s in each_leg(name, hint, foot=find, **AHEAD[2])
     ]
     slips += each_leg(
         "base offset counted again in the elbow (subtracted once more)",
@@ -256,14 +254,13 @@ def passive_steps(
     q11: Array,
     q21: Array,
     mode: Array,
-    end: Columns | None = None,
     robot_of: Callable = right,
     sign: Callable = right,
     **leg_steps: Any,
 ) -> Columns:
-    """AMORO eq. 5 and 6. end: what the student's own dgm gave, x and y (n,)."""
+    """AMORO eq. 5 and 6."""
     robot = robot_of(robot)
-    x, y = dgm(robot, q11, q21, sign(mode)) if end is None else end
+    x, y = dgm(robot, q11, q21, sign(mode))
     angles = []
     for leg, (q, other) in enumerate(((q11, q21), (q21, q11))):
         step = steps_of_leg(PASSIVE, leg_steps, leg)

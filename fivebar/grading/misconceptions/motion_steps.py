@@ -63,19 +63,15 @@ def parts_of(
     B: Callable = lambda b, j: diagonal(b),
     b: Callable = lambda j: j.proximal * dot(j.u2, j.v1),
     of_A: Callable = same,
-    own_A: tuple = (None,),
-    own_B: tuple = (None,),
 ) -> tuple[Array, Array, Joints]:
-    """Return A, B and the Joints. own_A, own_B: the student's own, where there are any."""
+    """Return A, B and the Joints."""
     joints = Joints(robot, *angles(q))
-    left = of_A(A(joints) if own_A[0] is None else own_A[0])
-    right = B(b(joints), joints) if own_B[0] is None else own_B[0]
-    return left, right, joints
+    return of_A(A(joints)), B(b(joints), joints), joints
 
 
 def rest_of(steps: dict) -> tuple[dict, dict]:
     """Steps of A and B, and all others."""
-    names = ("angles", "A", "B", "b", "of_A", "own_A", "own_B")
+    names = ("angles", "A", "B", "b", "of_A")
     mine = {key: steps[key] for key in names if key in steps}
     return mine, {key: value for key, value in steps.items() if key not in mine}
 
@@ -109,9 +105,7 @@ def jacobian_steps(
     return J(*parts_of(robot, *q, **steps)[:2])
 
 
-def velocity_steps(
-    robot: Robot, *row: Array, angles: Callable = same, **steps: Any
-) -> Array:
+def velocity_steps(robot: Robot, *row: Array, angles: Callable = same, **steps: Any) -> Array:
     return bias(Joints(robot, *angles(row[:4])), row[4:8], **steps)
 
 

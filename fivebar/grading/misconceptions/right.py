@@ -108,13 +108,11 @@ def dynamic_model(robot: Robot, *row: Array) -> Columns:
     return dynamics.dynamic_model(motion(robot, *row))
 
 
-def inverse_dynamics(robot: Robot, *row: Array, model: Columns | None = None) -> Columns:
-    """Return tau = M q'' + c; `model` is the student's M and c, where there is one."""
-    M, c = model or dynamic_model(robot, *row[:8])
+def inverse_dynamics(robot: Robot, *row: Array) -> Columns:
+    M, c = dynamic_model(robot, *row[:8])
     return tuple(times(M, *row[8:]) + c.T)
 
 
-def forward_dynamics(robot: Robot, *row: Array, model: Columns | None = None) -> Columns:
-    """Return q'' of M q'' + c = tau; `model` is the student's M and c, where there is one."""
-    M, c = model or dynamic_model(robot, *row[:8])
+def forward_dynamics(robot: Robot, *row: Array) -> Columns:
+    M, c = dynamic_model(robot, *row[:8])
     return times(inverse(M), *(row[8:] - c.T))

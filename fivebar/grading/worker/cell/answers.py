@@ -15,12 +15,16 @@ MOST_NUMBERS = 10_000  # in one answer
 MOST_TEXT = 500  # characters of a message or a name
 MOST_BITS = 1000  # of an integer
 DEEPEST = 8  # lists in each other
-ITERATORS = {
-    *(type(view) for view in ({}.values(), {}.keys(), range(0), map(abs, ()), filter(abs, ()))),
-    types.GeneratorType,
-    zip,
-    reversed,
-}
+_VIEWS: tuple = (
+    {}.values(),
+    {}.keys(),
+    range(0),
+    map(abs, ()),
+    filter(abs, ()),
+    zip(),
+    reversed(()),
+)
+ITERATORS = {types.GeneratorType, *map(type, _VIEWS)}
 
 
 def plain(value: object) -> object:
