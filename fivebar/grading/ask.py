@@ -44,7 +44,7 @@ class Ask(Questions):
         super().__init__(*questions)
         self.record: list = []
         self.asked: set = set()
-        self.deep = True  # whether two mistakes together are looked for
+        self.deep = True  # whether two mistakes together, and answers to more questions, are told
 
     def __call__(
         self,
@@ -99,13 +99,14 @@ class Ask(Questions):
             best = verdict if best is None or verdict.share > best.share else best
             if best.share == 1:
                 break
-        if probe is not None and best.reason in ("value", "nan", "exception"):
+        unsettled = self.deep and best.reason in ("value", "nan", "exception")
+        if probe is not None and unsettled:
             if name not in self._known:
                 self._known[name] = self._probed(
                     exercise, probe, tolerance, limit, best.reason != "value"
                 )
             best = replace(best, diagnosis=self._known[name] or best.diagnosis)
-        if best.reason in ("value", "nan", "exception"):
+        if unsettled:
             rows = rows_of(exercise, robot, columns, tolerance, refuse, wanted | (constants or {}))
             best = self._settled(best, rows, replies, limit)
         self._keep(Asked(best, name, exercise, robot))
@@ -127,33 +128,10 @@ class Ask(Questions):
         for robot, constants in (self._with_others(silent), *known):
             kept = with_answers(exercise, robot, columns)
             replies = self._replies(exercise.name, rows_from(kept), constants, limit)
-            deep = self.deep and not constants
-            found = judge(exercise, robot, kept, replies, tolerance, deep=deep).diagnosis
+            found = judge(exercise, robot, kept, replies, tolerance, deep=not constants).diagnosis
             if found is not None:
                 return found
         return None
-
-    def _with_others(self, longer):
-        """Return the robot with other masses and inertias, or with longer bars, and the file's
-        constants for it.
-        """
-        names = {
-            name: own
-            for name, own in self._constants.items()
-            if (own[0][0] == "l" if longer else own[0][0] not in "ld")
-        }
-        other = {
-            name: (1.3 + 0.1 * k) * getattr(self._robot, own[0])
-            for k, (name, own) in enumerate(names.items())
-        }
-        if longer:
-            other = {name: 2 * value for name, value in other.items()}
-        return (
-            replace(
-                self._robot, **{key: other[name] for name, own in names.items() for key in own}
-            ),
-            other,
-        )
 
     def call(self, name: str, *row: float, limit: float | None = None) -> Any:
         """Return the value that one call gives, arrays and floats as they came; Wrong where it

@@ -25,6 +25,7 @@ from .worker.replies import Reply
 
 # Numbers that have nothing to do with 64 right ones correlate by 0.4 once in 1,000 times.
 ROWS, RELATED, TOLERANCE = 64, 0.4, 1e-6
+MOST = 5  # wrong helpers that are looked at
 MOTION = "q11 q12 q21 q22 q11D q12D q21D q22D".split()
 
 
@@ -42,7 +43,8 @@ class Helper:
 
 def wrong_helpers(program: Program, lab: Lab) -> dict[str, Helper]:
     """Return the wrong helpers of a program by name, where it can be told what they should give."""
-    robot, student, found = program.robot_in(lab), program.student, {}
+    robot, student = program.robot_in(lab), program.student
+    found: dict = {}
     moving = dict(zip(MOTION, joint_motion(motions(robot, np.random.default_rng(5), ROWS).rates)))
     for name, (arguments, _) in student.outline.items():
         if name in lab.exercises() or name not in student.names or not arguments:
@@ -57,7 +59,7 @@ def wrong_helpers(program: Program, lab: Lab) -> dict[str, Helper]:
             if (formed := _in_the_form_of(exercise, replies))
         ]
         models = [helper for helper in judged if _is_model(helper)]
-        if models and all(helper.verdict.share < 1 for helper in judged):
+        if len(found) < MOST and models and all(helper.verdict.share < 1 for helper in judged):
             found[name] = max(models, key=lambda helper: bool(helper.mistake))
     return found
 

@@ -143,28 +143,28 @@ class Checks:
         paid = {name for name in helpers if self._payers.get(name, payer) != payer}
         given = called | {name: helpers[name].exercise for name in paid}
         if given:
-            ask, after, left = self._again(item, lab, given)
+            ask, after, left = self._again(item, lab, given, True)
             judged = {name: rows for name, rows in ask.rows.items() if name in called}
             wrong = first.mistakes(judged) if after > before.share else {}
-            wrong |= {name: helpers[name].mistake for name in paid if wrong or not called}
+            used = any(rows for _, rows in judged.values())
+            wrong |= {name: helpers[name].mistake for name in paid if wrong or not used}
             if after > before.share and wrong:
                 item.stash[_ASK] = ask
                 ask.remark(remark(wrong))
                 error, before = left, left.verdict if isinstance(left, Wrong) else Verdict(after)
             elif after > before.share:
                 error = self._told(item, error, dict.fromkeys(called, ""), left)
-        guilty = {}
-        for name in helpers.keys() - paid if error is not None else ():
-            one = given | {own: helper.exercise for own, helper in guilty.items()}
-            _, after, left = self._again(item, lab, one | {name: helpers[name].exercise})
-            if after > before.share:
-                guilty[name], before, last = helpers[name], Verdict(after), left
-            elif name not in self._payers:
-                del self._helpers[name]  # it spoils nothing
+        guilty, share = {}, before.share if error is not None else 1.0
+        for name, helper in helpers.items():
+            if name in paid or share == 1:
+                continue
+            _, after, left = self._again(item, lab, given | {name: helper.exercise}, False)
+            if after > share:
+                guilty[name], share, last = helper.mistake, after, left
+                given[name] = helper.exercise
         if guilty:
             self._payers |= dict.fromkeys(guilty, payer)
-            mistakes = {name: helper.mistake for name, helper in guilty.items()}
-            error = self._told(item, error, mistakes, last)
+            error = self._told(item, error, guilty, last)
         if error is not None:
             raise error from None
 
@@ -177,21 +177,23 @@ class Checks:
         return {name: lab.exercises()[name] for name in names}
 
     def _helpers_of(self, lab, asked):
-        """Return the wrong helpers that those asked call."""
+        """Return the wrong helpers that those asked call, first those that call the fewest."""
         outline = self.program.student.outline
         if self._helpers is None:
             self._helpers = wrong_helpers(self.program, lab)
-        names = set().union(*(reached(outline, name) for name in asked))
-        return {name: helper for name, helper in self._helpers.items() if name in names}
+        called = set().union(*(reached(outline, name) for name in asked))
+        names = [name for name in self._helpers if name in called]
+        names.sort(key=lambda name: len(reached(outline, name)))
+        return {name: self._helpers[name] for name in names}
 
-    def _again(self, item, lab, given):
+    def _again(self, item, lab, given, deep):
         """Return the Ask of a check run with the right ones of these functions, the share of its
-        points that it earns, and what is wrong, None where nothing is.
+        points that it earns, and what is wrong, None where nothing is; deep: as in Ask.
         """
         robot = self.program.robot_in(lab)
         with helped(self.program, given, robot, lab.constants()) as program:
             ask = Ask(program, lab, {}, self._drawn("order", item))
-            ask.deep = False
+            ask.deep = deep
             arguments = {"ask": ask, "draw": self._drawn("", item)}
             for name in signature(item.obj).parameters:
                 arguments.setdefault(name, item.funcargs.get(name))

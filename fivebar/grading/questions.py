@@ -17,7 +17,7 @@ from .following import modelled, some
 from .judge import Verdict, judge
 from .labs import Lab
 from .program import Program
-from .second_look import CHANGES, changing, typed, with_other_masses
+from .second_look import CHANGES, changing, typed
 from .worker.replies import Reply
 
 CLOSE = (
@@ -118,8 +118,8 @@ class Questions:
         """Return the diagnosis of the same rows with other masses: with m = 0.5 the factors 2 and
         1/m are the same.
         """
-        exercise, other = rows.exercise, with_other_masses(rows.robot)
-        columns, wanted = rows.columns, self._set_for(other)
+        exercise, columns = rows.exercise, rows.columns
+        other, wanted = self._with_others()
         outcomes = [
             exercise.outcome(exercise.answer, robot, columns) for robot in (rows.robot, other)
         ]
@@ -129,6 +129,19 @@ class Questions:
         return judge(
             exercise, other, columns, replies, rows.tolerance, rows.refuse, deep=False
         ).diagnosis
+
+    def _with_others(self, longer=False):
+        """Return the robot with other masses and inertias, or with longer bars, and the file's
+        constants for it: those that it gives a number.
+        """
+        constants, own = self._constants or {key: (key,) for key in self._robot.parameters}, {}
+        for name in [key for key in constants if key in self._program.student.constants]:
+            first = constants[name][0]
+            if first[0] == "l" if longer else first[0] not in "ld":
+                factor = (1.3 + 0.1 * len(own)) * (2 if longer else 1)
+                own[name] = factor * getattr(self._robot, first)
+        changed = {key: value for name, value in own.items() for key in constants[name]}
+        return replace(self._robot, **changed), own
 
     def mistakes(self, rows: dict[str, tuple[Robot, list]]) -> dict[str, str]:
         """Return those of these functions that answer the rows wrongly, each with its mistake; none
