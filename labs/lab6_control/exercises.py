@@ -251,11 +251,11 @@ FORCE = Exercise(
         ),
         *(
             Misconception(
-                "the sign is kept: its size is asked",
+                f"the sign is kept{across}: its size is asked",
                 "Can a size be negative?",
                 lambda robot, *row, side=side: side * signed_force(robot, *row),
             )
-            for side in (1, -1)
+            for side, across in ((1, ""), (-1, ", against v12"))
         ),
         Misconception(
             "the whole inertial force",

@@ -192,17 +192,17 @@ def methods(module: types.ModuleType, constants: dict | None = None) -> dict[str
             continue
         try:
             made = own()
-            names = [name for name in dir(made) if not name.startswith("_")]
-            for name in names:
-                number = _number(getattr(made, name))
-                if number is not None:
-                    numbers[name] = number
-                    if constants and name in constants:
-                        setattr(made, name, constants[name])
-                elif callable(getattr(made, name)):
-                    vars(module).setdefault(name, getattr(made, name))
+            values = {name: getattr(made, name) for name in dir(made) if name[0] != "_"}
+            given = {name: value for name, value in values.items() if _number(value) is not None}
+            asked = {name: value for name, value in values.items() if callable(value)}
+            for name in given.keys() & (constants or {}).keys():
+                setattr(made, name, constants[name])
         except Exception:  # noqa: S112  a class of another kind: its methods are not asked
             continue
+        if asked:
+            numbers |= {name: _number(value) for name, value in given.items()}
+            for name, value in asked.items():
+                vars(module).setdefault(name, value)
     return numbers
 
 
