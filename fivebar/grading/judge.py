@@ -135,7 +135,7 @@ def judge(
     first = next(i for i in wrong if reasons[i] not in ("", "refused"))
     reply, text = replies[first], texts[first]
     if forfeited and np.any(refused):
-        text += " (that no answer exists is counted only if some of the others are right)"
+        text += " (where no answer exists, refusing earns points only if another answer is right)"
     with np.errstate(all="ignore"):
         diagnosis = diagnose(answers)
         if diagnosis is None and reasons[first] == "value":

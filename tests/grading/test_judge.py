@@ -139,7 +139,7 @@ def test_where_refusals_are_asked_for_the_report_says_what_became_of_them():
     assert (found.share, found.wrong) == (0, 12)
     assert (
         found.text
-        == "wrong value of x (that no answer exists is counted only if some of the others are right)"
+        == "wrong value of x (where no answer exists, refusing earns points only if another answer is right)"
     )
     found = verdict([Reply("value"), *[list(row) for row in RIGHT[1:9]], *refusals], refuse=refuse)
     assert (found.wrong, found.text) == (

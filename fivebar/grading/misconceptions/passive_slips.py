@@ -25,7 +25,7 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
             passive_motion,
             (
                 "u instead of v for the distal bar",
-                "For which unit vector is the coefficient of the passive rate largest?",
+                "Which way does the end of the distal bar move when only the passive joint turns?",
                 "v",
                 lambda j: j.u2,
             ),

@@ -180,15 +180,22 @@ def deep() -> Iterator[None]:
         sys.setrecursionlimit(limit)
 
 
+def own_values(module: types.ModuleType) -> list:
+    """Return the functions and classes that a module itself defines."""
+    name = module.__name__
+    return [v for v in vars(module).values() if getattr(v, "__module__", None) == name]
+
+
 def methods(module: types.ModuleType, constants: dict | None = None) -> dict[str, float]:
     """Give the module the methods of a class of its own that needs no arguments, where it has no
     function of such a name; return the numbers of its object.
 
-    constants: other values for some of them.
+    It runs what makes the object, which may take for ever: not where the file has functions that
+    are asked. constants: other values for some of the numbers.
     """
     numbers: dict = {}
-    for own in [*vars(module).values()]:
-        if not isinstance(own, type) or own.__module__ != module.__name__:
+    for own in own_values(module):
+        if not isinstance(own, type):
             continue
         try:
             made = own()
@@ -197,7 +204,7 @@ def methods(module: types.ModuleType, constants: dict | None = None) -> dict[str
             asked = {name: value for name, value in values.items() if callable(value)}
             for name in given.keys() & (constants or {}).keys():
                 setattr(made, name, constants[name])
-        except Exception:  # noqa: S112  a class of another kind: its methods are not asked
+        except BaseException:  # noqa: S112  a class of another kind: its methods are not asked
             continue
         if asked:
             numbers |= {name: _number(value) for name, value in given.items()}
