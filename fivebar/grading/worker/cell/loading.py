@@ -202,8 +202,9 @@ def methods(module: types.ModuleType, constants: dict | None = None) -> dict[str
             values = {name: getattr(made, name) for name in dir(made) if name[0] != "_"}
             given = {name: value for name, value in values.items() if _number(value) is not None}
             asked = {name: value for name, value in values.items() if callable(value)}
-            for name in given.keys() & (constants or {}).keys():
-                setattr(made, name, constants[name])
+            changed = constants or {}
+            for name in given.keys() & changed.keys():
+                setattr(made, name, changed[name])
         except BaseException:  # noqa: S112  a class of another kind: its methods are not asked
             continue
         if asked:
