@@ -124,11 +124,13 @@ class Ask(Questions):
         With m = 0.5 the factors 2 and 1/m are the same, and at home both working modes are; where
         no number came, longer bars may give one.
         """
-        known = [(robot, {}) for robot in (self._robot, *self._also)]
+        known = [(robot, {}) for robot in dict.fromkeys((self._robot, *self._also))]
         for robot, constants in (self._with_others(silent), *known):
             kept = with_answers(exercise, robot, columns)
             replies = self._replies(exercise.name, rows_from(kept), constants, limit)
-            found = judge(exercise, robot, kept, replies, tolerance, deep=not constants).diagnosis
+            found = judge(
+                exercise, robot, kept, replies, tolerance, deep=robot is self._robot
+            ).diagnosis
             if found is not None:
                 return found
         return None

@@ -39,7 +39,7 @@ def test_what_is_too_deep_for_python_costs_its_own_line_alone():
 
 def test_the_graders_own_process_parses_nothing_of_a_student(tmp_path, monkeypatch):
     """Long and wrong, so that all that looks for mistakes is at work."""
-    unused = "".join(f"\n\ndef more_{k}(q):\n    return {SUM}\n" for k in range(30))
+    unused = "".join(f"\n\ndef more_{k}(q):\n    return {SUM}\n" for k in range(6))
     path = tmp_path / "my.py"
     path.write_text(SOURCE.replace("l * mt.sin(q22)]", "mt.sin(q22)]") + unused, encoding="utf-8")
     parse = ast.parse
