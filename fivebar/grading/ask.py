@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..models.robots import Robot
-from .diagnosis import consistent
 from .exercise import Exercise, Misconception
-from .following import modelled
 from .judge import TOLERANCE, Verdict, came_text, judge
 from .questions import Questions, rows_from, rows_of, with_answers
 
@@ -46,6 +44,7 @@ class Ask(Questions):
         super().__init__(*questions)
         self.record: list = []
         self.asked: set = set()
+        self.deep = True  # whether two mistakes together, and answers to more questions, are told
 
     def __call__(
         self,
@@ -85,7 +84,6 @@ class Ask(Questions):
             exercise = replace(
                 exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._standard))
             )
-        own_answers = self._own(exercise, robot, columns, tolerance)
         best: Any = None
         for also in (robot, *self._also) if own else (robot,):
             verdict = judge(
@@ -96,53 +94,22 @@ class Ask(Questions):
                 tolerance,
                 refuse,
                 threshold,
-                own_answers,
-                probe is None,
-                lambda follow: modelled(
-                    self.judged(follow.function, robot, columns[: follow.first], tolerance)
-                ),
+                self.deep and probe is None,
             )
             best = verdict if best is None or verdict.share > best.share else best
             if best.share == 1:
                 break
-        if probe is not None and best.reason in ("value", "nan", "exception"):
+        unsettled = self.deep and best.reason in ("value", "nan", "exception")
+        if probe is not None and unsettled:
             if name not in self._known:
                 self._known[name] = self._probed(
                     exercise, probe, tolerance, limit, best.reason != "value"
                 )
             best = replace(best, diagnosis=self._known[name] or best.diagnosis)
-        if best.reason == "exception" and best.diagnosis is None:
-            best = self._raised_in_called(best, exercise, columns, limit)
-        if best.reason in ("value", "nan", "exception"):
+        if unsettled:
             rows = rows_of(exercise, robot, columns, tolerance, refuse, wanted | (constants or {}))
             best = self._settled(best, rows, replies, limit)
-        self._keep(
-            Asked(
-                self._saying_which(best, exercise, robot, columns, tolerance), name, exercise, robot
-            )
-        )
-
-    def _saying_which(self, verdict, exercise, robot, columns, tolerance):
-        """Return the verdict with what is wrong in the function that it is consistent with, where
-        that can be told.
-        """
-        texts = [*verdict.remarks, verdict.diagnosis.name if verdict.diagnosis else ""]
-        for follow in exercise.follows:
-            plain = consistent((follow,)).name
-            if plain not in texts:
-                continue
-            inner = self.judged(
-                follow.function, robot, columns[: follow.first], tolerance
-            ).diagnosis
-            if inner is None:
-                continue
-            whole = f"{plain}: {inner.name}"
-            if verdict.diagnosis and verdict.diagnosis.name == plain:
-                return replace(verdict, diagnosis=replace(verdict.diagnosis, name=whole))
-            return replace(
-                verdict, remarks=tuple(whole if text == plain else text for text in verdict.remarks)
-            )
-        return verdict
+        self._keep(Asked(best, name, exercise, robot))
 
     def remark(self, text: str) -> None:
         """Add a remark to what was recorded last."""
@@ -155,68 +122,18 @@ class Ask(Questions):
         """Return the diagnosis of other rows, and of other numbers where the file lets them be set.
 
         With m = 0.5 the factors 2 and 1/m are the same, and at home both working modes are; where
-        no number came,
-            longer
-        bars may give one.
+        no number came, longer bars may give one.
         """
-        for robot, constants in (self._with_others(silent), (self._robot, {})):
+        known = [(robot, {}) for robot in dict.fromkeys((self._robot, *self._also))]
+        for robot, constants in (self._with_others(silent), *known):
             kept = with_answers(exercise, robot, columns)
             replies = self._replies(exercise.name, rows_from(kept), constants, limit)
-            own = self._own(exercise, robot, kept, tolerance, constants)
             found = judge(
-                exercise, robot, kept, replies, tolerance, own=own, deep=not constants
+                exercise, robot, kept, replies, tolerance, deep=robot is self._robot
             ).diagnosis
             if found is not None:
                 return found
         return None
-
-    def _with_others(self, longer):
-        """Return the robot with other masses and inertias, or with longer bars, and the file's
-        constants for it.
-        """
-        names = {
-            name: own
-            for name, own in self._constants.items()
-            if (own[0][0] == "l" if longer else own[0][0] not in "ld")
-        }
-        other = {
-            name: (1.3 + 0.1 * k) * getattr(self._robot, own[0])
-            for k, (name, own) in enumerate(names.items())
-        }
-        if longer:
-            other = {name: 2 * value for name, value in other.items()}
-        return (
-            replace(
-                self._robot, **{key: other[name] for name, own in names.items() for key in own}
-            ),
-            other,
-        )
-
-    def _raised_in_called(self, verdict, exercise, columns, limit):
-        """Return the verdict with the name of the function in which it fails, if that is another
-        one of the lab's.
-        """
-        for follow in exercise.follows:
-            if (
-                follow.function not in self._program.student.names
-                or follow.function not in self._exercises
-            ):
-                continue
-            rows = rows_from(columns[: follow.first])
-            lines = {
-                reply.line
-                for reply in self._replies(follow.function, rows, {}, limit)
-                if reply.kind == "exception"
-            }
-            if verdict.line in lines - {None}:
-                hint = (
-                    f"The error is raised in {follow.function}, which is called here: see to it"
-                    " first."
-                )
-                return replace(
-                    verdict, diagnosis=Misconception(f"fails in your {follow.function}", hint, None)
-                )
-        return verdict
 
     def call(self, name: str, *row: float, limit: float | None = None) -> Any:
         """Return the value that one call gives, arrays and floats as they came; Wrong where it

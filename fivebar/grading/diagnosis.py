@@ -1,5 +1,4 @@
-"""Which mistake gives the student's numbers: a known one, two of them, one made in a function
-called, a plain relation.
+"""Which mistake gives the student's numbers: a known one, two of them, a plain relation.
 
 Nothing is guessed: a mistake is named only if it gives all answers, right and wrong ones, within
     the tolerance.
@@ -7,21 +6,21 @@ Nothing is guessed: a mistake is named only if it gives all answers, right and w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import combinations, islice, product
+from functools import cached_property
+from itertools import chain, combinations, islice, product
 
 import numpy as np
 
 from ..models.robots import Robot
 from .columns import Columns
-from .exercise import Exercise, Follow, Misconception, Slip
+from .exercise import Exercise, Misconception
 from .misconceptions.of_any import arguments_exchanged, in_degrees, returned_in_degrees
-from .relations import relation
+from .relations import constant, largest, relation
 
 MOST_PAIRS = 3_000
-MODES = ("assembly_mode", "gamma1", "gamma2", "branch")
-EXACT, AFFINE = 1e-9, 1e-6  # of a wrong model's largest answer
+EXACT = 1e-9  # of a wrong model's largest answer
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +42,7 @@ class Answers:
     limits: np.ndarray
     good: np.ndarray
     refused: np.ndarray
-    own: Callable[[Follow], tuple | None] = lambda follow: None
-    raised: bool = False
     deep: bool = True
-    modelled: Callable[[Follow], bool] = lambda follow: True
 
     @property
     def none(self) -> np.ndarray:
@@ -76,8 +72,16 @@ class Answers:
         known, nothing = np.all(np.isfinite(self.came), axis=1), np.isnan(outcome[:, 0])
         same = np.all(alike, axis=1)
         fits = same | (~known & nothing) | self.refused
+        # Where no answer exists, rounding makes one of the right model as well.
+        away = self.difference(outcome, self.unmasked) > EXACT * largest(self.unmasked)
         wrong = fits & ~self.good & ~(nothing & self.none)
+        wrong &= np.any(away, axis=1) | np.isnan(self.unmasked[:, 0]) | nothing
         return bool(fits.all() and same.any() and wrong.any())
+
+    @cached_property
+    def unmasked(self) -> np.ndarray:
+        """What the right model gives, also where its answer is none."""
+        return self.outcome(self.exercise.answer)
 
 
 def difference(
@@ -88,57 +92,16 @@ def difference(
         return np.where(angles, np.abs((raw + turn / 2) % turn - turn / 2), raw)
 
 
-def largest(answers: np.ndarray) -> np.ndarray:
-    """Return per number the largest answer, (k,); 1 where all are 0 or none exists."""
-    most = np.max(np.abs(np.where(np.isnan(answers), 0.0, answers)), axis=0, initial=0.0)
-    return np.where(most > 0, most, 1.0)
-
-
-def followed(answers: Answers) -> Misconception | None:
-    """Return where a function that counts by itself is wrong and this one is right but for that:
-    which one.
-
-    Nothing follows from what is no model: with M = 1 and c = 0 the torques are the accelerations,
-    whoever wrote them, and M = q11 is no mistake in a derivation.
-    """
-    for follow in answers.exercise.follows:
-        steps = _own_steps(answers, (follow,)) if follow.counts else None
-        if steps is not None:
-            outcome = answers.outcome(_with(answers.exercise, steps))
-            fits = not _plain(answers, outcome) and answers.fits(outcome, answers.alike(outcome))
-            if fits and answers.modelled(follow):
-                return consistent((follow,))
-    return None
-
-
-def _plain(answers, outcome):
-    """Return whether an outcome (n, k) is affine in the arguments, so that it can be written
-    without any model.
-    """
-    rows = np.all(np.isfinite(outcome), axis=1)
-    if not rows.any():
-        return False
-    columns = np.column_stack(
-        [np.ones(rows.sum()), *(np.asarray(c, float)[rows] for c in answers.columns)]
-    )
-    rest = outcome[rows] - columns @ np.linalg.lstsq(columns, outcome[rows], rcond=None)[0]
-    return np.linalg.matrix_rank(columns) < len(rest) and bool(
-        np.all(np.abs(rest) <= AFFINE * largest(outcome[rows]))
-    )
-
-
 def diagnose(answers: Answers) -> Misconception | None:
     """Return the mistake that gives the student's answers, None where none is known that does."""
     exercise = answers.exercise
-    if not np.any(
-        np.all(np.isfinite(answers.came), axis=1)
-    ):  # nothing a mistake could fit, but what it builds on
-        return _of_called(answers)
+    if not np.any(np.all(np.isfinite(answers.came), axis=1)):  # nothing a mistake could fit
+        return None
     return (
-        _single(
+        constant(answers)
+        or _single(
             answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
         )
-        or _of_called(answers)
         or _single(answers, in_degrees(exercise, answers.robot))
         or _single(answers, returned_in_degrees(exercise))
         or relation(answers)
@@ -149,67 +112,28 @@ def diagnose(answers: Answers) -> Misconception | None:
 
 
 def _single(answers, misconceptions):
-    for misconception in misconceptions:
-        outcome = answers.outcome(misconception.model)
-        if answers.fits(outcome, answers.alike(outcome, misconception.turn)):
-            return misconception
-    return None
+    return next((known for known in misconceptions if explains(known, answers)), None)
+
+
+def explains(misconception: Misconception, answers: Answers | None) -> bool:
+    """Return whether a mistake gives the student's answers."""
+    if misconception.model is None or answers is None:
+        return False
+    outcome = answers.outcome(misconception.model)
+    return answers.fits(outcome, answers.alike(outcome, misconception.turn))
 
 
 def _with(exercise, steps):
     return lambda robot, *columns: exercise.derivation(robot, *columns, **steps)
 
 
-def _own_steps(answers, follows):
-    """Return the derivation's keywords for what these functions of the student's give; None where
-    one is right.
-    """
-    steps = {}
-    for follow in follows:
-        own = answers.own(follow)
-        if own is None:
-            return None
-        steps[follow.step] = own
-    return steps or None
-
-
-def consistent(follows: tuple[Follow, ...]) -> Misconception:
+def consistent(names: str, mistake: str = "") -> Misconception:
     """Return what is said of who does the right thing with what wrong functions of his own give."""
-    names = " and ".join(follow.function for follow in follows)
     return Misconception(
-        f"consistent with your {names}, which is wrong",
+        f"consistent with your {names}, which is wrong{mistake and f': {mistake}'}",
         f"This function does the right thing with what {names} gives: see to {names} first.",
         None,
     )
-
-
-def _of_called(answers):
-    """Return right, or wrong in one known step, on top of a wrong function that it calls."""
-    exercise = answers.exercise
-    for count in range(1, len(exercise.follows) + 1):
-        for follows in combinations(exercise.follows, count):
-            steps = _own_steps(answers, follows)
-            if steps is None:
-                continue
-            outcome = answers.outcome(_with(exercise, steps))
-            lost = (
-                not answers.raised
-                and not np.any(np.isfinite(outcome))
-                and not np.any(np.isfinite(answers.came))
-            )
-            if lost or answers.fits(outcome, answers.alike(outcome)):
-                return consistent(follows)
-            for slip in exercise.slips:
-                both = slip.together(Slip("", "", steps))
-                if both is None:
-                    continue
-                outcome = answers.outcome(_with(exercise, both.steps))
-                if answers.fits(outcome, answers.alike(outcome)):
-                    names = " and ".join(follow.function for follow in follows)
-                    return Misconception(
-                        f"{slip.name}; and your {names} is wrong, too", slip.hint, None
-                    )
-    return None
 
 
 def _in_parts(answers):
@@ -276,17 +200,10 @@ def _pair(answers):
             & _by_parts(answers.alike(answers.outcome(slip.of(exercise.derivation).model)), starts)
         )
     ]
-    for pair in islice(_pairs(promising, exercise.slips), MOST_PAIRS):
+    twos = chain(product(promising, exercise.slips), combinations(exercise.slips, 2))
+    pairs = (one.together(other) for one, other in twos)
+    for pair in islice(filter(None, pairs), MOST_PAIRS):
         outcome = answers.outcome(_with(exercise, pair.steps))
         if answers.fits(outcome, answers.alike(outcome)):
             return Misconception(pair.name, pair.hint, _with(exercise, pair.steps))
     return None
-
-
-def _pairs(promising, slips) -> Iterator[Slip]:
-    for one, other in product(promising, slips):
-        if both := one.together(other):
-            yield both
-    for one, other in combinations(slips, 2):
-        if both := one.together(other):
-            yield both

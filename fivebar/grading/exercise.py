@@ -59,22 +59,6 @@ class Slip:
 
 
 @dataclass(frozen=True)
-class Follow:
-    """A function whose answers another one builds on: an error in it is not made twice.
-
-    first: how many of the arguments it takes; step: the derivation's keyword for its answers,
-        arrays (n, *shape);
-    counts: whether what follows rightly from a wrong one earns its points, as the wrong one lost
-        its own.
-    """
-
-    function: str
-    first: int
-    step: str
-    counts: bool = False
-
-
-@dataclass(frozen=True)
 class Exercise:
     """One function of a lab: `Exercise("dgm(q11, q21, assembly_mode) -> x, y", answer, wrong)`.
 
@@ -85,8 +69,7 @@ class Exercise:
     guessable: few values are possible,
         so that all rows must be right to earn anything. derivation: the right model step
     by step, derivation(robot, *columns, **steps); slips: what can go wrong in its steps,
-        alone or two together; follows:
-    the functions that it may call.
+        alone or two together.
     """
 
     signature: str
@@ -97,7 +80,6 @@ class Exercise:
     guessable: bool = False
     derivation: Any = field(default=None, repr=False)
     slips: tuple[Slip, ...] = field(default=(), repr=False)
-    follows: tuple[Follow, ...] = ()
 
     def __post_init__(self):
         if not _SIGNATURE.fullmatch(self.signature):

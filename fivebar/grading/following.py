@@ -4,20 +4,19 @@ one in its place.
 
 from __future__ import annotations
 
-import ast
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ..models.robots import Robot
-from .diagnosis import MODES
 from .exercise import Exercise
 from .judge import Verdict
 from .labs import Lab
 from .program import Program
+from .relations import MODES
 from .worker.live import Live
 from .worker.replies import Reply
 from .worker.student import LIMIT
@@ -45,23 +44,30 @@ class Helped:
     """A student's program of which some functions are replaced by the right ones; asked like a
     Student.
 
-    rows: what the program asked of each, and for which robot.
+    rows: what the program asked of each, and for which robot; constants_of: the file's name for a
+    number -> the robot's, where they differ.
     """
 
     student: Any
     exercises: dict[str, Exercise]
     robot: Robot
+    constants_of: dict[str, tuple[str, ...]] = field(default_factory=dict)
     rows: dict[str, tuple[Robot, list]] = field(default_factory=dict)
     count: int = 0
 
     names = property(lambda self: self.student.names)
     constants = property(lambda self: self.student.constants)
+    outline = property(lambda self: self.student.outline)
 
     def ask(
         self, function: str, rows: list, constants: dict | None = None, limit: float | None = None
     ) -> list[Reply]:
         known = self.robot.parameters
-        robot = replace(self.robot, **{k: v for k, v in (constants or {}).items() if k in known})
+        changed: dict = {}
+        for name, value in (constants or {}).items():
+            owners = self.constants_of.get(name, (name,))
+            changed |= {owner: value for owner in owners if owner in known}
+        robot = replace(self.robot, **changed)
         given = {name: self._right(name, robot) for name in self.exercises}
         return self.student.ask(function, rows, constants, PATIENCE * (limit or LIMIT), given)
 
@@ -103,54 +109,37 @@ def _answer(exercise, robot, row):
 
 
 @contextmanager
-def helped(program: Program, exercises: dict[str, Exercise], robot: Robot) -> Iterator[Program]:
+def helped(
+    program: Program,
+    exercises: dict[str, Exercise],
+    robot: Robot,
+    constants_of: dict[str, tuple[str, ...]],
+) -> Iterator[Program]:
     """Yield the program in a process of its own, in which these functions are the right ones."""
-    if isinstance(program.student, Live):
-        yield replace(program, student=Helped(program.student, exercises, robot))
-        return
-    with program.again(program.source) as student:
-        yield replace(program, student=Helped(student, exercises, robot), again=None)
+    live = isinstance(program.student, Live)
+    with nullcontext(program.student) if live else program.again() as student:
+        yield replace(program, student=Helped(student, exercises, robot, constants_of), again=None)
 
 
-def may_call(source: str, function: str, names: Iterable[str]) -> set[str]:
-    """Return those of the names that the function mentions, or what it calls in the file; all where
-    that cannot be seen.
-    """
-    try:
-        tree = ast.parse(source)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return set(names)
-    defined: dict = {}
-    for node in tree.body:
-        for name in (
-            (node.name,)
-            if hasattr(node, "name")
-            else [t.id for t in getattr(node, "targets", ()) if isinstance(t, ast.Name)]
-        ):
-            defined.setdefault(name, []).append(node)
-    if function not in defined:
-        return set(names)
+def reached(outline: dict, function: str) -> set[str]:
+    """Return the functions of a program's outline that one mentions, or what it calls does."""
     waiting, seen = [function], set()
     while waiting:
-        if (name := waiting.pop()) not in seen:
+        name = waiting.pop()
+        if name in outline and name not in seen:
             seen.add(name)
-            waiting += [
-                n.id
-                for node in defined.get(name, ())
-                for n in ast.walk(node)
-                if isinstance(n, ast.Name)
-            ]
-    return seen & set(names) - {function}
+            waiting += outline[name][1]
+    return seen - {function}
 
 
-def may_help(source: str, lab: Lab, asked: set[str]) -> set[str]:
+def may_help(outline: dict, lab: Lab, asked: set[str]) -> set[str]:
     """Return the functions of the lab that those which were asked may call, and whose mistakes they
-    need not pay for.
+    need not pay for: all of them where the program's outline does not hold one asked.
     """
-    uses = lab.uses()
-    return (
-        set().union(*(may_call(source, name, uses[name]) for name in asked & uses.keys())) - asked
-    )
+    uses, found = lab.uses(), set()
+    for name in asked & uses.keys():
+        found |= set(uses[name]) & (reached(outline, name) if name in outline else set(uses[name]))
+    return found - asked
 
 
 def modelled(verdict: Verdict) -> bool:

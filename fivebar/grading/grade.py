@@ -18,7 +18,7 @@ from unittest.mock import patch
 import pytest
 
 from ..base.progress import progress
-from .labs import Lab, find_lab
+from .labs import Lab, find_lab, known_labs
 from .plugin import Checks
 from .program import Job, NoProgram, Program
 from .report.shown import ShownReport
@@ -183,7 +183,7 @@ def _notes(lab, robot, program):
     everywhere.
     """
     if lab.constants():
-        return program.robot_of_file(lab)[1]
+        return (*_of_another_lab(lab, program), *program.robot_of_file(lab)[1])
     numbers, constants = parameters(robot).items(), program.student.constants
     other = [
         f"{k} = {constants[k]:g} (graded for {v:g})" for k, v in numbers if constants.get(k, v) != v
@@ -192,6 +192,19 @@ def _notes(lab, robot, program):
         return (f"{OTHER_ROBOT}: {', '.join(other)}.",)
     own = [f"{k} = {v:g}" for k, v in numbers if v != parameters(lab.robot())[k]]
     return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
+
+
+def _of_another_lab(lab, program):
+    """Yield that a file has the names of another lab's numbers and none of this one's own."""
+    given = program.student.constants.keys()
+    for other in known_labs(lab.folder.parent):
+        here, there = set(lab.constants()), set(other.constants())
+        if there - here and there - here <= given and not (here - there) & given:
+            names = " and ".join(sorted(there - here))
+            yield (
+                f"This is the file of {other.name}, not of {lab.name}: it gives numbers to {names}."
+                f" Hand in your own file for {lab.name}."
+            )
 
 
 def _absent(lab, robot, checks):

@@ -5,15 +5,16 @@ process.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..models.robots import Robot
 from .columns import Columns
-from .diagnosis import Answers, diagnose, difference, followed, largest
-from .exercise import Exercise, Follow, Misconception
+from .diagnosis import Answers, diagnose, difference
+from .exercise import Exercise, Misconception
+from .relations import differences, largest
 from .values import Unfit, read
 from .worker.replies import KINDS, Reply
 
@@ -49,7 +50,7 @@ class Verdict:
     file; sample: the numbers of that call for a figure, never printed; remarks: what was let pass;
     beside: what the lab's own test says;
     related: whether wrong answers go with the right
-    ones, as those of a model with a mistake do.
+    ones, as those of a model with a mistake do; answers: what was asked and came.
     """
 
     share: float
@@ -67,6 +68,7 @@ class Verdict:
     sample: dict | None = None
     beside: str = ""
     related: bool = False
+    answers: Answers | None = field(default=None, repr=False)
 
 
 def judge(
@@ -77,17 +79,14 @@ def judge(
     tolerance: ArrayLike = TOLERANCE,
     refuse: np.ndarray | None = None,
     threshold: tuple[float, Callable] | None = None,
-    own: Callable[[Follow], tuple | None] = lambda follow: None,
     deep: bool = True,
-    modelled: Callable[[Follow], bool] = lambda follow: True,
 ) -> Verdict:
     """Return the verdict on the replies to one call per row of the columns, each (n,).
 
     tolerance: of the largest right answer, a number or (n,). refuse: (n,) bool, the rows in which
     no answer exists and the function shall raise or give nan; they earn only if some of the others
     are right. threshold: the mean error that the lab's own test lets pass, and what it compares,
-    (n, 2), of all numbers (n, k). own: what the student's own functions gave, where they were wrong
-    (`Answers`): what follows rightly from them earns its points. deep, modelled: of `Answers`.
+    (n, 2), of all numbers (n, k). deep: of `Answers`.
     """
     n = len(columns[0])
     refuse = np.zeros(n, bool) if refuse is None else np.asarray(refuse)
@@ -129,22 +128,18 @@ def judge(
         limits,
         good,
         refused,
-        own,
-        set(reasons) == {"exception"},
         deep,
-        modelled,
     )
-    with np.errstate(all="ignore"):
-        if follows := followed(answers):
-            return Verdict(1.0, rows=n, remarks=(*remarks, follows.name), beside=beside)
     # A refusal that is only not counted tells less than a wrong answer.
     wrong = np.flatnonzero(~good).tolist()
     first = next(i for i in wrong if reasons[i] not in ("", "refused"))
     reply, text = replies[first], texts[first]
     if forfeited and np.any(refused):
-        text += " (refusing counts only beside a right answer in the same check)"
+        text += " (where no answer exists, refusing earns points only if another answer is right)"
     with np.errstate(all="ignore"):
         diagnosis = diagnose(answers)
+        if diagnosis is None and reasons[first] == "value":
+            text += "".join(f"; {what}" for what in differences(answers))
     return Verdict(
         share,
         reasons[first],
@@ -161,12 +156,15 @@ def judge(
         _sample(exercise, columns, first, expected[first], came[first]),
         beside,
         related=goes,
+        answers=answers,
     )
 
 
-def related(came: np.ndarray, expected: np.ndarray, angles: np.ndarray) -> bool:
+def related(
+    came: np.ndarray, expected: np.ndarray, angles: np.ndarray, least: float = RELATED
+) -> bool:
     """Return whether half of the numbers (n, k) that came vary from row to row as the right ones
-    do, or more.
+    do, or more; least: their correlation.
 
     Sixteen rows of one that has nothing to do with it correlate by 0.7 once in 400 times.
     """
@@ -178,25 +176,9 @@ def related(came: np.ndarray, expected: np.ndarray, angles: np.ndarray) -> bool:
         a, b = (np.exp(1j * part[rows]) if turns else part[rows] for part in (a, b))
         a, b = a - a.mean(), b - b.mean()
         sizes = np.linalg.norm(a) * np.linalg.norm(b)
-        alike += sizes > 0 and abs(np.vdot(a, b)) > RELATED * sizes
+        alike += sizes > 0 and abs(np.vdot(a, b)) > least * sizes
         most += np.linalg.norm(b) > 0
     return bool(most and alike >= most / 2)
-
-
-def answered(
-    exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: ArrayLike
-) -> tuple[np.ndarray | None, bool]:
-    """Return the numbers (n, k) that came, nan where there are none, None where there is no
-    function; are all right?
-    """
-    came, reasons, _, _ = _outcomes(exercise, replies, np.zeros(len(replies), bool))
-    if not set(reasons) <= {"", "nan", "exception"}:
-        return None, False
-    with np.errstate(all="ignore"):
-        expected = exercise.outcome(exercise.answer, robot, columns)
-    limits = _limits(exercise, expected, tolerance)
-    same = difference(came, expected, exercise.is_angle()) <= limits
-    return came, bool(np.all(same | np.isnan(expected) & np.isnan(came)))
 
 
 def rows_right(
@@ -264,14 +246,15 @@ def _outcomes(exercise, replies, refuse):
 
 
 def _where(exercise, off):
-    """Return " of q12" where only some of the returned names are wrong; off: which of the numbers,
-    (numbers,).
+    """Return " of q12", or " of M[0, 1]", where only some of the returned numbers are wrong; off:
+    which of them, (numbers,).
     """
-    owners = np.concatenate(
-        [np.full(int(np.prod(exercise.shape(name))), name) for name in exercise.returns]
-    )
-    wrong = [name for name in exercise.returns if np.any(off[owners == name])]
-    return "" if len(wrong) == len(exercise.returns) else f" of {', '.join(wrong)}"
+    wrong: list = []
+    for name, part in zip(exercise.returns, exercise.parts(off[None])):
+        places = np.argwhere(part[0])
+        whole = len(places) == part[0].size
+        wrong += [name] if whole else [f"{name}{place.tolist()}" for place in places]
+    return "" if wrong == list(exercise.returns) else f" of {', '.join(wrong)}"
 
 
 def call_text(exercise: Exercise, columns: Columns, row: int) -> str:

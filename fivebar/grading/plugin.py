@@ -21,7 +21,9 @@ import pytest
 
 from ..models.robots import Robot
 from .ask import Ask, Wrong
-from .following import NEVER, helped, may_help, remark
+from .diagnosis import consistent, explains
+from .following import NEVER, helped, may_help, reached, remark
+from .helpers import wrong_helpers
 from .judge import Verdict
 from .labs import Lab
 from .program import Job, Program
@@ -88,6 +90,9 @@ class Checks:
         self.bar = None  # of who watches
         self._hopeless: dict = {}
         self._known: dict = {}  # of all checks; the latter: diagnoses by function
+        self._helpers: dict | None = None  # wrong ones
+        self._verdicts: dict = {}  # function -> place in `found` -> Verdict
+        self._payers: dict = {}  # helper -> the functions that lose points for it
 
     def pytest_configure(self, config: pytest.Config) -> None:
         config.addinivalue_line("markers", "points(n): what a check is worth")
@@ -124,43 +129,97 @@ class Checks:
             return True
 
     def _with_right_ones(self, item, error):
-        """Run the check once more, with the right functions in place of wrong ones called; raises
-        what is then wrong.
+        """Run the check once more, with right functions in place of wrong ones called whose mistake
+        is paid for elsewhere; raises what is then wrong.
+
+        The first function that a wrong helper spoils pays for it: it is told, and keeps its points.
         """
-        first, lab = item.stash[_ASK], Lab(item.path.parent)
+        lab, first = Lab(item.path.parent), item.stash[_ASK]
         before = error.verdict if isinstance(error, Wrong) else Verdict(0.0, "value")
-        hopeless = before.reason in NEVER or "RecursionError" in before.text
-        names = set() if hopeless else may_help(self.program.source, lab, first.asked)
-        shares = {name: [] for name in names}
-        for check in self.found:
-            if check.function in names:
-                shares[check.function].append(check.share)
-        if all(set(judged) == {1} for judged in shares.values()):
-            raise error  # nothing is called, or only right functions
-        with helped(
-            self.program,
-            {name: lab.exercises()[name] for name in names},
-            self.program.robot_in(lab),
-        ) as program:
-            ask = Ask(program, lab, {}, self._drawn("order", item))
-            given = {"ask": ask, "draw": self._drawn("", item)}
-            try:
-                item.obj(
-                    **{
-                        name: given.get(name, item.funcargs[name])
-                        for name in signature(item.obj).parameters
-                    }
-                )
-                after, left = 1.0, None
-            except AssertionError as second:
-                after, left = second.verdict.share if isinstance(second, Wrong) else 0.0, second
-        wrong = first.mistakes(program.student.rows) if after > before.share else {}
-        if not wrong:
+        if before.reason in NEVER or "RecursionError" in before.text:
             raise error
-        item.stash[_ASK] = ask
-        ask.remark(remark(wrong))
-        if left is not None:
-            raise left from None
+        called, helpers = self._called(lab, first.asked), self._helpers_of(lab, first.asked)
+        payer = frozenset(first.asked)
+        paid = {name for name in helpers if self._payers.get(name, payer) != payer}
+        given = called | {name: helpers[name].exercise for name in paid}
+        if given:
+            ask, after, left = self._again(item, lab, given, True)
+            judged = {name: rows for name, rows in ask.rows.items() if name in called}
+            wrong = first.mistakes(judged) if after > before.share else {}
+            used = any(rows for _, rows in judged.values())
+            wrong |= {name: helpers[name].mistake for name in paid if wrong or not used}
+            if after > before.share and wrong:
+                item.stash[_ASK] = ask
+                ask.remark(remark(wrong))
+                error, before = left, left.verdict if isinstance(left, Wrong) else Verdict(after)
+            elif after > before.share:
+                error = self._told(item, error, dict.fromkeys(called, ""), left)
+        guilty, share = {}, before.share if error is not None else 1.0
+        for name, helper in helpers.items():
+            if name in paid or share == 1:
+                continue
+            _, after, left = self._again(item, lab, given | {name: helper.exercise}, False)
+            if after > share:
+                guilty[name], share, last = helper.mistake, after, left
+                given[name] = helper.exercise
+        if guilty:
+            self._payers |= dict.fromkeys(guilty, payer)
+            error = self._told(item, error, guilty, last)
+        if error is not None:
+            raise error from None
+
+    def _called(self, lab, asked):
+        """Return the lab's functions that those asked may call, none where all are right."""
+        names = may_help(self.program.student.outline, lab, asked)
+        shares = [{c.share for c in self.found if c.function == name} for name in names]
+        if all(share == {1} for share in shares):
+            return {}
+        return {name: lab.exercises()[name] for name in names}
+
+    def _helpers_of(self, lab, asked):
+        """Return the wrong helpers that those asked call, first those that call the fewest."""
+        outline = self.program.student.outline
+        if self._helpers is None:
+            self._helpers = wrong_helpers(self.program, lab)
+        called = set().union(*(reached(outline, name) for name in asked))
+        names = [name for name in self._helpers if name in called]
+        names.sort(key=lambda name: len(reached(outline, name)))
+        return {name: self._helpers[name] for name in names}
+
+    def _again(self, item, lab, given, deep):
+        """Return the Ask of a check run with the right ones of these functions, the share of its
+        points that it earns, and what is wrong, None where nothing is; deep: as in Ask.
+        """
+        robot = self.program.robot_in(lab)
+        with helped(self.program, given, robot, lab.constants()) as program:
+            ask = Ask(program, lab, {}, self._drawn("order", item))
+            ask.deep = deep
+            arguments = {"ask": ask, "draw": self._drawn("", item)}
+            for name in signature(item.obj).parameters:
+                arguments.setdefault(name, item.funcargs.get(name))
+            wanted = signature(item.obj).parameters
+            share, left = 1.0, None
+            try:
+                item.obj(**{name: arguments[name] for name in wanted})
+            except AssertionError as second:
+                left = second
+                share = second.verdict.share if isinstance(second, Wrong) else 0.0
+            ask.rows = program.student.rows
+        return ask, share, left
+
+    def _told(self, item, error, mistakes, left):
+        """Return the error of a function that pays for wrong ones that it calls."""
+        if not isinstance(error, Wrong):
+            return error
+        last = left.verdict.diagnosis if isinstance(left, Wrong) else None
+        names = " and ".join(mistakes)
+        found = consistent(names, " and ".join(filter(None, mistakes.values())))
+        if last is not None:
+            found = replace(last, name=f"{last.name}; and your {names} is wrong, too")
+        verdict = replace(error.verdict, diagnosis=found)
+        record = item.stash[_ASK].record
+        record[-1] = replace(record[-1], verdict=verdict)
+        return Wrong(verdict)
 
     @pytest.fixture
     def robot(self, request: pytest.FixtureRequest) -> Robot:
@@ -197,9 +256,30 @@ class Checks:
             self.found.pop()  # its teardown failed too
         self.found.append(check)
         if isinstance(error, Wrong):
+            self._one_name(error.verdict)
+        if isinstance(error, Wrong):
             report.longrepr = "\n".join(check_lines(check, 100))
         elif check.outcome == "broken":
             self.trouble.append(f"{check.title}: {check.text}")
+
+    def _one_name(self, verdict):
+        """Give the mistake of a function the same name in all of its checks, where one name tells
+        both.
+        """
+        last, known = self.found[-1], self._verdicts.setdefault(self.found[-1].function, {})
+        known[len(self.found) - 1] = verdict
+        for place, earlier in known.items():
+            check = self.found[place]
+            if check.misconception == last.misconception or not last.misconception:
+                continue
+            if earlier.diagnosis and explains(verdict.diagnosis, earlier.answers):
+                self._rename(place, verdict.diagnosis)
+            elif earlier.diagnosis and explains(earlier.diagnosis, verdict.answers):
+                self._rename(-1, earlier.diagnosis)
+
+    def _rename(self, place, mistake):
+        found = replace(self.found[place], misconception=mistake.name, hint=mistake.hint)
+        self.found[place] = found
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:

@@ -5,7 +5,7 @@ judged for.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,7 @@ class NoProgram:
     notes = ()
     names = ()
     constants: dict = {}
+    outline: dict = {}
 
     def __init__(self, text: str):
         self.trouble = Reply("import", text=text)
@@ -47,7 +48,7 @@ class Program:
     robot_from_standard: gives the robot where it is a student's own, but which lab is asked is not
         known yet;
     where: a line's number in its author's words; remark: how the file was read, where that is worth
-    a sentence; again: opens a changed source in a process likewise.
+    a sentence; again: opens the same file in another process.
     """
 
     student: Any  # Student, Live, NoProgram or Helped
@@ -55,8 +56,7 @@ class Program:
     where: Callable[[int], str] = "line {}".format
     remark: str = ""
     robot_from_standard: Callable[[Robot], Robot] | None = None
-    source: str = field(default="", repr=False)
-    again: Any = None  # source -> a context with a Student
+    again: Any = None  # gives a context with a Student
 
     def robot_in(self, lab: Lab) -> Robot:
         if lab.constants():
@@ -113,12 +113,8 @@ class Job:
         modules = imported(submission.source, self.siblings)
         student = Student(submission, isolate=self.isolate, modules=modules, **limits)
 
-        def again(source):
-            changed = replace(submission, source=source)
+        def again():
             known = {"modules": modules, "packages": self.packages}
-            return Student(changed, isolate=self.isolate, total=8.0, **known)
+            return Student(submission, isolate=self.isolate, total=8.0, **known)
 
-        source = submission.source
-        return Program(
-            student, self.robot, submission.where, submission.remark, source=source, again=again
-        )
+        return Program(student, self.robot, submission.where, submission.remark, again=again)

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,10 +14,10 @@ from ..models.robots import Robot
 from .columns import Columns
 from .exercise import Exercise
 from .following import modelled, some
-from .judge import Verdict, answered, judge
+from .judge import Verdict, judge
 from .labs import Lab
 from .program import Program
-from .second_look import CHANGES, changing, typed, with_other_masses
+from .second_look import CHANGES, changing, typed
 from .worker.replies import Reply
 
 CLOSE = (
@@ -119,18 +118,30 @@ class Questions:
         """Return the diagnosis of the same rows with other masses: with m = 0.5 the factors 2 and
         1/m are the same.
         """
-        exercise, other = rows.exercise, with_other_masses(rows.robot)
-        columns, wanted = rows.columns, self._set_for(other)
+        exercise, columns = rows.exercise, rows.columns
+        other, wanted = self._with_others()
         outcomes = [
             exercise.outcome(exercise.answer, robot, columns) for robot in (rows.robot, other)
         ]
         if np.array_equal(*outcomes, equal_nan=True):
             return None
         replies = self._replies(exercise.name, rows_from(columns), wanted, limit)
-        own = self._own(exercise, other, columns, rows.tolerance)
         return judge(
-            exercise, other, columns, replies, rows.tolerance, rows.refuse, own=own, deep=False
+            exercise, other, columns, replies, rows.tolerance, rows.refuse, deep=False
         ).diagnosis
+
+    def _with_others(self, longer=False):
+        """Return the robot with other masses and inertias, or with longer bars, and the file's
+        constants for it: those that it gives a number.
+        """
+        constants, own = self._constants or {key: (key,) for key in self._robot.parameters}, {}
+        for name in [key for key in constants if key in self._program.student.constants]:
+            first = constants[name][0]
+            if first[0] == "l" if longer else first[0] not in "ld":
+                factor = (1.3 + 0.1 * len(own)) * (2 if longer else 1)
+                own[name] = factor * getattr(self._robot, first)
+        changed = {key: value for name, value in own.items() for key in constants[name]}
+        return replace(self._robot, **changed), own
 
     def mistakes(self, rows: dict[str, tuple[Robot, list]]) -> dict[str, str]:
         """Return those of these functions that answer the rows wrongly, each with its mistake; none
@@ -148,24 +159,6 @@ class Questions:
             if kept
             else {}
         )
-
-    def _own(self, exercise, robot, columns, tolerance, constants=None):
-        """Give what a function that the exercise builds on answers to the same rows, where that is
-        not all right.
-        """
-
-        @cache
-        def ask(follow):
-            called = self._exercises.get(follow.function)
-            if called is None or follow.function not in self._program.student.names:
-                return None
-            rows = columns[: follow.first]
-            set_ = self._set_for(robot) if constants is None else constants
-            replies = self._replies(follow.function, rows_from(rows), set_, None)
-            numbers, right = answered(called, robot, rows, replies, tolerance)
-            return None if right or numbers is None else called.parts(numbers)
-
-        return ask
 
     def _set_for(self, robot):
         """Return the constants to be set for a robot that is not the student's own."""

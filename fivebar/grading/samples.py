@@ -19,6 +19,8 @@ def unequal_robot(draw: np.random.Generator) -> FiveBar:
     """Return a robot whose four bars differ by at least 7 mm, rounded to tenths of a millimetre."""
     bars = draw.permutation([0.080, 0.095, 0.110, 0.130]) + draw.uniform(-0.004, 0.004, 4)
     rest = draw.uniform((0.09, 0.001, 0.001, 0.3), (0.13, 0.004, 0.004, 0.9))
+    if abs(rest[2] - rest[1]) < 5e-4:
+        rest[2] += 1e-3  # one inertia for both legs shall be seen
     return FiveBar(*np.round([*bars, *rest], 4).tolist())
 
 

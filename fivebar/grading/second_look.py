@@ -74,11 +74,3 @@ def _groups(exercise, robot, own, columns) -> Iterator[tuple[str, ...]]:
                 names.append(name)
     for count in range(1, len(names) + 1):
         yield from combinations(names, count)
-
-
-def with_other_masses(robot: Robot) -> Robot:
-    """Return the robot with its masses and inertias changed, each by another factor."""
-    masses = [name for name in robot.parameters if name[0] not in "ld"]
-    return replace(
-        robot, **{name: (1.3 + 0.1 * k) * getattr(robot, name) for k, name in enumerate(masses)}
-    )

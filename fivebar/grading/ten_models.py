@@ -40,14 +40,13 @@ SAMPLES, EVERY, PERIOD = 50, 10, 0.01  # of the oscillation, each so many steps 
 
 
 def columns_of(name: str, acc: Accelerations) -> Columns:
-    """Return what a batch of motions (n,) asks one of the ten functions, and A and B."""
+    """Return what a batch of motions (n,) asks one of the ten functions."""
     rates, pose = acc.rates, acc.rates.pose
     four = joints(pose)
     return {
         "dgm": (*pose.q.T, pose.assembly),
         "igm": (*pose.xi.T, *pose.working.T),
         "dgm_passive": (*pose.q.T, pose.assembly),
-        "compute_A_B": four,
         "dkm": (*four, *rates.q_dot.T),
         "ikm": (*four, *rates.xi_dot.T),
         "dkm_passive": (*four, *rates.q_dot.T, *rates.xi_dot.T),
@@ -116,8 +115,8 @@ def unreachable(robot: Robot, name: str, draw: np.random.Generator, n: int) -> C
 
 
 def exercises(kind: Kind) -> list[Exercise]:
-    """Return the exercises on the ten models, and on the helper that most files have."""
-    return exercises_on(kind, *TEN, "compute_A_B")
+    """Return the exercises on the ten models."""
+    return exercises_on(kind, *TEN)
 
 
 def checks() -> dict[str, Callable]:

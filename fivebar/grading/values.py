@@ -8,7 +8,8 @@ import numpy as np
 
 from .exercise import Exercise
 
-ROUNDING = 1e-12  # of a complex number its imaginary part at most, where a real one was asked
+# An imaginary part where a real number was asked: of the largest number, or of this one.
+ROUNDING, SMALL = 1e-12, 1e-3
 
 
 class Unfit(ValueError):
@@ -70,13 +71,9 @@ def _numbers(name, part, shape, remarks):
                 raise Unfit(
                     "shape", f"{name} has shape {array.shape}, asked is {shape}: its transpose?"
                 )
-            product = (
-                ""
-                if shape or len(kept) != 1
-                else ": does a * stand where the matrix product @ is meant?"
-            )
+            terms = ": print the shapes of what you add and multiply" if len(kept) == 1 else ""
             raise Unfit(
-                "shape", f"{name} has shape {array.shape}, asked is {shape or 'a number'}{product}"
+                "shape", f"{name} has shape {array.shape}, asked is {shape or 'a number'}{terms}"
             )
         remarks.append(f"{name} came with shape {array.shape}, asked is {shape or 'a number'}")
     return array.ravel()
@@ -90,7 +87,8 @@ def _array(name, part):
     except ValueError:
         raise Unfit("shape", f"{name} is a list of lists of different lengths") from None
     if array.dtype.kind == "c":
-        if np.any(np.abs(array.imag) > ROUNDING * np.abs(array)):
+        size = max(np.abs(array).max(initial=0.0), SMALL)
+        if np.any(np.abs(array.imag) > ROUNDING * size):
             raise Unfit("type", f"{name} is complex: the square root of a negative number?")
         array = array.real
     if array.dtype.kind not in "bif":

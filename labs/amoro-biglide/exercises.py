@@ -8,3 +8,4 @@ PART_OF = "amoro"
 ROBOT = Biglide()
 CONSTANTS = {"l": ("l1", "l2"), "d": ("d",), "mf": ("mf1", "mf2"), "mp": ("m",)}
 EXERCISES = exercises(Biglide)
+USES = {"dgm_passive": ("dgm",)}

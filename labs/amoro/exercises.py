@@ -18,3 +18,4 @@ CONSTANTS = {
     "mR": ("m",),
 }
 EXERCISES = exercises(FiveBar)
+USES = {"dgm_passive": ("dgm",)}

@@ -297,6 +297,13 @@ def by_the_ends(robot, *path):
     return np.where(ends[:, 0] == ends[:, 1], np.nan, first_crossing(robot, *path))
 
 
+def on_grid(s, count, end):
+    """The end, the middle or the beginning of the step of 1/count in which s lies."""
+    return (
+        np.floor(s * count) + {"the end": 1, "the middle": 0.5, "the beginning": 0}[end]
+    ) / count
+
+
 def length(x0, y0, x1, y1):
     return np.hypot(x1 - x0, y1 - y0)
 
@@ -333,6 +340,17 @@ CROSSING = Exercise(
             "measured from the end",
             "s is 0 at the path's beginning.",
             lambda robot, *path: 1 - first_crossing(robot, *path),
+        ),
+        *(
+            Misconception(
+                f"no bisection: {end} of a step of 1/{count}",
+                "You know between which two values of s the sign changes. How do you come closer?",
+                lambda robot, *path, count=count, end=end: on_grid(
+                    first_crossing(robot, *path), count, end
+                ),
+            )
+            for count in (50, 100, 200, 250, 300, 400, 500, 800, 1000, 2000, 5000, 10000)
+            for end in ("the end", "the middle", "the beginning")
         ),
         Misconception(
             "distance instead of fraction",

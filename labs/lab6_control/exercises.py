@@ -22,11 +22,13 @@ def constant(u):
     return u, 1 + 0 * u, 0 * u
 
 
-def trajectory(robot, t, x0, y0, x1, y1, duration, profile=quintic, held=True, rate=1, bend=2):
-    """rate, bend: the powers of the duration by which the derivatives are divided."""
-    u = t / duration
-    s, sD, sDD = profile(np.clip(u, 0, 1) if held else u)
-    inside = (u == np.clip(u, 0, 1)) | (not held)
+def trajectory(robot, t, x0, y0, x1, y1, duration, profile=quintic, held=(0, 1), rate=1, bend=2):
+    """held: the parts of the duration outside of which it rests; rate, bend: the powers of the
+    duration by which the derivatives are divided.
+    """
+    u = np.clip(t / duration, *held)
+    s, sD, sDD = profile(u)
+    inside = u == t / duration
     sD, sDD = inside * sD / duration**rate, inside * sDD / duration**bend
     X, Y = x1 - x0, y1 - y0
     return x0 + s * X, y0 + s * Y, sD * X, sD * Y, sDD * X, sDD * Y
@@ -59,8 +61,13 @@ TRAJECTORY = Exercise(
             "Each derivative brings its own factor.",
             bend=1,
         ),
-        changed(
-            "not held after the end", "What does a polynomial do after its last point?", held=False
+        *(
+            changed(f"not held {when}", "What does a polynomial do beyond its two ends?", held=held)
+            for when, held in (
+                ("before the start and after the end", (-np.inf, np.inf)),
+                ("after the end", (0, np.inf)),
+                ("before the start", (-np.inf, 1)),
+            )
         ),
         Misconception(
             "end point instead of displacement",
@@ -216,9 +223,13 @@ def at_crossing(robot, *row):
     return np.array(bars), x + 1j * y
 
 
-def missing_force(robot, *row):
+def signed_force(robot, *row):
     bar, acceleration = at_crossing(robot, *row)
-    return robot.m * np.abs((acceleration * bar.conj()).imag)
+    return robot.m * (acceleration * bar.conj()).imag
+
+
+def missing_force(robot, *row):
+    return np.abs(signed_force(robot, *row))
 
 
 FORCE = Exercise(
@@ -238,6 +249,14 @@ FORCE = Exercise(
                 * np.abs((at_crossing(robot, *row)[1] * at_crossing(robot, *row)[0].conj()).real)
             ),
         ),
+        *(
+            Misconception(
+                f"the sign is kept{across}: its size is asked",
+                "Can a size be negative?",
+                lambda robot, *row, side=side: side * signed_force(robot, *row),
+            )
+            for side, across in ((1, ""), (-1, ", against v12"))
+        ),
         Misconception(
             "the whole inertial force",
             "The bars supply one part of it. Which part is left?",
@@ -246,6 +265,21 @@ FORCE = Exercise(
     ),
 )
 
+
+def of_time(robot, t, T):
+    """s and its first two derivatives by time."""
+    s, sD, sDD = quintic(t / T)
+    return s, sD / T, sDD / T**2
+
+
+# Helpers that many files have, and what they are asked.
+PART, DURATION = np.linspace(0.03, 0.97, 64), np.linspace(0.5, 5, 64)[::-1]
+HELPERS = (
+    (Exercise("profile(u) -> s, sD, sDD", lambda robot, u: quintic(u)), (PART,)),
+    (Exercise("profile(u) -> s", lambda robot, u: quintic(u)[0]), (PART,)),
+    (Exercise("profile(t, T) -> s, sD, sDD", of_time), (PART * DURATION, DURATION)),
+    (Exercise("profile(t, T) -> s", lambda *row: of_time(*row)[0]), (PART * DURATION, DURATION)),
+)
 # The next two are judged by what they do: test_lab.py.
 EXERCISES = [TRAJECTORY, COMPUTED_TORQUE, MEETS, FORCE]
 USES = dict.fromkeys(("meets", "missing_force", "crossing_trajectory"), ("trajectory", "meets"))

@@ -62,6 +62,7 @@ EFFORTS = Exercise(
 
 EXERCISES = [*exercises_on(fb.Biglide, *TEN), EFFORTS]
 USES = {
+    "dgm_passive": ("dgm",),
     "efforts": (
         "dgm",
         "igm",
@@ -72,5 +73,5 @@ USES = {
         "dkm2",
         "ikm2",
         "dynamic_model",
-    )
+    ),
 }

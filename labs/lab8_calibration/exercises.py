@@ -156,6 +156,11 @@ UNSEEN = Exercise(
             lambda robot, *row: unseen(robot, *row, factor=1.0),
         ),
         Misconception(
+            "lengths shrink with the scale",
+            "The picture shows scale times the lengths. If the scale falls, what must the robot do?",
+            lambda robot, *row: -unseen(robot, *row, factor=1.0),
+        ),
+        Misconception(
             "every length by the same amount",
             "A robot twice as large: by how much does a bar of 60 mm grow, and by how much one of 120 mm?",
             equal_steps,

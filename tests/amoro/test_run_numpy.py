@@ -39,6 +39,8 @@ def explained(folder, line):
         ("print('%.3f' % b[0])", "write b[0].item()"),
         ("v[0] = np.sum(b, axis=0)", ".item() after it"),
         ("v[0] = b[0] + v[1]", "write b[0].item()"),
+        ("x = atan2(b[1], b[0])", "write b[1].item() and b[0].item()"),
+        ("x = atan2(b[1], b[0].item())", "write b[1].item() ("),
         ("x = np.zeros(2, dtype=np.float)", "write float (or run with --lenient"),
         ("x = np.asscalar(b[0])", "write x.item() (or run with --lenient"),
         ("x = np.Inf", "write np.inf ("),

@@ -259,3 +259,67 @@ def test_functions_of_a_session_whose_module_has_a_constants_name():
     report = check("lab1", **{name: scope[name] for name in ("dgm", "igm", "dgm_passive")})
     assert report.points == 20, [c.text for c in report.checks]
     assert json.loads(json.dumps(report.as_json()))["points"] == 20
+
+
+CLASS = """
+from math import cos, sin, sqrt, hypot, atan2
+class Robot:
+    def __init__(self):
+        self.l11 = self.l12 = self.l21 = self.l22 = 0.09
+        self.d = 0.118
+    def elbow(self, base, l, q):
+        return base + l * cos(q), l * sin(q)
+    def dgm(self, q11, q21, assembly_mode):
+        xl, yl = self.elbow(-self.d / 2, self.l11, q11)
+        xr, yr = self.elbow(self.d / 2, self.l21, q21)
+        D = hypot(xl - xr, yl - yr)
+        ux, uy = (xl - xr) / D, (yl - yr) / D
+        a = (D**2 + self.l22**2 - self.l12**2) / (2 * D)
+        h = assembly_mode * sqrt(self.l22**2 - a**2)
+        return xr + a * ux - h * uy, yr + a * uy + h * ux
+class Unfinished:
+    def __init__(self, which): pass
+    def igm(self): pass
+"""
+
+
+def test_methods_of_a_class_are_functions_and_its_numbers_the_robots(tmp_path):
+    found = points("lab1", tmp_path, CLASS)
+    shares = {check.share for check in found.checks if check.function == "dgm"}
+    assert shares == {1.0} and found.points == 7
+    assert found.checks[5].text.startswith("is not defined: no function igm")
+
+
+@pytest.mark.parametrize(
+    "returned",
+    [
+        "{'x': x, 'y': y}.values()",
+        "(part for part in (x, y))",
+        "map(float, (x, y))",
+        "zip((x,), (y,))",
+        "(x + 0j, complex(y, 1e-19))",
+        "reversed((y, x))",
+    ],
+)
+def test_pairs_of_any_form_are_read(returned):
+    source = f"def f(x, y):\n    return {returned}\ndef g(x): return iter(int, 1)\n"
+    from fivebar.grading.judge import judge
+
+    pair = find_lab("lab1").exercises()["dgm"]
+    rows = np.linspace(0, 0.5, 8), np.linspace(0, 0.3, 8), -np.ones(8)
+    x, y = pair.answer(fb.FiveBar(), *rows)
+    with Student(Submission("a.py", source)) as program:
+        replies = program.ask("f", list(zip(x.tolist(), y.tolist())))
+        assert program.ask("g", [(1,)])[0].kind in ("value", "flood")
+    found = judge(pair, fb.FiveBar(), rows, replies)
+    assert found.share == 1 or "zip" in returned and found.reason == "shape"
+
+
+@pytest.mark.parametrize(
+    "lab, file", [("amoro", "biglide_blocks"), ("amoro-biglide", "amoro_blocks")]
+)
+def test_the_other_robots_file_is_told(tmp_path, lab, file):
+    source = (DATA / f"hand_ins/fresh/{file}.py").read_text("utf-8")
+    other = "amoro" if lab == "amoro-biglide" else "amoro-biglide"
+    told = f"This is the file of {other}, not of {lab}"
+    assert points(lab, tmp_path, source).notes[0].startswith(told)

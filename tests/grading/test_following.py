@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 
 from fivebar.grading import check
-from fivebar.grading.following import may_call, modelled
+from fivebar.grading.following import modelled, reached
 from fivebar.grading.grade import grade
 from fivebar.grading.judge import Verdict, related
 from fivebar.grading.labs import Lab
 from fivebar.grading.program import Job
 from fivebar.grading.worker.cell.stand_in import StandIn
+from fivebar.grading.worker.student import Student
+from fivebar.grading.worker.submission import Submission
 
 from ..helpers.grading_lab import written
 
@@ -131,14 +133,16 @@ def test_where_there_is_no_answer_ones_own_function_refuses():
 
 
 def test_what_a_function_may_call_is_what_it_mentions():
-    source = "def a(): return b()\ndef b(): return [c for _ in d]\nf = lambda: a()\ndef g(): pass\n"
-    names = {"c", "d", "g", "a"}
-    assert may_call(source, "a", names) == {"c", "d"} and may_call(source, "f", names) == {
-        "a",
-        "c",
-        "d",
-    }
-    assert may_call(source, "g", names) == set() and may_call("def a(:", "a", names) == names
+    source = (
+        "def a(): return b()\ndef b(): return [c for _ in d]\nc = d = lambda x, y=1: 0\n"
+        "f = lambda: a()\ndef g(): pass\n"
+    )
+    with Student(Submission("a.py", source)) as program:
+        outline = program.outline
+    assert reached(outline, "a") == {"b", "c", "d"}
+    assert reached(outline, "f") == {"a", "b", "c", "d"}
+    assert reached(outline, "g") == reached(outline, "none") == set()
+    assert outline["c"][0] == ["x", "y"] and outline["a"][0] == []
 
 
 def test_answers_go_with_the_right_ones_or_have_nothing_to_do_with_them():

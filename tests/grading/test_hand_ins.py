@@ -21,6 +21,9 @@ NOT_NAMED = {
 }
 
 
+FRESH = [*hand_ins("fresh/first.txt"), *hand_ins("fresh/second.txt")]
+
+
 def test_forty_files_and_ten_in_another_hand():
     first, others = list(hand_ins("cases.txt")), list(hand_ins("others.txt"))
     assert len(first) >= 40 and len(others) >= 10
@@ -64,7 +67,7 @@ def models(lab, seed):
     draw = np.random.default_rng(seed)
     other = unequal_robot(draw) if lab == "amoro" else unequal_biglide(draw)
     acc, exercises = motions(other, draw, 16), find_lab(lab).exercises()
-    return [(exercises[name], other, columns_of(name, acc)) for name in (*TEN, "compute_A_B")]
+    return [(exercises[name], other, columns_of(name, acc)) for name in TEN]
 
 
 @pytest.mark.parametrize("lab", ["amoro", "amoro-biglide"])

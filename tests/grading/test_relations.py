@@ -55,7 +55,7 @@ RELATIONS = {
     "constant": (
         PAIR,
         (0 * X + 1, 0 * Y),
-        "always the same answer, whatever the arguments: unfinished?",
+        "always the same answer, whatever the arguments: is it still to be written?",
     ),
     "of nought no factor": (NOUGHT, (X - X + 0.0123,), "x is off by 0.0123 in every row"),
     "half a turn": (ANGLE, (Q + np.pi,), "q is off by 3.142 in every row"),

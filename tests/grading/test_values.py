@@ -76,7 +76,7 @@ def test_what_is_read_in_which_order_and_what_is_remarked(exercise, value, numbe
             DGM,
             np.ones((2, 2)),
             "shape",
-            "x has shape (2,), asked is a number: does a * stand where the matrix product @ is meant?",
+            "x has shape (2,), asked is a number: print the shapes of what you add and multiply",
         ),
         (DGM, [1.0, {"~": "dict", "pairs": []}], "type", "y is a dict, not a number"),
         (

@@ -22,9 +22,11 @@ def explanation(error, frame, line):
     if not any(CONVERSION in text or "inhomogeneous" in text for text in texts):
         return []
     what, mend = "what is computed here is an array", "an index or .item() after it"
-    for text, array in _arrays(_statement(frame, line), frame):
-        if is_single(array):
-            what, mend = f"{text} is an array of shape {array.shape}", f"{text}.item()"
+    arrays = dict(_arrays(_statement(frame, line), frame))
+    single = {text: array for text, array in arrays.items() if is_single(array)}
+    if single:
+        what = " and ".join(f"{text} is an array of shape {single[text].shape}" for text in single)
+        mend = " and ".join(f"{text}.item()" for text in single)
     return [
         f"{what}, and NumPy {np.__version__} no longer takes one for a number.",
         f"mend: write {mend} {LENIENT}",
@@ -50,9 +52,14 @@ def _statement(frame, line):
 
 
 def _arrays(statement, frame):
-    """Yield (source text, value) of the arrays that the statement reads by a name and indices."""
+    """Yield (source text, value) of the arrays that the statement reads by a name and indices, but
+    for those of which it takes the item.
+    """
+    mended: set = set()
     for node in ast.walk(statement):
-        if isinstance(getattr(node, "ctx", None), ast.Load):
+        if isinstance(node, ast.Attribute) and node.attr == "item":
+            mended |= {id(part) for part in ast.walk(node)}
+        if id(node) not in mended and isinstance(getattr(node, "ctx", None), ast.Load):
             text = ast.unparse(node)
             if re.search(r"[(:]", text):  # nothing is called again, and no slice is an element
                 continue

@@ -96,7 +96,6 @@ DKM2_ENDS = in_step(
 IKM2_ENDS = in_step(
     "finish",
     ("d not divided by B", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ A @ x - d),
-    ("d added instead of subtracted", SOLVE_IKM2, lambda A, B, d, x: inverse(B) @ (A @ x + d)),
     ("B not inverted", SOLVE_IKM2, lambda A, B, d, x: B @ (A @ x - d)),
     ("B forgotten", SOLVE_IKM2, lambda A, B, d, x: A @ x - d),
     ("A and B exchanged", SOLVE_IKM2, lambda A, B, d, x: inverse(A) @ (B @ x - d)),
@@ -138,6 +137,11 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
         ("only the diagonal of M", lambda Z, m, J: (Z + m * turned(J) @ J) * np.eye(2)),
         ("half of the mass in M", lambda Z, m, J: Z + m / 2 * turned(J) @ J),
         ("mass twice in M", lambda Z, m, J: Z + 2 * m * turned(J) @ J),
+        (
+            f"{inertias} in all four elements of M",
+            lambda Z, m, J: Z.sum(0) + m * turned(J) @ J,
+        ),
+        ("elementwise product in M", lambda Z, m, J: Z + m * turned(J) * J),
         ("inertias exchanged in M", lambda Z, m, J: Z[::-1, ::-1] + m * turned(J) @ J),
     )
     cs = (
@@ -183,9 +187,21 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
             ),
         ]
     which = "Which mass moves with which part?"
+    moving: list[tuple[str, Callable]] = []
+    if not kind.turns:
+        moving = [
+            (
+                "feet's masses counted with the end-effector, too, in M",
+                lambda Z, m, J: Z + (m + np.trace(Z)) * turned(J) @ J,
+            ),
+            (
+                "masses of feet and end-effector exchanged in M",
+                lambda Z, m, J: m * np.eye(2) + Z[:1, :1] * turned(J) @ J,
+            ),
+        ]
 
     def named(key, hint, cases):
-        hints = [STAR if "element" in name else hint for name, _ in cases]
+        hints = [STAR if name.startswith("elementwise") else hint for name, _ in cases]
         return tuple(Slip(name, text, {key: wrong}) for (name, wrong), text in zip(cases, hints))
 
     return (
@@ -194,6 +210,7 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
         *named("c", "The robot's plane lies flat. Which way does its weight pull?", weights),
         *named("J", jacobian, Js),
         *named("M", energy, Ms),
+        *named("M", which, moving),
         Slip("c forgotten", SPEED, {"c": lambda m, J, A, B, d, M: 0 * d}),
         *named("c", power, cs),
     )

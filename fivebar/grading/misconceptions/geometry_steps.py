@@ -75,6 +75,20 @@ def height(bar: float, along: Array) -> Array:
     return np.sqrt(bar**2 - along**2)
 
 
+def pivots(robot: Robot, q11: Array, q21: Array, **pivot_steps: Any) -> list[Array]:
+    """Return both elbows, or feet, as complex numbers."""
+    points = []
+    for leg, q in enumerate((q11, q21)):
+        step = steps_of_leg(PIVOT, pivot_steps, leg)
+        points.append(step.base(robot, leg) + step.bars(robot, leg, q))
+    return points
+
+
+def elbow_steps(robot: Robot, q11: Array, q21: Array, **pivot_steps: Any) -> Columns:
+    left, right = pivots(robot, q11, q21, **pivot_steps)
+    return left.real, left.imag, right.real, right.imag
+
+
 def dgm_steps(
     robot: Robot,
     q11: Array,
@@ -92,10 +106,8 @@ def dgm_steps(
     **pivot_steps: Any,
 ) -> Columns:
     """AMORO eq. 1 to 3: from A22 along the line of the pivots to H, and from there up."""
-    robot, points = robot_of(robot), []
-    for leg, q in enumerate((q11, q21)):
-        step = steps_of_leg(PIVOT, pivot_steps, leg)
-        points.append(step.base(robot, leg) + step.bars(robot, leg, q))
+    robot = robot_of(robot)
+    points = pivots(robot, q11, q21, **pivot_steps)
     line = points[0] - points[1]
     size, a = np.abs(line), from_pivot(robot, 1, line)
     half, direction = ahead(foot(robot, 1, line) * line / size, a, line / size)
@@ -110,6 +122,16 @@ SQUARES = (
         "a factor 2 in place of the square in the root",
         "l**2 is the square of l. What is l*2?",
         lambda bar, along: np.sqrt(bar * 2 - along * 2),
+    ),
+    (
+        "a factor 2 in place of the bar's square in the root",
+        "l**2 is the square of l. What is l*2?",
+        lambda bar, along: np.sqrt(bar * 2 - along**2),
+    ),
+    (
+        "a factor 2 in place of the second square in the root",
+        "a**2 is the square of a. What is a*2?",
+        lambda bar, along: np.sqrt(bar**2 - along * 2),
     ),
     (
         "sum of squares in the root",
@@ -220,6 +242,11 @@ def bases_moved(kind: Kind, key: str = "base") -> tuple[Slip, ...]:
             {key: lambda robot, leg: base_x(robot, leg) + robot.d / 2},
         ),
         *each_leg(f"{word} forgotten", where, **{key: at(0)}),
+        *each_leg(
+            "d / 2 * l where d / (2 * l) is meant",
+            "Python divides by 2 and multiplies by l. What do you want to divide by?",
+            **{key: lambda robot, leg: base_x(robot, leg) * robot.distal[leg] ** 2},
+        ),
         Slip(f"sign of the {word}'s x", where, {key: at(-1)}),
         Slip("the right arm's offset used for the left arm", where, {key: (at(-1), None)}),
         Slip("the left arm's offset used for the right arm", where, {key: (None, at(-1))}),
@@ -288,13 +315,23 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
     ]
     slips.append(
         Slip(
-            "distance of H from the other pivot",
+            "distance of H from the other pivot: the squares of the bars are exchanged",
             "Make l22 shorter in a drawing: does H come nearer to A22 or go away from it?",
             {
                 "from_pivot": lambda robot, leg, line: np.abs(line) - foot(robot, leg, line),
                 **AHEAD[2],
             },
         )
+    )
+    line = "From which of the two points to which one does your line of the pivots go?"
+    slips += in_step(
+        "ahead",
+        (
+            "atan2 with x before y for the line of the pivots",
+            "atan2 of a point on the x axis is 0. Try yours on (1, 0).",
+            lambda half, a, e: (a * 1j * e.conj(), 1j * e.conj()),
+        ),
+        ("the line of the pivots the other way round", line, lambda half, a, e: (-a * e, -e)),
     )
     if kind.turns:
         swapped = "The bar at angle 0 points along x: what does yours?"

@@ -85,6 +85,50 @@ def igm_steps(
     return tuple(found)
 
 
+def _cosines():
+    """Return (name, hint, foot(robot, leg, line)) of what becomes of the law of cosines."""
+    order = "Python computes from left to right: put the product under the line into brackets."
+    law = "Write down the law of cosines: which side is opposite to the angle that you look for?"
+
+    def bars(robot, leg):
+        return robot.drives[leg].length, robot.distal[leg]
+
+    def cosine(robot, leg, line):
+        return leg_foot(robot, leg, line) / bars(robot, leg)[0]
+
+    return (
+        (
+            "r / 2 * l where r / (2 * l) is meant",
+            order,
+            lambda robot, leg, line: np.abs(line) / 2 * bars(robot, leg)[0] ** 2,
+        ),
+        (
+            "/ 2 * l * r where / (2 * l * r) is meant",
+            order,
+            lambda robot, leg, line: (
+                cosine(robot, leg, line) * bars(robot, leg)[0] ** 3 * np.abs(line) ** 2
+            ),
+        ),
+        (
+            "divided by the distal bar in the law of cosines",
+            law,
+            lambda robot, leg, line: (
+                leg_foot(robot, leg, line) * bars(robot, leg)[0] / bars(robot, leg)[1]
+            ),
+        ),
+        (
+            "law of cosines with the other sign",
+            law,
+            lambda robot, leg, line: -leg_foot(robot, leg, line),
+        ),
+        (
+            "squares of the bars exchanged in the law of cosines",
+            law,
+            lambda robot, leg, line: np.abs(line) - leg_foot(robot, leg, line),
+        ),
+    )
+
+
 def igm_slips(kind: Kind) -> tuple[Slip, ...]:
     gamma = (
         "gamma1 belongs to the left leg, gamma2 to the right one. Change one alone: what changes?"
@@ -133,11 +177,19 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
     slips += [
         Slip("direction not of unit length", length, {"scale": lambda b, c, size: b * c}),
         Slip("direction not of unit length", length, {"scale": lambda b, c, size: b * size}),
-        Slip(
-            "M forgotten in the sum",
-            "The way to the elbow leads over M.",
-            {"to_m": lambda m, line: 0 * m},
-        ),
+    ]
+    slips += each_leg(
+        "M forgotten in the sum",
+        "The way to the elbow leads over M.",
+        elbow=lambda m, up, robot, leg: up,
+    )
+    slips += each_leg(
+        "asin for acos in the triangle: its two legs are exchanged",
+        "Which side of the triangle lies beside the angle at the base joint?",
+        elbow=lambda m, up, robot, leg: m / abs(m) * abs(up) + up / abs(up) * abs(m),
+    )
+    slips += [
+        s for name, hint, find in _cosines() for s in each_leg(name, hint, foot=find, **AHEAD[2])
     ]
     slips += each_leg(
         "base offset counted again in the elbow (subtracted once more)",
@@ -202,14 +254,13 @@ def passive_steps(
     q11: Array,
     q21: Array,
     mode: Array,
-    end: Columns | None = None,
     robot_of: Callable = right,
     sign: Callable = right,
     **leg_steps: Any,
 ) -> Columns:
-    """AMORO eq. 5 and 6. end: what the student's own dgm gave, x and y (n,)."""
+    """AMORO eq. 5 and 6."""
     robot = robot_of(robot)
-    x, y = dgm(robot, q11, q21, sign(mode)) if end is None else end
+    x, y = dgm(robot, q11, q21, sign(mode))
     angles = []
     for leg, (q, other) in enumerate(((q11, q21), (q21, q11))):
         step = steps_of_leg(PASSIVE, leg_steps, leg)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..exercise import Slip
+from .geometry_steps import in_step
 from .motion_steps import (
     bias,
     dot,
@@ -108,10 +109,26 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
             "The first row belongs to the left leg.",
             {"b": lambda j: entry(j)[:, ::-1]},
         ),
-        Slip(
-            "B full instead of diagonal",
-            "Does the left leg's equation hold the right motor's rate?",
-            {"B": lambda b, j: b[..., None] * np.ones((2, 2))},
+        *in_step(
+            "B",
+            (
+                "B full instead of diagonal",
+                "Does the left leg's equation hold the right motor's rate?",
+                lambda b, j: b[..., None] * np.ones((2, 2)),
+            ),
+            (
+                "B full instead of diagonal",
+                "Does the left leg's equation hold the right motor's rate?",
+                lambda b, j: b[..., None, :] * np.ones((2, 2)),
+            ),
+        ),
+        *in_step(
+            "b",
+            (
+                "the left leg's entry of B used for both legs",
+                "The right leg has its own bars.",
+                lambda j: entry(j)[:, [0, 0]],
+            ),
         ),
         Slip(
             "B multiplied by the distal bar",
@@ -134,6 +151,12 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
                     v1,
                     "b",
                     lambda j: j.proximal * dot(j.u2, j.u1),
+                ),
+                (
+                    "v of the other leg's proximal bar in B",
+                    v1,
+                    "b",
+                    lambda j: j.proximal * dot(j.u2, j.v1[:, ::-1]),
                 ),
                 (
                     "minus sign of v forgotten in B",
@@ -188,26 +211,36 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
             "The first row belongs to the left leg.",
             {"of_d": lambda near, far: (-near - far)[:, ::-1]},
         ),
+        Slip(
+            "the left leg's part of d used for both legs",
+            "The second row belongs to the right leg.",
+            {"of_d": lambda near, far: (-near - far)[:, [0, 0]]},
+        ),
         *in_legs(
             bias,
-            (f"rate of the {bar} not squared in d", square, "far", lambda j, rate: j.distal * rate),
+            (
+                f"rate of the {bar} not squared in d",
+                square,
+                "square",
+                lambda rate, own, passive: rate,
+            ),
             (
                 f"length of the {bar} forgotten in d",
                 unit_,
                 "far",
-                lambda j, rate: rate**2 + 0 * j.distal,
+                lambda j, squared: squared + 0 * j.distal,
             ),
             (
                 f"centripetal term of the {bar} missing",
                 "What does u12 . u12 give?",
                 "far",
-                lambda j, rate: 0 * rate,
+                lambda j, squared: 0 * squared,
             ),
             (
-                "centripetal term of the distal bar of the wrong sign",
+                f"centripetal term of the {bar} of the wrong sign",
                 sign,
                 "far",
-                lambda j, rate: -far(j, rate),
+                lambda j, squared: -far(j, squared),
             ),
         ),
     ]
@@ -230,7 +263,7 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
             unit_,
             {
                 "near": lambda j, rate: rate**2 * dot(j.u2, j.u1),
-                "far": lambda j, rate: rate**2 + 0 * j.distal,
+                "far": lambda j, squared: squared + 0 * j.distal,
             },
         ),
         Slip(
@@ -238,7 +271,7 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
             square,
             {
                 "near": lambda j, rate: j.proximal * rate * dot(j.u2, j.u1),
-                "far": lambda j, rate: j.distal * rate,
+                "square": lambda rate, own, passive: rate,
             },
         ),
         *in_legs(
@@ -289,8 +322,20 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
             (
                 "sum of squares instead of square of the sum",
                 "(a + b)^2 has a third term.",
-                "turning",
-                lambda own, passive, turns: np.hypot(own, passive),
+                "square",
+                lambda rate, own, passive: own**2 + passive**2,
+            ),
+            (
+                "only q12' squared where the sum q11' + q12' is squared",
+                "Python squares what stands directly before **. Where do the brackets belong?",
+                "square",
+                lambda rate, own, passive: own + passive**2,
+            ),
+            (
+                "length of the proximal bar at the distal bar's term",
+                "Which bar turns at q11' + q12'?",
+                "far",
+                lambda j, squared: j.proximal * squared,
             ),
         ),
     ]

@@ -63,25 +63,16 @@ def parts_of(
     B: Callable = lambda b, j: diagonal(b),
     b: Callable = lambda j: j.proximal * dot(j.u2, j.v1),
     of_A: Callable = same,
-    AB: tuple = (None, None),
-    own_A: tuple = (None,),
-    own_B: tuple = (None,),
 ) -> tuple[Array, Array, Joints]:
-    """Return a, B and the Joints. AB, own_A, own_B: the student's own, where there are any."""
+    """Return A, B and the Joints."""
     joints = Joints(robot, *angles(q))
-    left = own_A[0] if AB[0] is None else AB[0]
-    right = own_B[0] if AB[1] is None else AB[1]
-    left = of_A(A(joints) if left is None else left)
-    return left, B(b(joints), joints) if right is None else right, joints
+    return of_A(A(joints)), B(b(joints), joints), joints
 
 
 def rest_of(steps: dict) -> tuple[dict, dict]:
     """Steps of A and B, and all others."""
-    mine = {
-        key: steps[key]
-        for key in ("angles", "A", "B", "b", "of_A", "AB", "own_A", "own_B")
-        if key in steps
-    }
+    names = ("angles", "A", "B", "b", "of_A")
+    mine = {key: steps[key] for key in names if key in steps}
     return mine, {key: value for key, value in steps.items() if key not in mine}
 
 
@@ -90,12 +81,14 @@ def bias(
     rates: Columns,
     turning: Callable = lambda own, passive, turns: own + passive if turns else passive,
     near: Callable = lambda j, rate: j.proximal * rate**2 * dot(j.u2, j.u1) if j.turns else 0.0,
-    far: Callable = lambda j, rate: j.distal * rate**2,
+    square: Callable = lambda rate, own, passive: rate**2,
+    far: Callable = lambda j, square: j.distal * square,
     of_d: Callable = lambda near, far: -near - far,
 ) -> Array:
     """Return d, (n, 2)."""
     own, passive = np.stack(rates[0::2], -1), np.stack(rates[1::2], -1)
-    return of_d(near(j, own), far(j, turning(own, passive, j.turns)))
+    squared = square(turning(own, passive, j.turns), own, passive)
+    return of_d(near(j, own), far(j, squared))
 
 
 def A_steps(robot: Robot, *q: Array, **steps: Any) -> Array:
@@ -104,6 +97,16 @@ def A_steps(robot: Robot, *q: Array, **steps: Any) -> Array:
 
 def B_steps(robot: Robot, *q: Array, **steps: Any) -> Array:
     return parts_of(robot, *q, **steps)[1]
+
+
+def jacobian_steps(
+    robot: Robot, *q: Array, J: Callable = lambda A, B: inverse(A) @ B, **steps: Any
+) -> Array:
+    return J(*parts_of(robot, *q, **steps)[:2])
+
+
+def velocity_steps(robot: Robot, *row: Array, angles: Callable = same, **steps: Any) -> Array:
+    return bias(Joints(robot, *angles(row[:4])), row[4:8], **steps)
 
 
 def first_order(robot: Robot, *row: Array, solve: Callable, **steps: Any) -> Columns:
@@ -164,7 +167,7 @@ def passive_motion(
     drag: Callable = lambda j, v: j.proximal * dot(v, j.v1),
     own: Callable = lambda q, j: q if j.turns else 0 * q,
     per: Callable = lambda value, j: value / j.distal,
-    take: Callable = lambda end, drag: end - drag,
+    take: Callable = lambda end, drag, j: end - drag,
     pull: Callable = lambda j, v, own, passive: (
         j.proximal * own**2 * dot(v, j.u1) if j.turns else 0.0
     ),
@@ -175,7 +178,7 @@ def passive_motion(
     """
     j, rates = Joints(robot, *angles(row[:4])), row[4:-4]
     q, x = np.stack(row[-4:-2], -1), np.stack(row[-2:], -1)[:, None]
-    end = take(dot(v(j), x), drag(j, v(j)) * q)
+    end = take(dot(v(j), x), drag(j, v(j)) * q, j)
     if rates:
         end = end + pull(j, v(j), np.stack(rates[::2], -1), np.stack(rates[1::2], -1))
     return tuple((per(end, j) - own(q, j)).T)
@@ -192,13 +195,15 @@ def only(leg: int, wrong: Callable, usual: Callable) -> Callable:
     return step
 
 
-def per_leg(name: str, hint: str, key: str, wrong: Callable, usual: Callable) -> tuple[Slip, ...]:
-    """Return the slip in both legs, in the left one and in the right one."""
+def per_leg(
+    name: str, hint: str, key: str, wrong: Callable, usual: Callable, **beside: Callable
+) -> tuple[Slip, ...]:
+    """Return the slip in both legs, in the left one and in the right one; beside: more steps."""
     left, right = only(0, wrong, usual), only(1, wrong, usual)
     return (
-        Slip(name, hint, {key: wrong}),
-        Slip(f"{name}, in the left leg", hint, {key: left}),
-        Slip(f"{name}, in the right leg", hint, {key: right}),
+        Slip(name, hint, {key: wrong} | beside),
+        Slip(f"{name}, in the left leg", hint, {key: left} | beside),
+        Slip(f"{name}, in the right leg", hint, {key: right} | beside),
     )
 
 

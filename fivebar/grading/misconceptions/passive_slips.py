@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from ..columns import QUARTER
 from ..exercise import Slip
 from .motion_slips import angle_slips
-from .motion_steps import dot, in_legs, passive_motion, per_leg, usual
+from .motion_steps import dot, in_legs, passive_motion, per_leg, unit, usual
 from .right import Kind
 
 
@@ -24,7 +25,7 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
             passive_motion,
             (
                 "u instead of v for the distal bar",
-                "For which unit vector is the coefficient of the passive rate largest?",
+                "Which way does the end of the distal bar move when only the passive joint turns?",
                 "v",
                 lambda j: j.u2,
             ),
@@ -51,9 +52,19 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
         Slip(
             f"share of the {pivot} added instead of subtracted",
             away,
-            {"take": lambda end, drag: end + drag},
+            {"take": lambda end, drag, j: end + drag},
         ),
-        Slip("the other sign of both", away, {"take": lambda end, drag: drag - end}),
+        Slip("the other sign of both", away, {"take": lambda end, drag, j: drag - end}),
+        Slip(
+            f"share of the {pivot} not divided by the length",
+            length,
+            {"take": lambda end, drag, j: end - drag * j.distal},
+        ),
+        Slip(
+            "velocity of the end-effector not divided by the length",
+            length,
+            {"take": lambda end, drag, j: end * j.distal - drag},
+        ),
         *in_legs(
             passive_motion,
             ("length of the bar forgotten", length, "per", lambda value, j: value + 0 * j.distal),
@@ -84,6 +95,14 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
         ]
         solve = "The distal bar turns at q11' + q12'. Solve that for q12'."
         slips += [
+            *per_leg(
+                "passive angle taken as absolute in v alone",
+                "The distal bar's direction is q11 + q12, in v12 as well.",
+                "v",
+                lambda j: unit(j.passive) @ QUARTER.T,
+                usual(passive_motion, "v"),
+                drag=lambda j, v: drag(j, j.v2),
+            ),
             *in_legs(
                 passive_motion,
                 (
@@ -106,6 +125,12 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
                     lambda value, j: value / j.proximal,
                 ),
                 (f"absolute {word} instead of relative", solve, "own", lambda q, j: 0 * q),
+                (
+                    f"active {word} divided by the length, too",
+                    solve,
+                    "own",
+                    lambda q, j: q / j.distal,
+                ),
                 (f"active {word} added instead of subtracted", solve, "own", lambda q, j: -q),
             ),
         ]

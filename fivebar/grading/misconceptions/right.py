@@ -51,6 +51,31 @@ def compute_A_B(robot: Robot, *q: Array) -> Columns:
     return A(robot, *q), B(robot, *q)
 
 
+def B_A(robot: Robot, *q: Array) -> Columns:
+    return B(robot, *q), A(robot, *q)
+
+
+def jacobian(robot: Robot, *q: Array) -> Array:
+    return inverse(A(robot, *q)) @ B(robot, *q)
+
+
+def velocity_terms(robot: Robot, *row: Array) -> Array:
+    return motion(robot, *row).d
+
+
+def elbows(robot: Robot, q11: Array, q21: Array) -> Columns:
+    pivots = [drive.pivot(drive.direction(q)) for drive, q in zip(robot.drives, (q11, q21))]
+    return *pivots[0], *pivots[1]
+
+
+def left_elbow(robot: Robot, q11: Array) -> Columns:
+    return elbows(robot, q11, q11)[:2]
+
+
+def right_elbow(robot: Robot, q21: Array) -> Columns:
+    return elbows(robot, q21, q21)[2:]
+
+
 def dkm(robot: Robot, *row: Array) -> Columns:
     at = pose(robot, *row[:4])
     return times(inverse(at.A) @ at.B, *row[4:])
@@ -83,13 +108,11 @@ def dynamic_model(robot: Robot, *row: Array) -> Columns:
     return dynamics.dynamic_model(motion(robot, *row))
 
 
-def inverse_dynamics(robot: Robot, *row: Array, model: Columns | None = None) -> Columns:
-    """Return tau = M q'' + c; `model` is the student's M and c, where there is one."""
-    M, c = model or dynamic_model(robot, *row[:8])
+def inverse_dynamics(robot: Robot, *row: Array) -> Columns:
+    M, c = dynamic_model(robot, *row[:8])
     return tuple(times(M, *row[8:]) + c.T)
 
 
-def forward_dynamics(robot: Robot, *row: Array, model: Columns | None = None) -> Columns:
-    """Return q'' of M q'' + c = tau; `model` is the student's M and c, where there is one."""
-    M, c = model or dynamic_model(robot, *row[:8])
+def forward_dynamics(robot: Robot, *row: Array) -> Columns:
+    M, c = dynamic_model(robot, *row[:8])
     return times(inverse(M), *(row[8:] - c.T))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...models.robots import Robot
 from ..columns import Array, Columns
-from ..exercise import Exercise, Follow, Misconception, Slip
+from ..exercise import Exercise, Misconception, Slip
 from . import right
 from .end_slips import (
     DKM2_ENDS,
@@ -15,7 +15,7 @@ from .end_slips import (
     MISUSED,
     dynamic_slips,
 )
-from .geometry_steps import dgm_slips, dgm_steps, lengths_changed
+from .geometry_steps import dgm_slips, dgm_steps, elbow_steps, lengths_changed
 from .leg_steps import igm_slips, igm_steps, passive_steps
 from .leg_steps import passive_slips as angle_slips
 from .motion_slips import A_slips, B_slips, d_slips
@@ -27,18 +27,14 @@ from .motion_steps import (
     dynamic_steps,
     ikm2_steps,
     ikm_steps,
+    jacobian_steps,
     parts_of,
     passive_motion,
+    velocity_steps,
 )
 from .passive_slips import passive_slips
 from .right import Kind
 
-MATRICES = (
-    Follow("compute_A_B", 4, "AB"),
-    Follow("A", 4, "own_A", counts=True),
-    Follow("B", 4, "own_B", counts=True),
-)
-MODEL = (Follow("dynamic_model", 8, "model", counts=True),)
 FOUR, RATES = "q11, q12, q21, q22", "q11D, q12D, q21D, q22D"
 SIGNATURES = {
     "dgm": "q11, q21, assembly_mode) -> x, y",
@@ -47,6 +43,12 @@ SIGNATURES = {
     "A": f"{FOUR}) -> A",
     "B": f"{FOUR}) -> B",
     "compute_A_B": f"{FOUR}) -> A, B",
+    "B_A": f"{FOUR}) -> B, A",
+    "jacobian": f"{FOUR}) -> J",
+    "velocity_terms": f"{FOUR}, {RATES}) -> d",
+    "elbows": "q11, q21) -> x1, y1, x2, y2",
+    "left_elbow": "q11) -> x1, y1",
+    "right_elbow": "q21) -> x2, y2",
     "dkm": f"{FOUR}, q11D, q21D) -> xD, yD",
     "ikm": f"{FOUR}, xD, yD) -> q11D, q21D",
     "dkm_passive": f"{FOUR}, q11D, q21D, xD, yD) -> q12D, q22D",
@@ -57,16 +59,40 @@ SIGNATURES = {
     "inverse_dynamics": f"{FOUR}, {RATES}, q11DD, q21DD) -> tau1, tau2",
     "forward_dynamics": f"{FOUR}, {RATES}, tau1, tau2) -> q11DD, q21DD",
 }
-SHAPES: dict[str, tuple[int, ...]] = {"A": (2, 2), "B": (2, 2), "M": (2, 2), "c": (2,)}
+SHAPES: dict[str, tuple[int, ...]] = {"c": (2,), "d": (2,)} | dict.fromkeys("ABJM", (2, 2))
+HELPERS = (
+    "A",
+    "B",
+    "compute_A_B",
+    "B_A",
+    "jacobian",
+    "velocity_terms",
+    "elbows",
+    "left_elbow",
+    "right_elbow",
+)
 
 
 def A_B_steps(robot: Robot, *q: Array, **steps) -> Columns:
     return parts_of(robot, *q, **steps)[:2]
 
 
+def B_A_steps(robot: Robot, *q: Array, **steps) -> Columns:
+    return parts_of(robot, *q, **steps)[1::-1]
+
+
+def left_elbow_steps(robot: Robot, q11: Array, **steps) -> Columns:
+    return elbow_steps(robot, q11, q11, **steps)[:2]
+
+
+def right_elbow_steps(robot: Robot, q21: Array, **steps) -> Columns:
+    return elbow_steps(robot, q21, q21, **steps)[2:]
+
+
 def _table(kind: Kind) -> dict[str, tuple]:
-    """Return of each function its derivation, the slips and what it builds on."""
+    """Return of each function its derivation, and the slips in it."""
     AB, d = (*A_slips(kind), *B_slips(kind)), d_slips(kind)
+    bars = [slip for key in ("base", "bars") for slip in _in_step(key, dgm_slips(kind))]
     often = "How often does the term come out of the derivative?"
     second = (
         *d,
@@ -76,22 +102,32 @@ def _table(kind: Kind) -> dict[str, tuple]:
         *(() if kind.turns else lengths_changed(kind)),
     )
     return {
-        "dgm": (dgm_steps, dgm_slips(kind), ()),
-        "igm": (igm_steps, igm_slips(kind), ()),
-        "dgm_passive": (passive_steps, angle_slips(kind), (Follow("dgm", 3, "end", counts=True),)),
-        "A": (A_steps, AB, ()),
-        "B": (B_steps, AB, ()),
-        "compute_A_B": (A_B_steps, AB, ()),
-        "dkm": (dkm_steps, (*DKM_ENDS, *AB), MATRICES),
-        "ikm": (ikm_steps, (*IKM_ENDS, *AB), MATRICES),
-        "dkm_passive": (passive_motion, passive_slips(kind, False), ()),
-        "dkm2": (dkm2_steps, (*DKM2_ENDS, *second), MATRICES),
-        "ikm2": (ikm2_steps, (*IKM2_ENDS, *second), MATRICES),
-        "dkm2_passive": (passive_motion, passive_slips(kind, True), ()),
-        "dynamic_model": (dynamic_steps, (*dynamic_slips(kind), *d, *AB), MATRICES),
-        "inverse_dynamics": (right.inverse_dynamics, (), MODEL),
-        "forward_dynamics": (right.forward_dynamics, (), MODEL),
+        "dgm": (dgm_steps, dgm_slips(kind)),
+        "igm": (igm_steps, igm_slips(kind)),
+        "dgm_passive": (passive_steps, angle_slips(kind)),
+        "A": (A_steps, AB),
+        "B": (B_steps, AB),
+        "compute_A_B": (A_B_steps, AB),
+        "B_A": (B_A_steps, AB),
+        "jacobian": (jacobian_steps, (*_in_step("J", dynamic_slips(kind)), *AB)),
+        "velocity_terms": (velocity_steps, d),
+        "elbows": (elbow_steps, bars),
+        "left_elbow": (left_elbow_steps, bars),
+        "right_elbow": (right_elbow_steps, bars),
+        "dkm": (dkm_steps, (*DKM_ENDS, *AB)),
+        "ikm": (ikm_steps, (*IKM_ENDS, *AB)),
+        "dkm_passive": (passive_motion, passive_slips(kind, False)),
+        "dkm2": (dkm2_steps, (*DKM2_ENDS, *second)),
+        "ikm2": (ikm2_steps, (*IKM2_ENDS, *second)),
+        "dkm2_passive": (passive_motion, passive_slips(kind, True)),
+        "dynamic_model": (dynamic_steps, (*dynamic_slips(kind), *d, *AB)),
+        "inverse_dynamics": (None, ()),
+        "forward_dynamics": (None, ()),
     }
+
+
+def _in_step(key, slips):
+    return [slip for slip in slips if slip.steps.keys() == {key}]
 
 
 def exercises_on(kind: Kind, *names: str, **wrong: tuple[Misconception, ...]) -> list[Exercise]:
@@ -116,7 +152,7 @@ def exercises_on(kind: Kind, *names: str, **wrong: tuple[Misconception, ...]) ->
     table, exercises = _table(kind), []
     known = MISUSED | {"dkm": (LOCKED,)} if kind.turns else {}
     for name in names:
-        derivation, slips, follows = table[name]
+        derivation, slips = table[name]
         returns = SIGNATURES[name].split(" -> ")[1].split(", ")
         turning = name == "dgm_passive" or name == "igm" and kind.turns
         exercises.append(
@@ -128,7 +164,6 @@ def exercises_on(kind: Kind, *names: str, **wrong: tuple[Misconception, ...]) ->
                 shapes={key: SHAPES[key] for key in returns if key in SHAPES},
                 derivation=derivation,
                 slips=slips,
-                follows=follows,
             )
         )
     return exercises

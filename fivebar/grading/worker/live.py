@@ -39,6 +39,7 @@ class Live:
             )
         self._functions = functions
         self.names = tuple(functions)
+        self.outline: dict = {}  # what calls what is not looked up in a session
         scopes = [getattr(function, "__globals__", {}) for function in functions.values()]
         self.constants = {
             name: float(value)

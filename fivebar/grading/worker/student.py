@@ -21,7 +21,7 @@ from .places import bwrap_trouble
 from .replies import KINDS, Reply
 from .sandbox import MOST_OUTPUT, IsolationError, KilledError, Lost, SandboxWorker
 from .submission import Submission
-from .wire import Garbled, clean, place, reply, value
+from .wire import Garbled, clean, outlined, place, reply, value
 
 MOST_LOSSES = 3  # workers that one function, or the file, may cost
 MOST_KILLED = 5  # workers of a submission that something else may kill
@@ -38,8 +38,8 @@ class Student:
     isolate: "process" (limits, a system-call filter, an unprivileged user under root) or "bwrap"
     (also hides the disk and the network); limit: seconds for one call; total: for one `ask`;
     memory: bytes; modules: name -> source of those beside the file that it may import; packages:
-    that it may import beside NumPy and SciPy. `names`: the
-    functions found; `constants`: the numbers to which the file itself gives a name; `trouble`:
+    that it may import beside NumPy and SciPy. `names`: the functions found; `outline`: as
+    `outlined` returns it; `constants`: the numbers to which the file itself gives a name; `trouble`:
     Reply of the first statement that failed when the file was run, or None; `output`: what it
     printed; `notes`: sentences for the one who grades. The thread
     that asks must outlive the worker: it dies with it (Linux). Raises IsolationError where the
@@ -80,6 +80,7 @@ class Student:
         self._output = ""
         self.names = ()
         self.constants: dict = {}
+        self.outline: dict = {}
         self.trouble = None
         self.notes = ()
         self.mended: list[Reply] = []
@@ -288,6 +289,7 @@ class Student:
         )
         if data.get("k") != "loaded" or not whole:
             raise Garbled("a message that is not the end of the file")
+        self.outline = outlined(data.get("outline"))
         self.names = tuple(clean(name) for name in names[:MOST_NAMES] if isinstance(name, str))
         self.constants = {
             name: n

@@ -62,6 +62,18 @@ def clean(text: str, most: int = MOST_TEXT) -> str:
     )
 
 
+def outlined(data: object) -> dict[str, tuple[list[str], list[str]]]:
+    """Return function -> (its arguments, the functions that it mentions), as a worker tells them;
+    none where that is no such message.
+    """
+    if not isinstance(data, dict):
+        return {}
+    lists = [part for pair in data.values() if isinstance(pair, list) for part in pair]
+    words = [word for part in lists if isinstance(part, list) for word in part]
+    whole = len(lists) == 2 * len(data) and all(isinstance(word, str) for word in [*words])
+    return {name: (first, rest) for name, (first, rest) in data.items()} if whole else {}
+
+
 def value(data: object, depth: int = 0) -> object:
     """Return python and NumPy values of plain data: numbers, text, None, lists, and objects marked
     by "~".

@@ -13,11 +13,12 @@ import io
 import json
 import os
 import sys
+import types
 from collections.abc import Callable
 
 from answers import call, plain
 from confine import confine
-from loading import FILE, Siblings, load
+from loading import FILE, Siblings, load, methods, outline, own_values
 from stand_in import StandIn
 
 MOST_LINE = 1_000_000  # bytes of a message
@@ -99,16 +100,21 @@ def main() -> None:
     file = request["source"], request["notebook"], set(request["skip"])
     siblings = Siblings(request["modules"], rewrite)
     sys.meta_path.insert(0, siblings)
+    sources = [*((source, f"<{name}.py>") for name, source in siblings.sources.items())]
+    functions = outline([*sources, (request["source"], FILE)])
     module, trouble, numbers = load(
         *file,
         lambda index, line: send({"n": nonce, "k": "at", "i": index, "l": line}),
         rewrite=rewrite,
     )
     trouble, numbers = trouble or siblings.trouble, siblings.numbers | numbers
+    if not any(isinstance(value, types.FunctionType) for value in own_values(module)):
+        numbers = methods(module) | numbers
     names = [
         name for name, value in vars(module).items() if callable(value) and not name.startswith("_")
     ]
-    send({"n": nonce, "k": "loaded", "names": names, "trouble": trouble, "numbers": numbers})
+    loaded = {"names": names, "trouble": trouble, "numbers": numbers, "outline": functions}
+    send({"n": nonce, "k": "loaded", **loaded})
 
     while True:
         request = receive()
@@ -118,7 +124,10 @@ def main() -> None:
             with contextlib.redirect_stdout(io.StringIO()):  # what it prints is known
                 siblings.forget(constants)
                 asked = load(*file, lambda index, line: None, constants, rewrite)[0]
-        function = vars(asked).get(request["function"])
+        name = request["function"]
+        if not absent and not callable(vars(asked).get(name)):
+            methods(asked, constants)
+        function = vars(asked).get(name)
         if absent or not callable(function):
             send({"n": nonce, "k": "missing", "absent": absent})
             continue

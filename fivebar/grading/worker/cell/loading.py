@@ -7,11 +7,12 @@ from them follows.
 import __future__
 
 import ast
+import contextlib
 import importlib.machinery
 import re
 import sys
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from answers import failure, plain
 
@@ -29,6 +30,8 @@ _SCOPES = (
 _DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
 _CALCULATORS = {"math", "np", "numpy"}
 _START = re.compile(r"[A-Za-z_@(\[\"']")
+MOST_OUTLINED = 300  # functions whose calls are told
+DEEP = 20_000  # calls in each other, to read a source
 _CONTINUED = re.compile(r"(elif|else|except|finally)\b")
 
 
@@ -119,7 +122,9 @@ def _run(module, file, source, notebook, skip, announce, constants, rewrite):
             continue
         announce(index, node.lineno)
         try:
-            code = compile(rewrite(ast.Module([node], [])), file, "exec", flags, dont_inherit=True)
+            with deep():
+                tree = rewrite(ast.Module([node], []))
+                code = compile(tree, file, "exec", flags, dont_inherit=True)
             exec(code, module.__dict__)
         except BaseException as error:
             trouble = trouble or {"l": node.lineno} | {
@@ -134,6 +139,81 @@ def _run(module, file, source, notebook, skip, announce, constants, rewrite):
     return trouble, {name: number for name, number in numbers.items() if number is not None}
 
 
+def outline(sources: list[tuple[str, str]]) -> dict[str, list[list[str]]]:
+    """Return function -> [its arguments, those of the functions that it mentions], of
+    (source, file).
+
+    A function is one of the top level; what a class or another value mentions counts as well.
+    """
+    defined: dict = {}
+    for source, file in sources:
+        for node in _statements(source, file)[0]:
+            for name in {node.name} if hasattr(node, "name") else _stored(node):
+                defined.setdefault(name, []).append(node)
+    return {
+        name: [_arguments(nodes[-1]), sorted(_mentioned(nodes) & defined.keys())]
+        for name, nodes in [*defined.items()][:MOST_OUTLINED]
+    }
+
+
+def _arguments(node):
+    """Return the names of a function's arguments, none for anything else."""
+    function = getattr(node, "value", node)
+    if not isinstance(function, ast.FunctionDef | ast.Lambda):
+        return []
+    return [argument.arg for argument in (*function.args.posonlyargs, *function.args.args)]
+
+
+def _mentioned(nodes):
+    parts = (part for node in nodes for part in ast.walk(node))
+    return {part.id for part in parts if isinstance(part, ast.Name)}
+
+
+@contextlib.contextmanager
+def deep() -> Iterator[None]:
+    """Let Python read expressions of some thousand terms, as symbolic packages print them."""
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(limit, DEEP))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(limit)
+
+
+def own_values(module: types.ModuleType) -> list:
+    """Return the functions and classes that a module itself defines."""
+    name = module.__name__
+    return [v for v in vars(module).values() if getattr(v, "__module__", None) == name]
+
+
+def methods(module: types.ModuleType, constants: dict | None = None) -> dict[str, float]:
+    """Give the module the methods of a class of its own that needs no arguments, where it has no
+    function of such a name; return the numbers of its object.
+
+    It runs what makes the object, which may take for ever: not where the file has functions that
+    are asked. constants: other values for some of the numbers.
+    """
+    numbers: dict = {}
+    for own in own_values(module):
+        if not isinstance(own, type):
+            continue
+        try:
+            made = own()
+            values = {name: getattr(made, name) for name in dir(made) if name[0] != "_"}
+            given = {name: value for name, value in values.items() if _number(value) is not None}
+            asked = {name: value for name, value in values.items() if callable(value)}
+            changed = constants or {}
+            for name in given.keys() & changed.keys():
+                setattr(made, name, changed[name])
+        except BaseException:  # noqa: S112  a class of another kind: its methods are not asked
+            continue
+        if asked:
+            numbers |= {name: _number(value) for name, value in given.items()}
+            for name, value in asked.items():
+                vars(module).setdefault(name, value)
+    return numbers
+
+
 def _names_of_the_lab(module):
     """Return what its star imports bring besides the robot: np."""
     try:
@@ -144,11 +224,14 @@ def _names_of_the_lab(module):
 
 def _stored(node):
     """Return the names that a statement gives a value in the module itself."""
-    if isinstance(node, _SCOPES):
-        return set()
-    if isinstance(node, ast.Name):
-        return {node.id} if isinstance(node.ctx, ast.Store) else set()
-    return set().union(*map(_stored, ast.iter_child_nodes(node)))
+    names, waiting = set(), [node]
+    while waiting:  # a sum of thousand terms is as deep as that
+        part = waiting.pop()
+        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
+            names.add(part.id)
+        if not isinstance(part, _SCOPES):
+            waiting += ast.iter_child_nodes(part)
+    return names
 
 
 def _number(value):
@@ -166,7 +249,8 @@ def _number(value):
 
 def _statements(source, file):
     try:
-        return ast.parse(source, file).body, None
+        with deep():
+            return ast.parse(source, file).body, None
     except Exception as error:
         return _pieces(source, file), failure(error, file)
 

@@ -1,0 +1,193 @@
+"""What is said of wrong answers is true: names that were given falsely, and mistakes paid for once."""
+
+import re
+
+import pytest
+
+from fivebar.grading.grade import grade
+from fivebar.grading.labs import find_lab
+from fivebar.grading.program import Job
+from tests.helpers import DATA
+from tests.helpers.hand_ins import FOLDER
+
+FRESH = FOLDER / "fresh"
+
+
+def report(lab, base, folder, *changes):
+    """The report on a file of the corpus with these changes, (old, new)."""
+    source = (FRESH / f"{base}.py").read_text("utf-8")
+    for old, new in changes:
+        assert old in source
+        source = source.replace(old, new)
+    path = folder / "my.py"
+    path.write_text(source, encoding="utf-8")
+    found = grade(find_lab(lab), Job(path, seed="advice"))
+    assert not found.faults
+    return found
+
+
+def said(found, function=""):
+    """All that is said of wrong checks: (function, text, name)."""
+    return [
+        (c.function, c.text, c.misconception)
+        for c in found.checks
+        if c.share < 1 and function in ("", c.function)
+    ]
+
+
+def test_zeros_of_a_function_still_to_be_written_are_no_mistake_in_a_formula(tmp_path):
+    body = (FRESH / "amoro_blocks.py").read_text("utf-8").split("def dkm_passive(")[1]
+    body = body.split("):\n", 1)[1].split("\n\n\n")[0]
+    found = report("amoro", "amoro_blocks", tmp_path, (body, "    return 0, 0"))
+    assert {name for _, _, name in said(found)} == {
+        "always the same answer, whatever the arguments: is it still to be written?"
+    }
+    assert found.points == 18
+
+
+def test_a_pseudo_inverse_is_told_that_no_answer_exists_and_no_more(tmp_path):
+    found = report("lab2", "lab2", tmp_path, ("linalg.inv(", "linalg.pinv("))
+    assert said(found) and all(
+        text.startswith("gave an answer where none exists") and name == ""
+        for _, text, name in said(found)
+    )
+
+
+def test_the_end_of_a_step_is_no_rounding(tmp_path):
+    source = (FRESH / "lab4.py").read_text("utf-8")
+    bisection = source[source.index("            lo, hi") : source.index("        before = now")]
+    found = report("lab4", "lab4", tmp_path, (bisection, "            return i / N\n"))
+    assert {name for _, _, name in said(found)} == {"no bisection: the end of a step of 1/500"}
+
+
+def test_one_mode_for_both_legs_is_named_beside_a_clamped_cosine(tmp_path):
+    changes = (
+        ("acos(cosine)", "acos(max(-1.0, min(1.0, cosine)))"),
+        ("l22, gamma2)", "l22, gamma1)"),
+    )
+    names = {name for _, _, name in said(report("lab1", "lab1", tmp_path, *changes)) if name}
+    assert any("gamma1, used for both legs" in name for name in names)
+    allowed = "gamma1, used for both legs|height 0 where the bars do not meet"
+    assert all(re.search(allowed, name) for name in names)
+
+
+def test_nothing_is_said_to_be_always_0_beside_right_answers(tmp_path):
+    change = (
+        "    a1 = q11 + q12\n    a2 = q21 + q22\n    n1",
+        (
+            "    if np.sin(q12) > 0.5:\n        return 0, 0\n"
+            "    a1 = q11 + q12\n    a2 = q21 + q22\n    n1"
+        ),
+    )
+    found = report("lab2", "lab2", tmp_path, change)
+    assert said(found, "dkm_passive") and not any(
+        re.search("always|whatever|0 ", name) for _, _, name in said(found)
+    )
+
+
+def test_millimetres_are_told_in_lab_8(tmp_path):
+    change = "    return e1, e2", "    return 1000 * e1, 1000 * e2"
+    names = {name for _, _, name in said(report("lab8", "lab8", tmp_path, change), "misses")}
+    assert names == {
+        "e1 is 1000 times the right one in every row; e2 is 1000 times the right one in every row"
+    }
+
+
+def test_a_name_used_before_it_has_a_value_is_told_in_pythons_words(tmp_path):
+    change = "    rates = A @ x", ""
+    source = (FRESH / "lab5.py").read_text("utf-8")
+    assert change[0] not in source
+    found = report(
+        "lab5",
+        "lab5",
+        tmp_path,
+        ("    M = np.diag([zz1, zz2]) + m", "    m = m / 1\n    M = np.diag([zz1, zz2]) + m"),
+    )
+    function, text, name = said(found, "dynamic_model")[0]
+    assert "UnboundLocalError" in text and "'m'" in text and name == ""
+
+
+def test_a_column_added_to_a_row_is_no_product_and_not_copied_to_other_checks(tmp_path):
+    change = "    return M, c\n\n\ndef inverse", "    return M, c[:, None]\n\n\ndef inverse"
+    found = report("lab5", "lab5", tmp_path, change)
+    assert {function for function, _, _ in said(found)} == {"inverse_dynamics", "forward_dynamics"}
+    assert not any("matrix product" in text or name for _, text, name in said(found))
+
+
+SINGULAR = "def AB(q12, q22):", "def AB(q12, q22):\n    q12 = q12 + 0.0"
+
+
+def test_a_solved_system_at_a_singularity_has_no_mistake_but_that(tmp_path):
+    """Two arguments that do not count are not exchanged because rounding gives an answer."""
+    found = report("lab7", "lab7", tmp_path, SINGULAR)
+    assert {name for function, _, name in said(found) if function in ("dkm", "ikm")} <= {""}
+
+
+HELPERS = {
+    "B without l": ("amoro", "amoro_blocks", ("= l * (u22.T @ v21)", "= (u22.T @ v21)"), 18),
+    "a sign in B": ("amoro", "amoro_blocks", ("= l * (u12.T @ v11)", "= -l * (u12.T @ v11)"), 18),
+    "a bracket in d": (
+        "amoro",
+        "amoro_blocks",
+        (
+            "-l * q11D**2 * (u12.T @ u11)[0, 0] - l * (q11D + q12D)**2",
+            "-l * (q11D**2 * (u12.T @ u11)[0, 0] - (q11D + q12D)**2)",
+        ),
+        18,
+    ),
+    "an unknown slip in A": (
+        "amoro",
+        "amoro_trig",
+        ("[mt.cos(q21 + q22), mt.sin(q21 + q22)]", "[mt.cos(q21 + q22), mt.sin(q21 + 0.3 * q22)]"),
+        18,
+    ),
+    "both legs' d exchanged": (
+        "amoro",
+        "amoro_trig",
+        ("return np.array([b1, b2])", "return np.array([b2, b1])"),
+        18,
+    ),
+}
+
+
+@pytest.mark.parametrize("lab, base, change, points", HELPERS.values(), ids=HELPERS)
+def test_a_wrong_helper_is_paid_for_by_the_first_function_that_it_spoils(
+    tmp_path, lab, base, change, points
+):
+    found = report(lab, base, tmp_path, change)
+    assert found.points == points
+    assert len({function for function, _, _ in said(found)}) == 1
+    told = [remark for c in found.checks for remark in c.remarks if "judged with" in remark]
+    assert told and all(text.startswith("consistent with your ") for _, _, text in said(found))
+
+
+def test_a_6_typed_as_5_in_a_quintic_is_paid_for_by_the_trajectory(tmp_path):
+    source = (DATA / "solutions/lab6.py").read_text("utf-8")
+    path = tmp_path / "my.py"
+    path.write_text(source.replace("+ 6 * u**5", "+ 5 * u**5"), encoding="utf-8")
+    found = grade(find_lab("lab6"), Job(path, seed="advice"))
+    assert {function for function, _, _ in said(found)} == {"trajectory"}
+    assert found.points == 20 - 4 + found.checks[0].points + found.checks[1].points
+
+
+def test_a_helper_that_is_no_model_earns_nothing(tmp_path):
+    change = (
+        "[[mt.cos(q11 + q12), mt.sin(q11 + q12)],\n                     [mt.cos(q21 + q22), mt.sin(q21 + q22)]]",
+        "[[17.0 * q11**2, 1.0], [q22 - 5 * q12**3, 2.0]]",
+    )
+    assert report("amoro", "amoro_trig", tmp_path, change).points == 10
+
+
+def test_the_order_of_the_functions_does_not_matter_where_a_helper_is_called_by_another(tmp_path):
+    changes = (
+        ("= l * (u22.T @ v21)", "= (u22.T @ v21)"),
+        (
+            "def compute_d(q11, q12",
+            "def of_both(a, b, c, e):\n    return compute_A_B(a, b, c, e)\n\n\ndef compute_d(q11, q12",
+        ),
+        (
+            "    A, B = compute_A_B(q11, q12, q21, q22)\n    xiDD = ",
+            "    A, B = of_both(q11, q12, q21, q22)\n    xiDD = ",
+        ),
+    )
+    assert report("amoro", "amoro_blocks", tmp_path, changes[0], changes[1]).points == 18
