@@ -74,7 +74,7 @@ class Sheet:
             out.writelines(f"{x:.6f},{y:.6f},{pen}\n" for x, y, pen in points)
 
     def distances_to_csv(self, file: TextFile) -> None:
-        """Write the table for the ruler: its column distance is to be filled in, for `calibrate`."""
+        """Write the table for the ruler, in whose column distance the user fills in lengths."""
         xi = self.machine.frame.inverse(self.crosses)
         q = self.machine.readings(igm(self.machine.robot, xi, self.working).q)
         names = self.names
