@@ -40,9 +40,9 @@ class Student:
     memory: bytes; modules: name -> source of those beside the file that it may import; packages:
     that it may import beside NumPy and SciPy. `names`: the functions found; `outline`: as
     `outlined` returns it; `constants`: the numbers to which the file itself gives a name;
-    `trouble`: Reply of the first statement that failed when the file was run, or None; `output`: what it
-    printed; `notes`: sentences for the one who grades. The thread
-    that asks must outlive the worker: it dies with it (Linux). Raises IsolationError where the
+    `trouble`: Reply of the first statement that failed when the file was run, or None; `output`:
+    what it printed; `notes`: sentences for the one who grades. The thread that asks must outlive
+    the worker: it dies with it (Linux). Raises IsolationError where the
     worker cannot be isolated so, and, whatever is asked, KilledError where something else kills it
     again and again.
     """
