@@ -276,7 +276,8 @@ class Plant:
             if self.torques is not None:
                 t = t0 + places * lengths * (1 + node) / 2
                 q, q_dot = columns[JOINTS].T, columns[JOINT_RATES].T
-                power = power + self.torques.lost_power(t, q, q_dot, tau)
+                taken = self.torques.taken(t, q, q_dot, tau)
+                power = power + (taken * q_dot).sum(axis=1)
             total = total + weight / 2 * power
         return total * places * lengths
 
@@ -446,8 +447,8 @@ def lost_in_steps(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the energy (n,), J, that torques of a LoadedRobot take in each step.
 
-    And by how much Simpson's rule, on cubics through the steps' ends, differs from the trapezoidal
-    one: it knows no more of torques that jump.
+    And by how much that may err: by the difference of Simpson's rule, on cubics through the steps'
+    ends, from the trapezoidal one, and by the rounding of q.
     """
     t = step * np.arange(len(rows) - 1)
     q0, q1 = rows[:-1, Q], rows[1:, Q]
@@ -456,11 +457,13 @@ def lost_in_steps(
     q = (q0 + q1) / 2 + bend
     chord = (q1 - q0) / step
     v = 1.5 * chord - (v0 + v1) / 4
-    before = torques.lost_power(t, q0, v0, tau)
-    middle = torques.lost_power(t + step / 2, q, v, tau)
-    after = torques.lost_power(t + step, q1, v1, tau)
+    taken = torques.taken(t, q0, v0, tau)
+    before = (taken * v0).sum(axis=1)
+    middle = (torques.taken(t + step / 2, q, v, tau) * v).sum(axis=1)
+    after = (torques.taken(t + step, q1, v1, tau) * v1).sum(axis=1)
     lost = step / 6 * (before + 4 * middle + after)
-    return lost, np.abs(lost - step / 2 * (before + after))
+    difference = np.abs(lost - step / 2 * (before + after))
+    return lost, difference + ROUNDING * np.abs(taken).sum(axis=1)
 
 
 def _jump(robot, row, tau, chart, step, k):
