@@ -189,10 +189,11 @@ class Plant:
 
     def _refuse(self, tau, why):
         pose = self.rates.pose
+        x, y = pose.point
         words = self.robot.words
         sines = ", ".join(f"{sine:.2g}" for sine in (*pose.sines, pose.det_A))
         raise ArithmeticError(
-            f"the motion at t = {self.t:.9g} s, xi = ({pose.point[0]:.9g}, {pose.point[1]:.9g}) m"
+            f"the motion at t = {self.t:.9g} s, xi = ({x:.9g}, {y:.9g}) m"
             f" is too fast: {why} (joint rates {self.state[4]:.3g}, {self.state[6]:.3g}"
             f" {words.unit}/s, {words.effort}s {tau[0]:.3g}, {tau[1]:.3g} {words.effort_unit};"
             f" {', '.join(words.sines)} = {sines}; where all three are 0 all bars are parallel)"
@@ -458,17 +459,22 @@ def lost_in_steps(
     chord = (q1 - q0) / step
     v = 1.5 * chord - (v0 + v1) / 4
     taken = torques.taken(t, q0, v0, tau)
+    in_middle = torques.taken(t + step / 2, q, v, tau)
+    at_end = torques.taken(t + step, q1, v1, tau)
     before = (taken * v0).sum(axis=1)
-    middle = (torques.taken(t + step / 2, q, v, tau) * v).sum(axis=1)
-    after = (torques.taken(t + step, q1, v1, tau) * v1).sum(axis=1)
+    middle = (in_middle * v).sum(axis=1)
+    after = (at_end * v1).sum(axis=1)
     lost = step / 6 * (before + 4 * middle + after)
-    difference = np.abs(lost - step / 2 * (before + after))
-    return lost, difference + ROUNDING * np.abs(taken).sum(axis=1)
+    trapezoidal = step / 2 * (before + after)
+    rounding = ROUNDING * np.abs(taken).sum(axis=1)
+    return lost, np.abs(lost - trapezoidal) + rounding
 
 
 def _jump(robot, row, tau, chart, step, k):
     """Return the error that says where step k jumped."""
-    sines, (x, y), words = row[MARGINS], row[XI], robot.words
+    sines = row[MARGINS]
+    x, y = row[XI]
+    words = robot.words
     where = f"t = {k * step:g} s, xi = ({x:.9g}, {y:.9g}) m"
     nearest = min(chart.margins, key=lambda column: abs(sines[column]), default=None)
     if nearest is None or abs(sines[nearest]) > NEAR:
