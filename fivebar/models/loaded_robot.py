@@ -95,15 +95,13 @@ class JointTorques:
             raise ArithmeticError(f"LoadedRobot: torques are {value.tolist()} at t = {t:g} s")
         return value
 
-    def lost_power(
-        self, t: np.ndarray, q: np.ndarray, q_dot: np.ndarray, tau: np.ndarray
-    ) -> np.ndarray:
-        """Return the power (n,), W, that they take from the controller's torques tau (n, 2)."""
+    def taken(self, t: np.ndarray, q: np.ndarray, q_dot: np.ndarray, tau: np.ndarray) -> np.ndarray:
+        """Return what they take from the controller's torques tau, (n, 2) N m, along a motion."""
         if self.text is not None:
             joint = self.function(t[None], q.T, q_dot.T, tau.T).full().T
         else:
             joint = np.array([self.at(*row) for row in zip(t.tolist(), q, q_dot, tau)])
-        return ((tau - joint) * q_dot).sum(axis=1)
+        return tau - joint
 
 
 def robot_and_torques(plant: Robot | LoadedRobot) -> tuple[Robot, JointTorques | None]:

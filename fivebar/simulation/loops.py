@@ -308,8 +308,8 @@ def a_built_in_controller(value: object, name: str) -> PD | ComputedTorque:
     """Rule: a controller that a compiled loop can hold; one of a class that overrides its law."""
     if not isinstance(value, (PD, ComputedTorque)):
         raise ValueError(
-            "a compiled loop needs a PD or ComputedTorque controller, or one of a class made from"
-            f" these that overrides law(), not {type(value).__name__}"
+            f"a compiled loop needs a PD or ComputedTorque controller, not {type(value).__name__};"
+            " a law of your own is a class made from one of these that overrides law()"
         )
     if type(value).__call__ is not PD.__call__:
         raise ValueError(

@@ -152,7 +152,8 @@ def simulate_many(
     count = len(robots)
     rows = (grid.steps if summary else count * grid.steps) * 1.0
     what = f"{count} runs of {grid.steps} steps are {rows:.3g} rows"
-    bounded(rows, MOST_ROWS, f"{what} (summary= keeps none of them)", ROW_BYTES)
+    hint = "(summary= keeps none of them)"
+    bounded(rows, MOST_ROWS, f"{what} {hint}", ROW_BYTES)
     what = f"control_period = {control_period:g} s is {grid.block:.3g} steps"
     bounded(grid.block, MOST_BLOCK, what, STEP_BYTES)
     periods = -(-grid.steps // grid.block)

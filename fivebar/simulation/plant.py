@@ -189,10 +189,11 @@ class Plant:
 
     def _refuse(self, tau, why):
         pose = self.rates.pose
+        x, y = pose.point
         words = self.robot.words
         sines = ", ".join(f"{sine:.2g}" for sine in (*pose.sines, pose.det_A))
         raise ArithmeticError(
-            f"the motion at t = {self.t:.9g} s, xi = ({pose.point[0]:.9g}, {pose.point[1]:.9g}) m"
+            f"the motion at t = {self.t:.9g} s, xi = ({x:.9g}, {y:.9g}) m"
             f" is too fast: {why} (joint rates {self.state[4]:.3g}, {self.state[6]:.3g}"
             f" {words.unit}/s, {words.effort}s {tau[0]:.3g}, {tau[1]:.3g} {words.effort_unit};"
             f" {', '.join(words.sines)} = {sines}; where all three are 0 all bars are parallel)"
@@ -276,7 +277,8 @@ class Plant:
             if self.torques is not None:
                 t = t0 + places * lengths * (1 + node) / 2
                 q, q_dot = columns[JOINTS].T, columns[JOINT_RATES].T
-                power = power + self.torques.lost_power(t, q, q_dot, tau)
+                taken = self.torques.taken(t, q, q_dot, tau)
+                power = power + (taken * q_dot).sum(axis=1)
             total = total + weight / 2 * power
         return total * places * lengths
 
@@ -446,8 +448,8 @@ def lost_in_steps(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the energy (n,), J, that torques of a LoadedRobot take in each step.
 
-    And by how much Simpson's rule, on cubics through the steps' ends, differs from the trapezoidal
-    one: it knows no more of torques that jump.
+    And by how much that may err: by the difference of Simpson's rule, on cubics through the steps'
+    ends, from the trapezoidal one, and by the rounding of q.
     """
     t = step * np.arange(len(rows) - 1)
     q0, q1 = rows[:-1, Q], rows[1:, Q]
@@ -456,16 +458,23 @@ def lost_in_steps(
     q = (q0 + q1) / 2 + bend
     chord = (q1 - q0) / step
     v = 1.5 * chord - (v0 + v1) / 4
-    before = torques.lost_power(t, q0, v0, tau)
-    middle = torques.lost_power(t + step / 2, q, v, tau)
-    after = torques.lost_power(t + step, q1, v1, tau)
+    taken = torques.taken(t, q0, v0, tau)
+    in_middle = torques.taken(t + step / 2, q, v, tau)
+    at_end = torques.taken(t + step, q1, v1, tau)
+    before = (taken * v0).sum(axis=1)
+    middle = (in_middle * v).sum(axis=1)
+    after = (at_end * v1).sum(axis=1)
     lost = step / 6 * (before + 4 * middle + after)
-    return lost, np.abs(lost - step / 2 * (before + after))
+    trapezoidal = step / 2 * (before + after)
+    rounding = ROUNDING * np.abs(taken).sum(axis=1)
+    return lost, np.abs(lost - trapezoidal) + rounding
 
 
 def _jump(robot, row, tau, chart, step, k):
     """Return the error that says where step k jumped."""
-    sines, (x, y), words = row[MARGINS], row[XI], robot.words
+    sines = row[MARGINS]
+    x, y = row[XI]
+    words = robot.words
     where = f"t = {k * step:g} s, xi = ({x:.9g}, {y:.9g}) m"
     nearest = min(chart.margins, key=lambda column: abs(sines[column]), default=None)
     if nearest is None or abs(sines[nearest]) > NEAR:

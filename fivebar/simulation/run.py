@@ -84,7 +84,8 @@ def columns(
 ) -> tuple[str, ...]:
     """Return the names of the columns of a run's CSV file."""
     left, right = robot.words.joints
-    names = ["t", left, right, f"{left}_dot", f"{right}_dot", "x", "y", "tau1", "tau2", "energy"]
+    names = ["t", left, right, f"{left}_dot", f"{right}_dot"]
+    names += ["x", "y", "tau1", "tau2", "energy"]
     names += ["x_ref", "y_ref"] * has_reference + ["friction_loss"] * has_loss
     return (*names, *control_columns(robot) * has_control)
 
@@ -314,7 +315,8 @@ class Run(Animated):
         header = columns(robot, has_reference, has_loss, has_control)
         values = table.numbers(header, finite=False)
         values, samples = np.split(values, [len(header) - 6 * has_control], axis=1)
-        t, q, q_dot, xi, tau, energy, rest = np.split(values, (1, 3, 5, 7, 9, 10), axis=1)
+        ends = 1, 3, 5, 7, 9, 10
+        t, q, q_dot, xi, tau, energy, rest = np.split(values, ends, axis=1)
         control = None
         if has_control:
             at = np.isfinite(samples).all(axis=1)

@@ -275,7 +275,8 @@ class Grid(NamedTuple):
         what = f"duration = {duration:g} s is {count:.3g} steps of {step:g} s"
         bounded(count, MOST_ROWS, what, ROW_BYTES)
         steps = max(math.ceil(count - 1e-6), 1)
-        return cls(steps, step, min(block or steps, steps))
+        block = min(block or steps, steps)
+        return cls(steps, step, block)
 
 
 def start_with(robot: Robot, reference: Any, controller: Any) -> Rates:

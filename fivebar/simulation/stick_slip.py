@@ -44,7 +44,8 @@ def _powers() -> np.ndarray:
     rows = []
     basis = Polynomial([1.0])
     for k in range(7):
-        basis = basis * Polynomial([0.0, 1.0] if k % 2 == 0 else [1.0, -1.0])
+        factor = [1.0, -1.0] if k % 2 else [0.0, 1.0]
+        basis = basis * Polynomial(factor)
         rows.append(np.pad(basis.coef, (0, 8 - len(basis.coef))))
     return np.array(rows)
 

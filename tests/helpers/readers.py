@@ -297,7 +297,7 @@ COVERS = {
     "base.tables:about": "Run",
     "cli.grade_folder:hand_out": "ids",
     "optimal_design.results:_load": "Design", "base.shards:read_chunk": "chunk",
-    "base.shards:read_manifest": "manifest",
+    "base.shards:read_manifest": "manifest", "base.shards:compute": "manifest", "simulation.summaries:load": "manifest",
     "estimation.saving:read_json": "Calibration",
     "estimation.identification.samples:_is_a_run": "identify",
 }  # fmt: skip
@@ -315,7 +315,7 @@ OWN = {
         amoro.ros_free.child:main
         grading.worker.cell.__main__:main
         grading.worker.cell.__main__:receive grading.worker.live:_reply grading.worker.wire:message
-        grading.worker.launch:launch study.speed_accuracy.runner:_prepare study.speed_accuracy.runner:run""",
+        grading.worker.launch:launch simulation.summaries:_summarizer study.speed_accuracy.runner:_prepare study.speed_accuracy.runner:run""",
     "the system": """grading.worker.cell.confine:_descriptor grading.worker.cell.landlock:restrict
         grading.worker.launch:_spare_user grading.worker.sandbox:_kill_orphan
         study.speed_accuracy.machine:_processor""",
