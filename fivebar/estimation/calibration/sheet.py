@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -90,7 +91,7 @@ class Sheet:
             out.writelines(f"{x:.6f},{y:.6f},{pen}\n" for x, y, pen in points)
 
     def distances_to_csv(self, file: TextFile) -> None:
-        """Write the table for the ruler: its column distance is to be filled in, for `calibrate`."""
+        """Write the table for the ruler, whose column distance is to be filled in."""
         q = self.readings
         names = self.names
         with written(file) as out:
@@ -123,12 +124,13 @@ def sheet(
         )
     size = np.array(PAPERS[one_of(*PAPERS)(paper, "sheet: paper")]) - 2 * BORDER
     outline = [(0.0, 0.0), (size[0], 0.0), tuple(size), (0.0, size[1]), (0.0, 0.0)]
-    frame = Path([Line(a, b) for a, b in zip(outline, outline[1:])])
+    frame = Path(tuple(Line(a, b) for a, b in zip(outline, outline[1:])))
     kept = {name: getattr(machine.constraints, name) for name in ON_POSES}
     limits = replace(Constraints(**kept), clearance=CLEARANCE)
     if working is not None:
         working = modes(2)(working, "sheet: working")
-    fit = fitted_in(machine.robot, frame, 0.0, None, working, limits)
+    robot: Any = machine.robot
+    fit = fitted_in(robot, frame, 0.0, None, working, limits)
     scale = min(1.0, fit.scale)
     box = fit.rectangle
     middle = np.array([box.x_min + box.x_max, box.y_min + box.y_max]) / 2
