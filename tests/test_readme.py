@@ -106,6 +106,11 @@ def write_inputs(folder):
         shutil.copy(script, folder)
     shutil.copy(DATA / "solutions" / "lab1.py", folder / "my.py")
     shutil.copy(LABS / "lab8_calibration" / "measured.csv", folder)
+    fb.FiveBar().save(folder / "robot.toml")
+    lines = '<path fill="none" stroke="black" d="M0 0 L30 0 L15 20"/>'
+    size = 'width="40mm" height="30mm" viewBox="0 0 40 30"'
+    svg = f'<svg xmlns="http://www.w3.org/2000/svg" {size}>{lines}</svg>'
+    (folder / "drawing.svg").write_text(svg, encoding="utf-8")
     (folder / "submissions").mkdir()
     shutil.copy(LABS / "lab1_geometry" / "student.py", folder / "submissions" / "anna.py")
 

@@ -32,6 +32,7 @@ OPTIONS = JSON | {
     ),
     "--profile": "95 %% intervals by profile likelihood, too",
     "--sheet A4|A5": "write a test drawing, and a table for a ruler to fill in, instead",
+    "--photo PICTURE": "of the drawn sheet, whole, on a darker ground: with --sheet",
     WORKING: "of the test drawing: working modes",
     "--out FOLDER": "calibration.png, .json, .txt, and robot.toml go there",
 }
@@ -49,6 +50,26 @@ def add_parsers(commands: _SubParsersAction) -> None:
     add_options(parser, OPTIONS)
     add_robot_options(parser)
     parser.set_defaults(run=_calibrate)
+
+
+def _measure_photo(arguments, machine):
+    """Write the crosses of a photograph as measured data, to be calibrated with."""
+    from matplotlib.image import imread
+
+    from ..estimation.calibration.calibrate import DEFAULT
+    from ..estimation.calibration.photo import crosses_in
+    from ..estimation.calibration.sheet import sheet
+
+    if arguments.sheet is None or arguments.data is not None:
+        raise UsageError("--photo goes with --sheet A4 or A5, and without measured data")
+    with usage_errors(ValueError, OSError):
+        drawn = sheet(machine, arguments.sheet, arguments.working)
+        points = crosses_in(imread(arguments.photo), drawn, arguments.sheet)
+    folder = Path(arguments.out or "fivebar-sheet")
+    with locked_folder(folder):
+        drawn.points_to_csv(folder / "crosses.csv", points)
+    arguments.data = str(folder / "crosses.csv")
+    arguments.unknown = arguments.unknown or [*DEFAULT, "x0", "y0", "turn"]
 
 
 def _write_sheet(arguments, machine):
@@ -73,7 +94,9 @@ def _write_sheet(arguments, machine):
         f"draw it:      fivebar draw {drawing} {robot} --at {x:.6g} {y:.6g} --working {signs}"
         f" --deviation 0\nmeasure the {len(drawn.pairs)} distances between crosses, in mm, into"
         f" {table}; A1 is below on the left\ncalibrate:    fivebar calibrate {table} {robot}"
-        " --sigma 0.0003 --out calibrated"
+        " --sigma 0.0003 --out calibrated\nor, with a photograph of"
+        f" the sheet:   fivebar calibrate --photo PICTURE --sheet {arguments.sheet} {robot}"
+        " --out calibrated"
     )
 
 
@@ -83,7 +106,9 @@ def _calibrate(arguments):
 
     machine = machine_without_tool(arguments)
     robot = machine.robot
-    if arguments.sheet is not None:
+    if arguments.photo is not None:
+        _measure_photo(arguments, machine)
+    elif arguments.sheet is not None:
         _write_sheet(arguments, machine)
         return
     if arguments.data is None:

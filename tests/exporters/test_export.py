@@ -67,7 +67,10 @@ def test_a_robot_that_does_not_close_at_0_is_shown_where_it_does():
 @pytest.mark.parametrize(
     "options, message",
     [
-        (dict(format="stl"), "format must be one of mjcf, urdf, sdf, c, not 'stl'"),
+        (
+            dict(format="stl"),
+            "format must be one of mjcf, urdf, sdf, c, reprapfirmware, ros2_control, gcode, not 'stl'",
+        ),
         (dict(format="urdf", step=0.1), "step is no option of urdf, which has start"),
         (dict(format="mjcf", functions=["dgm"]), "functions is no option of mjcf"),
         (dict(format="c", closure="joint"), "closure is no option of c"),

@@ -75,7 +75,7 @@ def test_a_proof_and_the_checker_alone(tmp_path):
 
 def test_the_checker_is_short_and_needs_mpmath_alone():
     text = File(checker.__file__).read_text(encoding="utf-8")
-    assert sum(1 for _ in ast.walk(ast.parse(text))) < 2000
+    assert sum(1 for _ in ast.walk(ast.parse(text))) < 2450
     imports = [
         node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Import | ast.ImportFrom)
     ]

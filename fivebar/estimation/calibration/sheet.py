@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,7 @@ PAPERS = {"A4": (0.297, 0.21), "A5": (0.21, 0.148)}  # m, lying
 BORDER = 0.012  # m, of the paper that stays free
 GRID = 4, 3  # crosses
 ARM = 0.003  # m, of a cross
+MARK = 0.011  # m, side of the square around A1
 CLEARANCE = 0.005  # m, of the drawing from singularities
 PAIRS = 24  # distances that are measured
 UNKNOWN = "l11", "l12", "l21", "l22", "d", "offset1", "offset2"
@@ -34,7 +36,7 @@ UNKNOWN = "l11", "l12", "l21", "l22", "d", "offset1", "offset2"
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """A test drawing: a grid of crosses in a square frame.
+    """A test drawing: a grid of crosses in a frame, the first of them in a square.
 
     Attributes
     ----------
@@ -64,6 +66,21 @@ class Sheet:
         columns, _ = GRID
         return [f"{'ABC'[k // columns]}{k % columns + 1}" for k in range(len(self.crosses))]
 
+    @property
+    def readings(self) -> np.ndarray:
+        """What the drives read (n, 2) at the crosses."""
+        xi = self.machine.frame.inverse(self.crosses)
+        return self.machine.readings(igm(self.machine.robot, xi, self.working).q)
+
+    def points_to_csv(self, file: TextFile, points: np.ndarray) -> None:
+        """Write measured places of the crosses (n, 2), m, for `calibrate`; nan is left out."""
+        signs = ",".join(map(str, self.working))
+        with written(file) as out:
+            out.write("q1,q2,working1,working2,x,y\n")
+            for (q1, q2), (x, y) in zip(self.readings.tolist(), points.tolist()):
+                if x == x:
+                    out.write(f"{q1!r},{q2!r},{signs},{x!r},{y!r}\n")
+
     def drawing_to_csv(self, file: TextFile) -> None:
         """Write the drawing as x, y in mm and pen, for `fivebar draw`."""
         points = [(*(1e3 * np.array(self.path.pieces[0].start)), 0)]
@@ -74,9 +91,8 @@ class Sheet:
             out.writelines(f"{x:.6f},{y:.6f},{pen}\n" for x, y, pen in points)
 
     def distances_to_csv(self, file: TextFile) -> None:
-        """Write the table for the ruler, in whose column distance the user fills in lengths."""
-        xi = self.machine.frame.inverse(self.crosses)
-        q = self.machine.readings(igm(self.machine.robot, xi, self.working).q)
+        """Write the table for the ruler, whose column distance is to be filled in."""
+        q = self.readings
         names = self.names
         with written(file) as out:
             out.write("cross,to_cross,q1,q2,working1,working2,to,distance (mm)\n")
@@ -108,22 +124,28 @@ def sheet(
         )
     size = np.array(PAPERS[one_of(*PAPERS)(paper, "sheet: paper")]) - 2 * BORDER
     outline = [(0.0, 0.0), (size[0], 0.0), tuple(size), (0.0, size[1]), (0.0, 0.0)]
-    frame = Path([Line(a, b) for a, b in zip(outline, outline[1:])])
+    frame = Path(tuple(Line(a, b) for a, b in zip(outline, outline[1:])))
     kept = {name: getattr(machine.constraints, name) for name in ON_POSES}
     limits = replace(Constraints(**kept), clearance=CLEARANCE)
     if working is not None:
         working = modes(2)(working, "sheet: working")
-    fit = fitted_in(machine.robot, frame, 0.0, None, working, limits)
+    robot: Any = machine.robot
+    fit = fitted_in(robot, frame, 0.0, None, working, limits)
     scale = min(1.0, fit.scale)
     box = fit.rectangle
     middle = np.array([box.x_min + box.x_max, box.y_min + box.y_max]) / 2
     half = scale * size / 2
     columns, rows = GRID
-    x, y = (np.linspace(-h + 2 * ARM, h - 2 * ARM, n) for h, n in zip(half, (columns, rows)))
+    inner = half - MARK
+    x, y = (np.linspace(-h, h, n) for h, n in zip(inner, (columns, rows)))
     crosses = middle + np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    strokes = [middle + half * corner for corner in [(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]]
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)])
+    outlines = (
+        machine.frame(middle + half * corners),
+        machine.frame(crosses[0] + MARK / 2 * corners),
+    )
     in_frame = machine.frame(crosses)
-    path = _strokes([machine.frame(strokes), *_arms(in_frame)])
+    path = _strokes([*outlines, *_arms(in_frame)])
     pairs = _telling(machine.robot, igm(machine.robot, crosses, fit.aspect.working))
     return Sheet(machine, fit.aspect.working, in_frame, path, pairs)
 

@@ -75,56 +75,31 @@ def point(piece, u, on=iv):
     raise ValueError(f"no piece is a {kind!r}")
 
 
-def joint(x, y, lengths, tool, working, on=iv):
-    """x and y of the joint of the distal bars, of the tool's x and y; None where the leg's bar and
-    tool may not reach them. tool: {leg, along, across}, as `fivebar.Tool` has them.
-
-    The tool T closes a dyad of l1 and r on the base, r^2 = |l2 + along + i across|^2: with the way
-    e from its elbow to T, and T - C = (along + i across) e / (l2 + along + i across).
+def reach(base, l1, l2, x, y):
+    """Of a leg its two bars, the way from its base, its square, and by how much that is within both
+    limits.
     """
-    leg = tool["leg"] - 1
-    l1, l2 = lengths[2 * leg : 2 * leg + 2]
-    base = lengths[4] * (leg - 0.5)
-    along, across = on.mpf(tool["along"]), on.mpf(tool["across"])
-    real = l2 + along
-    r2 = real * real + across * across
-    root = on.sqrt(r2.value)
-    r = r2.through(root, 1 / (root * 2))
     rx = x - base
-    square = rx * rx + y * y
-    outer = (l1 + r) * (l1 + r) - square
-    inner = square - (l1 - r) * (l1 - r)
-    if not (outer.value > 0 and inner.value > 0 and square.value > 0):
-        return None
-    product = outer * inner
-    height = on.sqrt(product.value)
-    side = working[leg] if real.value > 0 else -working[leg]
-    lead = (square - l1 * l1 + r2) / (square * 2)
-    off = product.through(height, 1 / (height * 2)) / (square * 2) * side
-    ex = lead * rx + off * y
-    ey = lead * y - off * rx
-    # l1 l2 sin q_i2, of the bar's own elbow: l2 / (real + i across) of the way to the tool.
-    turns = (real * off + lead * across) * square * -1 + r2 * across
-    if not (turns * l2 * -working[leg]).value > 0:
-        return None
-    # (along + i across) / (real + i across)
-    kx = (real * along + across * across) / r2
-    ky = (real * across - along * across) / r2
-    return x - ex * kx + ey * ky, y - ey * kx - ex * ky
+    r2 = rx * rx + y * y
+    return l1, l2, rx, y, r2, (l1 + l2) * (l1 + l2) - r2, r2 - (l1 - l2) * (l1 - l2)
 
 
 def legs(x, y, lengths):
-    """Of each leg its two bars, the way from its base and its square, and by how much that is
-    within both limits.
-    """
+    """`reach` of both legs."""
     l11, l12, l21, l22, d = lengths
-    for base, l1, l2 in (
-        (d * -0.5, l11, l12),
-        (d * 0.5, l21, l22),
-    ):
-        rx = x - base
-        r2 = rx * rx + y * y
-        yield l1, l2, rx, y, r2, (l1 + l2) * (l1 + l2) - r2, r2 - (l1 - l2) * (l1 - l2)
+    return [reach(d * -0.5, l11, l12, x, y), reach(d * 0.5, l21, l22, x, y)]
+
+
+def distal(leg, mode, on=iv):
+    """The distal bar as a vector, and l1^2 l2^2 sin^2 q_i2 times 4; None out of reach."""
+    l1, l2, rx, ry, r2, outer, inner = leg
+    if not (outer.value > 0 and inner.value > 0 and r2.value > 0):
+        return None
+    product = outer * inner
+    root = on.sqrt(product.value)
+    along = (r2 - l1 * l1 + l2 * l2) / (r2 * 2)
+    across = product.through(root, 1 / (root * 2)) / (r2 * 2) * mode
+    return along * rx + across * ry, along * ry - across * rx, product
 
 
 def margins(reached, working, on=iv):
@@ -133,19 +108,38 @@ def margins(reached, working, on=iv):
     """
     sines = []
     u2 = []
-    for mode, (l1, l2, rx, ry, r2, outer, inner) in zip(working, reached):
-        if not (outer.value > 0 and inner.value > 0 and r2.value > 0):
+    for mode, leg in zip(working, reached):
+        if (bar := distal(leg, mode, on)) is None:
             return None
-        product = outer * inner
-        sines.append(product / (l1 * l1 * l2 * l2 * 4))
-        root = on.sqrt(product.value)
-        along = (r2 - l1 * l1 + l2 * l2) / (r2 * 2)
-        across = product.through(root, 1 / (root * 2)) / (r2 * 2) * mode
-        u2 += [
-            (along * rx + across * ry) / l2,
-            (along * ry - across * rx) / l2,
-        ]
+        l1, l2 = leg[:2]
+        sines.append(bar[2] / (l1 * l1 * l2 * l2 * 4))
+        u2 += [bar[0] / l2, bar[1] / l2]
     return *sines, u2[0] * u2[3] - u2[1] * u2[2]
+
+
+def joint(x, y, lengths, tool, working, on=iv):
+    """x and y of the joint of the distal bars, of the tool's x and y; None where the leg may not
+    lead the tool there in its mode. tool: {leg, along, across}, as `fivebar.Tool` has them.
+
+    The tool T closes a dyad of l1 and r = |l2 + along + i across| on the base, and from its elbow E
+    T - C = (along + i across) / (l2 + along + i across) (T - E).
+    """
+    k = tool["leg"] - 1
+    l1, l2 = lengths[2 * k : 2 * k + 2]
+    along, across = on.mpf(tool["along"]), on.mpf(tool["across"])
+    real = l2 + along
+    r2 = real * real + across * across
+    root = on.sqrt(r2.value)
+    leg = reach(lengths[4] * (k - 0.5), l1, r2.through(root, 1 / (root * 2)), x, y)
+    bar = distal(leg, working[k] if real.value > 0 else -working[k], on)
+    if bar is None:
+        return None
+    ex, ey, _ = bar
+    fx, fy = (real * ex + ey * across) / r2, (real * ey - ex * across) / r2  # (C - E) / l2
+    # E x (C - E): of sin q_i2, which the mode gives a sign.
+    if not (((leg[2] - ex) * fy - (leg[3] - ey) * fx) * -working[k]).value > 0:
+        return None
+    return x - fx * along + fy * across, y - fy * along - fx * across
 
 
 def proved(
