@@ -405,5 +405,7 @@ def test_packages_that_a_course_allows_come_with_what_they_require(isolate):
     with Student(Submission("a.py", source), isolate, packages=packages) as student:
         assert student.trouble is None and student.ask("slope", [[3.0]])[0].value == 6.0
     for other in ("pytest", "fivebar", "casadi"):
-        with Student(Submission("a.py", f"import {other}\n"), isolate, packages=packages) as student:
+        with Student(
+            Submission("a.py", f"import {other}\n"), isolate, packages=packages
+        ) as student:
             assert f"{other} is not available here" in student.trouble.text
