@@ -12,7 +12,7 @@ from ..intake.hand_in import Left, functions_of
 from ..labs import Lab
 from ..report.outputs import write_whole
 from ..results import Report
-from ..variants import id_key
+from ..variants import name_key
 from ..worker.submission import SubmissionError, read_submission
 from .cohort import Cohort, begin, run_cohort
 from .cohort_page import Group, write_summary
@@ -26,7 +26,7 @@ from .settings import Settings
 
 @dataclass(frozen=True)
 class Graded:
-    """One lab's results: all attempts; by id key the best of each student; groups of equal
+    """One lab's results: all attempts; by name the best of each student; groups of equal
     programs.
     """
 
@@ -51,7 +51,7 @@ class Graded:
 class Course:
     """One grading of a main lab, and of the labs of its family of which there are files.
 
-    students: id key -> (id, the learning platform's number); ignored: (student, what of his is not
+    students: name -> (id, the learning platform's number); ignored: (student, what of his is not
     graded); graded: the labs' results; marks: of all students.
     """
 
@@ -76,7 +76,7 @@ class Course:
                 self.entries[lab] = entries
         graded = [entry for entries in self.entries.values() for entry in entries]
         for hand_in in hand_ins:
-            self.students[id_key(hand_in.student)] = hand_in.student, hand_in.number
+            self.students[name_key(hand_in.student)] = hand_in.student, hand_in.number
             self.ignored += [(hand_in.student, item) for item in not_graded(hand_in, graded)]
 
     def _labs(self):
@@ -111,7 +111,7 @@ class Course:
         """Write tables, pages, feedback and the learning platform's sheet, as they are now."""
         table = self._table()
         for name in table.without_hand_in({student for student, _ in self.students.values()}):
-            self.students.setdefault(id_key(name), (name, ""))
+            self.students.setdefault(name_key(name), (name, ""))
         self.marks = [self._mark(table, key) for key in sorted(self.students)]
         for graded in self.graded:
             ignored = self.ignored if graded is self.graded[0] else []
@@ -141,13 +141,13 @@ class Course:
         return table.mark(student, platform_number, best, most, late, others)
 
     def _write_pages(self):
-        marks = {id_key(mark.student): mark for mark in self.marks}
+        marks = {name_key(mark.student): mark for mark in self.marks}
         feedback = []
         for graded in self.graded:
             for entry, report in graded.attempts:
                 if report.ungraded:
                     continue
-                key = id_key(entry.student)
+                key = name_key(entry.student)
                 page = page_for(report, marks[key])
                 write_page(graded.cohort.file(entry, ".html"), page)
                 if graded.best[key][0] == entry:

@@ -13,7 +13,7 @@ from ..intake.cohort_folder import Entry
 from ..report.outputs import plain_cell
 from ..report.text import number
 from ..results import Report
-from ..variants import id_key
+from ..variants import name_key
 from .cohort import trouble_of
 from .items import has_marks
 from .sheet import Sheet, number_in, quoted, read_sheet
@@ -70,7 +70,7 @@ def best_of(entries: Iterable[Entry], reports: Iterable[Report]) -> dict[str, tu
     """Return student's id -> (entry, report) of the best of his attempts."""
     found: dict[str, tuple[Entry, Report]] = {}
     for entry, report in zip(entries, reports):
-        key = id_key(entry.student)
+        key = name_key(entry.student)
         if key not in found or _worth(report) > _worth(found[key][1]):
             found[key] = entry, report
     return found
@@ -107,14 +107,14 @@ class Table:
         for k in range(1, len(sheet.rows)):
             row = dict(zip(titles, sheet.values(k)))
             if name := row["student"].strip():
-                key = id_key(name)
+                key = name_key(name)
                 if key in self.cells:
                     raise UsageError(f"{self.path} has two rows of {name}")
                 self.cells[key] = {title: row.get(title, "") for title in self.titles}
                 self.names.append(name)
 
     def by_hand(self, student: str) -> dict[str, str]:
-        return self.cells.get(id_key(plain_cell(student)), dict.fromkeys(self.titles, ""))
+        return self.cells.get(name_key(plain_cell(student)), dict.fromkeys(self.titles, ""))
 
     def number(self, student: str, title: str) -> float | None:
         """Return what the teacher wrote, None where nothing. Raises UsageError for no number."""
@@ -164,8 +164,8 @@ class Table:
 
     def without_hand_in(self, known: set[str]) -> list[str]:
         """Return the students of the table of whom nothing was found."""
-        known = {id_key(plain_cell(student)) for student in known}
-        return [name for name in self.names if id_key(name) not in known]
+        known = {name_key(plain_cell(student)) for student in known}
+        return [name for name in self.names if name_key(name) not in known]
 
     def text(self, marks: Iterable[Mark]) -> str:
         """Return the whole table again, in the dialect in which it was read."""

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ...base.errors import UsageError
 from ..labs import Lab
-from ..variants import id_key
+from ..variants import id_key, name_key
 from ..worker.submission import ARCHIVE, PROGRAMS, SubmissionError
 from .hand_in import (
     CANVAS,
@@ -150,8 +150,8 @@ def entries_of(
         if named and not named_for(lab, hand_in.programs):
             continue
         for entry in _entries(hand_in, lab, file):
-            attempts[id_key(entry.student)] += 1
-            entries.append(replace(entry, attempt=attempts[id_key(entry.student)]))
+            attempts[name_key(entry.student)] += 1
+            entries.append(replace(entry, attempt=attempts[name_key(entry.student)]))
     return entries
 
 

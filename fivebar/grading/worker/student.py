@@ -74,7 +74,9 @@ class Student:
         self._skip: list = []
         self._losses: dict = {}
         self._killed = 0
-        self._budget = MOST_LOSSES * LOAD_LIMIT + MOST_CALLS * limit
+        # SymPy takes seconds to load, and Matplotlib makes its list of fonts anew each time.
+        self._load_limit = LOAD_LIMIT * (3 if packages else 1)
+        self._budget = MOST_LOSSES * self._load_limit + MOST_CALLS * limit
         self._worker = None
         self._hopeless = False
         self._output = ""
@@ -199,7 +201,7 @@ class Student:
         }
         self._worker.send(request, limit)
         data = self._worker.receive(
-            nonce, min(LOAD_LIMIT if constants else limit, end - time.monotonic())
+            nonce, min(self._load_limit if constants else limit, end - time.monotonic())
         )
         if data.get("k") == "missing":
             replies += [self._missing(function, data.get("absent"))] * len(rows)
@@ -246,7 +248,7 @@ class Student:
             try:
                 self._note(self._worker.confined())
                 start = time.monotonic()
-                end = start + LOAD_LIMIT
+                end = start + self._load_limit
                 nonce = secrets.token_hex(8)
                 request = {"n": nonce, "source": self._submission.source, "skip": self._skip}
                 request["old_numpy"] = getsource(old_numpy) if self.mended else ""
@@ -254,7 +256,7 @@ class Student:
                     "notebook": self._submission.kind == "notebook",
                     "modules": self._modules,
                 }
-                self._worker.send(request, LOAD_LIMIT)
+                self._worker.send(request, self._load_limit)
                 while (data := self._worker.receive(nonce, end - time.monotonic())).get(
                     "k"
                 ) == "at":
@@ -269,7 +271,7 @@ class Student:
                 kind, text = (
                     (lost.kind, lost.text) if isinstance(lost, Lost) else ("garbled", str(lost))
                 )
-                text = f"{KINDS[kind]}: {text or f'not done within {LOAD_LIMIT:g} s'}"
+                text = f"{KINDS[kind]}: {text or f'not done within {self._load_limit:g} s'}"
                 line, source = place(at and at.get("l"), self._lines)
                 self.trouble = self.trouble or Reply("import", None, text, line, source)
                 self.close()
