@@ -155,6 +155,13 @@ TYPE = Exercise(
             ),
         ),
         Misconception(
+            "a negative sine of the distal bars taken as small",
+            "Is -0.5 at most 1e-6? Is it 0?",
+            lambda robot, q11, q12, q21, q22: kind(
+                in_line(q12) | in_line(q22), np.sin(q21 + q22 - q11 - q12) <= IN_LINE
+            ),
+        ),
+        Misconception(
             "negative sines taken as small",
             "Is -0.5 at most 1e-6? Is it 0?",
             lambda robot, q11, q12, q21, q22: kind(

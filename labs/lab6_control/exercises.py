@@ -50,6 +50,18 @@ TRAJECTORY = Exercise(
             "Which speed shall the end-effector have at both ends?",
             profile=constant,
         ),
+        *(
+            changed(
+                f"{wrong} for {right} in the quintic's position",
+                "At u = 1 the position is the last point: what must the three numbers add up to?",
+                profile=lambda u, change=change: (quintic(u)[0] + change(u), *quintic(u)[1:]),
+            )
+            for power, right in ((3, 10), (4, 15), (5, 6))
+            for wrong, change in (
+                (right - 1, lambda u, p=power: -((-1) ** (p + 1)) * u**p),
+                (right + 1, lambda u, p=power: (-1) ** (p + 1) * u**p),
+            )
+        ),
         changed(
             "duration forgotten in the derivatives",
             "You differentiate by t / T. By what shall it be?",
@@ -94,6 +106,12 @@ def law(
 
 def computed_torque(robot, *row, **change):
     return law(robot, row[:6], row[6:14], *row[14:], **change)
+
+
+def c_in_the_bracket(robot, *row):
+    M, c = fb.dynamic_model(motion(robot, *row[6:14]))
+    inner = np.stack(computed_torque(robot, *row, bias=0))
+    return tuple(inner + np.stack(times(M, *c.T)))
 
 
 def other_law(name, hint, **change):
@@ -155,6 +173,7 @@ COMPUTED_TORQUE = Exercise(
         ),
         other_law("c missing", "tau = M q'' + c.", bias=0),
         other_law("c subtracted", "tau = M q'' + c.", bias=-1),
+        Misconception("c multiplied by M", "tau = M q'' + c.", c_in_the_bracket),
         other_law(
             "feedback outside the mass matrix",
             "kp times an error is an acceleration. What makes a torque of it?",

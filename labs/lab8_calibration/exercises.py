@@ -106,6 +106,16 @@ DERIVATIVES = Exercise(
             lambda robot, *row: derivatives(robot, *row, base=(0.5, 0.5)),
         ),
         Misconception(
+            "both base joints on the left",
+            "If d grows by 1 mm, which way does the left base joint go, and which way the right one?",
+            lambda robot, *row: derivatives(robot, *row, base=(-0.5, -0.5)),
+        ),
+        Misconception(
+            "offset's columns of the wrong sign",
+            "Which way does an elbow go when its offset grows: farther from the point, or nearer?",
+            lambda robot, *row: derivatives(robot, *row) * [1, 1, 1, 1, 1, -1, -1],
+        ),
+        Misconception(
             "base joints moved by all of d",
             "If d grows by 1 mm, how far does each of the two base joints go?",
             lambda robot, *row: derivatives(robot, *row, base=(-1.0, 1.0)),

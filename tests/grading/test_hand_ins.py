@@ -10,18 +10,16 @@ from tests.helpers.hand_ins import graded, hand_ins, outcome
 from tests.helpers.mutants import tried
 
 CASES = [*hand_ins("cases.txt"), *hand_ins("others.txt")]
+# Points that the right files of fresh/ lose: inv() and solve() answer at a singularity.
+OF_ALL = {"lab2": 0.7, "lab6": 2, "lab7": 0.5}
 # Changes that no derivation with a slip gives.
 NOT_NAMED = {
     ("the mass of the feet, and a minus", "dynamic_model"),  # two changes in one product
-    ("a grid that is fine enough", "first_crossing"),
     ("the whole distance over one radius", "dgm"),
     ("the whole distance over one radius", "igm"),
     ("the same speed for both", "dkm_passive"),
     ("rotations added once more", "dgm_passive"),
 }
-
-
-FRESH = [*hand_ins("fresh/first.txt"), *hand_ins("fresh/second.txt")]
 
 
 def test_forty_files_and_ten_in_another_hand():
@@ -49,6 +47,20 @@ def test_a_hand_in(case, tmp_path):
         assert report.points == report.max_points and not any(
             check.misconception for check in report.checks
         )
+
+
+FRESH = [*hand_ins("fresh/first.txt"), *hand_ins("fresh/second.txt")]
+
+
+@pytest.mark.every(14)
+@pytest.mark.parametrize("case", FRESH, ids=[case.title.replace(" ", "_") for case in FRESH])
+def test_a_mistake_by_another_hand_has_no_false_name_and_costs_no_other_function(case, tmp_path):
+    report = graded(case, tmp_path)
+    named, false, lost = outcome(case, report)
+    unwritten = {"crossing_trajectory", "efforts", "compliant_crossing", "non_compliant_crossing"}
+    beside = [c for c in report.checks if c.share < 1 and c.function in unwritten]
+    assert not report.faults and {name for name, _ in false} <= set(case.truths)
+    assert lost <= sum(c.max_points for c in beside) + OF_ALL.get(case.lab, 0)
 
 
 @pytest.mark.deep

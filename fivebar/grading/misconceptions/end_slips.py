@@ -259,6 +259,7 @@ MISUSED = {
         misread(inverse_dynamics),
         misused("c forgotten", SPEED, lambda M, c, q: times(M, *q)),
         misused("c subtracted", "tau = M q'' + c.", lambda M, c, q: times(M, *q) - c),
+        misused("c multiplied by M", "tau = M q'' + c.", lambda M, c, q: times(M, *(q + c))),
         misused("only the diagonal of M", DIAGONAL, lambda M, c, q: times(M * np.eye(2), *q) + c),
     ),
     "forward_dynamics": (

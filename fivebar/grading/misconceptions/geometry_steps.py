@@ -214,6 +214,8 @@ def lengths_changed(kind: Kind) -> tuple[Slip, ...]:
         like(
             "proximal and distal bars exchanged", which, l11="l12", l12="l11", l21="l22", l22="l21"
         ),
+        like("bars exchanged in the left leg", which, l11="l12", l12="l11"),
+        like("bars exchanged in the right leg", which, l21="l22", l22="l21"),
         like("distal bars exchanged", which, l12="l22", l22="l12"),
         like("l11 for l12 and l21 for l22", which, l12="l11", l22="l21"),
         *(
@@ -302,6 +304,14 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
             {"scale": lambda h, a, size: h * size},
         ),
     ]
+    middle = {"from_pivot": lambda robot, leg, line: np.abs(line) / 2, **AHEAD[2]}
+    slips.append(
+        Slip(
+            "H taken in the middle, as with equal bars",
+            "Which triangle has H in the middle?",
+            middle,
+        )
+    )
     slips += [*bases_moved(kind), *lengths_changed(kind)]
     slips += [*in_step("turn", *TURNS), *in_step("height", *SQUARES)]
     slips += [
