@@ -37,17 +37,11 @@ DASHES = (
 )
 LEFT, RIGHT = BLUE, ORANGE  # legs, and what is of their motors
 SIDES = ("left", LEFT), ("right", RIGHT)
-# A hue for each leg, its bars dark and light by turns.
-LEGS = (BLUE, SKY), (ORANGE, AMBER), (GREEN, "#7FCEB9")
-LINKS = (
-    BLUE,
-    ORANGE,
-    GREEN,
-    AMBER,
-    SKY,
-    BLACK,
-)  # of a linkage; pink is left to the path
-PATH, REFERENCE = PINK, GREEN
+# Bars have a contrast of 3 : 1 or more to white paper and to the dark ground of pages.
+RUST, OCHRE, AZURE, GREY = "#B84A00", "#C08600", "#3897D0", "#7D7D7D"
+LEGS = (BLUE, AZURE), (RUST, OCHRE)  # a hue for each leg, its bars dark and light by turns
+LINKS = BLUE, RUST, GREEN, OCHRE, AZURE, GREY  # of a linkage; pink is left to the path
+PATH, REFERENCE = "#C2679A", GREEN
 INK = "#222222"
 BASE = "#888888"  # named, as GUIDE is, in plot/styles.toml
 GUIDE = "#d9d9d9"
@@ -124,12 +118,35 @@ def largest_of(values: np.ndarray) -> float:
     return float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
 
 
-def readable(largest: float, unit: str) -> tuple[float, str]:
-    """Return factor and name of the unit in which numbers up to `largest` read well."""
+SMALLEST = 1e-12  # in SI units; what is smaller is rounding error
+
+
+def readable(largest: float, unit: str, smallest: float = SMALLEST) -> tuple[float, str]:
+    """Return factor and name of the unit in which numbers up to `largest` read well.
+
+    The factor is 0 if all are below `smallest`, so that rounding error reads as 0.
+    """
+    if largest < smallest:
+        return 0.0, unit
+    whole = 1.0
+    if unit.startswith("kg"):
+        whole, unit = 1e3, unit[1:]
+    largest = whole * largest
     for limit, prefix in ((1e-6, "n"), (1e-3, "µ"), (1.0, "m")):
-        if 0 < largest < limit:
-            return 1e3 / limit, prefix + unit
+        if largest < limit:
+            return whole * 1e3 / limit, prefix + unit
+    if whole > 1 or (largest >= 1e4 and unit[:1] in ("m", "N", "J")):
+        return whole * 1e-3, "k" + unit
     return 1.0, unit
+
+
+def smallest_of(unit: str, size: float, duration: float) -> float:
+    """Return what counts as 0 of a quantity: 1e-9 of a mechanism's size, m, also over time, s."""
+    base, per_second, power = unit.partition("/s")
+    scale = {"m": size, "rad": 1.0, "": 1.0}.get(base, 1e9 * SMALLEST)
+    if per_second:
+        scale /= duration ** (2 if power else 1)
+    return 1e-9 * scale
 
 
 def length(metres: float) -> str:

@@ -86,7 +86,7 @@ def strokes(page):
 @pytest.mark.deep
 def test_pointing_at_any_plot_puts_the_robot_where_dgm_says(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path))
-    assert strokes(page) == ["#0072B2", "#56B4E9", "#D55E00", "#E69F00"]  # as in plots and scenes
+    assert strokes(page) == ["#0072B2", "#3897D0", "#B84A00", "#C08600"]  # as in plots and scenes
     assert set(strokes(page)) <= {line.get_color() for line in run.plot().axes[0].lines}
     assert strokes(page) == fb.view.scene(run.robot, run).machines[0].body.colours
     assert (
@@ -119,7 +119,7 @@ def test_a_biglide_and_its_guides(opened, tmp_path):  # noqa: F811
     heads = page.locator("h2").all_text_contents()
     assert (
         page.title() == "biglide robot, all bars 282.8 mm, base 400 mm"
-        and "motors (N)" in heads
+        and "motor forces (N)" in heads
         and "active joints (mm)" in heads
     )
     for plot, across in ((0, 0.4), (6, 0.9)):
@@ -192,7 +192,7 @@ def test_everything_is_reached_by_tab_and_named(opened, tmp_path, run):  # noqa:
         names.append(page.evaluate(focused))
     wanted = [
         "picture: zoom out",
-        "curve distance",
+        "distance",
         "play",
         "time",
         "speed",
@@ -441,7 +441,7 @@ def test_runs_are_compared_each_in_its_own_time(opened, tmp_path, run):  # noqa:
     notes = page.locator("#notes").text_content()
     assert "The robots differ." in notes and "The runs differ in time" in notes
     assert [h.split(" (")[0] for h in page.locator("h2").all_text_contents()][:3] == [
-        "tracking error, distance", "motors, left", "motors, right",
+        "tracking error, distance", "motor torques, left", "motor torques, right",
     ]  # fmt: skip
     for across in (0.3, 0.9):
         hover(page, 1, across)
@@ -472,7 +472,7 @@ def test_a_story_plays_once_in_two_pictures(opened, tmp_path):  # noqa: F811
             number,
         )
         np.testing.assert_allclose(ends, chain(fb.dgm(run.robot, run.q[-1])), atol=1e-9)
-    assert strokes(page) == 2 * ["#0072B2", "#56B4E9", "#D55E00", "#E69F00"]
+    assert strokes(page) == 2 * ["#0072B2", "#3897D0", "#B84A00", "#C08600"]
 
 
 @pytest.mark.deep
@@ -499,7 +499,7 @@ def test_samples_that_are_nan_are_gaps(opened, tmp_path, run):  # noqa: F811
     tau[700, 0] = np.inf
     page = opened(written(replace(run, q=q, tau=tau), tmp_path))
     assert (
-        "Not finite, so gaps: q in 100, tau in 1 of 2001 samples."
+        "Gaps where values are not finite: q in 100, tau in 1 of 2001 samples."
         in page.locator("#notes").text_content()
     )
     hover(page, 0, 0.27)
@@ -619,7 +619,7 @@ def test_other_linkages(opened, tmp_path, result):  # noqa: F811
     gaps = np.linalg.norm(ends[:, None] - result.points()[k], axis=-1).min(axis=1)
     assert gaps.max() < 1e-14 * np.abs(ends).max()  # drawn in pixels
     if result.lock:
-        assert "ends before the lock at" in page.locator("#notes").text_content()
+        assert "ends before the mechanism locks, at" in page.locator("#notes").text_content()
 
 
 def test_only_what_is_shown_is_computed(tmp_path, run, monkeypatch):

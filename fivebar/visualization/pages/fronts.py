@@ -33,10 +33,10 @@ def save_page(front: Front, path: Path) -> None:
     rows = []
     live = None
     heads = [
-        "",
+        "robot",
         *map(label, first.parameters),
         *map(label, first.values),
-        "held by",
+        "active constraints",
     ]
     for number, design in enumerate(front.designs, start=1):
         name = f"robot {number}"

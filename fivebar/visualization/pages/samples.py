@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..style import largest_of, of_unit, readable
+from ..style import SMALLEST, largest_of, of_unit, readable
 from .document import packed
 
 if TYPE_CHECKING:
@@ -83,16 +83,17 @@ def panel(
     curves: list,
     limits: Sequence[float] = (),
     step: bool = False,
+    smallest: float = SMALLEST,
 ) -> dict:
     """Return a plot: curves are (label, subject, key, values), in `unit`, shown in one in which
-    they read well.
+    they read well. If all values are below `smallest` they are shown as 0.
     """
     *_, values = zip(*curves)
     largest = max(map(largest_of, (*values, limits)))
+    scale, shown = readable(largest, unit, smallest)
     # A number without unit stays as it is, and so does an angle of a hundredth and more.
-    scale, shown = 1.0, unit
-    if unit and not (unit.startswith("rad") and largest >= 0.01):
-        scale, shown = readable(largest, unit)
+    if scale and (not unit or (unit.startswith("rad") and largest >= 0.01)):
+        scale, shown = 1.0, unit
     names = "label", "subject", "key"
     return {
         "title": title,
@@ -113,5 +114,5 @@ def gap_notes(whose: str, columns: dict) -> list[str]:
         if hole.any():
             words.append(f"{name} in {hole.sum()}")
     whose = f" in {whose}" if whose else ""
-    note = f"Not finite, so gaps{whose}: {', '.join(words)} of {count} samples."
+    note = f"Gaps{whose} where values are not finite: {', '.join(words)} of {count} samples."
     return [note] if words else []

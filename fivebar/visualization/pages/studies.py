@@ -10,7 +10,7 @@ import numpy as np
 from ...base.tables import must_increase
 from ...linkages.quantities import unit, usual_panels
 from ..skeleton import study_body
-from ..style import names_of, of_unit
+from ..style import largest_of, names_of, of_unit, smallest_of
 from .document import packed
 from .samples import TIME, gap_notes, panel, samples_to_keep, subject
 
@@ -32,8 +32,11 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
     subjects = []
     columns = {}
     notes = []
+    size = 0.0
+    duration = max(float(study.t[-1] - study.t[0]) for study in studies.values())
     for name, study in studies.items():
         body = study_body(study)
+        size = max(size, largest_of(body.points))
         source = f"Study.to_csv of {name}" if name else "Study.to_csv"
         width = len(names) + 2 * body.points.shape[1] + 2
         keep, words = samples_to_keep(len(study.t), width * len(studies), source)
@@ -75,8 +78,9 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
             title = group[0].rpartition(".")[2].replace("_", " ")
         else:
             title = ", ".join(group)
-        plot = panel(title, unit(group[0]), curves)
-        if unit(group[0]) == "rad":
+        smallest = smallest_of(unit(group[0]), size, duration)
+        plot = panel(title, unit(group[0]), curves, smallest=smallest)
+        if plot["scale"] and unit(group[0]) == "rad":
             plot |= {"unit": "deg", "scale": 180 / np.pi}
         panels.append(plot)
     return {
@@ -95,7 +99,10 @@ def _lock(name, study):
         return []
     angles = ", ".join(f"{angle:.6g}" for angle in np.degrees(np.atleast_1d(study.lock[0])))
     whose = f"The study {name}" if name else "The study"
-    return [f"{whose} ends before the lock at {angles} deg, {study.lock[1]:.6g} s."]
+    return [
+        f"{whose} ends before the mechanism locks, at a crank angle of {angles} deg and"
+        f" {study.lock[1]:.6g} s."
+    ]
 
 
 def _groups(studies, show):
