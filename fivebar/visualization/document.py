@@ -97,8 +97,7 @@ def _scrolling(content, name, kind):
     """Return HTML of what may be wider than the window, which the keyboard can scroll too."""
     name = html.escape(name)
     return (
-        f'<div class="scroll {kind}" tabindex="0" role="region" aria-label="{name}">'
-        f"{content}</div>"
+        f'<div class="scroll {kind}" tabindex="0" role="region" aria-label="{name}">{content}</div>'
     )
 
 

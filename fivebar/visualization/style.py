@@ -4,7 +4,7 @@ loci are called.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -38,7 +38,7 @@ DASHES = (
 LEFT, RIGHT = BLUE, ORANGE  # legs, and what is of their motors
 SIDES = ("left", LEFT), ("right", RIGHT)
 # Bars have a contrast of 3 : 1 or more to white paper and to the dark ground of pages.
-RUST, OCHRE, AZURE, GREY = "#B84A00", "#C08600", "#3897D0", "#7D7D7D"
+RUST, OCHRE, AZURE, GREY = "#B84A00", "#BD8400", "#3897D0", "#7D7D7D"
 LEGS = (BLUE, AZURE), (RUST, OCHRE)  # a hue for each leg, its bars dark and light by turns
 LINKS = BLUE, RUST, GREEN, OCHRE, AZURE, GREY  # of a linkage; pink is left to the path
 PATH, REFERENCE = "#C2679A", GREEN
@@ -147,6 +147,30 @@ def smallest_of(unit: str, size: float, duration: float) -> float:
     if per_second:
         scale /= duration ** (2 if power else 1)
     return 1e-9 * scale
+
+
+def shown_unit(
+    columns: Iterable[np.ndarray], unit: str, smallest: float, degrees: bool = False
+) -> tuple[float, str]:
+    """Return factor and name of the unit in which columns of `unit` are shown together.
+
+    Numbers without unit and angles of a hundredth and more stay as they are; degrees: as these.
+    """
+    largest = max(map(largest_of, columns))
+    scale, shown = readable(largest, unit, smallest)
+    if degrees and unit == "rad":
+        return 180 / np.pi * (scale > 0), "deg"
+    if scale and (not unit or (unit.startswith("rad") and largest >= 0.01)):
+        scale, shown = 1.0, unit
+    return scale, of_unit(shown)
+
+
+def group_words(names: Sequence[str]) -> tuple[str, list[str]]:
+    """Return title and labels of quantities that share a panel: of one kind, their links."""
+    kinds = {name.rpartition(".")[2] for name in names}
+    if len(names) > 1 and len(kinds) == 1:
+        return kinds.pop().replace("_", " "), [name.rpartition(".")[0] for name in names]
+    return ", ".join(names), list(names)
 
 
 def length(metres: float) -> str:

@@ -86,7 +86,7 @@ def test_picture(crossing, fastest, tmp_path):
     assert len(figure.axes) == 3 and (tmp_path / "plan.png").stat().st_size > 10_000
     path, torques, sines = fastest.plot().axes
     labels = [text.get_text() for text in torques.get_legend().get_texts()]
-    assert any("limit, met 100 %" in label for label in labels)
+    assert any("limit, reached 100 %" in label for label in labels)
     assert "Type 2" in [text.get_text() for text in path.get_legend().get_texts()]
 
 

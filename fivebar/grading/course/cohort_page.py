@@ -58,12 +58,12 @@ def write_summary(
     body = _body(lab, graded) if graded else f"<h1>{text(lab)}</h1>"
     lost = [(text(report.student), text(report.ungraded)) for report in reports if report.ungraded]
     if lost:
-        body += f"<h2>Not graded: run it again</h2>{_table(['Student', ''], lost)}"
+        body += f"<h2>Not graded: run it again</h2>{_table(['Student', 'Reason'], lost)}"
     ignored = [(entry.student, item) for entry in entries for item in entry.left]
     ignored += [("", item) for item in left]
     if ignored:
         rows = [(text(student), text(item.name), text(item.word)) for student, item in ignored]
-        body += f"<h2>Found and not graded</h2>{_table(['Student', 'File', ''], rows)}"
+        body += f"<h2>Found and not graded</h2>{_table(['Student', 'File', 'Reason'], rows)}"
     write_whole(out / "summary.html", page(f"{lab}: {len(graded)} students", body, STYLE))
 
 
@@ -109,10 +109,10 @@ def _body(lab, reports):
     return (
         f"<h1>{text(lab)}</h1><p>{of['students']} students, mean {of['mean']:.0f} %, median"
         f" {of['median']:.0f} %, all points: {of['full']}</p>"
-        f"<h2>Scores</h2>{_table(['Score', '', 'students'], shares)}<h2>Checks</h2><p>{TELLS}</p>"
-        f"{_table(['Check', '', 'passed', 'mean', 'tells'], checks)}<h2>Misconceptions</h2>"
-        f"{_table(['Misconception', '', 'students'], names)}<h2>Students</h2>"
-        f"{_table(['Student', '', 'points'], map(_student, reports))}"
+        f"<h2>Scores</h2>{_table(['Score', 'share', 'students'], shares)}<h2>Checks</h2><p>{TELLS}</p>"
+        f"{_table(['Check', 'share', 'passed', 'mean', 'tells'], checks)}<h2>Misconceptions</h2>"
+        f"{_table(['Misconception', 'share', 'students'], names)}<h2>Students</h2>"
+        f"{_table(['Student', 'share', 'points'], map(_student, reports))}"
     )
 
 

@@ -103,7 +103,9 @@ def caption(result: Result) -> str:
     notes = [f"Fastest to reach {levels}: {OURS} {len(ratios.pop(OURS, []))}"]
     for name, found in ratios.items():
         spread = " to ".join(dict.fromkeys(f"{ratio:.2g}" for ratio in (min(found), max(found))))
-        words = f"{spread} times as fast as {OURS}".replace("inf times as fast as", "not reached by")
+        words = f"{spread} times as fast as {OURS}".replace(
+            "inf times as fast as", "not reached by"
+        )
         notes.append(f"{name} {len(found)} ({words})")
     return f"{'; '.join(notes)}."
 
@@ -112,7 +114,9 @@ def tables(result: Result) -> list[Table]:
     """Return a table for each panel that compares: times to each error, and how methods failed."""
     made = []
     for panel in result.chart.all_panels:
-        columns = {f"time to {level:g} (s)": fastest(result, panel, level) for level in panel.levels}
+        columns = {
+            f"time to {level:g} (s)": fastest(result, panel, level) for level in panel.levels
+        }
         failed = failures(result, panel)
         rows = []
         for method in result.chart.methods:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..style import SMALLEST, largest_of, of_unit, readable
+from ..style import SMALLEST, shown_unit
 from .document import packed
 
 if TYPE_CHECKING:
@@ -84,20 +84,18 @@ def panel(
     limits: Sequence[float] = (),
     step: bool = False,
     smallest: float = SMALLEST,
+    degrees: bool = False,
 ) -> dict:
     """Return a plot: curves are (label, subject, key, values), in `unit`, shown in one in which
-    they read well. If all values are below `smallest` they are shown as 0.
+    they read well, angles in degrees if asked. If all values are below `smallest` they are
+    shown as 0.
     """
     *_, values = zip(*curves)
-    largest = max(map(largest_of, (*values, limits)))
-    scale, shown = readable(largest, unit, smallest)
-    # A number without unit stays as it is, and so does an angle of a hundredth and more.
-    if scale and (not unit or (unit.startswith("rad") and largest >= 0.01)):
-        scale, shown = 1.0, unit
+    scale, shown = shown_unit((*values, limits), unit, smallest, degrees)
     names = "label", "subject", "key"
     return {
         "title": title,
-        "unit": of_unit(shown),
+        "unit": shown,
         "scale": scale,
         "limits": list(limits),
         "step": step,

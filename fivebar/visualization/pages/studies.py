@@ -10,7 +10,7 @@ import numpy as np
 from ...base.tables import must_increase
 from ...linkages.quantities import unit, usual_panels
 from ..skeleton import study_body
-from ..style import largest_of, names_of, of_unit, smallest_of
+from ..style import group_words, largest_of, names_of, of_unit, smallest_of
 from .document import packed
 from .samples import TIME, gap_notes, panel, samples_to_keep, subject
 
@@ -62,27 +62,14 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
         )
     panels = []
     for group in groups if alone else [(name,) for name in names]:
-        same = len(group) > 1 and len({name.rpartition(".")[2] for name in group}) == 1
-        # Of quantities of one kind, as "coupler.angle" and "rocker.angle", their links.
+        title, labels = group_words(group)
         curves = [
-            (
-                study or (name.rpartition(".")[0] if same else name),
-                k,
-                name,
-                columns[study][name],
-            )
-            for name in group
+            (study or label, k, name, columns[study][name])
+            for name, label in zip(group, labels)
             for k, study in enumerate(studies)
         ]
-        if same:
-            title = group[0].rpartition(".")[2].replace("_", " ")
-        else:
-            title = ", ".join(group)
         smallest = smallest_of(unit(group[0]), size, duration)
-        plot = panel(title, unit(group[0]), curves, smallest=smallest)
-        if plot["scale"] and unit(group[0]) == "rad":
-            plot |= {"unit": "deg", "scale": 180 / np.pi}
-        panels.append(plot)
+        panels.append(panel(title, unit(group[0]), curves, smallest=smallest, degrees=True))
     return {
         "title": study.linkage.title if alone else ", ".join(studies),
         "notes": notes,

@@ -103,8 +103,8 @@ def drawing(
         fraction=0.05,
         pad=0.02,
     )
-    error = f"drawn by the simulated robot, at most {scale * largest:.3g} {unit} off"
-    for axes, words in ((top, "asked"), (bottom, error)):
+    error = f"simulated drawing, largest error {scale * largest:.3g} {unit}"
+    for axes, words in ((top, "desired drawing"), (bottom, error)):
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
         plane(axes, title=words)
     if title:
