@@ -140,24 +140,16 @@ def readable(largest: float, unit: str, smallest: float = SMALLEST) -> tuple[flo
     return 1.0, unit
 
 
-def smallest_of(unit: str, size: float, duration: float) -> float:
-    """Return what counts as 0 of a quantity: 1e-9 of a mechanism's size, m, also over time, s."""
-    base, per_second, power = unit.partition("/s")
-    scale = {"m": size, "rad": 1.0, "": 1.0}.get(base, 1e9 * SMALLEST)
-    if per_second:
-        scale /= duration ** (2 if power else 1)
-    return 1e-9 * scale
-
-
 def shown_unit(
-    columns: Iterable[np.ndarray], unit: str, smallest: float, degrees: bool = False
+    columns: Iterable[np.ndarray], unit: str, size: float, degrees: bool = False
 ) -> tuple[float, str]:
     """Return factor and name of the unit in which columns of `unit` are shown together.
 
-    Numbers without unit and angles of a hundredth and more stay as they are; degrees: as these.
+    Lengths, speeds and accelerations below 1e-9 of a mechanism's size, m, are 0. Numbers without
+    unit and angles of a hundredth and more stay as they are; degrees: as these.
     """
     largest = max(map(largest_of, columns))
-    scale, shown = readable(largest, unit, smallest)
+    scale, shown = readable(largest, unit, 1e-9 * size if unit[:1] == "m" else SMALLEST)
     if degrees and unit == "rad":
         return 180 / np.pi * (scale > 0), "deg"
     if scale and (not unit or (unit.startswith("rad") and largest >= 0.01)):

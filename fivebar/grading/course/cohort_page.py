@@ -109,7 +109,8 @@ def _body(lab, reports):
     return (
         f"<h1>{text(lab)}</h1><p>{of['students']} students, mean {of['mean']:.0f} %, median"
         f" {of['median']:.0f} %, all points: {of['full']}</p>"
-        f"<h2>Scores</h2>{_table(['Score', 'share', 'students'], shares)}<h2>Checks</h2><p>{TELLS}</p>"
+        f"<h2>Scores</h2>{_table(['Score', 'share', 'students'], shares)}"
+        f"<h2>Checks</h2><p>{TELLS}</p>"
         f"{_table(['Check', 'share', 'passed', 'mean', 'tells'], checks)}<h2>Misconceptions</h2>"
         f"{_table(['Misconception', 'share', 'students'], names)}<h2>Students</h2>"
         f"{_table(['Student', 'share', 'points'], map(_student, reports))}"

@@ -16,7 +16,7 @@ from ...simulation.run import Run
 from ...singularities.margins import singularity_margins
 from ..loci import crossings
 from ..skeleton import measured_pose, run_body
-from ..style import largest_of, names_of, robot_title, smallest_of
+from ..style import largest_of, names_of, robot_title
 from .document import packed
 from .samples import TIME, gap_notes, panel, samples_to_keep, subject
 
@@ -141,13 +141,11 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
         )
     words = run.robot.words
     size = max(largest_of(run_body(run).points) for run in runs.values())
-    duration = max(float(run.t[-1] - run.t[0]) for run in runs.values())
     panels, table = [], []
     for key in show:
         unit = QUANTITIES[key].unit.format(joint=words.unit, effort=words.effort_unit)
         names = [part for _, part in parts[key]]
-        smallest = smallest_of(unit, size, duration)
-        panels += _panels(key, runs, columns, names, unit, smallest)
+        panels += _panels(key, runs, columns, names, unit, size)
         header = f" ({unit})" if unit else ""
         table += [[f"{key} {part}", f"{key} {part}{header}"] for part in names]
     return {
@@ -161,7 +159,7 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
     }
 
 
-def _panels(key, runs, columns, names, unit, smallest):
+def _panels(key, runs, columns, names, unit, size):
     """Return the plots of a quantity: one with all its parts, or with several runs one for each
     part.
     """
@@ -170,23 +168,18 @@ def _panels(key, runs, columns, names, unit, smallest):
     step = key == "tau"
     known = {run.largest_torque for run in runs.values() if step} - {None}
     limits = [sign * limit for limit in sorted(known) for sign in (1, -1)]
-    if list(runs) == [""]:
-        curves = [
-            (
-                part,
-                0,
-                f"{key} {part}",
-                columns[0][f"{key} {part}"],
-            )
-            for part in names
-        ]
-        return [panel(title, unit, curves, limits, step, smallest)]
+    several = list(runs) != [""]
     panels = []
-    for part in names:
-        column = f"{key} {part}"
-        curves = [(name, k, column, columns[k][column]) for k, name in enumerate(runs)]
-        words = f"{title}, {part}" if len(QUANTITIES[key].parts) > 1 else title
-        panels.append(panel(words, unit, curves, limits, step, smallest))
+    for group in ([name] for name in names) if several else (names,):
+        curves = [
+            (run or part, k, f"{key} {part}", columns[k][f"{key} {part}"])
+            for part in group
+            for k, run in enumerate(runs)
+        ]
+        words = title
+        if several and len(QUANTITIES[key].parts) > 1:
+            words = f"{title}, {group[0]}"
+        panels.append(panel(words, unit, curves, limits, step, size))
     return panels
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..style import SMALLEST, shown_unit
+from ..style import shown_unit
 from .document import packed
 
 if TYPE_CHECKING:
@@ -83,15 +83,14 @@ def panel(
     curves: list,
     limits: Sequence[float] = (),
     step: bool = False,
-    smallest: float = SMALLEST,
+    size: float = 0.0,
     degrees: bool = False,
 ) -> dict:
     """Return a plot: curves are (label, subject, key, values), in `unit`, shown in one in which
-    they read well, angles in degrees if asked. If all values are below `smallest` they are
-    shown as 0.
+    they read well, angles in degrees if asked; size: of the mechanism, m.
     """
     *_, values = zip(*curves)
-    scale, shown = shown_unit((*values, limits), unit, smallest, degrees)
+    scale, shown = shown_unit((*values, limits), unit, size, degrees)
     names = "label", "subject", "key"
     return {
         "title": title,

@@ -10,7 +10,7 @@ import numpy as np
 from ...base.tables import must_increase
 from ...linkages.quantities import unit, usual_panels
 from ..skeleton import study_body
-from ..style import group_words, largest_of, names_of, of_unit, smallest_of
+from ..style import group_words, largest_of, names_of, of_unit
 from .document import packed
 from .samples import TIME, gap_notes, panel, samples_to_keep, subject
 
@@ -33,7 +33,6 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
     columns = {}
     notes = []
     size = 0.0
-    duration = max(float(study.t[-1] - study.t[0]) for study in studies.values())
     for name, study in studies.items():
         body = study_body(study)
         size = max(size, largest_of(body.points))
@@ -68,8 +67,7 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
             for name, label in zip(group, labels)
             for k, study in enumerate(studies)
         ]
-        smallest = smallest_of(unit(group[0]), size, duration)
-        panels.append(panel(title, unit(group[0]), curves, smallest=smallest, degrees=True))
+        panels.append(panel(title, unit(group[0]), curves, size=size, degrees=True))
     return {
         "title": study.linkage.title if alone else ", ".join(studies),
         "notes": notes,

@@ -13,27 +13,14 @@ from matplotlib.patches import FancyArrowPatch
 
 from ...singularities.locus import MODES
 from ...singularities.passages import known_aspects, passages
-from ..style import INK, SIDES, signs
-from .panels import figure_legend, new_figure
+from ..style import SIDES, signs
+from .panels import STYLES, figure_legend, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...models.robots import FiveBar
 
-FOLD = (0, (1.2, 1.4))
-# By the leg that changes its mode, and whether it folds for that.
-LINES: dict = {}
-for _leg, (_side, _colour) in enumerate(SIDES):
-    _line = dict(color=_colour, lw=1.8)
-    LINES[_leg, False] = dict(ls="-", label=f"Type 1, the {_side} leg in line", **_line)
-    LINES[_leg, True] = dict(
-        ls=FOLD,
-        label=f"the {_side} leg folded on its base joint",
-        **_line,
-    )
-LINES[None, False] = dict(color=INK, lw=1.4, ls=(0, (6, 2.5)), label="Type 2")
-FILL = {1: "white", -1: "#d6dbe0"}
 RING = 0.29  # radius, of the nodes of one pair of modes, which are 1 apart
 ANGLES = np.pi / 8 * np.arange(16)  # by which a ring may be turned
 ORDERS = 24  # of a ring's nodes, at most
@@ -71,34 +58,28 @@ def aspect_graph(robot: FiveBar) -> Figure:
         ylim=(-1.02, 1.02),
         aspect="equal",
     )
-    middle: dict = dict(ha="center", va="center")
     for x, y in MODES:
         words = f"working modes ({signs(x, y)})"
-        axes.text(x / 2, 0.98 * y, words, color=INK, fontsize=10, **middle)
+        axes.text(x / 2, 0.98 * y, words, **STYLES["graph.modes"])
     lines = passages(robot)
     places, bows = arranged(regions, [passage.between for passage in lines])
     for region in regions:
-        box = dict(boxstyle="circle,pad=0.35", fc=FILL[region.assembly], ec=INK, lw=1.0)
-        text: dict = dict(fontsize=11, fontweight="bold", color=INK, bbox=box, zorder=3)
-        axes.text(*places[region.number], str(region.number), **middle, **text)
+        label = axes.text(*places[region.number], str(region.number), **STYLES["graph.number"])
+        label.set_bbox(STYLES[f"graph.node{region.assembly:+d}"])
     drawn = set()
-    plain: dict = dict(arrowstyle="-", shrinkA=0, shrinkB=0, zorder=1)
     for passage, bow in zip(lines, bows):
-        kind = passage.leg, passage.fold
+        kind = _kind(passage)
         drawn.add(kind)
-        style = LINES[kind] | plain | {"label": None}
         ends = [places[number] for number in passage.between]
-        axes.add_patch(FancyArrowPatch(*ends, connectionstyle=f"arc3,rad={bow}", **style))
-    handles = [Line2D([], [], **LINES[kind]) for kind in LINES if kind in drawn]
-    dots: dict = dict(marker="o", ms=11, mec=INK, ls="none")
-    for sign in sorted({region.assembly for region in regions}, reverse=True):
-        label = f"assembly mode {signs(sign)}"
-        handles.append(Line2D([], [], mfc=FILL[sign], label=label, **dots))
+        shape = dict(arrowstyle="-", shrinkA=0, shrinkB=0, connectionstyle=f"arc3,rad={bow}")
+        axes.add_patch(FancyArrowPatch(*ends, **STYLES[kind] | {"label": None}, **shape))
+    drawn |= {f"graph.assembly{region.assembly:+d}" for region in regions}
+    handles = [Line2D([], [], **style) for kind, style in STYLES.items() if kind in drawn]
     figure_legend(figure, handles, 2)
     return figure
 
 
-def arranged(regions: tuple, pairs: list) -> tuple[dict, list]:
+def arranged(regions: tuple, pairs: list) -> tuple[dict, np.ndarray]:
     """Return where nodes are, {number: (x, y)}, and how far the line of each pair bends.
 
     The nodes of one pair of working modes are on a ring. Each ring in turn gets the order and the
@@ -118,12 +99,15 @@ def arranged(regions: tuple, pairs: list) -> tuple[dict, list]:
                 for angle in ANGLES
             ]
             places = min(candidates, key=lambda each: _crowding(each, pairs))
-    bows: dict = {}
-    for pair, clear in zip(pairs, _clearances(places, pairs)):
-        taken = bows.setdefault(pair, [])
-        free = [k for k in range(len(BOWS)) if k not in taken]
-        taken.append(max(free, key=lambda k: clear[k]))
-    return places, [float(BOWS[bows[pair].pop(0)]) for pair in pairs]
+    return places, BOWS[_clearances(places, pairs).argmax(axis=1)]
+
+
+def _kind(passage):
+    """Return the style of a passage's line: by the leg that changes its mode, and how."""
+    if passage.leg is None:
+        return "graph.type-2"
+    side, _ = SIDES[passage.leg]
+    return f"graph.{side}-fold" if passage.fold else f"graph.{side}"
 
 
 def _ring(working, numbers, angle):

@@ -19,7 +19,6 @@ from ..style import (
     largest_of,
     of_unit,
     shown_unit,
-    smallest_of,
 )
 from .panels import STYLES, draw, draw_points, new_figure, note, over_time, plane
 
@@ -54,8 +53,7 @@ def draw_study(study: Study, panels: Sequence | None = None) -> Figure:
         axes = figure.add_subplot(grid[row, 1], sharex=axes)
         title, labels = group_words(names)
         columns = [study[name] for name in names]
-        smallest = smallest_of(unit(names[0]), size, float(np.ptp(study.t)))
-        scale, shown = shown_unit(columns, unit(names[0]), smallest, degrees=True)
+        scale, shown = shown_unit(columns, unit(names[0]), size, degrees=True)
         for column, label, colour, dashes in zip(columns, labels, cycle(COLOURS), cycle(DASHES)):
             draw(axes, "line.medium", study.t, scale * column, color=colour, ls=dashes, label=label)
         if study.lock:
