@@ -135,9 +135,9 @@ def readable(largest: float, unit: str, smallest: float = SMALLEST) -> tuple[flo
     for limit, prefix in ((1e-6, "n"), (1e-3, "µ"), (1.0, "m")):
         if largest < limit:
             return whole * 1e3 / limit, prefix + unit
-    if whole > 1 or (largest >= 1e4 and unit[:1] in ("m", "N", "J")):
+    if largest >= 1e4 and unit[:1] in ("m", "N", "J") or largest >= whole > 1:
         return whole * 1e-3, "k" + unit
-    return 1.0, unit
+    return whole, unit
 
 
 def shown_unit(

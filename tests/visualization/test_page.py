@@ -16,8 +16,9 @@ import fivebar as fb
 from fivebar.cli import main
 from fivebar.linkages import GRAVITY, PRESSES, FiveBarLinkage, FourBar, study
 from fivebar.visualization import document
-from fivebar.visualization.pages import runs
+from fivebar.visualization.pages import runs, studies
 from fivebar.visualization.pages.linked import story
+from fivebar.visualization.style import readable
 
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle, until
@@ -754,3 +755,47 @@ def test_from_the_command_line(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["files"] == [str(path)]
     assert main([*track, "--page", str(tmp_path / "nowhere" / "page.html")]) == 1
     assert "No such file" in capsys.readouterr().err
+
+
+def test_a_moment_has_a_link_that_the_page_follows(opened, tmp_path, run):  # noqa: F811
+    page = opened(written(run, tmp_path))
+    page.locator("#controls input[type=range]").evaluate(
+        "slider => { slider.value = 1230; slider.oninput(); }"
+    )
+    settle(page)
+    link = page.get_by_role("link", name="Link to 1.23 s")
+    assert link.get_attribute("href") == "#t=1.23"
+    page.evaluate("go(0)")
+    settle(page)
+    page.evaluate("location.hash = '#t=1.23'")
+    until(page, "at === 1230")
+    for text in ("#t=", "#t=abc", "#other"):  # no moment: nothing moves
+        page.evaluate("text => { location.hash = text; }", text)
+        settle(page)
+        assert sample(page) == 1230
+
+
+def test_a_page_opened_at_a_moment_shows_it(browser, tmp_path, run):  # noqa: F811
+    for path, shown in (
+        (written(run, tmp_path), "document.getElementById('clock').textContent"),
+        (tmp_path / "animation.html", "document.getElementById('clock').value"),
+    ):
+        if not path.exists():
+            run.animate(path)
+        page = browser.new_page()
+        page.goto(path.as_uri() + "#t=1.77")
+        until(page, "document.body.dataset.ready")
+        until(page, f"{shown} === '1.77 s'")
+        page.close()
+
+
+def test_rounding_reads_as_zero(tmp_path):
+    """The slider of a slider-crank moves along y = 0, but for 1e-17 m; a small robot's 1e-10 m is seen."""
+    moved = study(fb.linkages.SliderCrank(0.05, 0.15))
+    assert 0 < np.abs(moved["B.y"]).max() < 1e-15
+    plots = studies.studies_content({"": moved}, ["B.y", "slide.position"])["panels"]
+    assert [(plot["unit"], plot["scale"]) for plot in plots] == [("m", 0.0), ("mm", 1e3)]
+    assert readable(1.4e-17, "m") == (0.0, "m")
+    assert readable(3e-10, "m") == (1e9, "nm") and readable(3e-10, "m", 1e-9) == (0.0, "m")
+    assert readable(2.1e4, "m/s") == (1e-3, "km/s") and readable(1060.0, "m") == (1.0, "m")
+    assert readable(0.0018, "kg m^2") == (1e3, "g m^2") and readable(2.0, "kg") == (1.0, "kg")
