@@ -113,7 +113,7 @@ def _show(arguments, result):
 def _print_front(designs):
     columns = [*designs[0].parameters, *designs[0].values]
     widths = [max(10, len(name) + 1) for name in columns]
-    print("".join(f"{name:>{w}}" for name, w in zip(columns, widths)) + "  held by")
+    print("".join(f"{name:>{w}}" for name, w in zip(columns, widths)) + "  active constraints")
     for design in designs:
         numbers = (*design.parameters.values(), *design.values.values())
         cells = (f"{number:{width}.4g}" for number, width in zip(numbers, widths))

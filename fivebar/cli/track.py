@@ -107,8 +107,10 @@ def _task_2(robot):
     controller = crossing.OpenLoop(robot, 0.002)
     run = simulate(robot, controller, crossing.compliant(robot), control_period=0.002, step=0.002)
     how = f"at {met.time:.4f} s it meets Type {int(met.type)}, where its torque diverges"
-    peak = f"timed to cross without acceleration it needs {1e3 * np.abs(run.tau).max():.0f} mN m"
-    return run, f"Task 2: on the lab's quintic it is refused: {how}; {peak}."
+    peak = (
+        f"a time law that crosses without acceleration needs {1e3 * np.abs(run.tau).max():.0f} mN m"
+    )
+    return run, f"Task 2 along the lab's quintic polynomial is not possible: {how}; {peak}."
 
 
 def _track(arguments):

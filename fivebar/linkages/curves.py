@@ -23,6 +23,8 @@ class Curve:
     ----------
     label : str
     points : (n, 2), m
+    locks : (k, 2), m
+        Where the mechanism locks: the crank can only turn back, on the other branch.
 
     Examples
     --------
@@ -33,6 +35,7 @@ class Curve:
 
     label: str
     points: np.ndarray
+    locks: np.ndarray | tuple = ()
 
 
 @takes(
@@ -68,16 +71,17 @@ def coupler_curves(
     allowed, curves = crank_range(four_bar), []
     if allowed.full:
         q = np.linspace(-np.pi, np.pi, samples + 1)
-        curves = [move(four_bar, q, branch=branch).position("M") for branch in (1, -1)]
+        paths = [move(four_bar, q, branch=branch).position("M") for branch in (1, -1)]
+        curves = [Curve(label, points) for points in paths]
     for low, high in () if allowed.full else allowed.intervals:
         # The dyad's height is a square root at either end: even steps of this angle are nearly even
         # on the curve.
         turn = np.linspace(0, 2 * np.pi, samples + 1)
-        q = (low + high) / 2 - (high - low) / 2 * np.cos(turn)
-        branch = np.where(turn < np.pi, 1, -1)
-        points = move(four_bar, q, branch=branch, unreachable="nan").position("M")
-        curves.append(points[np.isfinite(points).all(axis=1)])
-    return tuple(Curve(label, points) for points in curves)
+        # A little inside, or rounding could leave the loop open where it locks.
+        q = (low + high) / 2 - ((high - low) / 2 - 1e-12) * np.cos(turn)
+        points = move(four_bar, q, branch=np.where(turn < np.pi, 1, -1)).position("M")
+        curves.append(Curve(label, points, points[[0, samples // 2]]))
+    return tuple(curves)
 
 
 @takes(robot=instance(FiveBar), samples=whole(3, 10**6))
@@ -123,7 +127,8 @@ def type_2_curves(robot: FiveBar, samples: int = 1440) -> tuple[Curve, ...]:
             )
         elif 2 * max(sides) <= sum(sides):
             point = (robot.l12 if reach > 0 else -robot.l12, 0.0)
-            curves += coupler_curves(FourBar(*sides, point=point, base=base), label, samples)
+            traced = coupler_curves(FourBar(*sides, point=point, base=base), label, samples)
+            curves += [Curve(label, curve.points) for curve in traced]
     return tuple(curves)
 
 

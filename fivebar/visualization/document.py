@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import html
 import json
+from base64 import b64encode
+from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 from string import Template
@@ -46,20 +48,56 @@ def document(
     folder: Path,
     title: str,
     scripts: str = "'unsafe-inline'",
+    style: str = "",
     **parts: str,
 ) -> str:
     """Return the page whose body and own style are page.html and page.css of this folder.
 
-    scripts: which the page's policy lets run; parts: what is filled into its body.
+    scripts: which the page's policy lets run; style: more of it; parts: what is filled into its
+    body.
     """
     title = html.escape(title)
     body = Template((folder / "page.html").read_text("utf-8")).substitute(title=title, **parts)
-    style = "".join((place / "page.css").read_text("utf-8") for place in (HERE, folder))
+    common, own = ((place / "page.css").read_text("utf-8") for place in (HERE, folder))
+    style = common + style + own
     return Template((HERE / "page.html").read_text("utf-8")).substitute(
         title=title,
         scripts=scripts,
         style=style,
         body=body,
+    )
+
+
+def report(kind: str, title: str, **parts: str) -> str:
+    """Return a page of text, pictures and tables, without scripts: one of designs or charts."""
+    style = (HERE / "report.css").read_text("utf-8")
+    return document(HERE / kind, title, "'none'", style, **parts)
+
+
+def picture(png: bytes, text: str) -> str:
+    """Return HTML of a picture, and of the text that says what it shows."""
+    data = b64encode(png).decode()
+    image = f'<img alt="{html.escape(text)}" src="data:image/png;base64,{data}">'
+    return _scrolling(image, text, "chart")
+
+
+def table(title: str, heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Return HTML of a table; its heads are texts, its cells are HTML already."""
+    head = "".join(f'<th scope="col">{html.escape(text)}</th>' for text in heads)
+    lines = []
+    for row in rows:
+        cells = "".join(f"<td>{cell}</td>" for cell in row)
+        lines.append(f"<tr>{cells}</tr>")
+    body = "\n".join(lines)
+    made = f"<table><thead><tr>{head}</tr></thead><tbody>\n{body}\n</tbody></table>"
+    return _scrolling(made, title, "wide")
+
+
+def _scrolling(content, name, kind):
+    """Return HTML of what may be wider than the window, which the keyboard can scroll too."""
+    name = html.escape(name)
+    return (
+        f'<div class="scroll {kind}" tabindex="0" role="region" aria-label="{name}">{content}</div>'
     )
 
 

@@ -4,7 +4,7 @@ loci are called.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -37,17 +37,11 @@ DASHES = (
 )
 LEFT, RIGHT = BLUE, ORANGE  # legs, and what is of their motors
 SIDES = ("left", LEFT), ("right", RIGHT)
-# A hue for each leg, its bars dark and light by turns.
-LEGS = (BLUE, SKY), (ORANGE, AMBER), (GREEN, "#7FCEB9")
-LINKS = (
-    BLUE,
-    ORANGE,
-    GREEN,
-    AMBER,
-    SKY,
-    BLACK,
-)  # of a linkage; pink is left to the path
-PATH, REFERENCE = PINK, GREEN
+# Bars have a contrast of 3 : 1 or more to white paper and to the dark ground of pages.
+RUST, OCHRE, AZURE, GREY = "#B84A00", "#BD8400", "#3897D0", "#7D7D7D"
+LEGS = (BLUE, AZURE), (RUST, OCHRE)  # a hue for each leg, its bars dark and light by turns
+LINKS = BLUE, RUST, GREEN, OCHRE, AZURE, GREY  # of a linkage; pink is left to the path
+PATH, REFERENCE = "#C2679A", GREEN
 INK = "#222222"
 BASE = "#888888"  # named, as GUIDE is, in plot/styles.toml
 GUIDE = "#d9d9d9"
@@ -124,12 +118,51 @@ def largest_of(values: np.ndarray) -> float:
     return float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
 
 
-def readable(largest: float, unit: str) -> tuple[float, str]:
-    """Return factor and name of the unit in which numbers up to `largest` read well."""
+SMALLEST = 1e-12  # in SI units; what is smaller is rounding error
+
+
+def readable(largest: float, unit: str, smallest: float = SMALLEST) -> tuple[float, str]:
+    """Return factor and name of the unit in which numbers up to `largest` read well.
+
+    The factor is 0 if all are below `smallest`, so that rounding error reads as 0.
+    """
+    if largest < smallest:
+        return 0.0, unit
+    whole = 1.0
+    if unit.startswith("kg"):
+        whole, unit = 1e3, unit[1:]
+    largest = whole * largest
     for limit, prefix in ((1e-6, "n"), (1e-3, "µ"), (1.0, "m")):
-        if 0 < largest < limit:
-            return 1e3 / limit, prefix + unit
-    return 1.0, unit
+        if largest < limit:
+            return whole * 1e3 / limit, prefix + unit
+    if largest >= 1e4 and unit[:1] in ("m", "N", "J") or largest >= whole > 1:
+        return whole * 1e-3, "k" + unit
+    return whole, unit
+
+
+def shown_unit(
+    columns: Iterable[np.ndarray], unit: str, size: float, degrees: bool = False
+) -> tuple[float, str]:
+    """Return factor and name of the unit in which columns of `unit` are shown together.
+
+    Lengths, speeds and accelerations below 1e-9 of a mechanism's size, m, are 0. Numbers without
+    unit and angles of a hundredth and more stay as they are; degrees: as these.
+    """
+    largest = max(map(largest_of, columns))
+    scale, shown = readable(largest, unit, 1e-9 * size if unit[:1] == "m" else SMALLEST)
+    if degrees and unit == "rad":
+        return 180 / np.pi * (scale > 0), "deg"
+    if scale and (not unit or (unit.startswith("rad") and largest >= 0.01)):
+        scale, shown = 1.0, unit
+    return scale, of_unit(shown)
+
+
+def group_words(names: Sequence[str]) -> tuple[str, list[str]]:
+    """Return title and labels of quantities that share a panel: of one kind, their links."""
+    kinds = {name.rpartition(".")[2] for name in names}
+    if len(names) > 1 and len(kinds) == 1:
+        return kinds.pop().replace("_", " "), [name.rpartition(".")[0] for name in names]
+    return ", ".join(names), list(names)
 
 
 def length(metres: float) -> str:

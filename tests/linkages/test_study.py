@@ -263,6 +263,26 @@ def test_coupler_curves_in_one_figure_by_colour():
         coupler_curve_figure(())
 
 
+@pytest.mark.parametrize(
+    "sides",
+    [
+        (0.1265315, 0.12577337, 0.15572584, 0.15812294),
+        (0.27815589, 0.28707014, 0.16104816, 0.13944719),
+        (0.2, 0.12, 0.16, 0.14),
+    ],
+)
+def test_curves_of_locking_linkages_are_closed_and_say_where_they_lock(sides):
+    """Rounding left some of these open by eight of their steps."""
+    curves = coupler_curves(FourBar(*sides, point=(0.05, 0.03)))
+    for curve in curves:
+        assert len(curve.points) == 1441 and len(curve.locks) == 2
+        assert np.hypot(*(curve.points[0] - curve.points[-1])) < 1e-5 * sides[0]
+    (axes,) = coupler_curve_figure(curves).axes
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels == ["coupler curve", "the mechanism locks"]
+    assert not any(len(curve.locks) for curve in type_2_curves(fb.FiveBar()))
+
+
 def run_cli(argv, monkeypatch):
     parser = argparse.ArgumentParser(prog="fivebar")
     linkage_cli.add_parsers(parser.add_subparsers(dest="command", required=True))

@@ -162,7 +162,10 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
     assert links == [f"play.html{live_page(each).fragment}" for each in front.designs]
     assert all(f"l11={each.robot.l11}" in text for each, text in zip(front.designs, links))
     heads = re.findall(r'<th scope="col">(.*?)</th>', page)
-    assert heads[1:5] == ["l1 (m)", "l2 (m)", "d (m)", "task_y (m)"] and heads[-1] == "held by"
+    assert (
+        heads[1:5] == ["l1 (m)", "l2 (m)", "d (m)", "task_y (m)"]
+        and heads[-1] == "active constraints"
+    )
     assert (
         "motor = (torque 3.4, speed 3.14159), poses = (9, 7), table = (-0.1, 0.1, -0.075, 0.075)"
         in page

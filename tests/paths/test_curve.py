@@ -143,7 +143,8 @@ def test_a_picture(tmp_path):
     figure = PATH.plot(tmp_path / "path.png")
     labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert (
-        labels == ["pen down", "pen up", "rests"] and (tmp_path / "path.png").stat().st_size > 5_000
+        labels == ["pen down", "pen up", "points of rest"]
+        and (tmp_path / "path.png").stat().st_size > 5_000
     )
     assert "Path: 4 pieces" in PATH._repr_html_()
 

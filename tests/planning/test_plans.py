@@ -86,7 +86,7 @@ def test_picture(crossing, fastest, tmp_path):
     assert len(figure.axes) == 3 and (tmp_path / "plan.png").stat().st_size > 10_000
     path, torques, sines = fastest.plot().axes
     labels = [text.get_text() for text in torques.get_legend().get_texts()]
-    assert any("limit, met 100 %" in label for label in labels)
+    assert any("limit, reached 100 %" in label for label in labels)
     assert "Type 2" in [text.get_text() for text in path.get_legend().get_texts()]
 
 
@@ -96,7 +96,7 @@ def test_page_and_animation_show_themselves(crossing, fastest, tmp_path):
         "utf-8"
     ) == shown.html and "<iframe" in shown._repr_html_()
     content = runs_content({"": sampled(crossing)})
-    assert [panel["title"] for panel in content["panels"]][:2] == ["end-effector", "motors"]
+    assert [panel["title"] for panel in content["panels"]][:2] == ["end-effector", "motor torques"]
     (subject,), t = content["subjects"], np.linspace(0.0, crossing.duration, 2001)
     ((when, what),) = subject["marks"]
     assert what == "Type 2" and crossing.accelerations(when).rates.pose.det_A == pytest.approx(

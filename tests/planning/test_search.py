@@ -114,7 +114,7 @@ def test_pictures_of_a_plan_between_poses(tmp_path):
             near = np.hypot(*(acc.rates.pose.xi - x).T).argmin()
             pose = acc.rates.pose
             assert np.min(np.abs([[*pose.sines, pose.det_A][k][near] for k in own])) < 0.1
-    drawn = next(line for line in path.get_lines() if line.get_label() == "via").get_xydata()
+    drawn = next(line for line in path.get_lines() if line.get_label() == "via point").get_xydata()
     assert drawn == pytest.approx(1e3 * inside(3).xi[None], abs=1e-6)
     (machine,) = view.scene(
         ROBOT, plan, ["trace", "loci", "torques", "bar-forces", "acceleration"]

@@ -68,14 +68,16 @@ def test_caption_is_made_of_the_measurements(toy_result):
         return caption(Result(toy_result.chart, {}, rows))
 
     ahead = timed({"<ours> & mine": 1e-3, "after the crash": 4e-3})
-    assert ahead == "Fastest to 2 errors: fivebar to 2."
+    assert ahead == "Fastest to reach 2 error levels: fivebar 2."
     behind = timed({"<ours> & mine": 1e-3, "after the crash": 5e-4})
     assert (
         behind
-        == "Fastest to 2 errors: fivebar to 1; after the crash to 1 (2 times as fast as fivebar)."
+        == "Fastest to reach 2 error levels: fivebar 1; after the crash 1 (2 times as fast as fivebar)."
     )
     failed = [(None, f"wrong in {n}%") for n in (7, 30, 12)] + [(None, "nan")]
     assert words_of(failed) == "wrong (3 times), nan"
+    failed = [(None, f"QP fails in {n}% of the steps") for n in (7, 30)]
+    assert words_of(failed) == "QP fails (2 times)"
 
 
 def test_the_table_has_each_method_and_its_failures(toy_result):

@@ -16,8 +16,9 @@ import fivebar as fb
 from fivebar.cli import main
 from fivebar.linkages import GRAVITY, PRESSES, FiveBarLinkage, FourBar, study
 from fivebar.visualization import document
-from fivebar.visualization.pages import runs
+from fivebar.visualization.pages import runs, studies
 from fivebar.visualization.pages.linked import story
+from fivebar.visualization.style import readable
 
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle, until
@@ -86,7 +87,7 @@ def strokes(page):
 @pytest.mark.deep
 def test_pointing_at_any_plot_puts_the_robot_where_dgm_says(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path))
-    assert strokes(page) == ["#0072B2", "#56B4E9", "#D55E00", "#E69F00"]  # as in plots and scenes
+    assert strokes(page) == ["#0072B2", "#3897D0", "#B84A00", "#BD8400"]  # as in plots and scenes
     assert set(strokes(page)) <= {line.get_color() for line in run.plot().axes[0].lines}
     assert strokes(page) == fb.view.scene(run.robot, run).machines[0].body.colours
     assert (
@@ -119,7 +120,7 @@ def test_a_biglide_and_its_guides(opened, tmp_path):  # noqa: F811
     heads = page.locator("h2").all_text_contents()
     assert (
         page.title() == "biglide robot, all bars 282.8 mm, base 400 mm"
-        and "motors (N)" in heads
+        and "motor forces (N)" in heads
         and "active joints (mm)" in heads
     )
     for plot, across in ((0, 0.4), (6, 0.9)):
@@ -192,7 +193,7 @@ def test_everything_is_reached_by_tab_and_named(opened, tmp_path, run):  # noqa:
         names.append(page.evaluate(focused))
     wanted = [
         "picture: zoom out",
-        "curve distance",
+        "distance",
         "play",
         "time",
         "speed",
@@ -441,7 +442,7 @@ def test_runs_are_compared_each_in_its_own_time(opened, tmp_path, run):  # noqa:
     notes = page.locator("#notes").text_content()
     assert "The robots differ." in notes and "The runs differ in time" in notes
     assert [h.split(" (")[0] for h in page.locator("h2").all_text_contents()][:3] == [
-        "tracking error, distance", "motors, left", "motors, right",
+        "tracking error, distance", "motor torques, left", "motor torques, right",
     ]  # fmt: skip
     for across in (0.3, 0.9):
         hover(page, 1, across)
@@ -472,7 +473,7 @@ def test_a_story_plays_once_in_two_pictures(opened, tmp_path):  # noqa: F811
             number,
         )
         np.testing.assert_allclose(ends, chain(fb.dgm(run.robot, run.q[-1])), atol=1e-9)
-    assert strokes(page) == 2 * ["#0072B2", "#56B4E9", "#D55E00", "#E69F00"]
+    assert strokes(page) == 2 * ["#0072B2", "#3897D0", "#B84A00", "#BD8400"]
 
 
 @pytest.mark.deep
@@ -499,7 +500,7 @@ def test_samples_that_are_nan_are_gaps(opened, tmp_path, run):  # noqa: F811
     tau[700, 0] = np.inf
     page = opened(written(replace(run, q=q, tau=tau), tmp_path))
     assert (
-        "Not finite, so gaps: q in 100, tau in 1 of 2001 samples."
+        "Gaps where values are not finite: q in 100, tau in 1 of 2001 samples."
         in page.locator("#notes").text_content()
     )
     hover(page, 0, 0.27)
@@ -619,7 +620,7 @@ def test_other_linkages(opened, tmp_path, result):  # noqa: F811
     gaps = np.linalg.norm(ends[:, None] - result.points()[k], axis=-1).min(axis=1)
     assert gaps.max() < 1e-14 * np.abs(ends).max()  # drawn in pixels
     if result.lock:
-        assert "ends before the lock at" in page.locator("#notes").text_content()
+        assert "ends before the mechanism locks, at" in page.locator("#notes").text_content()
 
 
 def test_only_what_is_shown_is_computed(tmp_path, run, monkeypatch):
@@ -754,3 +755,47 @@ def test_from_the_command_line(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["files"] == [str(path)]
     assert main([*track, "--page", str(tmp_path / "nowhere" / "page.html")]) == 1
     assert "No such file" in capsys.readouterr().err
+
+
+def test_a_moment_has_a_link_that_the_page_follows(opened, tmp_path, run):  # noqa: F811
+    page = opened(written(run, tmp_path))
+    page.locator("#controls input[type=range]").evaluate(
+        "slider => { slider.value = 1230; slider.oninput(); }"
+    )
+    settle(page)
+    link = page.get_by_role("link", name="Link to 1.23 s")
+    assert link.get_attribute("href") == "#t=1.23"
+    page.evaluate("go(0)")
+    settle(page)
+    page.evaluate("location.hash = '#t=1.23'")
+    until(page, "at === 1230")
+    for text in ("#t=", "#t=abc", "#other"):  # no moment: nothing moves
+        page.evaluate("text => { location.hash = text; }", text)
+        settle(page)
+        assert sample(page) == 1230
+
+
+def test_a_page_opened_at_a_moment_shows_it(browser, tmp_path, run):  # noqa: F811
+    for path, shown in (
+        (written(run, tmp_path), "document.getElementById('clock').textContent"),
+        (tmp_path / "animation.html", "document.getElementById('clock').value"),
+    ):
+        if not path.exists():
+            run.animate(path)
+        page = browser.new_page()
+        page.goto(path.as_uri() + "#t=1.77")
+        until(page, "document.body.dataset.ready")
+        until(page, f"{shown} === '1.77 s'")
+        page.close()
+
+
+def test_rounding_reads_as_zero(tmp_path):
+    """The slider of a slider-crank moves along y = 0, but for 1e-17 m; a small robot's 1e-10 m is seen."""
+    moved = study(fb.linkages.SliderCrank(0.05, 0.15))
+    assert 0 < np.abs(moved["B.y"]).max() < 1e-15
+    plots = studies.studies_content({"": moved}, ["B.y", "slide.position"])["panels"]
+    assert [(plot["unit"], plot["scale"]) for plot in plots] == [("m", 0.0), ("mm", 1e3)]
+    assert readable(1.4e-17, "m") == (0.0, "m")
+    assert readable(3e-10, "m") == (1e9, "nm") and readable(3e-10, "m", 1e-9) == (0.0, "m")
+    assert readable(2.1e4, "m/s") == (1e-3, "km/s") and readable(1060.0, "m") == (1.0, "m")
+    assert readable(0.0018, "kg m^2") == (1e3, "g m^2") and readable(2.0, "kg") == (1.0, "kg")

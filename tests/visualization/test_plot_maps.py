@@ -161,3 +161,18 @@ def test_the_graph_has_every_aspect_and_every_passage(robot):
     }
     folds = any(passage.fold for passage in passages(robot))
     assert any("folded" in words for words in legend(figure)) == folds == (robot is AMORO)
+
+
+@pytest.mark.parametrize("robot", [AMORO, UNEQUAL], ids=["amoro", "unequal"])
+def test_no_line_of_the_graph_passes_behind_a_node(robot):
+    (axes,) = aspect_graph(robot).axes
+    nodes = [np.array(t.get_position()) for t in axes.texts if t.get_text().isdigit()]
+    assert len(nodes) == len(aspects(robot)) and axes.patches
+    for patch in axes.patches:
+        ends = np.array(patch._posA_posB)
+        (first, middle, last) = patch.get_connectionstyle()(*ends).vertices
+        s = np.linspace(0, 1, 200)[:, None]
+        line = (1 - s) ** 2 * first + 2 * s * (1 - s) * middle + s**2 * last
+        for node in nodes:
+            if not (ends == node).all(axis=1).any():
+                assert np.hypot(*(line - node).T).min() > 0.08  # a node's radius is 0.05

@@ -74,10 +74,16 @@ def write_summary(
     lost = [report for report in reports if report.ungraded]
     none = [report for report in reports if report.no_program]
     parts: dict[str, tuple[tuple[str, ...], list[tuple[str, ...]]]] = {
-        "Not graded: run it again": (("Student", ""), [(r.student, r.ungraded) for r in lost]),
-        "No program, and so no points": (("Student", ""), [(r.student, r.trouble) for r in none]),
+        "Not graded: run it again": (
+            ("Student", "Reason"),
+            [(r.student, r.ungraded) for r in lost],
+        ),
+        "No program, and so no points": (
+            ("Student", "Reason"),
+            [(r.student, r.trouble) for r in none],
+        ),
         "Found and not graded": (
-            ("Student", "File", ""),
+            ("Student", "File", "Reason"),
             [(student, item.name, item.word) for student, item in ignored],
         ),
     }
@@ -86,7 +92,7 @@ def write_summary(
             (text(", ".join(students)), "to the letter" if exact else "other names or formatting")
             for students, exact in equal
         ]
-        body += f"<h2>Equal programs</h2><p>{EQUAL}</p>{_table(('Students', ''), rows)}"
+        body += f"<h2>Equal programs</h2><p>{EQUAL}</p>{_table(('Students', 'Equal'), rows)}"
     for title, (columns, found) in parts.items():
         if found:
             body += f"<h2>{title}</h2>{_table(columns, [map(text, row) for row in found])}"
@@ -122,10 +128,11 @@ def _body(lab, reports):
     return (
         f"<h1>{text(lab)}</h1><p>{of['students']} students, mean {of['mean']:.0f} %, median"
         f" {of['median']:.0f} %, all points: {of['full']}</p>"
-        f"<h2>Scores</h2>{_table(['Score', '', 'students'], shares)}<h2>Checks</h2><p>{TELLS}</p>"
-        f"{_table(['Check', '', 'passed', 'mean', 'tells'], checks)}<h2>Misconceptions</h2>"
-        f"{_table(['Misconception', '', 'students'], names)}<h2>Students</h2>"
-        f"{_table(['Student', '', 'points'], map(_student, reports))}"
+        f"<h2>Scores</h2>{_table(['Score', 'share', 'students'], shares)}"
+        f"<h2>Checks</h2><p>{TELLS}</p>"
+        f"{_table(['Check', 'share', 'passed', 'mean', 'tells'], checks)}<h2>Misconceptions</h2>"
+        f"{_table(['Misconception', 'share', 'students'], names)}<h2>Students</h2>"
+        f"{_table(['Student', 'share', 'points'], map(_student, reports))}"
     )
 
 

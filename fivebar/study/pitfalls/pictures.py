@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from ...visualization.plot.panels import finish, new_figure
 from ...visualization.style import AMBER, BLUE, INK, ORANGE, PINK, SKY
 from .crossing import Crossing
 from .differentiation import OURS as OURS_BOUND
@@ -31,16 +32,13 @@ FLOOR = 1e-17  # an error of zero is drawn here
 
 def _panels(number=1):
     """Return a figure and its axes, side by side."""
-    figure = Figure(figsize=(6.4 * number, 4.6), layout="constrained")
+    figure = new_figure(6.4 * number, 4.6)
     return figure, figure.subplots(1, number, squeeze=False)[0]
 
 
 def _finish(axes, xlabel, ylabel, title, **options):
     """Label axes, with a legend below them."""
-    axes.set(xlabel=xlabel, ylabel=ylabel, title=title, **options)
-    axes.grid(alpha=0.25)
-    place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14)}
-    axes.legend(ncols=2, fontsize=8, frameon=False, **place)
+    finish(axes, 2, xlabel=xlabel, ylabel=ylabel, title=title, **options)
 
 
 def differentiation(curve: Differentiation) -> Figure:

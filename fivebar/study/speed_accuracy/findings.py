@@ -68,7 +68,7 @@ def failures(result: Result, panel: Panel) -> dict[str, list[tuple[dict, str]]]:
 
 def words_of(failed: list[tuple[dict, str]]) -> str:
     """Return the words of the failures of one method, with how often each came; shares left out."""
-    counts = Counter(re.sub(r" in \d+%", "", word) for _, word in failed)
+    counts = Counter(re.sub(r" in \d+%( of the steps)?", "", word) for _, word in failed)
     return ", ".join(f"{word} ({n} times)" if n > 1 else word for word, n in counts.items())
 
 
@@ -98,12 +98,15 @@ def caption(result: Result) -> str:
                 ratios[name].append(ours / times[best])
                 total += 1
     if not total:
-        return "No errors to compare."
-    notes = [f"Fastest to {total} errors: {OURS} to {len(ratios.pop(OURS, []))}"]
+        return "No error levels to compare."
+    levels = f"{total} error level{'s' * (total > 1)}"
+    notes = [f"Fastest to reach {levels}: {OURS} {len(ratios.pop(OURS, []))}"]
     for name, found in ratios.items():
         spread = " to ".join(dict.fromkeys(f"{ratio:.2g}" for ratio in (min(found), max(found))))
-        words = f"{spread} times as fast as {OURS}".replace("inf times as fast", "not reached by")
-        notes.append(f"{name} to {len(found)} ({words})")
+        words = f"{spread} times as fast as {OURS}".replace(
+            "inf times as fast as", "not reached by"
+        )
+        notes.append(f"{name} {len(found)} ({words})")
     return f"{'; '.join(notes)}."
 
 
@@ -111,7 +114,9 @@ def tables(result: Result) -> list[Table]:
     """Return a table for each panel that compares: times to each error, and how methods failed."""
     made = []
     for panel in result.chart.all_panels:
-        columns = {f"s, to {level:g}": fastest(result, panel, level) for level in panel.levels}
+        columns = {
+            f"time to {level:g} (s)": fastest(result, panel, level) for level in panel.levels
+        }
         failed = failures(result, panel)
         rows = []
         for method in result.chart.methods:

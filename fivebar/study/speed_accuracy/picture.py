@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import textwrap
-from itertools import cycle
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter
 
 from ...visualization.style import COLOURS as OKABE_ITO
-from ...visualization.style import INK
+from ...visualization.style import DASHES, INK
 from .chart import OURS
 from .findings import counted, failures, orders, summary, words_of
 from .store import Result
@@ -80,18 +80,25 @@ def panels(result: Result) -> Figure:
 
 
 def method_styles(chart):
-    """Return {method: how its line is drawn}: a colour for a family, a marker for a method."""
-    others = dict.fromkeys(method.family for method in chart.methods if method.family != OURS)
-    colours = {OURS: INK} | dict(zip(others, cycle(COLOURS)))
+    """Return {method: how its line is drawn}: ours in ink, each other one in its own colour.
+
+    Dashes tell apart ours, and others of one colour; each has a marker too.
+    """
+    counts = {True: 0, False: 0}
     styles = {}
     for k, method in enumerate(chart.methods):
         ours = method.family == OURS
-        colour = colours[method.family]
+        place = counts[ours]
+        counts[ours] += 1
+        turn, colour = (place, INK) if ours else divmod(place, len(COLOURS))
+        if not ours:
+            colour = COLOURS[colour]
         styles[method.name] = {
             "color": colour,
+            "ls": DASHES[turn % len(DASHES)],
             "marker": MARKERS[k % len(MARKERS)],
             "ms": 6 if ours else 5,
-            "lw": 1.7 if ours else 1.1,
+            "lw": 1.7 if ours else 1.2,
             "mew": 1.1,
             "mfc": colour if ours or k >= len(MARKERS) else "white",
         }
@@ -130,6 +137,9 @@ def _draw_panel(axes, result, panel, styles):
                 [row["seconds_high"] for row in points],
             ]
             axes.hlines(y, *spread, color=style["color"], lw=1)
+    low, high = axes.get_xlim()
+    if high > 10 * low:  # or numbers between powers of ten would run into each other
+        axes.xaxis.set_minor_formatter(NullFormatter())
     if panel.guide:
         factor, words = panel.guide
         limits = np.array(axes.get_xlim())
@@ -170,8 +180,8 @@ def _draw_strip(axes, panel, failed, styles, lanes):
         labelbottom=False,
         which="both",
     )
-    axes.set_facecolor("#f1f1f1" if failed else "none")
-    axes.spines[:].set_visible(bool(failed))
+    axes.set_facecolor("none")
+    axes.spines[:].set_visible(False)
     axes.set_ylim(max(lanes, 0.1), 0)
     for k, (name, items) in enumerate(failed.items()):
         times = [row[panel.x] for row, _ in items if panel.x in row]
@@ -190,7 +200,7 @@ def _draw_strip(axes, panel, failed, styles, lanes):
             k + 0.3,
             text,
             transform=place,
-            fontsize=6.6,
+            fontsize=7,
             va="center",
             color=INK,
         )

@@ -27,6 +27,9 @@ const colour = k => theme("--c" + k);
 const theme = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
+// Rounding error, next to values of this size, is 0.
+const settled = (value, size) => Math.abs(value) < 1e-9 * size ? 0 : value;
+
 // Of values up to a largest one all have its decimals: what changes does not jump, and rounding reads as 0.
 function readable(value, largest = NaN) {
   if (Number.isNaN(value)) return "none";

@@ -4,18 +4,20 @@ const play = button("Play", "play", () => { playing ? pause() : start(); });
 const slider = element("input",
   {type: "range", min: 0, max: clock.length - 1, step: 1, value: 0, "aria-label": axis.name});
 const output = element("output", {id: "clock"});
+const linkToMoment = element("a", {id: "moment"}, "Link");
 const speed = element("select", {"aria-label": "speed"}, ...[0.1, 0.25, 0.5, 1, 2, 4].map(factor =>
   element("option", {value: factor, ...(factor === 1 ? {selected: ""} : {})}, `${factor} ×`)));
 slider.oninput = () => go(+slider.value);
 document.getElementById("controls").append(play, slider, output, speed,
   button("−", "zoom out", () => zoom(2)), button("+", "zoom in", () => zoom(0.5)),
-  button("All", "show all", () => zoom(0)),
+  button("All", "show all", () => zoom(0)), linkToMoment,
   button("PNG", "save this page as a picture (PNG)", () => savePng(pictures.map(({svg}) => svg), state.textContent, plots)),
   button("CSV", `save the samples of this page as CSV; ${content.source} writes all`, table),
   element("details", {}, element("summary", {}, "More"),
     "Point at a plot or at the path, or drag: the mechanism is shown in that state. ← → move on (with Shift by one " +
     "sample), Page Up and Page Down by a tenth, Home and End to the ends, Space plays, + − 0 zoom. Shift and drag " +
-    "zooms into a stretch, Ctrl and wheel zooms at the pointer, a double click shows all."));
+    "zooms into a stretch, Ctrl and wheel zooms at the pointer, a double click shows all. Link is the address of " +
+    "the moment shown: open it, or copy it."));
 
 function start(once = false) {
   playing = true;
@@ -92,7 +94,8 @@ const draw = oncePerFrame(() => {
   });
   slider.value = at;
   slider.setAttribute("aria-valuetext", where());
-  output.textContent = `${readable(x)} ${axis.unit}`;
+  output.textContent = clockText();
+  pointTo(linkToMoment, times[at]);
   state.textContent = missing.length ? `no pose here${several ? ": " + missing.join(", ") : ""}` : where();
   if (!playing) announce(summary);
 });
@@ -130,6 +133,7 @@ async function begin() {
   plots.forEach(plot => plot.layGlass());
   draw();
   requestAnimationFrame(() => requestAnimationFrame(() => { document.body.dataset.ready = "yes"; }));
-  if (content.plays && !matchMedia("(prefers-reduced-motion: reduce)").matches) start(true);
+  follow(t => go(nearest(times, t)));
+  if (content.plays && Number.isNaN(momentInAddress()) && !matchMedia("(prefers-reduced-motion: reduce)").matches) start(true);
 }
 begin();

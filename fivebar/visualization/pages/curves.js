@@ -30,15 +30,14 @@ const plots = panels.map((panel, number) => {
   for (const line of [...plot.rules, ...plot.marks]) plot.figure.add_layout(line);
   plot.outputs = panel.curves.map((curve, k) => {
     const output = element("output"), name = element("span", {class: "name"}, curve.label);
-    const key = element("button",
-      {type: "button", "aria-pressed": "true", title: "show or hide", "aria-label": `curve ${curve.label}`},
-      swatch("--c" + look(k), 2, dash(k)), name, output);
+    const key = element("button", {type: "button", "aria-pressed": "true", title: "show or hide this curve"},
+      swatch("--c" + look(k), 2, dash(k)), name);
     key.onclick = () => {
       plot.curves[k].visible = !plot.curves[k].visible;
       key.setAttribute("aria-pressed", plot.curves[k].visible);
       scaleUp(plot);
     };
-    legend.append(element("li", {}, key));
+    legend.append(element("li", {}, key, output));
     return output;
   });
   if (panel.limits.length) {

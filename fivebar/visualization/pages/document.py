@@ -47,6 +47,7 @@ def make_page(
         / "js"
     )
     parts = (
+        script(HERE.parent, "moment"),
         script(HERE, "common", "picture", "plot"),
         models,
         script(HERE, *CODE[code]),

@@ -6,13 +6,12 @@ from __future__ import annotations
 
 import html
 import io
-from base64 import b64encode
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...base.tables import written
 from ...models.robots import FiveBar
-from ..document import HERE, document
+from ..document import picture, report, table
 from ..play.live import LivePage, play
 from ..plot.designs import label, pose_of
 
@@ -32,12 +31,7 @@ def save_page(front: Front, path: Path) -> None:
     first = front.designs[0]
     rows = []
     live = None
-    heads = [
-        "",
-        *map(label, first.parameters),
-        *map(label, first.values),
-        "held by",
-    ]
+    heads = ["robot", *map(label, first.parameters), *map(label, first.values)]
     for number, design in enumerate(front.designs, start=1):
         name = f"robot {number}"
         if isinstance(design.robot, FiveBar):
@@ -45,23 +39,18 @@ def save_page(front: Front, path: Path) -> None:
             live = live or page
             name = f'<a href="play.html{html.escape(page.fragment)}">{name}</a>'
         values = *design.parameters.values(), *design.values.values()
-        held = "; ".join(sentence.partition(" is ")[0] for sentence in design.binding)
-        cells = [
-            name,
-            *(f"{value:.6g}" for value in values),
-            html.escape(held),
-        ]
-        rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
-    picture = io.BytesIO()
-    front.plot().savefig(picture, format="png", dpi=90)
-    goals = " and ".join(f"{way} {name}" for name, way in front.goals.items())
-    page = document(
-        HERE / "designs",
-        f"{len(front)} robots: {goals}",
+        active = "; ".join(sentence.partition(" is ")[0] for sentence in design.binding)
+        rows.append([name, *(f"{value:.6g}" for value in values), html.escape(active)])
+    png = io.BytesIO()
+    front.plot().savefig(png, format="png", dpi=90)
+    goals = " and ".join(f"{name} ({way})" for name, way in front.goals.items())
+    title = f"Pareto front of {len(front)} robots: {goals}"
+    page = report(
+        "designs",
+        title,
         notes=html.escape(repr(first.task)[1:-1]),
-        picture=b64encode(picture.getvalue()).decode(),
-        heads="".join(f'<th scope="col">{html.escape(head)}</th>' for head in heads),
-        rows="\n".join(rows),
+        picture=picture(png.getvalue(), f"{title}, and robots along it"),
+        table=table("designs", [*heads, "active constraints"], rows),
     )
     with written(path) as out:
         out.write(page)

@@ -28,7 +28,7 @@ const bounds = robot.turns
   ? around([[...most(([x, , r]) => x - r, ([x, , r]) => x + r), ...elbowsReach(0)]],
     [[...most(([, y, r]) => y - r, ([, y, r]) => y + r), ...elbowsReach(1)]])
   : around([feet.flatMap((x, k) => [x - robot.distal[k], x + robot.distal[k]])], [robot.rail]);
-const scene = new Picture(document.getElementById("scenes"), bounds);
+const scene = new Picture(document.getElementById("scenes"), bounds, "the robot at the point");
 if (!robot.turns) for (const x of feet) scene.path([x, x], robot.rail, "--line", 6);
 const machine = opacity => scene.mechanism({...content.body, opacity, ...(opacity < 1 ? {pins: [], actuated: []} : {})});
 // Base joint, elbow, end-effector, elbow, base joint; with sliders foot, end-effector, foot.
@@ -39,7 +39,7 @@ const ghosts = layers.map(() => machine(0.22)), mechanism = machine(1);
 const state = element("span", {class: "state"});
 frame.append(element("div", {class: "under"}, state));
 frame.append(element("ul", {class: "legend", "aria-label": "colours of the picture"},
-  ...content.body.key.map(([name, inks]) => entry(swatch(inks, 6), name)), entry("pale: the other modes")));
+  ...content.body.key.map(([name, inks]) => entry(swatch(inks, 6), name)), entry("pale: other modes")));
 
 // The map ---------------------------------------------------------------------------------------------------------
 
@@ -56,7 +56,6 @@ plotSection.append(parent);
 const ranges = {x: new Range(spans[0]), y: new Range(spans[1])};
 const plot = new Plot(parent, {
   height: innerWidth > 820 ? Math.max(340, Math.min(520, innerHeight - 380)) : 340, min_border_left: 62,
-  background_fill_color: "#ececec",
   x_axis_label: `${nameX} (${unitX})`, y_axis_label: `${nameY} (${unitY})`,
 }, ranges);
 const crossbar = element("div", {class: "cross"});
@@ -74,7 +73,7 @@ const bar = new Bokeh.ColorBar(
   {color_mapper: mapper, width: 14, padding: 4, background_fill_color: null, bar_line_color: null});
 plot.figure.add_layout(bar, "right");
 
-// Lines differ by their dashes, points by their shapes; drawn dark on the map's own pale ground in either theme.
+// Lines differ by their dashes, points by their shapes; drawn dark on the map's own ground in either theme.
 const INK = "#1a1a1a";
 const STYLES = {
   "Type 1: a leg in line": {}, "Type 1: a bar across its guide": {},

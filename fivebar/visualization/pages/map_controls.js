@@ -8,18 +8,21 @@ const rows = layers.map((layer, k) => {
   return {radio, cells, row};
 });
 const [unitQ, scaleQ] = robot.turns ? ["deg", 180 / Math.PI] : ["mm", 1e3];
-const titles = [...(task ? ["working", "assembly", ...robot.joints.map(name => `${name} (${unitQ})`)]
-  : ["assembly", "working", "x (mm)", "y (mm)"]), ...robot.sines, "sin(φ2 − φ1)", "transm. (deg)"];
+const titles = [...(task ? ["working modes", "assembly mode", ...robot.joints.map(name => `${name} (${unitQ})`)]
+  : ["assembly mode", "working modes", "x (mm)", "y (mm)"]), ...robot.sines, "sin(φ2 − φ1)",
+  "transmission angle (deg)"];
 const head = element("thead", {}, element("tr", {}, ...titles.map(title => element("th", {scope: "col"}, title))));
-const scroll = {class: "scroll", tabindex: 0, role: "region", "aria-label": "the robot at this point in each mode"};
-plotSection.append(element("div", scroll,
+const scroll = {id: "table", class: "scroll", tabindex: 0, role: "region", "aria-label": "the robot at this point in each mode"};
+document.querySelector("main").append(element("div", scroll,
   element("table", {}, head, element("tbody", {}, ...rows.map(({row}) => row)))));
 const fields = axes.map(([name, unit, scale], k) => {
   const input = element("input", {type: "number", step: "any", "aria-label": `${name} (${unit})`});
   input.onchange = () => go(at.map((x, own) => own === k ? +input.value / scale : x));
   return input;
 });
-const hold = element("button", {type: "button", "aria-pressed": "false", onclick: () => keep(!held)}, "Hold");
+const largest = scaled.map(values => Math.max(...extent([values]).map(Math.abs)));
+const place = k => settled(axes[k][2] * at[k], largest[k]);
+const hold = element("button", {type: "button", "aria-pressed": "false", onclick: () => keep(!held)}, "Keep this point");
 document.getElementById("controls").append(
   ...fields.flatMap(input => [element("span", {"aria-hidden": "true"}, input.getAttribute("aria-label")), input]), hold,
   button("−", "zoom out", () => zoom(2)), button("+", "zoom in", () => zoom(0.5)),
@@ -28,13 +31,13 @@ document.getElementById("controls").append(
   button("CSV", `save the nodes of this page as CSV; ${content.source} writes all`, table),
   element("details", {}, element("summary", {}, "More"),
     "Point at the map, or drag: the robot is shown in that pose, in the chosen mode, pale in the others. A click " +
-    "holds the pose, another one lets it go. Arrow keys move the point (with Shift finely), 1 2 3 4 choose the mode, " +
-    "H holds, + − 0 zoom. Ctrl and wheel zooms at the pointer."));
+    "keeps the point, another one follows the pointer again. Arrow keys move the point (with Shift finely), 1 2 3 4 " +
+    "choose the mode, H keeps the point, + − 0 zoom. Ctrl and wheel zooms at the pointer."));
 
 function keep(now) {
   held = now;
   hold.setAttribute("aria-pressed", held);
-  hold.textContent = held ? "Let go" : "Hold";
+  hold.textContent = held ? "Follow the pointer" : "Keep this point";
 }
 
 const inside = (x, k) => Math.min(Math.max(x, spans[k][0] / axes[k][2]), spans[k][1] / axes[k][2]);
@@ -96,13 +99,13 @@ const draw = oncePerFrame(() => {
   plot.cursor.style.transform = `translateX(${x}px)`;
   crossbar.style.transform = `translateY(${y}px)`;
   fields.forEach((input, k) => {
-    if (document.activeElement !== input) input.value = +(axes[k][2] * at[k]).toPrecision(5);
+    if (document.activeElement !== input) input.value = +place(k).toPrecision(5);
   });
   const mode = `${kindOfMode} ${signs(layers[chosen].mode)}`;
   state.textContent = own.closes
-    ? `${mode}; ${field.words.split(",")[0]} at the nearest node: ${readable(field.factor * nodeAt(chosen))}`
-    : `out of reach in ${mode}: the bars do not meet by ${readable(1e3 * own.gap)} mm`;
-  const point = axes.map(([name, unit, scale], k) => `${name} ${readable(scale * at[k])} ${unit}`).join(", ");
+    ? `${mode}; ${field.words.split(",")[0]} at the nearest node: ${readable(settled(field.factor * nodeAt(chosen), field.limits[1]))}`
+    : `out of reach in ${mode}: a gap of ${readable(1e3 * own.gap)} mm is left between the bars`;
+  const point = axes.map(([name, unit], k) => `${name} ${readable(place(k))} ${unit}`).join(", ");
   announce(() => `${point}. ${state.textContent}. ` +
     titles.slice(1).map((title, c) => `${title} ${rows[chosen].cells[c].textContent}`).join(", "));
 });
@@ -120,7 +123,8 @@ function table() {
 function paint() {
   scene.paint();
   plot.paint();
-  for (const grid of [...plot.figure.xgrids, ...plot.figure.ygrids]) grid.grid_line_color = "#dcdcdc";
+  plot.figure.background_fill_color = theme("--ground");
+  for (const grid of [...plot.figure.xgrids, ...plot.figure.ygrids]) grid.grid_line_color = theme("--ground-grid");
   bar.setv({major_label_text_color: theme("--ink"), major_tick_line_color: INK});
 }
 

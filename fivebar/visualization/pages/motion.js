@@ -15,7 +15,9 @@ function union(arrays) {
 
 const shownAt = (subject, index = at) => several ? nearest(subject.t, clock[index]) : index;
 const abscissa = index => axis.scale * clock[index];
-const where = () => `${axis.name} ${readable(abscissa(at))} ${axis.unit}`;
+const largestX = Math.max(...extent([clock]).map(Math.abs)) * axis.scale;
+const clockText = () => `${readable(settled(abscissa(at), largestX))} ${axis.unit}`;
+const where = () => `${axis.name} ${clockText()}`;
 
 // The picture -----------------------------------------------------------------------------------------------------
 
@@ -39,7 +41,7 @@ const bounds = around(columnsOf(subjects, 0), columnsOf(subjects, 1));  // of al
 const pictures = (apart ? subjects : [{}]).map(({name}) => {
   const own = element("div", {}, ...(apart ? [element("h2", {title: name}, name)] : []));
   document.getElementById("scenes").append(own);
-  return new Picture(own, bounds);
+  return new Picture(own, bounds, name || content.title);
 });
 const scene = pictures[0], sceneOf = k => pictures[apart ? k : 0];
 document.body.classList.toggle("apart", !!apart);
@@ -57,7 +59,7 @@ const state = element("span", {class: "state"});
 frame.append(element("div", {class: "under"}, state,
   button("−", "picture: zoom out", () => magnify(1 / 2)),
   button("+", "picture: zoom in on the end-effector", () => magnify(2)),
-  button("Fit", "picture: show all", () => magnify(0))));
+  button("Fit", "picture: fit all in", () => magnify(0))));
 frame.append(pathLegend());
 const marks = subjects.flatMap(subject => subject.marks.map(([t, text]) => {
   const label = `${several ? subject.name + ": " : ""}${text} at ${readable(t)} s`;

@@ -2,13 +2,15 @@
 // browser. Paths have no more points than are seen: a browser takes seconds for a stroke of ten thousand.
 
 class Picture {
-  constructor(parent, bounds) {
+  constructor(parent, bounds, name) {
     this.bounds = bounds;
     this.zoom = 1;
     this.parts = [];
     this.curves = [];
     this.mechanisms = [];
-    this.svg = element("svg", {class: "scene", role: "img", "aria-label": "the mechanism"});
+    this.svg = element("svg", {class: "scene", role: "img", "aria-label": `the mechanism: ${name}`});
+    const [x0, y0, x1, y1] = bounds, room = 0.2 * Math.max(x1 - x0, y1 - y0);
+    this.svg.style.aspectRatio = (x1 - x0 + room) / (y1 - y0 + room);
     this.world = element("g", {fill: "none", "stroke-linecap": "round", "stroke-linejoin": "round"});
     this.paths = element("g", {fill: "none", "stroke-linecap": "round", "stroke-linejoin": "round"});
     this.letters = element("g", {"font-family": "system-ui, sans-serif", "font-size": 14, "font-weight": 600,
@@ -104,11 +106,11 @@ class Picture {
     const {width, height} = this.svg.getBoundingClientRect(), [x0, y0, x1, y1] = this.bounds;
     if (!width || !height) return;
     Object.assign(this, {width, height, centre});
-    const margin = Math.min(34, width / 4, height / 4);
-    const whole = Math.min((width - 2 * margin) / (x1 - x0), (height - 2 * margin) / (y1 - y0));
+    const margin = Math.min(34, width / 4, height / 4), above = height - Math.min(16, height / 8);  // the rule
+    const whole = Math.min((width - 2 * margin) / (x1 - x0), (above - 2 * margin) / (y1 - y0));
     this.scale = whole * this.zoom;
     const [x, y] = this.zoom > 1 && centre ? centre : [(x0 + x1) / 2, (y0 + y1) / 2];
-    this.origin = [width / 2 - this.scale * x, height / 2 + this.scale * y];
+    this.origin = [width / 2 - this.scale * x, above / 2 + this.scale * y];
     this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     for (const curve of this.curves) this.trace(curve);
     for (const mechanism of this.mechanisms) this.draw(mechanism);

@@ -16,7 +16,7 @@ from ...simulation.run import Run
 from ...singularities.margins import singularity_margins
 from ..loci import crossings
 from ..skeleton import measured_pose, run_body
-from ..style import names_of, robot_title
+from ..style import largest_of, names_of, robot_title
 from .document import packed
 from .samples import TIME, gap_notes, panel, samples_to_keep, subject
 
@@ -94,8 +94,8 @@ QUANTITIES = {
     "xi": RunQuantity("end-effector", "m", AXES, _column("xi")),
     "error": RunQuantity("tracking error", "m", (*AXES, "distance"), _error, True),
     "q_error": RunQuantity("active joints' error", "{joint}", LEGS, _column("q_error"), True),
-    "tau": RunQuantity("motors", "{effort}", LEGS, _column("tau")),
-    "margins": RunQuantity("sines, 0 at a singularity", "", SINES, _margins),
+    "tau": RunQuantity("motor {effort}s", "{effort}", LEGS, _column("tau")),
+    "margins": RunQuantity("singularity margins (sines)", "", SINES, _margins),
     "energy": RunQuantity("kinetic energy", "J", ("energy",), _column("energy")),
     "potential": RunQuantity("potential energy", "J", ("energy",), _column("potential")),
 }
@@ -139,12 +139,13 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
                 marks=marks,
             )
         )
-    words = next(iter(runs.values())).robot.words
+    words = run.robot.words
+    size = max(largest_of(run_body(run).points) for run in runs.values())
     panels, table = [], []
     for key in show:
         unit = QUANTITIES[key].unit.format(joint=words.unit, effort=words.effort_unit)
         names = [part for _, part in parts[key]]
-        panels += _panels(key, runs, columns, names, unit, several)
+        panels += _panels(key, runs, columns, names, unit, size)
         header = f" ({unit})" if unit else ""
         table += [[f"{key} {part}", f"{key} {part}{header}"] for part in names]
     return {
@@ -158,31 +159,27 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
     }
 
 
-def _panels(key, runs, columns, names, unit, several):
+def _panels(key, runs, columns, names, unit, size):
     """Return the plots of a quantity: one with all its parts, or with several runs one for each
     part.
     """
-    title = QUANTITIES[key].title
+    effort = next(iter(runs.values())).robot.words.effort
+    title = QUANTITIES[key].title.format(effort=effort)
     step = key == "tau"
     known = {run.largest_torque for run in runs.values() if step} - {None}
     limits = [sign * limit for limit in sorted(known) for sign in (1, -1)]
-    if not several:
-        curves = [
-            (
-                part,
-                0,
-                f"{key} {part}",
-                columns[0][f"{key} {part}"],
-            )
-            for part in names
-        ]
-        return [panel(title, unit, curves, limits, step)]
+    several = list(runs) != [""]
     panels = []
-    for part in names:
-        column = f"{key} {part}"
-        curves = [(name, k, column, columns[k][column]) for k, name in enumerate(runs)]
-        words = f"{title}, {part}" if len(QUANTITIES[key].parts) > 1 else title
-        panels.append(panel(words, unit, curves, limits, step))
+    for group in ([name] for name in names) if several else (names,):
+        curves = [
+            (run or part, k, f"{key} {part}", columns[k][f"{key} {part}"])
+            for part in group
+            for k, run in enumerate(runs)
+        ]
+        words = title
+        if several and len(QUANTITIES[key].parts) > 1:
+            words = f"{title}, {group[0]}"
+        panels.append(panel(words, unit, curves, limits, step, size))
     return panels
 
 
@@ -219,7 +216,8 @@ def _differences(runs):
         notes.append("The robots differ.")
     if len({(run.t[0], run.t[-1]) for run in runs.values()}) > 1:
         notes.append(
-            "The runs differ in time; outside its own each one stays at its first or last sample."
+            "The runs differ in time: before its start a run stays at its first sample, and after"
+            " its end at its last."
         )
     return notes
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..style import largest_of, of_unit, readable
+from ..style import shown_unit
 from .document import packed
 
 if TYPE_CHECKING:
@@ -83,20 +83,18 @@ def panel(
     curves: list,
     limits: Sequence[float] = (),
     step: bool = False,
+    size: float = 0.0,
+    degrees: bool = False,
 ) -> dict:
     """Return a plot: curves are (label, subject, key, values), in `unit`, shown in one in which
-    they read well.
+    they read well, angles in degrees if asked; size: of the mechanism, m.
     """
     *_, values = zip(*curves)
-    largest = max(map(largest_of, (*values, limits)))
-    # A number without unit stays as it is, and so does an angle of a hundredth and more.
-    scale, shown = 1.0, unit
-    if unit and not (unit.startswith("rad") and largest >= 0.01):
-        scale, shown = readable(largest, unit)
+    scale, shown = shown_unit((*values, limits), unit, size, degrees)
     names = "label", "subject", "key"
     return {
         "title": title,
-        "unit": of_unit(shown),
+        "unit": shown,
         "scale": scale,
         "limits": list(limits),
         "step": step,
@@ -113,5 +111,5 @@ def gap_notes(whose: str, columns: dict) -> list[str]:
         if hole.any():
             words.append(f"{name} in {hole.sum()}")
     whose = f" in {whose}" if whose else ""
-    note = f"Not finite, so gaps{whose}: {', '.join(words)} of {count} samples."
+    note = f"Gaps{whose} where values are not finite: {', '.join(words)} of {count} samples."
     return [note] if words else []

@@ -10,7 +10,7 @@ import numpy as np
 from ...base.tables import must_increase
 from ...linkages.quantities import unit, usual_panels
 from ..skeleton import study_body
-from ..style import names_of, of_unit
+from ..style import group_words, largest_of, names_of, of_unit
 from .document import packed
 from .samples import TIME, gap_notes, panel, samples_to_keep, subject
 
@@ -32,8 +32,10 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
     subjects = []
     columns = {}
     notes = []
+    size = 0.0
     for name, study in studies.items():
         body = study_body(study)
+        size = max(size, largest_of(body.points))
         source = f"Study.to_csv of {name}" if name else "Study.to_csv"
         width = len(names) + 2 * body.points.shape[1] + 2
         keep, words = samples_to_keep(len(study.t), width * len(studies), source)
@@ -59,26 +61,13 @@ def studies_content(studies: Mapping[str, Study], show: str | Iterable | None = 
         )
     panels = []
     for group in groups if alone else [(name,) for name in names]:
-        same = len(group) > 1 and len({name.rpartition(".")[2] for name in group}) == 1
-        # Of quantities of one kind, as "coupler.angle" and "rocker.angle", their links.
+        title, labels = group_words(group)
         curves = [
-            (
-                study or (name.rpartition(".")[0] if same else name),
-                k,
-                name,
-                columns[study][name],
-            )
-            for name in group
+            (study or label, k, name, columns[study][name])
+            for name, label in zip(group, labels)
             for k, study in enumerate(studies)
         ]
-        if same:
-            title = group[0].rpartition(".")[2].replace("_", " ")
-        else:
-            title = ", ".join(group)
-        plot = panel(title, unit(group[0]), curves)
-        if unit(group[0]) == "rad":
-            plot |= {"unit": "deg", "scale": 180 / np.pi}
-        panels.append(plot)
+        panels.append(panel(title, unit(group[0]), curves, size=size, degrees=True))
     return {
         "title": study.linkage.title if alone else ", ".join(studies),
         "notes": notes,
@@ -95,7 +84,10 @@ def _lock(name, study):
         return []
     angles = ", ".join(f"{angle:.6g}" for angle in np.degrees(np.atleast_1d(study.lock[0])))
     whose = f"The study {name}" if name else "The study"
-    return [f"{whose} ends before the lock at {angles} deg, {study.lock[1]:.6g} s."]
+    return [
+        f"{whose} ends before the mechanism locks, at a crank angle of {angles} deg and"
+        f" {study.lock[1]:.6g} s."
+    ]
 
 
 def _groups(studies, show):

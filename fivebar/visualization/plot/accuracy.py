@@ -76,7 +76,7 @@ def draw_tip_error(result: TipError) -> Figure:
     if result.open.max() > 0:
         draw(right, "mark.open", det, result.open)
     words = dict(xlabel="|det A|, 0 at Type 2", ylabel="ratio")
-    finish(right, 2, title="where first order no longer does", **words)
+    finish(right, 2, title="where the first-order estimate fails", **words)
     return figure
 
 

@@ -58,7 +58,7 @@ def _arrows(axes, result):
         longest = float(np.nanmax(np.hypot(*miss.T), initial=0.0))
         factor = _round_down(ARROW * width / longest) if longest > 1e-15 else 1.0
         scale, unit = readable(longest, "m")
-        label = f"miss {words}, × {factor:g}: longest {scale * longest:.3g} {unit}"
+        label = f"residual {words}, × {factor:g}: longest {scale * longest:.3g} {unit}"
         units = dict(angles="xy", scale_units="xy", scale=1, width=0.003)
         arrows = 1e3 * np.column_stack([points, -factor * miss])
         axes.quiver(*arrows.T, color=colour, label=label, zorder=4, **units)
@@ -85,14 +85,14 @@ def _numbers(axes, result):
             measured,
             miss,
             color=colour,
-            label=f"miss {words}",
+            label=f"residual {words}",
         )
     finish(
         axes,
         2,
         xlabel="measured (mm)",
         ylabel="predicted − measured (mm)",
-        title="misses",
+        title="residuals",
     )
 
 
@@ -116,7 +116,7 @@ def _rows(axes, result):
     if result.p_value is not None:
         verdict = "fits" if result.fits else "does not fit"
         title = f"rows; p = {result.p_value:.2g}: the model {verdict}"
-    finish(axes, 3, xlabel="row", ylabel=f"miss ({unit})", title=title)
+    finish(axes, 3, xlabel="row", ylabel=f"residual ({unit})", title=title)
 
 
 def _unknowns(axes, result):

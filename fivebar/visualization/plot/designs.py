@@ -14,7 +14,7 @@ from ...models.robots import FiveBar
 from ...optimal_design.figures import FIGURES
 from ...optimal_design.task import SAMPLES, Task
 from ..skeleton import pose_body
-from ..style import BLACK, BLUE, ORANGE
+from ..style import BLACK, BLUE, RUST
 from .panels import (
     PALETTES,
     STYLES,
@@ -215,7 +215,7 @@ def _robots(panels, designs):
 
 
 def draw_front(front: Front, robots: int = 5) -> Figure:
-    """Draw a front, and robots along it in the order of the first goal, to one scale."""
+    """Draw a front, and robots along it, to one scale, with their numbers in the front's order."""
     goals = [f"{label(name)}, {way}" for name, way in front.goals.items()]
     x, y, *more = (front[name] for name in front.goals)
     places = np.linspace(
@@ -223,7 +223,7 @@ def draw_front(front: Front, robots: int = 5) -> Figure:
         len(front) - 1,
         min(robots, len(front)),
     )
-    chosen = dict(enumerate(np.unique(places.round().astype(int)), start=1))
+    chosen = {int(k) + 1: k for k in np.unique(places.round().astype(int))}
     picture = new_figure(11, 7.2)
     halves: Any = picture.subfigures(2, 1, height_ratios=(1.35, 1))
     top, bottom = halves
@@ -240,7 +240,7 @@ def draw_front(front: Front, robots: int = 5) -> Figure:
         top.colorbar(points, label=goals[2])
     else:
         draw(axes, "mark.front", x, y)
-    text = dict(textcoords="offset points", color=ORANGE, weight="bold")
+    text = dict(textcoords="offset points", color=RUST, weight="bold")
     for number, k in chosen.items():
         draw(axes, "mark.chosen", x[k], y[k])
         axes.annotate(
@@ -258,5 +258,5 @@ def draw_front(front: Front, robots: int = 5) -> Figure:
         parameters = front.designs[k].parameters.items()
         lengths = [f"{name} {1e3 * value:.4g}" for name, value in parameters if name[0] in "ld"]
         unit = " mm" if lengths else ""
-        panel.set_title(f"{number}: {', '.join(lengths)}{unit}", fontsize=8)
+        panel.set_title(f"robot {number}\n{', '.join(lengths)}{unit}", fontsize=8)
     return picture

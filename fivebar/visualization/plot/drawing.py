@@ -88,11 +88,11 @@ def drawing(
     top = figure.add_subplot(grid[0 if len(drawn) else slice(None), 1])
     for stroke in desired:
         draw_points(top, "path.desired", stroke)
-    panels = [(top, "asked")]
+    panels = [(top, "desired drawing")]
     if len(drawn):
         bottom = figure.add_subplot(grid[1, 1])
         error = _draw_errors(figure, bottom, drawn, errors)
-        panels.append((bottom, f"drawn by {by}, at most {error} off"))
+        panels.append((bottom, f"drawn by {by}, largest error {error}"))
     for axes, words in panels:
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
         plane(axes, title=words)

@@ -4,6 +4,7 @@ two.
 
 from __future__ import annotations
 
+from itertools import islice, permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,29 +13,19 @@ from matplotlib.patches import FancyArrowPatch
 
 from ...singularities.locus import MODES
 from ...singularities.passages import known_aspects, passages
-from ..style import INK, PALE, SIDES, signs
-from .panels import figure_legend, new_figure
+from ..style import SIDES, signs
+from .panels import STYLES, figure_legend, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...models.robots import FiveBar
 
-FOLD = (0, (1.2, 1.4))
-# By the leg that changes its mode, and whether it folds for that.
-LINES: dict = {}
-for _leg, (_side, _colour) in enumerate(SIDES):
-    _line = dict(color=_colour, lw=1.8)
-    LINES[_leg, False] = dict(ls="-", label=f"Type 1, the {_side} leg in line", **_line)
-    LINES[_leg, True] = dict(
-        ls=FOLD,
-        label=f"the {_side} leg folded on its base joint",
-        **_line,
-    )
-LINES[None, False] = dict(color=INK, lw=1.4, ls=(0, (6, 2.5)), label="Type 2")
-FILL = {1: "white", -1: "#d6dbe0"}
-RING = 0.27  # radius, of the nodes of one pair of modes, which are 1 apart
-BOW = 0.12  # how far a line bends
+RING = 0.29  # radius, of the nodes of one pair of modes, which are 1 apart
+ANGLES = np.pi / 8 * np.arange(16)  # by which a ring may be turned
+ORDERS = 24  # of a ring's nodes, at most
+BOWS = np.array([0.0, 0.12, -0.12, 0.25, -0.25])  # how far a line may bend, of its length
+CLEAR = 0.14  # that a line keeps from the nodes that it does not join
 
 
 def aspect_graph(robot: FiveBar) -> Figure:
@@ -67,61 +58,84 @@ def aspect_graph(robot: FiveBar) -> Figure:
         ylim=(-1.02, 1.02),
         aspect="equal",
     )
-    middle: dict = dict(ha="center", va="center")
-    places = {}
-    for working in MODES:
-        x, y = working[0] / 2, working[1] / 2
-        height = 1.9 * y
-        axes.text(
-            x,
-            height,
-            f"working modes ({signs(*working)})",
-            color=PALE,
-            fontsize=10,
-            **middle,
-        )
-        # On a ring about the place of its modes, one assembly mode above the other.
-        ring = [region for region in regions if region.working == working]
-        ring.sort(key=lambda region: (-region.assembly, region.point[0]))
-        for k, region in enumerate(ring):
-            # Begun a little off the axes, so that no line to another ring passes behind a node.
-            angle = 2.0 - 2 * np.pi * k / len(ring)
-            places[region.number] = (
-                x + RING * np.cos(angle),
-                y + RING * np.sin(angle),
-            )
-            box = dict(
-                boxstyle="circle,pad=0.35",
-                fc=FILL[region.assembly],
-                ec=INK,
-                lw=1.0,
-            )
-            text: dict = dict(
-                fontsize=11,
-                fontweight="bold",
-                color=INK,
-                bbox=box,
-                zorder=3,
-            )
-            x_text, y_text = places[region.number]
-            axes.text(x_text, y_text, str(region.number), **middle, **text)
+    for x, y in MODES:
+        words = f"working modes ({signs(x, y)})"
+        axes.text(x / 2, 0.98 * y, words, **STYLES["graph.modes"])
+    lines = passages(robot)
+    places, bows = arranged(regions, [passage.between for passage in lines])
+    for region in regions:
+        label = axes.text(*places[region.number], str(region.number), **STYLES["graph.number"])
+        label.set_bbox(STYLES[f"graph.node{region.assembly:+d}"])
     drawn = set()
-    bow: dict = dict(
-        connectionstyle=f"arc3,rad={BOW}",
-        arrowstyle="-",
-        shrinkA=0,
-        shrinkB=0,
-        zorder=1,
-    )
-    for passage in passages(robot):
-        drawn.add((passage.leg, passage.fold))
-        style = LINES[passage.leg, passage.fold] | bow | {"label": None}
+    for passage, bow in zip(lines, bows):
+        kind = _kind(passage)
+        drawn.add(kind)
         ends = [places[number] for number in passage.between]
-        axes.add_patch(FancyArrowPatch(*ends, **style))
-    handles = [Line2D([], [], **LINES[kind]) for kind in LINES if kind in drawn]
-    dots: dict = dict(marker="o", ms=11, mec=INK, ls="none")
-    for sign in sorted({region.assembly for region in regions}, reverse=True):
-        label = f"assembly mode {signs(sign)}"
-        handles.append(Line2D([], [], mfc=FILL[sign], label=label, **dots))
+        shape = dict(arrowstyle="-", shrinkA=0, shrinkB=0, connectionstyle=f"arc3,rad={bow}")
+        axes.add_patch(FancyArrowPatch(*ends, **STYLES[kind] | {"label": None}, **shape))
+    drawn |= {f"graph.assembly{region.assembly:+d}" for region in regions}
+    handles = [Line2D([], [], **style) for kind, style in STYLES.items() if kind in drawn]
     figure_legend(figure, handles, 2)
     return figure
+
+
+def arranged(regions: tuple, pairs: list) -> tuple[dict, np.ndarray]:
+    """Return where nodes are, {number: (x, y)}, and how far the line of each pair bends.
+
+    The nodes of one pair of working modes are on a ring. Each ring in turn gets the order and the
+    angle in which the lines keep clear of the nodes that they do not join.
+    """
+    rings: dict = {}
+    places: dict = {}
+    for region in regions:
+        rings.setdefault(region.working, []).append(region.number)
+    for working, numbers in rings.items():
+        places |= _ring(working, numbers, 0.0)
+    for _ in range(2):
+        for working, (first, *others) in rings.items():
+            candidates = [
+                places | _ring(working, (first, *order), angle)
+                for order in islice(permutations(others), ORDERS)
+                for angle in ANGLES
+            ]
+            places = min(candidates, key=lambda each: _crowding(each, pairs))
+    return places, BOWS[_clearances(places, pairs).argmax(axis=1)]
+
+
+def _kind(passage):
+    """Return the style of a passage's line: by the leg that changes its mode, and how."""
+    if passage.leg is None:
+        return "graph.type-2"
+    side, _ = SIDES[passage.leg]
+    return f"graph.{side}-fold" if passage.fold else f"graph.{side}"
+
+
+def _ring(working, numbers, angle):
+    """Return places of the nodes of these modes, evenly around the place of the modes."""
+    angles = angle + 2 * np.pi / len(numbers) * np.arange(len(numbers))
+    ring = np.array(working) / 2 + RING * np.column_stack([np.cos(angles), np.sin(angles)])
+    return dict(zip(numbers, ring))
+
+
+def _crowding(places, pairs):
+    """Return how near the lines come to nodes, and a little of how long they are."""
+    missing = CLEAR - _clearances(places, pairs).max(axis=1)
+    lengths = [np.hypot(*(places[first] - places[second])) for first, second in pairs]
+    return np.sum(missing**2) + 1e-3 * np.sum(lengths)
+
+
+def _clearances(places, pairs):
+    """Return how far from other nodes each line (n) stays with each bow (b), up to CLEAR."""
+    numbers = list(places)
+    nodes = np.array([places[number] for number in numbers])
+    ends = np.reshape([places[number] for pair in pairs for number in pair], (-1, 2, 2))
+    first, last = ends[:, None, None, 0], ends[:, None, None, 1]
+    x, y = np.moveaxis(last - first, -1, 0)
+    # A bent line is a Bézier curve, whose middle control point is beside the straight one's middle.
+    beside = BOWS[:, None, None] * np.stack([y, -x], axis=-1)
+    s = np.linspace(0, 1, 15)[:, None]
+    points = first + s * (last - first) + 2 * s * (1 - s) * beside
+    distance = np.linalg.norm(points[..., None, :] - nodes, axis=-1)
+    for k, pair in enumerate(pairs):
+        distance[k][..., [numbers.index(number) for number in pair]] = CLEAR
+    return np.minimum(distance.min(axis=(2, 3)), CLEAR)

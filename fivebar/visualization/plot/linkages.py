@@ -5,14 +5,22 @@ colour.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...linkages.quantities import unit, usual_panels
 from ..skeleton import study_body
-from ..style import COLOURS, DASHES, PALE, of_unit
-from .panels import STYLES, draw, new_figure
+from ..style import (
+    COLOURS,
+    DASHES,
+    group_words,
+    largest_of,
+    of_unit,
+    shown_unit,
+)
+from .panels import STYLES, draw, draw_points, new_figure, note, over_time, plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,100 +42,49 @@ def draw_study(study: Study, panels: Sequence | None = None) -> Figure:
     quantity names.
     """
     panels = usual_panels(study) if panels is None else panels
-    figure = new_figure(12, max(5.0, 1.9 * len(panels) + 0.6))
+    figure = new_figure(12, max(5.0, 2.1 * len(panels) + 0.6))
+    figure.suptitle(study.linkage.title)
     grid = figure.add_gridspec(len(panels), 2, width_ratios=(1, 1.25))
-    _picture(figure.add_subplot(grid[:, 0]), study)
+    body = study_body(study)
+    size = largest_of(body.points)
+    _picture(figure.add_subplot(grid[:, 0]), study, body)
     axes: Any = None
     for row, names in enumerate(panels):
         axes = figure.add_subplot(grid[row, 1], sharex=axes)
-        angle = unit(names[0]) == "rad"
-        for number, name in enumerate(names):
-            values = np.degrees(study[name]) if angle else study[name]
-            axes.plot(
-                study.t,
-                values,
-                color=COLOURS[number % len(COLOURS)],
-                lw=1.4,
-                label=name,
-            )
+        title, labels = group_words(names)
+        columns = [study[name] for name in names]
+        scale, shown = shown_unit(columns, unit(names[0]), size, degrees=True)
+        for column, label, colour, dashes in zip(columns, labels, cycle(COLOURS), cycle(DASHES)):
+            draw(axes, "line.medium", study.t, scale * column, color=colour, ls=dashes, label=label)
         if study.lock:
-            axes.axvline(study.lock[1], **STYLES["line.limit"])
-        axes.set_ylabel(f"({'deg' if angle else of_unit(unit(names[0]))})")
-        axes.margins(x=0)
-        axes.grid(alpha=0.25)
-        axes.legend(
-            fontsize=8,
-            frameon=False,
-            loc="center left",
-            bbox_to_anchor=(1, 0.5),
-        )
-        axes.tick_params(labelbottom=row == len(panels) - 1)
-    axes.set_xlabel("time (s)")
+            label = "the mechanism locks" if row == 0 else None
+            axes.axvline(study.lock[1], **STYLES["line.limit"], label=label)
+        over_time(axes, 5, f"({shown})", title, last=row == len(panels) - 1)
     return figure
 
 
-def _picture(axes, study):
-    """The linkage in some of its poses, the first one dark, on equal axes in m."""
-    body = study_body(study)
+def _picture(axes, study, body):
+    """The linkage in some of its poses, the first one dark."""
     points = body.points
     sliding = [*body.moving_rails, *(block[:2] for block in body.blocks)]
-    for sample in (
-        *np.linspace(0, len(points) - 1, 6).astype(int)[1:-1],
-        0,
-    ):
-        first = sample == 0
-        block = dict(
-            lw=11,
-            solid_capstyle="butt",
-            alpha=0.75 if first else 0.15,
-            color=PALE,
-        )
-        if first:
-            bar = dict(lw=3, marker="o", ms=5, mfc="white")
-        else:
-            bar = dict(lw=1.2, alpha=0.3)
+    for sample in (*np.linspace(0, len(points) - 1, 6).astype(int)[1:-1], 0):
+        kind = "" if sample == 0 else "-later"
         for pair in sliding:
-            axes.plot(
-                *points[sample, pair].T,
-                zorder=2 + first,
-                **block,
-            )
+            draw_points(axes, f"linkage.block{kind}", points[sample, pair])
         for pair, colour in zip(body.bars, body.colours):
-            axes.plot(
-                *points[sample, pair].T,
-                color=colour,
-                zorder=2 + first,
-                **bar,
-            )
+            draw_points(axes, f"linkage.bar{kind}", points[sample, pair], color=colour)
     label = f"path of {study.motion.chain.traced}"
-    draw(axes, "path.linkage", *points[:, body.traced].T, label=label)
-    draw(
-        axes,
-        "path.feet",
-        *points[0, body.feet].T,
-        ls=":",
-        lw=1.2,
-        zorder=1.5,
-    )
+    draw_points(axes, "path.linkage", points[:, body.traced], label=label)
+    draw_points(axes, "path.feet", points[0, body.feet], ls=":", lw=1.2, zorder=1.5)
     for rail in body.fixed_rails:
-        draw(axes, "path.rail", *points[0, rail].T)
+        draw_points(axes, "path.rail", points[0, rail])
+    if study.lock:
+        draw_points(axes, "mark.lock", points[-1, body.traced])
     for name, place in zip(body.names, points[0]):
-        axes.annotate(
-            name,
-            place,
-            textcoords="offset points",
-            xytext=(6, 6),
-            fontsize=9,
-        )
+        note(axes, name, place)
     axes.margins(0.08)  # for the names
-    _plane(axes, f"{study.linkage.title}; at the start, later (pale)")
-    axes.legend(fontsize=8, frameon=False, loc="upper right")
-
-
-def _plane(axes, title):
-    axes.set(xlabel="x (m)", ylabel="y (m)", title=title)
+    plane(axes, 2, "at the start, and later (pale)")
     axes.set_aspect("equal", adjustable="datalim")
-    axes.grid(alpha=0.25)
 
 
 def vector_method_figure(study: Study, point: str = "M") -> Figure:
@@ -157,7 +114,8 @@ def vector_method_figure(study: Study, point: str = "M") -> Figure:
 
 
 def coupler_curve_figure(curves: Sequence[Curve], linkages: Sequence[FourBar] = ()) -> Figure:
-    """Draw coupler curves, one colour for each label, with the fixed joints of `linkages` marked.
+    """Draw coupler curves, one colour for each label, with the fixed joints of `linkages` marked,
+    and the places where a mechanism locks.
 
     curves: from `coupler_curves` of any four-bars, or from `type_2_curves` of a five-bar.
     """
@@ -166,6 +124,7 @@ def coupler_curve_figure(curves: Sequence[Curve], linkages: Sequence[FourBar] = 
     figure = new_figure(8, 7)
     axes = figure.add_subplot()
     labels: dict = {}
+    locked = False
     for curve in curves:
         new = curve.label not in labels
         number = labels.setdefault(curve.label, len(labels))
@@ -173,16 +132,15 @@ def coupler_curve_figure(curves: Sequence[Curve], linkages: Sequence[FourBar] = 
             color=COLOURS[number % len(COLOURS)],
             ls=DASHES[number % len(DASHES)],
         )
-        axes.plot(
-            *curve.points.T,
-            lw=1.6,
-            label=curve.label if new else None,
-            **style,
-        )
+        label = curve.label if new else None
+        draw_points(axes, "line.medium", curve.points, label=label, **style)
+        if len(curve.locks):
+            label = None if locked else "the mechanism locks"
+            draw_points(axes, "mark.lock", curve.locks, label=label)
+            locked = True
     for four_bar in linkages:
         angle = four_bar.tilt
         foot = four_bar.base + four_bar.ground * np.array([np.cos(angle), np.sin(angle)])
-        draw(axes, "path.feet", *np.transpose([four_bar.base, foot]))
-    _plane(axes, "coupler curves")
-    axes.legend(fontsize=9, frameon=False, loc="upper left", bbox_to_anchor=(1, 1))
+        draw_points(axes, "path.feet", [four_bar.base, foot])
+    plane(axes, 3, "coupler curves")
     return figure

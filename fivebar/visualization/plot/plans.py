@@ -106,7 +106,7 @@ def _path(axes, plan, pose, crossed):
 
 def _torques(axes, plan, t, tau):
     words = plan.robot.words
-    limit = f"limit, met {100 * plan.saturated:.0f} % of the time"
+    limit = f"limit, reached {100 * plan.saturated:.0f} % of the time"
     ylabel = draw_torques(axes, words, t, tau, plan.problem.constraints, limit)
     for knot in plan.pieces.knots:
         axes.axvline(knot, 0, 0.025, **STYLES["line.zero"])

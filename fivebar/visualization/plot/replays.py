@@ -37,7 +37,7 @@ def draw_replay(replay: Replay) -> Figure:
     scale, unit = readable(np.nanmax(size), "m")
     draw(top, "line.distance", measured.t, scale * size)
     title = f"difference: {scale * replay.figures['rms_error_m']:.3g} {unit} rms"
-    over_time(top, 1, f"apart ({unit})", title, last=False)
+    over_time(top, 1, f"distance ({unit})", title, last=False)
     tau = np.array([measured.tau, simulated.tau])
     words = measured.robot.words
     for k, (side, colour) in enumerate(SIDES):

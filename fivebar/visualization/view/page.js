@@ -47,6 +47,7 @@ const player = {
     $("time").value = this.time;
     $("time").setAttribute("aria-valuetext", clock);
     if ($("clock").value != clock) $("clock").value = clock;
+    if (!this.playing) pointTo($("moment"), data.start + this.time);
     showEvents();
   },
 };
@@ -73,6 +74,7 @@ function find(path) {
 
 function furnish() {
   $("time").max = data.duration;
+  document.body.style.setProperty("--shape", data.half[0] / data.half[1]);
   for (const factor of SPEEDS) $("speed").add(new Option(factor + " ×", factor, false, factor == 1));
   for (const [low, high] of data.gaps) {
     const gap = document.createElement("div");
@@ -278,8 +280,9 @@ async function begin() {
   });
   furnish();
   player.seek(0);
+  follow(t => { player.pause(); player.seek(t - data.start); });
   document.body.dataset.ready = "yes";
-  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) player.play();
+  if (Number.isNaN(momentInAddress()) && !matchMedia("(prefers-reduced-motion: reduce)").matches) player.play();
   (function frame(now) {
     player.frame(now);
     labels();

@@ -107,7 +107,7 @@ def page(scene: Scene) -> str:
         data=as_json(data),
         viewer=_packed_viewer(viewer),
         scene=_in_letters(packed, 6),
-        script=script(HERE, "page", "flat"),
+        script=script(HERE.parent, "moment") + script(HERE, "page", "flat"),
         licences=html.escape(licences),
     )
 

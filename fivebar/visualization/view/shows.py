@@ -72,7 +72,7 @@ def with_common_scale(
 def _trace(source):
     cuts = [int(np.searchsorted(source.frames.t, low)) for low, _ in source.frames.gaps]
     paths = [piece for piece in np.split(source.traced, cuts) if len(piece)]
-    yield LineLayer("trace", PATH, paths, over=True, lift=0.12)
+    yield LineLayer("trace", PATH, paths, over=True, lift=0.12, words="path")
 
 
 def _reference(source):
