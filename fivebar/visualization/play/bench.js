@@ -123,7 +123,7 @@ function benchWords() {
   };
   const metres = x => Number.isFinite(x) ? `${number(x, 3)} m` : "straight";
   set("crank", deg(lab.q));
-  set("output", `${output} ${turns ? deg(now.output[0]) : mm(now.output[0])}`);
+  set("output", `${output} ${turns ? deg(now.output[0]) : lengthText(now.output[0])}`);
   set("its rate", turns ? `${number(now.output[1], 3)} rad/s` : `${number(now.output[1], 3)} m/s`);
   set("speed of the point", `${number(Math.hypot(...now.velocity), 3)} m/s`);
   set("tangential acceleration", `${number(now.tangential, 3)} m/s²`);

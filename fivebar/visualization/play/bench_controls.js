@@ -139,8 +139,7 @@ function buildBench() {
     element("div", {class: "row"}, button("Undo", "undo (Ctrl Z)", undoLab),
       button("PNG", "save the linkage's picture as PNG", () => benchPicture(true)),
       button("SVG", "save the linkage's picture as SVG", () => benchPicture(false)),
-      button("Copy link", "copy the link to this linkage", () => copy(location.href.split("#")[0] + linkageFragment(),
-        "link"))),
+      button("Copy link", "Copy link to this linkage", () => copyLink(linkageFragment()))),
     pythonBox_,
     element("details", {id: "linkage-help"}, element("summary", {}, "Pointer and keys"),
       "Drag to turn the crank" + (four ? "; drag the coupler point M to place it" : "") +
