@@ -121,14 +121,16 @@ function benchWords() {
     }
     if (benchRows.get(name).textContent !== value) benchRows.get(name).textContent = value;
   };
-  const metres = x => Number.isFinite(x) ? `${number(x, 3)} m` : "straight";
+  const size = Math.max(...lab.values.map(Math.abs));
+  const radiusText = x => x < 1e3 * size ? lengthText(x, 3) : `over ${lengthText(1e3 * size, 3)}: almost straight`;
   set("crank", deg(lab.q));
-  set("output", `${output} ${turns ? deg(now.output[0]) : lengthText(now.output[0])}`);
-  set("its rate", turns ? `${number(now.output[1], 3)} rad/s` : `${number(now.output[1], 3)} m/s`);
-  set("speed of the point", `${number(Math.hypot(...now.velocity), 3)} m/s`);
-  set("tangential acceleration", `${number(now.tangential, 3)} m/s²`);
-  set("normal acceleration", `${number(now.normal, 3)} m/s²`);
-  set("radius of curvature", metres(now.radius));
+  set("output", `${output} ${turns ? deg(now.output[0]) : lengthText(zeroBelow(now.output[0], size))}`);
+  set("rate of the output", turns ? `${number(zeroBelow(now.output[1], lab.speed), 3)} rad/s`
+    : `${number(zeroBelow(now.output[1], lab.speed * size), 3)} m/s`);
+  set("speed of the point", `${number(zeroBelow(Math.hypot(...now.velocity), lab.speed * size), 3)} m/s`);
+  set("tangential acceleration", `${number(zeroBelow(now.tangential, lab.speed ** 2 * size), 3)} m/s²`);
+  set("normal acceleration", `${number(zeroBelow(now.normal, lab.speed ** 2 * size), 3)} m/s²`);
+  set("radius of curvature", radiusText(now.radius));
   set("transmission angle", deg(now.transmission));
   if (!lab.running) announce(() => `${text} Crank at ${deg(lab.q)}.`);
 }

@@ -1,7 +1,8 @@
 // The largest disc in a part of the workspace: searched by halving squares, then solved for on the exact curves.
 
-const MOST_CONTACTS = 16, MOST_SQUARES = 1000;  // in the centre of a circle all of its points are contacts
-const CHORDAL = 0.01;  // share of the radius: in smaller squares the chords' error counts
+const MOST_CONTACTS = 16;  // in the centre of a circle all of its points are contacts
+const MOST_GROWN = 40;  // in a band of one width everywhere each square could hold the largest disc
+const CHORDAL = 0.01, SMALL = 0.15;  // shares of the radius: chords may be off by, squares are searched down to
 
 // The borders of a part: runs of points along the strands above and below its cells.
 function wallsOf({cells}) {
@@ -19,6 +20,27 @@ function wallsOf({cells}) {
     walls.push(...runs.values());
   }
   return walls.map(({strand, from, to}) => ({at: strand.at, points: rowsBetween(strand, from, to)}));
+}
+
+// A wall with more points, so that it is nowhere farther than `most` m from its chords.
+function refined({at, points}, most) {
+  const found = [points[0]];
+  const divide = (a, b, depth) => {
+    const middle = at((a.t + b.t) / 2), bulge = Math.hypot(middle.x - (a.x + b.x) / 2, middle.y - (a.y + b.y) / 2);
+    if (bulge > most && depth < 12) {
+      divide(a, middle, depth + 1);
+      divide(middle, b, depth + 1);
+    } else found.push(b);
+  };
+  for (let k = 1; k < points.length; k++) divide(points[k - 1], points[k], 0);
+  return {at, points: found};
+}
+
+function lengthOf(points) {
+  let length = 0;
+  for (let k = 1; k < points.length; k++)
+    length += Math.hypot(points[k].x - points[k - 1].x, points[k].y - points[k - 1].y);
+  return length;
 }
 
 // Distance of a point from the walls' chords, m; negative outside of them.
@@ -92,7 +114,7 @@ function grownDisc(walls, holes, x, y) {
   let contacts = contactsOf(walls, holes, x, y), radius = leastOf(contacts), step = radius / 2;
   for (let round = 0; round < 200; round++) {
     const {move: [dx, dy], most} = bestMove(contacts, step);
-    if (most - radius <= 1e-14 * radius) break;
+    if (most - radius <= 1e-12 * radius) break;
     const next = contactsOf(walls, holes, x + dx, y + dy), least = leastOf(next);
     if (least > radius) [x, y, contacts, radius] = [x + dx, y + dy, next, least];
     else step /= 3;
@@ -100,32 +122,34 @@ function grownDisc(walls, holes, x, y) {
   return {x, y, radius};
 }
 
-// {x, y, radius} in m of the largest disc, null where there is no part. holes: single points to keep away from;
-// precise: share of the radius by which a disc elsewhere may be larger.
-function largestDisc(region, holes, precise) {
+// {x, y, radius} in m of the largest disc, null where there is no part. holes: single points to keep away from.
+// fine: whether discs are grown from all small squares in which a larger one could be, or from the best ones only.
+function largestDisc(region, holes, fine) {
   if (!region) return null;
-  const walls = wallsOf(region), points = walls.flatMap(wall => wall.points);
+  const coarse = wallsOf(region), length = coarse.reduce((sum, wall) => sum + lengthOf(wall.points), 0);
+  const bulge = CHORDAL * region.area / length;  // no disc is smaller than area by length
+  const walls = coarse.map(wall => refined(wall, bulge)), points = walls.flatMap(wall => wall.points);
   const xs = points.map(({x}) => x), ys = points.map(({y}) => y);
   const [x0, x1, y0, y1] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-  let best = {x: x0, y: y0, radius: 0}, squares = [];
-  const look = (x, y, half) => {
-    const reach = half * Math.SQRT2;
-    let clearance = Math.min(clearanceAt(walls, x, y), ...holes.map(hole => Math.hypot(hole.x - x, hole.y - y)));
-    if (clearance > best.radius) best = grownDisc(walls, holes, x, y);
-    if (clearance + reach > best.radius && reach < CHORDAL * best.radius)
-      clearance = leastOf(contactsOf(walls, holes, x, y));
-    squares.push({x, y, half, most: clearance + reach});
+  let best = {x: x0, y: y0, radius: 0};
+  const grow = ({x, y}) => {
+    const disc = grownDisc(walls, holes, x, y);
+    if (disc.radius > best.radius) best = disc;
   };
+  const look = (x, y) => ({x, y, clearance: Math.min(clearanceAt(walls, x, y), ...holes.map(hole =>
+    Math.hypot(hole.x - x, hole.y - y)))});
   // Not centred: a ray along the axis of symmetry would meet ends of walls.
-  const half = 0.513 * Math.max(x1 - x0, y1 - y0);
-  look((x0 + x1) / 2 + 0.009 * half, (y0 + y1) / 2 + 0.007 * half, half);
-  for (let count = 0; count < MOST_SQUARES; count++) {
-    squares = squares.filter(({most}) => most > best.radius * (1 + precise));
-    if (!squares.length) break;
-    const largest = squares.reduce((a, b) => a.most > b.most ? a : b), quarter = largest.half / 2;
-    squares.splice(squares.indexOf(largest), 1);
-    for (const dx of [-quarter, quarter]) for (const dy of [-quarter, quarter])
-      look(largest.x + dx, largest.y + dy, quarter);
+  let half = 0.513 * Math.max(x1 - x0, y1 - y0);
+  let squares = [look((x0 + x1) / 2 + 0.009 * half, (y0 + y1) / 2 + 0.007 * half)];
+  const couldBeLarger = ({clearance}) => clearance + half * Math.SQRT2 + bulge > best.radius;
+  while (squares.length && half > SMALL * best.radius) {
+    half /= 2;
+    squares = squares.flatMap(({x, y}) => [[-1, -1], [-1, 1], [1, -1], [1, 1]].map(([i, j]) => look(x + i * half, y + j * half)));
+    const largest = squares.reduce((one, other) => one.clearance > other.clearance ? one : other);
+    if (largest.clearance > best.radius) grow(largest);
+    squares = squares.filter(couldBeLarger);
   }
+  squares.sort((one, other) => other.clearance - one.clearance);
+  for (const square of squares.slice(0, fine ? MOST_GROWN : 0)) if (square.clearance > 0 && couldBeLarger(square)) grow(square);
   return best;
 }

@@ -38,7 +38,7 @@ const aspectAt = (point, sign) => sign ? regionAt(parts, point, sign) : null;
 // Which aspect is shaded: that of the robot, or of a point that the pointer rests on.
 function shade(region, fine = true) {
   aspect = region;
-  disc = largestDisc(aspect, loci.holes.filter(hole => inMode(hole, modes)), fine ? 1e-5 : 0.01);
+  disc = largestDisc(aspect, loci.holes.filter(hole => inMode(hole, modes)), fine);
   if (disc) disc.fine = fine;
 }
 

@@ -6,7 +6,7 @@ const lab = {kind: "four", values: null, branch: [1], q: 0.6, speed: TURN, runni
   preset: "", sweep: null, ghost: null};
 const wordsOf = () => kinds[lab.kind];
 const at_ = (q, branch = lab.branch) => FUNCTIONS[lab.kind](q, lab.speed, branch, lab.values);
-const deg = x => `${number(x * 180 / Math.PI, 5)}°`;
+const deg = x => `${number(zeroBelow(x, 1) * 180 / Math.PI, 5)}°`;
 
 // Row k of a sweep is at the crank angle -π + (k + 0.37) 2π / SWEEP, so that what is at a right angle is between two
 // rows; null where it does not close.
@@ -148,7 +148,7 @@ function refit(values) {
 function invert() {
   const [g, a, b, c] = lab.values;  // what was the rocker is the coupler then
   lab.preset = "";
-  return refit([a, b, c, g, c / 2, 0]) && (lab.said = "Held now: what was the crank; driven: what was the coupler.");
+  return refit([a, b, c, g, c / 2, 0]) && (lab.said = "Fixed now: what was the crank; driven: what was the coupler.");
 }
 
 const CLOSED_NUMBERS = /^-?\d{1,7}(\.\d{1,25})?(e-?\d{1,2})?(,-?\d{1,7}(\.\d{1,25})?(e-?\d{1,2})?){0,7}$/;
