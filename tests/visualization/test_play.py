@@ -14,7 +14,7 @@ from fivebar.visualization.play import LivePage
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle, until, visit
 from ..helpers.pages import browser, contrast, download, opened  # noqa: F401  fixtures
-from ..helpers.playing import LENGTHS, PHONE, drag, on_screen, pose_of
+from ..helpers.playing import LENGTHS, PHONE, STILL, drag, on_screen, pose_of
 
 ROBOT = fb.FiveBar()
 GRAVE = "serious", "critical"  # of axe's findings
@@ -29,7 +29,7 @@ def path(tmp_path_factory):
 
 @pytest.fixture
 def page(opened, path):  # noqa: F811
-    return opened(path)
+    return opened(path, **STILL)
 
 
 def test_one_small_file_that_lets_only_its_own_script_run(path):
@@ -61,7 +61,7 @@ def test_the_end_effector_slides_along_the_border_and_says_why(page):
         "Stopped at Type 2" in page.locator("#said").text_content()
         and 0 < pose.det_A * -now["assembly"] < 1e-4
     )
-    page.get_by_label("Type 2: let it pass").check()
+    page.get_by_label("pass Type 2").check()
     page.evaluate(
         "(now => { performance.now = () => now; })(performance.now())"
     )  # it is said for 5 s
@@ -73,13 +73,13 @@ def test_the_end_effector_slides_along_the_border_and_says_why(page):
 
 @pytest.mark.deep
 def test_the_aspect_under_the_pointer_is_shaded(page):
-    own = page.evaluate("field.wanted")
+    own = page.evaluate("aspect.sign")
     page.mouse.move(*on_screen(page, (0.0, -0.1)))
     settle(page)
-    assert page.evaluate("[field.wanted, inPart([0, -0.1]), disc.y < 0]") == [-own, True, True]
+    assert page.evaluate("[aspect.sign, disc.y < 0]") == [-own, True]
     page.mouse.move(5, 5)
     settle(page)
-    assert page.evaluate("[field.wanted, inPart(pose.xi)]") == [own, True]
+    assert page.evaluate("[aspect.sign, disc.y > 0]") == [own, True]
 
 
 @pytest.mark.deep
@@ -95,12 +95,12 @@ def test_in_a_notebooks_frame(browser):  # noqa: F811
 @pytest.mark.deep
 def test_type_1_changes_the_mode_where_that_is_wanted(page):
     start = pose_of(page)["xi"]
-    page.get_by_label("Type 1: passing").check()
+    page.get_by_label("pass Type 1").check()
     drag(page, start, (0.19, 0.16), (0.04, 0.12))
     now = pose_of(page)
     assert now["modes"] == [1, -1]
     np.testing.assert_allclose(now["xi"], (0.04, 0.12), atol=2e-3)
-    page.get_by_role("button", name="undo (Ctrl Z)").click()
+    page.get_by_role("button", name="Undo (Ctrl Z)").click()
     settle(page)
     assert pose_of(page)["modes"] == [-1, -1] and pose_of(page)["xi"] == pytest.approx(
         start, abs=1e-12
@@ -124,39 +124,9 @@ def test_elbows_and_joint_space_turn_the_motors(page):
     np.testing.assert_allclose(pose_of(page)["q"], (0.3, 0.8), atol=0.03)
 
 
-@pytest.mark.deep
-def test_touch_on_a_phone(opened, path):  # noqa: F811
-    page = opened(path, **PHONE)
-    assert page.evaluate("document.documentElement.scrollWidth") == 390
-    # in a minute: a wanted disc that does not fit, then bars for which it does
-    assert page.locator("#verdict").text_content().startswith("✗")
-    for name, place in (
-        ("l11, left proximal bar, mm", "600"),
-        ("l12, left distal bar, mm", "750"),
-    ):  # of 200 mm
-        page.get_by_role("slider", name=name).fill(place)
-    until(page, "field.size === 288")  # at rest it fits the view, and surveys finely
-    settle(page)
-    assert pose_of(page)["p"] == [0.12, 0.15, 0.12, 0.15, 0.118]
-    assert (
-        page.locator("#verdict")
-        .text_content()
-        .startswith("✓ A disc of 100 mm fits here, free of singularities")
-    )
-    before = pose_of(page)["xi"]
-    x, y = on_screen(page, (0.0, 0.16))
-    page.touchscreen.tap(x, y)
-    settle(page)
-    assert (
-        np.hypot(*np.subtract(pose_of(page)["xi"], (0.0, 0.16)))
-        < 5e-3
-        < np.hypot(*np.subtract(before, (0.0, 0.16)))
-    )
-    # a finger that moves drags the robot, and does not scroll the page
+def swipe(page, places):
+    """Move a finger over these places of the screen."""
     session = page.context.new_cdp_session(page)
-    places = [
-        on_screen(page, (0.04 * share, 0.16 + 0.03 * share)) for share in np.linspace(0, 1, 8)
-    ]
     for kind, points in [
         ("touchStart", places[:1]),
         *(("touchMove", [at]) for at in places[1:]),
@@ -165,10 +135,44 @@ def test_touch_on_a_phone(opened, path):  # noqa: F811
         touches = [{"x": float(x), "y": float(y)} for x, y in points]
         session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
     settle(page)
+
+
+@pytest.mark.deep
+def test_touch_on_a_phone(opened, path):  # noqa: F811
+    page = opened(path, **PHONE, **STILL)
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    go = page.get_by_role("button", name="Let go: the robot moves by itself").bounding_box()
+    assert go["y"] + go["height"] < 844
+    # in a minute: a wanted disc that does not fit, then bars for which it does
+    page.get_by_label("check whether a disc fits").check()
+    settle(page)
+    assert page.locator("#verdict").text_content().startswith("✗")
+    for name, place in (
+        ("l11, left proximal bar, mm", "600"),
+        ("l12, left distal bar, mm", "750"),
+    ):  # of 200 mm
+        page.get_by_role("slider", name=name).fill(place)
+    until(page, "disc.fine")  # at rest it fits the view, and searches finely
+    settle(page)
+    assert pose_of(page)["p"] == [0.12, 0.15, 0.12, 0.15, 0.118]
     assert (
-        np.hypot(*np.subtract(pose_of(page)["xi"], (0.04, 0.19))) < 5e-3
-        and page.evaluate("scrollY") == 0
+        page.locator("#verdict")
+        .text_content()
+        .startswith("✓ A disc of radius 100 mm fits in this aspect")
     )
+    before = pose_of(page)["xi"]
+    # a finger beside the robot scrolls the page, and moves nothing
+    page.evaluate("scrollTo(0, 0)")
+    swipe(page, [on_screen(page, (0.0, -0.15 + 0.1 * share)) for share in np.linspace(0, 1, 8)])
+    until(page, "scrollY > 20")
+    assert pose_of(page)["xi"] == before
+    page.evaluate("scrollTo(0, 0)")
+    settle(page)
+    # a finger on the robot drags it, and does not scroll the page
+    way = np.linspace(before, (0.04, 0.19), 8)
+    swipe(page, [on_screen(page, point) for point in way])
+    assert np.hypot(*np.subtract(pose_of(page)["xi"], (0.04, 0.19))) < 5e-3
+    assert page.evaluate("scrollY") == 0
 
 
 @pytest.mark.deep
@@ -193,7 +197,7 @@ def test_lengths_that_cannot_close_are_said_and_not_taken(page):
 def test_let_go_and_hold_by_the_button(page):
     # a clock that stands still 0.3 s later: what is then held is the same wherever this runs
     page.evaluate("(now => { performance.now = () => flying ? Math.min(now += 10, 300) : 0; })(0)")
-    page.get_by_role("button", name="let the robot move").click()
+    page.get_by_role("button", name="Let go: the robot moves by itself").click()
     until(page, "motion && Math.abs(motion.t - 0.3) < 1e-9")
     page.keyboard.press("g")
     page.evaluate("delete performance.now")

@@ -28,7 +28,7 @@ function noMotionWords() {
   return "";
 }
 
-function letGo(velocity, torque, friction) {
+function letGo(velocity, torque, friction = 0) {
   let state = begin(pose.xi, modes, velocity, p).state;
   if (!state.every(Number.isFinite)) state = begin(pose.xi, modes, [0, 0], p).state;
   if (!state.every(Number.isFinite)) {  // a leg in line: the angles are known all the same, the rates are none
