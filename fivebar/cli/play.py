@@ -1,4 +1,4 @@
-"""`fivebar play`: the live page of a five-bar as a file, as a folder for the web, or served here."""
+"""`fivebar play`: the live page of a five-bar as a file, a folder for the web, or served here."""
 
 from __future__ import annotations
 

@@ -3,6 +3,9 @@
 import json
 import re
 from importlib.resources import files
+from threading import Thread
+from urllib.error import HTTPError
+from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ import pytest
 import fivebar as fb
 from fivebar.cli import main
 from fivebar.visualization.play import LivePage
+from fivebar.visualization.play.site import PREVIEW, server
 
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle, until, visit
@@ -226,7 +230,7 @@ BAD = [
 @pytest.mark.deep
 def test_the_address_restores_the_state_and_hostile_ones_change_nothing(opened, path):  # noqa: F811
     live = fb.play(UNEQUAL)
-    page = opened(path)
+    page = opened(path, **STILL)
     before = pose_of(page)
     for bad in BAD:
         visit(page, bad)
@@ -252,7 +256,12 @@ def test_the_address_restores_the_state_and_hostile_ones_change_nothing(opened, 
     page.evaluate("pythonBox.open = true")
     settle(page)
     names = {}
-    exec(compile(page.locator("#five pre").text_content(), "as Python", "exec"), names)
+    exec(
+        compile(
+            page.locator("#five pre[aria-label='as Python']").text_content(), "as Python", "exec"
+        ),
+        names,
+    )
     assert names["robot"] == upright.subject
     until(page, f"location.hash === {json.dumps(upright.fragment)}")
 
@@ -288,7 +297,7 @@ def test_by_the_keyboard_alone(page):
 def test_what_it_gives_away(page, tmp_path):
     page.get_by_text("as Python").first.click()
     settle(page)
-    lines = page.locator("pre").text_content()
+    lines = page.locator("pre[aria-label='as Python']").first.text_content()
     names = {}
     exec(compile(lines, "as Python", "exec"), names)
     now = pose_of(page)
@@ -354,3 +363,94 @@ def test_python_says_the_same(tmp_path, capsys):
 def _motkin():
     robot = fb.ROBOTS["motkin"].robot
     return robot, fb.igm(robot, (0.01, 0.12))
+
+
+def test_a_folder_for_any_web_host(tmp_path, capsys):
+    folder = tmp_path / "site"
+    assert main(["play", "--site", str(folder), "--address", "https://example.org/live"]) == 0
+    page = (folder / "index.html").read_text("utf-8")
+    assert '<meta property="og:image" content="https://example.org/live/preview.png">' in page
+    assert (folder / "preview.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert capsys.readouterr().out.split() == [str(folder / n) for n in ("index.html", PREVIEW)]
+    assert main(["play", "--address", "https://example.org"]) == 2
+    assert "give --site DIR" in capsys.readouterr().err
+
+
+def test_a_page_served_here():
+    live = fb.play()
+    with server(live) as served:
+        Thread(target=served.serve_forever).start()
+        root = f"http://127.0.0.1:{served.server_port}/"
+        with urlopen(root) as answer:
+            assert answer.read() == live.html.encode()
+        with pytest.raises(HTTPError, match="404"):
+            urlopen(root + "other")
+        served.shutdown()
+
+
+@pytest.mark.deep
+def test_it_moves_until_touched_then_guides(opened, path):  # noqa: F811
+    page = opened(path)
+    before = pose_of(page)["xi"]
+    until(page, f"Math.hypot(pose.xi[0] - {before[0]}, pose.xi[1] - {before[1]}) > 1e-3")
+    drag(page, pose_of(page)["xi"], (0.0, 0.12), (0.0, -0.1))
+    assert page.evaluate("idle") is None
+    guide = page.locator("#guide")
+    assert "Press another working mode" in guide.text_content()  # it has met Type 2
+    page.keyboard.press("2")
+    settle(page)
+    assert "Press Let go" in guide.text_content()
+    page.get_by_role("button", name="Let go: the robot moves by itself").click()
+    until(page, "document.getElementById('guide').hidden")
+
+
+@pytest.mark.deep
+def test_let_go_keeps_up_and_its_energy_stays_bounded(page):
+    """At its own torques and friction, 60 s: computed in less time, energy as after 10 s."""
+    found = page.evaluate(
+        """() => { release(); halt(); const tau = torqueInputs.map(input => +input.value), energies = [];
+            letGo([0, 0], {tau, wave: true}, addedFriction());
+            const begun = performance.now();
+            for (let k = 0; k < 3600; k++) { if (!flow(1 / 60)) return null; energies.push(totalEnergy().kinetic); }
+            return [energies, (performance.now() - begun) / 1000]; }"""
+    )
+    energies, seconds = found
+    assert max(energies) < 0.05 and max(energies[600:]) < 2 * max(energies[:600])
+    assert seconds < 30
+
+
+@pytest.mark.deep
+def test_names_follow_the_robot(page):
+    names = page.get_by_label("robot by name")
+    names.select_option("iri-vertical")
+    assert page.get_by_label("gravity, 9.81").is_checked()
+    assert "mx11 = " in page.locator("#more").text_content()
+    assert "IRI five-bar" in page.locator("#panel .source").first.text_content()
+    page.get_by_role("slider", name="l11, left proximal bar, mm").fill("400")
+    assert names.input_value() == ""
+    assert page.locator("#panel .source").first.text_content() == ""
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Undo").click()
+    assert names.input_value() == "iri-vertical"
+    page.locator("#plane").focus()
+    page.keyboard.press("2")
+    pressed = page.locator("#panel button[aria-pressed=true]")
+    assert pressed.text_content() == "+−"
+
+
+@pytest.mark.deep
+def test_equations_and_trace(page):
+    drag(page, pose_of(page)["xi"], (0.02, 0.12))
+    page.get_by_text("Equations of this pose").click()
+    settle(page)
+    text = page.locator("pre[aria-label='equations of this pose']").text_content()
+    now = pose_of(page)
+    pose = fb.igm(ROBOT, now["xi"], now["modes"])
+    numbers = [float(x.replace("−", "-")) for x in re.findall(r"−?\d+\.\d{4}", text)]
+    exact = [*pose.A.ravel(), *pose.B.ravel(), pose.det_A]
+    np.testing.assert_allclose(numbers[:9], exact, atol=6e-5)
+    name, csv = download(page, "save the trace as CSV")
+    lines = csv.decode().splitlines()
+    assert name.endswith(".csv") and lines[1] == "t,q1,q2,x,y"
+    rows = np.array([[float(x) for x in line.split(",")] for line in lines[2:]])
+    np.testing.assert_allclose(fb.igm(ROBOT, rows[:, 3:], (-1, -1)).q, rows[:, 1:3], atol=1e-9)

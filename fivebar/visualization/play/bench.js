@@ -45,8 +45,7 @@ function drawBench(pen = bench.front, alone = true) {
     pen.lines([[on[k], [on[k][0] - 9, on[k][1] + 15], [on[k][0] + 9, on[k][1] + 15]]], {ink: "quiet", fill: "line",
       closed: true});
   for (const [i, j] of blocks) pen.lines([[on[i], on[j]]], {ink: "quiet", width: 18});
-  bars.forEach(([i, j], k) => pen.lines([[on[i], on[j]]], {ink: content.links[lab.kind === "four" && k > 2 ? 1
-    : k % 4], width: 6}));
+  bars.forEach(([i, j], k) => drawBar(pen, [on[i], on[j]], content.links[lab.kind === "four" && k > 2 ? 1 : k % 4]));
   for (const k of pins) {
     pen.circle(on[k], actuated.includes(k) ? 8 : 6, k === traced ? {fill: "c4", ink: "ink", width: 2}
       : actuated.includes(k) ? {fill: "ink"} : {fill: "paper", ink: "ink", width: 2});

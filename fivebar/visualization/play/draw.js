@@ -89,7 +89,7 @@ function drawTaskFront(pen = task.front, alone = true) {
     pen.lines([[[x, y], [x - 9, y + 15], [x + 9, y + 15]]], {ink: "quiet", fill: "line", closed: true});
   if (shown.ellipses) drawEllipses(pen, end);
   [[left, e1, end], [right, e2, end]].forEach((joints, leg) =>
-    content.legs[leg].forEach((ink, k) => pen.lines([joints.slice(k, k + 2)], {ink, width: 7})));
+    content.legs[leg].forEach((ink, k) => drawBar(pen, joints.slice(k, k + 2), ink)));
   const label = (text, [x0, y0], [x1, y1]) => {
     const size = Math.hypot(x1 - x0, y1 - y0);
     if (size < 40) return;
@@ -104,6 +104,12 @@ function drawTaskFront(pen = task.front, alone = true) {
   for (const elbow of [e1, e2]) pen.circle(elbow, 7, {fill: "paper", ink: "ink", width: 2.5});
   pen.circle(end, 9, {fill: "c4", ink: "ink", width: 2.5});
   if (idle && alone) pen.words("Drag the pink point", [end[0] + 16, end[1] - 12], {size: 15});
+}
+
+// A rim in the colour of the text sets a bar off from every ground.
+function drawBar(pen, ends, ink) {
+  pen.lines([ends], {ink: "ink", width: 8.5});
+  pen.lines([ends], {ink, width: 6});
 }
 
 // Ends of the motors' unit speeds and unit torques at the end-effector: ellipses of velocity and of force.
