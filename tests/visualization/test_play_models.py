@@ -116,7 +116,7 @@ def compare(page, robot, aspects, chosen):
         exact = [each.area for each in aspects if each.working == aspect.working]
         mine = sorted(area for area in found["areas"] if area > least)
         theirs = sorted(area for area in exact if area > least)
-        np.testing.assert_allclose(mine, theirs, rtol=2e-5, err_msg=str(robot))
+        np.testing.assert_allclose(mine, theirs, rtol=1e-6, err_msg=str(robot))
         disc = fb.largest_disc(aspect)
         assert is_rounded(found["shown"], aspect.area), (robot, aspect, found)
         larger = found["radius"] > disc.radius  # then it must be free of singularities, too

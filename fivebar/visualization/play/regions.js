@@ -74,14 +74,15 @@ function strandOf(at, rows) {
   return {at, rows, areas, cuts: []};
 }
 
-// The integral of n over s between two points of a curve: each half is taken as a parabola through its middle.
+// The integral of n over s between two points of a curve: parabolas through its middle and through its quarters, as in
+// Richardson's extrapolation.
 function areaBetween(at, a, b) {
-  const middle = at((a.t + b.t) / 2);
-  return areaOfHalf(at, a, middle) + areaOfHalf(at, middle, b);
+  const middle = at((a.t + b.t) / 2), quarter = at((a.t + middle.t) / 2), last = at((middle.t + b.t) / 2);
+  const halves = areaOfParabola(a, quarter, middle) + areaOfParabola(middle, last, b);
+  return halves + (halves - areaOfParabola(a, middle, b)) / 15;
 }
 
-function areaOfHalf(at, a, b) {
-  const middle = at((a.t + b.t) / 2);
+function areaOfParabola(a, middle, b) {
   const bulge = (b.s - a.s) * (middle.n - a.n) - (b.n - a.n) * (middle.s - a.s);
   return (b.s - a.s) * (a.n + b.n) / 2 + 2 / 3 * bulge;
 }
