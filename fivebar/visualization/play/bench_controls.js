@@ -63,7 +63,11 @@ function buildBench() {
     const range = element("input", {type: "range", min: signed ? -most : 0.002, max: most, step: "any",
       "aria-label": `${name}, mm`});
     const input = element("input", {type: "number", step: "any", "aria-label": `${name}, mm`});
-    const show = () => { range.value = lab.values[k]; range.setAttribute("aria-valuetext", `${number(1e3 * lab.values[k])} mm`); input.value = +(1e3 * lab.values[k]).toPrecision(6); };
+    const show = () => {
+      range.value = lab.values[k];
+      range.setAttribute("aria-valuetext", `${number(1e3 * lab.values[k])} mm`);
+      input.value = +(1e3 * lab.values[k]).toPrecision(6);
+    };
     const change = value => {
       if (!(Math.abs(value) <= 10) || (!signed && !(value >= 0.001)))
         lab.said = `${name} must be between ${signed ? "−10000" : "1"} and 10000 mm: kept as it was.`;
@@ -73,7 +77,7 @@ function buildBench() {
       if (!lab.ghost) rememberLab();
       lab.ghost ??= lab.sweep.rows;
       change(Math.round(+range.value * 1e6) / 1e6);
-      input.value = +(1e3 * lab.values[k]).toPrecision(6);
+      show();
       relabbed(false);
     };
     range.onchange = () => { lab.ghost = null; show(); relabbed(); };

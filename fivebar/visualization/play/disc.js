@@ -122,6 +122,8 @@ function grownDisc(walls, holes, x, y) {
   return {x, y, radius};
 }
 
+const QUARTERS = [[-1, -1], [-1, 1], [1, -1], [1, 1]];
+
 // {x, y, radius} in m of the largest disc, null where there is no part. holes: single points to keep away from.
 // fine: whether discs are grown from all small squares in which a larger one could be, or from the best ones only.
 function largestDisc(region, holes, fine) {
@@ -144,7 +146,7 @@ function largestDisc(region, holes, fine) {
   const couldBeLarger = ({clearance}) => clearance + half * Math.SQRT2 + bulge > best.radius;
   while (squares.length && half > SMALL * best.radius) {
     half /= 2;
-    squares = squares.flatMap(({x, y}) => [[-1, -1], [-1, 1], [1, -1], [1, 1]].map(([i, j]) => look(x + i * half, y + j * half)));
+    squares = squares.flatMap(({x, y}) => QUARTERS.map(([i, j]) => look(x + i * half, y + j * half)));
     const largest = squares.reduce((one, other) => one.clearance > other.clearance ? one : other);
     if (largest.clearance > best.radius) grow(largest);
     squares = squares.filter(couldBeLarger);

@@ -79,7 +79,7 @@ function drawTaskFront(pen = task.front, alone = true) {
   if (disc) {
     const middle = task.at([disc.x, disc.y]), radius = disc.radius * task.scale;
     pen.circle(middle, radius, {ink: "c3", width: 2.2});
-    pen.words(`${disc.fine ? "" : "≈ "}${lengthText(disc.radius, 3)}`, [middle[0], middle[1] + 4], {ink: "c3", align: "center"});
+    pen.words(radiusText(), [middle[0], middle[1] + 4], {ink: "c3", align: "center"});
   }
   pen.lines([shownTrail().map(({xi}) => task.at(xi))], {ink: "c5", width: 1.8});
   drawSketch(pen);

@@ -130,13 +130,15 @@ function stateWords(now) {
     `${modes.map(sign).join(", ")}, assembly mode ${sign(pose.assembly)}.`;
 }
 
+const radiusText = () => `${disc.fine ? "" : "≈ "}${lengthText(disc.radius, 3)}`;
+
 function verdictWords() {
   if (flying) return "";
   if (loci.everywhere && modes[0] === modes[1])
     return "Every pose of this working mode is Type 2: both legs coincide. Choose another mode.";
   if (!parts.regions.length) return "These bars close in single points only: the workspace has no area.";
   if (!disc) return "The robot is at a singularity: move it away to see its aspect.";
-  const radius = `${disc.fine ? "" : "≈ "}${lengthText(disc.radius, 3)}`;
+  const radius = radiusText();
   if (!wantsDisc) return `The largest disc free of singularities in this aspect has a radius of ${radius}.`;
   const fits = disc.radius >= wanted * (1 - 1e-9);
   return `${fits ? "✓" : "✗"} A disc of radius ${lengthText(wanted)} ${fits ? "fits" : "does not fit"} in this ` +
@@ -188,7 +190,8 @@ function showNumbers() {
   put("transmission angle", angleText(pose.transmission));
   put("area of the workspace", areaText(parts.regions.reduce((sum, region) => sum + region.area, 0), 3));
   put("area of this aspect", aspect ? areaText(aspect.area, 3) : "none: at a singularity");
-  put("speed at motor speed 1 rad/s", Number.isFinite(fast) ? `${number(slow, 3)} to ${number(fast, 3)} m/s` : "∞: Type 2");
+  put("speed at motor speed 1 rad/s", Number.isFinite(fast) ? `${number(slow, 3)} to ${number(fast, 3)} m/s`
+    : "∞: Type 2");
   put("motor torques for a force of 1 N", torqueText(torque));
   put("motor torques against gravity", robot.gravity.some(Boolean) && (robot.m || isHeavy())
     ? torqueText(holding(pose.xi, modes, allParameters()).torque) : "");
@@ -218,7 +221,8 @@ function release(velocity = [0, 0]) {
 
 function showFlying() {
   goButton.textContent = flying ? "Pause" : "Let go";
-  goButton.setAttribute("aria-label", flying ? "Pause the motion (key G)" : "Let go: the robot moves by itself (key G)");
+  goButton.setAttribute("aria-label", flying ? "Pause the motion (key G)"
+    : "Let go: the robot moves by itself (key G)");
 }
 
 function halt(why = "") {

@@ -2,7 +2,8 @@
 
 const field_ = (title, ...parts) => element("fieldset", {}, element("legend", {}, title), ...parts);
 const check = (words_, checked, action = () => {}) => {
-  const input = element("input", {type: "checkbox", ...(checked ? {checked: ""} : {})}), text = element("span", {}, words_);
+  const input = element("input", {type: "checkbox", ...(checked ? {checked: ""} : {})});
+  const text = element("span", {}, words_);
   input.onchange = () => action(input.checked);
   return {input, text, label: element("label", {class: "check"}, input, text)};
 };
@@ -83,15 +84,15 @@ function showParameters() {
   friction.text.textContent = hasFriction() ? "viscous friction of the robot's own (below)"
     : `viscous friction of both motors, ${number(b)} N m s/rad`;
   const more = [...BEYOND, ...FRICTIONS].filter(name => robot[name] !== 0);
-  moreParameters.textContent = more.length ? `Also: ${more.map(name => `${name} = ${number(robot[name])}`).join(", ")} (SI units).` : "";
+  const values = more.map(name => `${name} = ${number(robot[name])}`).join(", ");
+  moreParameters.textContent = values && `Also: ${values} (SI units).`;
 }
 
 function suggestTorques() {
   suggestedTorques().forEach((tau, k) => { torqueInputs[k].value = tau; });
 }
 
-const mirror = check("same lengths in both legs", LENGTHS.slice(0, 2).every((name, k) => robot[name] === robot[LENGTHS[k + 2]]),
-  on => {
+const mirror = check("same lengths in both legs", p[0] === p[2] && p[1] === p[3], on => {
   if (!on) return;
   remember();
   reshape([p[0], p[1], p[0], p[1], p[4]]);
@@ -115,7 +116,8 @@ let presetName = "";  // of the robot at hand, "" for one without a name
 function namePreset(name) {
   preset.value = presetName = name;
   const known = content.presets[name];
-  source.textContent = known ? `${known.source.replace(/\.$/, "")}.${known.robot.dry ? " Its dry friction is left out here." : ""}` : "";
+  const dry = known?.robot.dry ? " Its dry friction is left out here." : "";
+  source.textContent = known ? `${known.source.replace(/\.$/, "")}.${dry}` : "";
 }
 
 preset.onchange = () => {
@@ -139,18 +141,22 @@ const onPose = action => () => {
   action();
   moved();
 };
-const modeButtons = ALL_MODES.map((mode, k) =>
-  button(signs(mode), `${signs(mode)}: working mode ${mode.map(sign).join(", ")} (key ${k + 1})`, onPose(() => toModes(mode))));
+const modeButtons = ALL_MODES.map((mode, k) => button(signs(mode),
+  `${signs(mode)}: working mode ${mode.map(sign).join(", ")} (key ${k + 1})`, onPose(() => toModes(mode))));
 const assemblyButton = button("other assembly mode", "other assembly mode of the same motor angles (key 0)",
   onPose(() => toAssembly(-pose.assembly)));
 const modeWords = element("p", {class: "source"}, "+ : the elbow is on the left of the line from its motor to the " +
   "end-effector (sin q12 or sin q22 < 0); − : on the right (sine > 0).");
 byId("panel").append(
-  field_("Robot, lengths in mm", element("div", {class: "row"}, preset), source, ...sliders.map(({row}) => row), mirror.label),
-  field_("Working mode of the left and right leg", element("div", {class: "row"}, ...modeButtons, assemblyButton), modeWords,
+  field_("Robot, lengths in mm", element("div", {class: "row"}, preset), source, ...sliders.map(({row}) => row),
+    mirror.label),
+  field_("Working mode, left and right leg", element("div", {class: "row"}, ...modeButtons, assemblyButton), modeWords,
     check("pass Type 1: the working mode changes", false, on => { choices.type1 = on; }).label,
     check("pass Type 2: the assembly mode changes", false, on => { choices.type2 = on; }).label,
-    check("show the loci of the other working modes, pale", true, on => { shown.others = on; ask({back: true}); }).label),
+    check("show the loci of the other working modes, pale", true, on => {
+      shown.others = on;
+      ask({back: true});
+    }).label),
   field_("Disc", discCheck.label, wantedSlider.row));
 
 // What else: force, motion, path, files.
@@ -173,9 +179,11 @@ const goButton = button("Let go", "Let go: the robot moves by itself (key G)", (
   if (flying) halt(); else release();
 });
 goButton.id = "go";
-const paceInput = element("select", {"aria-label": "speed of the motion"}, ...[["1", "real time"], ["0.3", "0.3 × real time"],
-  ["0.1", "0.1 × real time"]].map(([value, text]) => element("option", {value}, text)));
-const throws = check("throw: released while it moves, the end-effector keeps its velocity", false), throwing = throws.input;
+const paces = [["1", "real time"], ["0.3", "0.3 × real time"], ["0.1", "0.1 × real time"]];
+const paceInput = element("select", {"aria-label": "speed of the motion"},
+  ...paces.map(([value, text]) => element("option", {value}, text)));
+const throws = check("throw: released while it moves, the end-effector keeps its velocity", false);
+const throwing = throws.input;
 
 function changeParameters(change) {
   wake();
@@ -216,14 +224,14 @@ function showEquations() {
   const [[ax, ay], [bx, by]] = pose.elbows.map(([x, y], k) => unit([pose.xi[0] - x, pose.xi[1] - y]));
   const at = (x, scale = 1) => (zeroBelow(x, scale) < 0 ? "" : " ") + zeroBelow(x, scale).toFixed(4).replace("-", "−");
   const b = pose.serial.map((sine, k) => p[2 * k] * sine), {J} = gains(pose.xi, modes, [0, 0], p);
-  const column = name => `${name}`.padEnd(4);
   equations.textContent = [
     "A ξ̇ = B q̇      ξ = (x, y), q = (q1, q2)", "",
     "A: rows u12ᵀ, u22ᵀ, the unit vectors of the distal bars",
     `A = [ ${at(ax)} ${at(ay)} ]`, `    [ ${at(bx)} ${at(by)} ]`, "",
     "B = diag(l11 sin q12, l21 sin q22), m",
     `B = [ ${at(b[0])} ${at(0)} ]`, `    [ ${at(0)} ${at(b[1])} ]`, "",
-    `det A = sin(φ2 − φ1) = ${at(pose.parallel).trim()}      det B = ${number(zeroBelow(b[0] * b[1], p[0] * p[2]), 4)} m²`, "",
+    `det A = sin(φ2 − φ1) = ${at(pose.parallel).trim()}`,
+    `det B = ${number(zeroBelow(b[0] * b[1], p[0] * p[2]), 4)} m²`, "",
     ...J.flat().every(Number.isFinite) ? ["J = A⁻¹ B, m", `J = [ ${at(J[0][0])} ${at(J[0][1])} ]`,
       `    [ ${at(J[1][0])} ${at(J[1][1])} ]`] : ["det A = 0 (Type 2): A has no inverse, and J does not exist"],
   ].join("\n");
@@ -273,15 +281,18 @@ async function copyText(text, done, failed) {
 function copyLink(fragment) {
   const address = location.href.split("#")[0];
   if (/^https?:/.test(address))
-    return copyText(address + fragment, "Link copied.", "The browser does not allow copying here: copy the address instead.");
+    return copyText(address + fragment, "Link copied.",
+      "The browser does not allow copying here: copy the address instead.");
   return copyText(fragment, "This page is a file, so the link works beside it only. Copied is what follows the file's " +
     "name, #…; `fivebar play --site DIR` makes a page to put online.",
   "The browser does not allow copying here. The state is in the address, after #.");
 }
 
 const EXPLAINED = {
-  "Type 1": "A leg is in line, stretched or folded: det B = 0. The end-effector cannot move along the leg; two working modes meet.",
-  "Type 2": "The distal bars are parallel: det A = 0. The motors cannot hold the end-effector there; two assembly modes meet.",
+  "Type 1": "A leg is in line, stretched or folded: det B = 0. The end-effector cannot move along the leg; two " +
+    "working modes meet.",
+  "Type 2": "The distal bars are parallel: det A = 0. The motors cannot hold the end-effector there; two assembly " +
+    "modes meet.",
   "self-motion": "Both elbows coincide: the end-effector turns about them while the motors stand still (Type 2).",
   aspect: "A part of the workspace in one working mode without a singularity inside: the robot goes everywhere in it.",
   "working mode": "On which side each elbow is: one point of the end-effector, up to four pairs of motor angles.",
@@ -293,12 +304,16 @@ const legendEntry = (ink, width, dashes, text, word) => element("li", {title: EX
 byId("tools").append(goButton, button("Undo", "Undo (Ctrl Z)", undo),
   button("Clear trace", "Clear trace (key T)", () => { trail = []; ask(); }));
 byId("joints-legend").append(legendEntry("--c0", 2, [], "left leg in line (Type 1)", "Type 1"),
-  legendEntry("--c1", 2, [], "right leg in line (Type 1)", "Type 1"), legendEntry("--c4", 2.2, [7, 3], "Type 2", "Type 2"),
+  legendEntry("--c1", 2, [], "right leg in line (Type 1)", "Type 1"),
+  legendEntry("--c4", 2.2, [7, 3], "Type 2", "Type 2"),
   element("li", {}, "pale: in the other assembly mode"));
 byId("more").append(
-  element("ul", {class: "legend", "aria-label": "colours"}, legendEntry("--ink", 2, [], "Type 1: a leg in line", "Type 1"),
-    ...Object.entries(DASHES2).map(([kind, dash_]) => legendEntry("--c4", 2.2, dash_, NAMES2[kind], kind === "self-motion" ? kind : "Type 2")),
-    legendEntry("--c3", 2.2, [], "largest disc, in the shaded aspect", "largest disc"), legendEntry("--c5", 2, [], "trace")),
+  element("ul", {class: "legend", "aria-label": "colours"},
+    legendEntry("--ink", 2, [], "Type 1: a leg in line", "Type 1"),
+    ...Object.entries(DASHES2).map(([kind, dash_]) =>
+      legendEntry("--c4", 2.2, dash_, NAMES2[kind], kind === "self-motion" ? kind : "Type 2")),
+    legendEntry("--c3", 2.2, [], "largest disc, in the shaded aspect", "largest disc"),
+    legendEntry("--c5", 2, [], "trace")),
   element("div", {class: "row"},
     button("Clear path", "Clear path that was drawn", () => { sketch = []; checked = null; ask(); }),
     button("PNG", "save the picture as PNG", picturePng),

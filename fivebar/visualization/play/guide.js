@@ -1,12 +1,15 @@
 // The opening: the robot moves by itself until it is touched, then three short tasks, one sentence each.
 
 let idle = null;  // {start, centre, began}: the end-effector goes round a circle inside the aspect
-let task_ = -1;  // of the guide: -1 before it begins, GUIDE.length after it
+let guideStep = -1;  // of the guide: -1 before it begins, GUIDE.length after it
 const GUIDE = [
-  {words: "Drag the pink point onto a dashed pink curve: there the distal bars are parallel (Type 2), and the robot stops.",
+  {words: "Drag the pink point onto a dashed pink curve: there the distal bars are parallel (Type 2), and the robot " +
+    "stops.",
     done: () => Math.abs(pose.parallel) < 1e-3},
-  {words: "Press another working mode below: the same point, with an elbow on the other side.", done: () => guideModes !== modes.join()},
-  {words: "Press Let go: inertia and the motors' torques now move the robot, also across the curves.", done: () => Boolean(flying)},
+  {words: "Press another working mode, such as + −: the same point, with an elbow on the other side.",
+    done: () => guideModes !== modes.join()},
+  {words: "Press Let go: inertia and the motors' torques now move the robot, also across the curves.",
+    done: () => Boolean(flying)},
 ];
 let guideModes = "";
 
@@ -35,17 +38,17 @@ function wake() {
   showGuide(0);
 }
 
-function showGuide(number_) {
-  task_ = number_;
+function showGuide(next) {
+  guideStep = next;
   guideModes = modes.join();
-  const step = GUIDE[task_];
+  const step = GUIDE[guideStep];
   guideBox.hidden = !step;
-  guideText.textContent = step ? `${task_ + 1} of ${GUIDE.length}. ${step.words}` : "";
+  guideText.textContent = step ? `${guideStep + 1} of ${GUIDE.length}. ${step.words}` : "";
 }
 
 function guideOn() {
-  if (GUIDE[task_]?.done() && !pointer) showGuide(task_ + 1);
+  if (GUIDE[guideStep]?.done() && !pointer) showGuide(guideStep + 1);
 }
 
 const guideText = element("span"), guideBox = byId("guide");
-guideBox.append(guideText, button("Skip", "Skip this task", () => showGuide(task_ + 1)));
+guideBox.append(guideText, button("Skip", "Skip this task", () => showGuide(guideStep + 1)));

@@ -6,7 +6,8 @@ const STAGES = WEIGHTS.length, TOLERANCE = 1e-10, stages = Array.from({length: S
 const stage = new Float64Array(8), after = new Float64Array(8);
 let motion = null;  // {state, t, length, whole, slope, energy, crossings}
 
-const BEYOND = ["mx11", "my11", "mx21", "my21", "zz12", "zz22", "my12", "my22"], FRICTIONS = ["fv1", "fv2", "fv12", "fv22"];
+const BEYOND = ["mx11", "my11", "mx21", "my21", "zz12", "zz22", "my12", "my22"];
+const FRICTIONS = ["fv1", "fv2", "fv12", "fv22"];
 // friction: more viscous friction of both motors than the robot's own, N m s/rad.
 const allParameters = (friction = 0) => [...p, robot.zz1, robot.zz2, robot.m, ...BEYOND.map(name => robot[name]),
   ...robot.gravity, robot.fv1 + friction, robot.fv2 + friction, robot.fv12, robot.fv22];
