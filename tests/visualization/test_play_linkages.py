@@ -105,7 +105,8 @@ def test_what_a_four_bar_can_do_is_said(page):
         settle(page)
         ratio = 100 * linkages.straightness(linkages.straight_line(name)).ratio
         percent = re.search(
-            r"a band of .* [mµ]m, (\S+) % of the stroke", page.locator("#linkage-said").text_content()
+            r"a band of .* [mµ]m, (\S+) % of the stroke",
+            page.locator("#linkage-said").text_content(),
         )[1]
         assert float(percent.replace("−", "-")) == pytest.approx(ratio, rel=0.02)
     page.get_by_role("spinbutton", name="ground, mm").fill("3000")

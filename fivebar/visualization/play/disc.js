@@ -152,6 +152,7 @@ function largestDisc(region, holes, fine) {
     squares = squares.filter(couldBeLarger);
   }
   squares.sort((one, other) => other.clearance - one.clearance);
-  for (const square of squares.slice(0, fine ? MOST_GROWN : 0)) if (square.clearance > 0 && couldBeLarger(square)) grow(square);
+  for (const square of squares.slice(0, fine ? MOST_GROWN : 0))
+    if (square.clearance > 0 && couldBeLarger(square)) grow(square);
   return best;
 }

@@ -146,7 +146,8 @@ function cellsOf(strands, lines, k, p, modes, size) {
   for (let i = 1; i < crossed.length; i++) {
     const {strand: below, n: low} = crossed[i - 1], {strand: above, n: high} = crossed[i];
     if (high - low <= SAME * size) continue;
-    const n = low + 0.47 * (high - low), det = sense([s * SWEEP_X - n * SWEEP_Y, s * SWEEP_Y + n * SWEEP_X], modes, p, out)[0];
+    const n = low + 0.47 * (high - low), point = [s * SWEEP_X - n * SWEEP_Y, s * SWEEP_Y + n * SWEEP_X];
+    const det = sense(point, modes, p, out)[0];
     if (!(Math.abs(det) > FLATTENED)) continue;
     const area = above.cuts[k + 1].area - above.cuts[k].area - below.cuts[k + 1].area + below.cuts[k].area;
     cells.push({below, above, slab: k, sign: Math.sign(det), area, joined: null});

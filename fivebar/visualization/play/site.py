@@ -13,6 +13,7 @@ from ...singularities.loci import singularity_loci
 from ..style import INK, LEGS, PINK
 
 if TYPE_CHECKING:
+    from ...models.geometry import Pose
     from .live import LivePage
 
 PREVIEW = "preview.png"
@@ -28,10 +29,12 @@ def save_site(live: LivePage, folder: Path, address: str = "") -> list[Path]:
 
     address: of the folder on the web; social networks find the picture only with it.
     """
+    if live.pose is None:
+        raise ValueError("a folder for the web shows a five-bar: its page needs a pose")
     folder.mkdir(parents=True, exist_ok=True)
     page, preview = folder / "index.html", folder / PREVIEW
     page.write_text(with_tags(live.html, address), encoding="utf-8")
-    draw_preview(live).savefig(preview, dpi=100)
+    draw_preview(live.pose).savefig(preview, dpi=100)
     return [page, preview]
 
 
@@ -55,9 +58,8 @@ def with_tags(page: str, address: str) -> str:
     return page.replace("<title>", "\n".join([*lines, "<title>"]), 1)
 
 
-def draw_preview(live: LivePage) -> Figure:
+def draw_preview(pose: Pose) -> Figure:
     """Return a picture of the robot and its loci in its working mode."""
-    pose = live.pose
     width, height = PREVIEW_SIZE
     figure = Figure(figsize=(width / 100, height / 100))
     axes = figure.add_axes((0.02, 0.02, 0.96, 0.96))
