@@ -322,7 +322,7 @@ byId("more").append(
     button("Copy link", "Copy link to this state", () => copyLink(writeFragment())),
     button("Copy Python", "Copy Python lines that make this robot", () => copyText(asPython(), "Python lines copied.",
       "The browser does not allow copying here: open the box \"as Python\" below."))),
-  sketchBox.label, ellipses.label, element("div", {class: "slide"}, element("span", {"aria-hidden": "true"},
+  sketchBox.label, ellipses.label, element("div", {class: "slide wide"}, element("span", {"aria-hidden": "true"},
     "direction of the force"), angle),
   field_("Let go", element("div", {class: "row"}, paceInput, torqueKind),
     element("div", {class: "slide few"}, element("span", {"aria-hidden": "true"}, "torques (N m)"), ...torqueInputs),

@@ -60,8 +60,7 @@ def with_tags(page: str, address: str) -> str:
 
 def draw_preview(pose: Pose) -> Figure:
     """Return a picture of the robot and its loci in its working mode."""
-    width, height = PREVIEW_SIZE
-    figure = Figure(figsize=(width / 100, height / 100))
+    figure = Figure(figsize=(PREVIEW_SIZE[0] / 100, PREVIEW_SIZE[1] / 100))
     axes = figure.add_axes((0.02, 0.02, 0.96, 0.96))
     axes.set_aspect("equal")
     axes.axis("off")
@@ -69,8 +68,8 @@ def draw_preview(pose: Pose) -> Figure:
     for piece in singularity_loci(pose.robot).task:
         here = working in piece.working
         colour = INK if piece.circle else PINK
-        style = {"linewidth": 3.0 if here else 1.2, "alpha": 1.0 if here else 0.3}
-        axes.plot(*piece.points.T, color=colour, **style)
+        width, alpha = (3.0, 1.0) if here else (1.2, 0.3)
+        axes.plot(*piece.points.T, color=colour, linewidth=width, alpha=alpha)
     for drive, elbow, colours in zip(pose.robot.drives, pose.elbows, LEGS):
         base = drive.x, drive.y
         axes.plot(*zip(base, elbow), color=colours[0], linewidth=9, solid_capstyle="round")
