@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
@@ -64,13 +64,14 @@ def draw_preview(pose: Pose) -> Figure:
     axes = figure.add_axes((0.02, 0.02, 0.96, 0.96))
     axes.set_aspect("equal")
     axes.axis("off")
+    robot: Any = pose.robot
     working = tuple(pose.working.tolist())
-    for piece in singularity_loci(pose.robot).task:
+    for piece in singularity_loci(robot).task:
         here = working in piece.working
         colour = INK if piece.circle else PINK
         width, alpha = (3.0, 1.0) if here else (1.2, 0.3)
         axes.plot(*piece.points.T, color=colour, linewidth=width, alpha=alpha)
-    for drive, elbow, colours in zip(pose.robot.drives, pose.elbows, LEGS):
+    for drive, elbow, colours in zip(robot.drives, pose.elbows, LEGS):
         base = drive.x, drive.y
         axes.plot(*zip(base, elbow), color=colours[0], linewidth=9, solid_capstyle="round")
         axes.plot(*zip(elbow, pose.xi), color=colours[1], linewidth=9, solid_capstyle="round")
