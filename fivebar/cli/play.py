@@ -1,4 +1,4 @@
-"""`fivebar play`: the live page of a five-bar as a file."""
+"""`fivebar play`: the live page of a five-bar as a file, a folder for the web, or served here."""
 
 from __future__ import annotations
 
@@ -14,6 +14,9 @@ OPTIONS = {
     "--out FILE": (Path("play.html"), "the page"),
     "--xi X Y": "where the end-effector begins, m",
     WORKING: ((-1, -1), "modes there"),
+    "--site DIR": "write a folder for any web host instead: the page, its preview, social tags",
+    "--address URL": "where the folder of --site will be, for the preview of its links",
+    "--serve": "serve the page on this computer instead, until Ctrl C",
     "--link": 'print what follows the address, "#...", on stdout',
 }
 
@@ -39,9 +42,36 @@ def _play(arguments):
     with usage_errors(ValueError, SingularityError):
         pose = igm(robot, arguments.xi, tuple(arguments.working)) if arguments.xi else None
         live = play(robot, pose)
-    live.save(arguments.out)
     if robot.fs1 or robot.fs2:
         print("fivebar: dry friction (fs1, fs2) is left out on the page", file=sys.stderr)
-    print(arguments.out)
+    for path in _written(live, arguments):
+        print(path)
     if arguments.link:
         print(live.fragment)
+    if arguments.serve:
+        _serve(live)
+
+
+def _written(live, arguments):
+    from ..visualization.play.site import save_site
+
+    if arguments.address and not arguments.site:
+        raise UsageError("--address is the address of a folder: give --site DIR, too")
+    if arguments.site:
+        return save_site(live, arguments.site, arguments.address or "")
+    if arguments.serve:
+        return []
+    live.save(arguments.out)
+    return [arguments.out]
+
+
+def _serve(live):
+    from ..visualization.play.site import server
+
+    with server(live) as served:
+        print(f"http://127.0.0.1:{served.server_port}/", flush=True)
+        print("fivebar: serving the page until Ctrl C", file=sys.stderr)
+        try:
+            served.serve_forever()
+        except KeyboardInterrupt:
+            pass

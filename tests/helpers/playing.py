@@ -3,6 +3,7 @@
 from .browsing import settle
 
 LENGTHS = ("l11", "l12", "l21", "l22", "d")
+STILL = dict(reduced_motion="reduce")  # the robot does not move by itself at the beginning
 PHONE = dict(width=390, height=844, has_touch=True, is_mobile=True)
 
 

@@ -124,9 +124,10 @@ def test_the_first_value_is_no_rounding_error(firefox, pages):
 def test_the_live_page_computes_here_too(firefox, tmp_path):
     fb.play(ROBOT).save(tmp_path / "play.html")
     firefox.open(tmp_path / "play.html", **SIZE)
+    firefox.evaluate("(wake(), 1)")
     now = firefox.evaluate("({xi: pose.xi, q: pose.q})")
     np.testing.assert_allclose(now["q"], fb.igm(ROBOT, now["xi"]).q, atol=1e-14)
-    assert "does not fit here" in firefox.evaluate("document.getElementById('verdict').textContent")
+    assert "radius of 78.7 mm" in firefox.evaluate("document.getElementById('verdict').textContent")
     found = firefox.evaluate(
         """(() => { modes = [1, -1]; take(igm([0.01, 0.12], modes, p)); letGo([0.02, -0.3], {tau: [0, 0]});
             return [flow(2), ...motion.seen.xi]; })()"""

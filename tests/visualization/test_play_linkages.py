@@ -105,7 +105,8 @@ def test_what_a_four_bar_can_do_is_said(page):
         settle(page)
         ratio = 100 * linkages.straightness(linkages.straight_line(name)).ratio
         percent = re.search(
-            r"a band of .* mm, (\S+) % of the stroke", page.locator("#linkage-said").text_content()
+            r"a band of .* [mµ]m, (\S+) % of the stroke",
+            page.locator("#linkage-said").text_content(),
         )[1]
         assert float(percent.replace("−", "-")) == pytest.approx(ratio, rel=0.02)
     page.get_by_role("spinbutton", name="ground, mm").fill("3000")
@@ -136,7 +137,7 @@ def test_a_linkage_by_hand_and_by_its_address(page):
     page.keyboard.press("Space")
     until(page, "lab.trail.length > 20")
     page.keyboard.press("Space")
-    page.get_by_role("button", name="another link is fixed").click()
+    page.get_by_role("button", name="fix the next link").click()
     settle(page)
     assert page.evaluate("lab.values.slice(0, 4)") == [*after[1:4], after[0]]
     address = "#linkage=slider_rod&values=0.05,0.15,-0.01&branch=+&crank=0.5"

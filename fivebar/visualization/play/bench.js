@@ -45,8 +45,7 @@ function drawBench(pen = bench.front, alone = true) {
     pen.lines([[on[k], [on[k][0] - 9, on[k][1] + 15], [on[k][0] + 9, on[k][1] + 15]]], {ink: "quiet", fill: "line",
       closed: true});
   for (const [i, j] of blocks) pen.lines([[on[i], on[j]]], {ink: "quiet", width: 18});
-  bars.forEach(([i, j], k) => pen.lines([[on[i], on[j]]], {ink: content.links[lab.kind === "four" && k > 2 ? 1
-    : k % 4], width: 6}));
+  bars.forEach(([i, j], k) => drawBar(pen, [on[i], on[j]], content.links[lab.kind === "four" && k > 2 ? 1 : k % 4]));
   for (const k of pins) {
     pen.circle(on[k], actuated.includes(k) ? 8 : 6, k === traced ? {fill: "c4", ink: "ink", width: 2}
       : actuated.includes(k) ? {fill: "ink"} : {fill: "paper", ink: "ink", width: 2});
@@ -121,14 +120,16 @@ function benchWords() {
     }
     if (benchRows.get(name).textContent !== value) benchRows.get(name).textContent = value;
   };
-  const metres = x => Number.isFinite(x) ? `${number(x, 3)} m` : "straight";
+  const size = Math.max(...lab.values.map(Math.abs));
+  const radiusText = x => x < 1e3 * size ? lengthText(x, 3) : `over ${lengthText(1e3 * size, 3)}: almost straight`;
   set("crank", deg(lab.q));
-  set("output", `${output} ${turns ? deg(now.output[0]) : mm(now.output[0])}`);
-  set("its rate", turns ? `${number(now.output[1], 3)} rad/s` : `${number(now.output[1], 3)} m/s`);
-  set("speed of the point", `${number(Math.hypot(...now.velocity), 3)} m/s`);
-  set("tangential acceleration", `${number(now.tangential, 3)} m/s²`);
-  set("normal acceleration", `${number(now.normal, 3)} m/s²`);
-  set("radius of curvature", metres(now.radius));
+  set("output", `${output} ${turns ? deg(now.output[0]) : lengthText(zeroBelow(now.output[0], size))}`);
+  set("rate of the output", turns ? `${number(zeroBelow(now.output[1], lab.speed), 3)} rad/s`
+    : `${number(zeroBelow(now.output[1], lab.speed * size), 3)} m/s`);
+  set("speed of the point", `${number(zeroBelow(Math.hypot(...now.velocity), lab.speed * size), 3)} m/s`);
+  set("tangential acceleration", `${number(zeroBelow(now.tangential, lab.speed ** 2 * size), 3)} m/s²`);
+  set("normal acceleration", `${number(zeroBelow(now.normal, lab.speed ** 2 * size), 3)} m/s²`);
+  set("radius of curvature", radiusText(now.radius));
   set("transmission angle", deg(now.transmission));
   if (!lab.running) announce(() => `${text} Crank at ${deg(lab.q)}.`);
 }

@@ -61,9 +61,13 @@ function buildBench() {
   const rows = parameters.map(({name, signed}, k) => {
     const most = Math.max(...lab.values.map(Math.abs), 0.1) * 2;
     const range = element("input", {type: "range", min: signed ? -most : 0.002, max: most, step: "any",
-      "aria-label": `${name}, m`});
+      "aria-label": `${name}, mm`});
     const input = element("input", {type: "number", step: "any", "aria-label": `${name}, mm`});
-    const show = () => { range.value = lab.values[k]; input.value = +(1e3 * lab.values[k]).toPrecision(6); };
+    const show = () => {
+      range.value = lab.values[k];
+      range.setAttribute("aria-valuetext", `${number(1e3 * lab.values[k])} mm`);
+      input.value = +(1e3 * lab.values[k]).toPrecision(6);
+    };
     const change = value => {
       if (!(Math.abs(value) <= 10) || (!signed && !(value >= 0.001)))
         lab.said = `${name} must be between ${signed ? "−10000" : "1"} and 10000 mm: kept as it was.`;
@@ -73,7 +77,7 @@ function buildBench() {
       if (!lab.ghost) rememberLab();
       lab.ghost ??= lab.sweep.rows;
       change(Math.round(+range.value * 1e6) / 1e6);
-      input.value = +(1e3 * lab.values[k]).toPrecision(6);
+      show();
       relabbed(false);
     };
     range.onchange = () => { lab.ghost = null; show(); relabbed(); };
@@ -82,11 +86,11 @@ function buildBench() {
     show();
     return element("div", {class: "slide"}, element("span", {"aria-hidden": "true"}, name), range, input);
   });
-  const run = button(lab.running ? "Hold" : "Run", "turn the crank, to and fro where it locks (space)", toggleRun);
+  const run = button(lab.running ? "Pause" : "Run", "Run or Pause: the crank turns, back and forth where it locks (space)", toggleRun);
   run.id = "run";
   const four = lab.kind === "four", slider_ = lab.kind.startsWith("slider");
-  const preset = element("select", {"aria-label": "linkage by name"}, element("option", {value: ""}, "named …"),
-    ...[...Object.keys(straight), "MechAnalyzer"].map(name => element("option", {value: name}, name)));
+  const preset = element("select", {"aria-label": "linkage by name"}, element("option", {value: ""}, "named linkages …"),
+    ...[...Object.keys(straight), "crank-rocker (MechAnalyzer's)"].map(name => element("option", {value: name}, name)));
   preset.onchange = () => {
     const own = straight[preset.value];
     rememberLab();
@@ -99,7 +103,7 @@ function buildBench() {
     relabbed();
   };
   const held = ["guide", "crank", "rod", "slider"].map(name => {
-    const made = button(name, `hold the ${name}`, () => { rememberLab(); chooseKind(`slider_${name}`, [...lab.values]);
+    const made = button(name, `fix the ${name}`, () => { rememberLab(); chooseKind(`slider_${name}`, [...lab.values]);
       });
     made.setAttribute("aria-pressed", lab.kind === `slider_${name}`);
     return made;
@@ -115,7 +119,7 @@ function buildBench() {
     }
     relabbed();
   });
-  const printed = button("as printed", "the paper's crank of 202 mm, which cannot turn", () => {
+  const printed = button("crank of the paper", "crank of the paper as printed, 202 mm: it cannot turn fully", () => {
     rememberLab();
     chooseKind("press", [0.202, ...lab.values.slice(1)]);
   });
@@ -125,9 +129,9 @@ function buildBench() {
   byId("linkage-panel").replaceChildren(
     field_(`${title[0].toUpperCase()}${title.slice(1)}, lengths in mm`,
       ...(four ? [element("div", {class: "row"}, preset)] : []),
-      ...(slider_ ? [element("div", {class: "row"}, element("span", {}, "held:"), ...held)] : []), ...rows),
+      ...(slider_ ? [element("div", {class: "row"}, element("span", {}, "fixed link:"), ...held)] : []), ...rows),
     field_("Motion", element("div", {class: "row"}, run, sign_(0), ...(lab.branch.length > 1 ? [sign_(1)] : []),
-      ...(four ? [button("hold the next link", "another link is fixed, the next one driven", () => {
+      ...(four ? [button("fix the next link", "fix the next link, and drive the one after it (inversion)", () => {
         rememberLab();
         if (invert()) { buildBench(); relabbed(); }
       })] : []), ...(lab.kind === "press" ? [printed] : []),
@@ -139,19 +143,18 @@ function buildBench() {
     element("div", {class: "row"}, button("Undo", "undo (Ctrl Z)", undoLab),
       button("PNG", "save the linkage's picture as PNG", () => benchPicture(true)),
       button("SVG", "save the linkage's picture as SVG", () => benchPicture(false)),
-      button("Copy link", "copy the link to this linkage", () => copy(location.href.split("#")[0] + linkageFragment(),
-        "link"))),
+      button("Copy link", "Copy link to this linkage", () => copyLink(linkageFragment()))),
     pythonBox_,
     element("details", {id: "linkage-help"}, element("summary", {}, "Pointer and keys"),
       "Drag to turn the crank" + (four ? "; drag the coupler point M to place it" : "") +
         ". ← → turn the crank, with Shift " +
-      "finely; space runs and holds. Solid: the path of the traced point; dashed: on the other branch; dotted: " +
+      "finely; space runs and pauses. Solid: the path of the traced point; dashed: on the other branch; dotted: " +
       "before the change. One turn a second, shown four times slower."));
 }
 
 function toggleRun() {
   lab.running = !lab.running;
-  byId("run").textContent = lab.running ? "Hold" : "Run";
+  byId("run").textContent = lab.running ? "Pause" : "Run";
   benchBefore = performance.now();
   benchFrame();
 }

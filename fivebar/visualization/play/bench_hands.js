@@ -4,7 +4,7 @@ let benchPointer = null;
 
 function benchDrag(event) {
   if (!benchPointer) return;
-  const at = bench.from(event), {actuated, traced} = wordsOf(), points = at_(lab.q).points;
+  const at = bench.from(event), {actuated} = wordsOf(), points = at_(lab.q).points;
   if (benchPointer === "point") {
     const [b, c] = [points[1], points[2]], ux = (c[0] - b[0]) / lab.values[2], uy = (c[1] - b[1]) / lab.values[2];
     const along = (at[0] - b[0]) * ux + (at[1] - b[1]) * uy, across = (at[1] - b[1]) * ux - (at[0] - b[0]) * uy;
@@ -17,16 +17,26 @@ function benchDrag(event) {
   benchFrame();
 }
 
+// What the pointer takes hold of: the coupler point or the crank; a finger far from all joints scrolls the page.
+function benchGrasp(event, byTouch) {
+  const [x, y] = bench.from(event), {points} = at_(lab.q), near = byTouch ? 34 : 16;
+  const isNear = point => Math.hypot(point[0] - x, point[1] - y) * bench.scale < near;
+  if (lab.kind === "four" && isNear(points[wordsOf().traced])) return "point";
+  return byTouch && !points.some(isNear) ? "" : "crank";
+}
+
 bench.box.addEventListener("pointerdown", event => {
-  if (event.button > 0) return;
-  const [x, y] = bench.from(event), point = at_(lab.q).points[wordsOf().traced];
-  const near = Math.hypot(point[0] - x, point[1] - y) * bench.scale < (event.pointerType === "touch" ? 32 : 16);
-  benchPointer = lab.kind === "four" && near ? "point" : "crank";
+  const what = benchGrasp(event, event.pointerType === "touch");
+  if (event.button > 0 || !what) return;
+  benchPointer = what;
   if (lab.running) toggleRun();
   rememberLab();
   bench.box.setPointerCapture(event.pointerId);
   benchDrag(event);
 });
+bench.box.addEventListener("touchstart", event => {
+  if (event.touches.length === 1 && benchGrasp(event.touches[0], true)) event.preventDefault();
+}, {passive: false});
 bench.box.addEventListener("pointermove", benchDrag);
 for (const end of ["pointerup", "pointercancel"]) bench.box.addEventListener(end, () => {
   if (benchPointer === "point") { lab.ghost = null; buildBench(); relabbed(); }

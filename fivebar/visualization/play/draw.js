@@ -5,9 +5,9 @@ const NAMES2 = {stretched: "Type 2: distal bars stretched", folded: "Type 2: dis
   "self-motion": "Type 2: elbows coincide"};
 const ALL_MODES = [[1, 1], [1, -1], [-1, 1], [-1, -1]];
 const task = new View(document.getElementById("plane")), joints = new View(document.getElementById("joints"));
-const pixels = document.createElement("canvas");
-let loci = null, field = null, disc = null, image = null, trail = [], sketch = [], checked = null, pushes = 0;
-const shown = {ellipses: false, others: true, field: true};
+// parts: of the workspace in this working mode; aspect: the shaded one of them; disc: its largest.
+let loci = null, parts = null, aspect = null, disc = null, trail = [], sketch = [], checked = null;
+const shown = {ellipses: false, others: true};
 
 // [x0, y0, x1, y1] of what both legs and the elbows reach.
 function boundsOf([l11, l12, l21, l22, d]) {
@@ -16,67 +16,38 @@ function boundsOf([l11, l12, l21, l22, d]) {
     Math.max(d / 2 + l21, Math.min(-d / 2 + r1, d / 2 + r2)), high];
 }
 
-// The square that holds all that both legs reach, with a pixel to spare.
-function squareOf([l11, l12, l21, l22, d]) {
-  const r1 = l11 + l12, r2 = l21 + l22, x0 = Math.max(-d / 2 - r1, d / 2 - r2), x1 = Math.min(-d / 2 + r1, d / 2 + r2);
-  const half = 1.02 * Math.max((x1 - x0) / 2, Math.min(r1, r2)), middle = (x0 + x1) / 2;
-  return [middle - half, -half, middle + half, half];
-}
-
 function fit() {
   for (const view of [task, joints]) view.measure();
   task.fit(boundsOf(p));
   joints.fit([-Math.PI, -Math.PI, Math.PI, Math.PI], joints.width < 300 ? 20 : 26);
 }
 
-// All that depends on the lengths and the mode. fine: as many pixels as there is time for at rest.
+// All that depends on the lengths and the mode. fine: whether there is time for the largest disc's last digits.
 function survey(fine) {
   loci = lociOf(p);
   resurvey(fine);
 }
 
 function resurvey(fine) {
-  field = fillField(fieldOf(fine ? 288 : 112), p, modes, squareOf(p));
-  repart();
+  parts = regionsOf(loci, p, modes);
+  shade(aspectAt(pose.xi, -pose.assembly), fine);
 }
+
+const aspectAt = (point, sign) => sign ? regionAt(parts, point, sign) : null;
 
 // Which aspect is shaded: that of the robot, or of a point that the pointer rests on.
-function repart(point = pose.xi, wanted = -pose.assembly) {
-  field.wanted = wanted;
-  fillPart(field, point);
-  disc = largestDisc(field, loci, modes);
-  paintField();
-}
-
-const inPart = point => { const k = pixelAt(field, point); return k >= 0 && field.part[k] === 1; };
-
-function colourOf(name) {  // [r, g, b] of #rrggbb
-  const text = inks[name];
-  return [1, 3, 5].map(k => parseInt(text.slice(k, k + 2), 16));
-}
-
-function paintField() {
-  const {size, sign: signs, part} = field;
-  if (pixels.width !== size || !image) {
-    pixels.width = pixels.height = size;
-    image = pixels.getContext("2d").createImageData(size, size);
-  }
-  const words = new Uint32Array(image.data.buffer), packed = (name, alpha) => {
-    const [r, g, b] = colourOf(name);
-    return (alpha << 24 | b << 16 | g << 8 | r) >>> 0;
-  };
-  const here = packed("c3", 74), plus = packed("ink", 22), minus = packed("ink", 10);
-  for (let j = 0, k = 0; j < size; j++)
-    for (let i = 0, row = (size - 1 - j) * size; i < size; i++, k++)
-      words[row + i] = part[k] ? here : signs[k] > 0 ? plus : signs[k] < 0 ? minus : 0;
-  pixels.getContext("2d").putImageData(image, 0, 0);
+function shade(region, fine = true) {
+  aspect = region;
+  disc = largestDisc(aspect, loci.holes.filter(hole => inMode(hole, modes)), fine);
+  if (disc) disc.fine = fine;
 }
 
 function drawTaskBack(pen = task.back) {
   task.begin(pen);
-  if (shown.field && field) {
-    const {size, x0, y0, step} = field, [x, y] = task.at([x0, y0 + size * step]), side = size * step * task.scale;
-    pen.image(pixels, x, y, side, side);
+  for (const region of parts.regions) {
+    const polygons = polygonsOf(region).map(points => points.map(({x, y}) => task.at([x, y])));
+    const look = region === aspect ? {fill: "c3", alpha: 0.29} : {fill: "ink", alpha: region.sign > 0 ? 0.09 : 0.04};
+    pen.lines(polygons, {...look, closed: true});
   }
   if (shown.others) drawType2(pen, piece => !inMode(piece, modes), 0.3, 1.2);
   pen.lines(loci.arcs.map(arc => arc.points.map(point => task.at(point))), {ink: "ink", width: 1.6});
@@ -100,14 +71,17 @@ function drawRule(pen) {
     {ink: "quiet", size: 12});
 }
 
+// Of the trace what is drawn: all that a hand made, the last second that the robot moved by itself.
+const shownTrail = () => motion ? trail.filter(({t}) => t > motion.t - 1) : trail;
+
 function drawTaskFront(pen = task.front, alone = true) {
   if (alone) task.begin(pen);
   if (disc) {
     const middle = task.at([disc.x, disc.y]), radius = disc.radius * task.scale;
     pen.circle(middle, radius, {ink: "c3", width: 2.2});
-    pen.words(`≈ ${mm(+disc.radius.toPrecision(3))}`, [middle[0], middle[1] + 4], {ink: "c3", align: "center"});
+    pen.words(radiusText(), [middle[0], middle[1] + 4], {ink: "c3", align: "center"});
   }
-  if (trail.length > 1) pen.lines([trail.map(({xi}) => task.at(xi))], {ink: "c5", width: 1.8});
+  pen.lines([shownTrail().map(({xi}) => task.at(xi))], {ink: "c5", width: 1.8});
   drawSketch(pen);
   const left = task.at([-p[4] / 2, 0]), right = task.at([p[4] / 2, 0]), end = task.at(pose.xi);
   const [e1, e2] = pose.elbows.map(elbow => task.at(elbow));
@@ -115,7 +89,7 @@ function drawTaskFront(pen = task.front, alone = true) {
     pen.lines([[[x, y], [x - 9, y + 15], [x + 9, y + 15]]], {ink: "quiet", fill: "line", closed: true});
   if (shown.ellipses) drawEllipses(pen, end);
   [[left, e1, end], [right, e2, end]].forEach((joints, leg) =>
-    content.legs[leg].forEach((ink, k) => pen.lines([joints.slice(k, k + 2)], {ink, width: 7})));
+    content.legs[leg].forEach((ink, k) => drawBar(pen, joints.slice(k, k + 2), ink)));
   const label = (text, [x0, y0], [x1, y1]) => {
     const size = Math.hypot(x1 - x0, y1 - y0);
     if (size < 40) return;
@@ -129,6 +103,13 @@ function drawTaskFront(pen = task.front, alone = true) {
   for (const joint of [left, right]) pen.circle(joint, 7, {fill: "ink"});
   for (const elbow of [e1, e2]) pen.circle(elbow, 7, {fill: "paper", ink: "ink", width: 2.5});
   pen.circle(end, 9, {fill: "c4", ink: "ink", width: 2.5});
+  if (idle && alone) pen.words("Drag the pink point", [end[0] + 16, end[1] - 12], {size: 15});
+}
+
+// A rim in the colour of the text sets a bar off from every ground.
+function drawBar(pen, ends, ink) {
+  pen.lines([ends], {ink: "ink", width: 8.5});
+  pen.lines([ends], {ink, width: 6});
 }
 
 // Ends of the motors' unit speeds and unit torques at the end-effector: ellipses of velocity and of force.
@@ -208,8 +189,8 @@ function drawJointsBack(pen = joints.back) {
 function drawJointsFront(pen = joints.front, alone = true) {
   if (alone) joints.begin(pen);
   const lines = [[]];
-  trail.forEach(({q}, k) => {
-    const before = k ? trail[k - 1].q : q;
+  shownTrail().forEach(({q}, k, traced) => {
+    const before = k ? traced[k - 1].q : q;
     if (q.some((x, i) => Math.abs(x - before[i]) > 3)) lines.push([]);
     lines[lines.length - 1].push(joints.at(q));
   });

@@ -1,7 +1,8 @@
 // The page of the five-bar: what is changed when, what is drawn then, and what it says.
 
 const force = {angle: Math.PI / 2}, past = [];
-let wanted = content.wanted, dirty = {back: true, joints: true, front: true}, timer = 0, flying = null, lastNumbers = 0;
+let wanted = content.wanted, wantsDisc = false;  // radius of a disc, m, and whether it is to be checked
+let dirty = {back: true, joints: true, front: true}, timer = 0, flying = null, lastNumbers = 0;
 const byId = id => document.getElementById(id);
 const costs = new Float64Array(4096);  // ms of the last frames' drawing, for benchmarks
 let costCount = 0;
@@ -9,6 +10,7 @@ let costCount = 0;
 const frame = oncePerFrame(() => {
   const begun = performance.now();
   if (flying) fly(begun);
+  if (idle) idleOn(begun);
   const {back, joints: jointsToo} = dirty;
   dirty = {back: false, joints: false, front: false};
   if (back) drawTaskBack();
@@ -17,7 +19,7 @@ const frame = oncePerFrame(() => {
   drawJointsFront();
   words(begun);
   costs[costCount++ % costs.length] = performance.now() - begun;
-  if (flying) frame();
+  if (flying || idle) frame();
 });
 
 function ask(parts = {}) {
@@ -45,28 +47,34 @@ function settle() {
   }, 160);
 }
 
+const MOST_TRACED = 20000;
 let modesDrawn = "";
 function moved() {  // after the pose changed
   const now = modes.join();
   if (now !== modesDrawn) {
-    if (modesDrawn) {
-      resurvey(!flying);
-      if (sketch.length) checkSketch();
-      ask({back: true, joints: true});
-    }
+    parts = regionsOf(loci, p, modes);
+    showModes();
+    if (sketch.length) checkSketch();
     modesDrawn = now;
-  } else if (pose.assembly && (field.wanted !== -pose.assembly ||
-    (!inPart(pose.xi) && field.sign[pixelAt(field, pose.xi)] === field.wanted))) {
-    repart();
+    aspect = null;
+  }
+  const region = aspectAt(pose.xi, -pose.assembly);
+  if (region !== aspect || (!disc && !flying)) {
+    if (flying) [aspect, disc] = [region, null];
+    else shade(region);
     ask({back: true, joints: true});
   }
-  if (trail.length === 0 || Math.hypot(...trail[trail.length - 1].xi.map((x, k) =>
-    x - pose.xi[k])) > 0.5 / task.scale) {
-    trail.push({xi: [...pose.xi], q: [...pose.q]});
-    if (trail.length > 3000) trail.splice(0, 500);
-  }
+  if (!flying) motion = null;
+  leaveTrace();
   ask({front: true});
-  if (!flying) keepFragment();
+  if (!flying && !idle) keepFragment();
+}
+
+function leaveTrace() {
+  const last = trail[trail.length - 1], least = 0.5 / task.scale;
+  if (last && Math.hypot(last.xi[0] - pose.xi[0], last.xi[1] - pose.xi[1]) < least) return;
+  trail.push({t: flying ? motion.t : performance.now() / 1000, xi: [...pose.xi], q: [...pose.q]});
+  if (trail.length > MOST_TRACED) trail.splice(0, MOST_TRACED / 4);
 }
 
 let fragmentTimer = 0;
@@ -77,9 +85,7 @@ function keepFragment() {  // browsers allow some hundred changes a minute
   }, 300);
 }
 
-function snapshot() {
-  return JSON.stringify({robot, modes, xi: pose.xi});
-}
+const snapshot = () => JSON.stringify({robot, modes, xi: pose.xi, name: presetName});
 
 function remember() {
   const now = snapshot();
@@ -105,6 +111,7 @@ function restore(state) {
   take(igm(state.xi, modes, p));
   trail = [];
   said = "";
+  namePreset(state.name ?? "");
   showSliders();
   reshaped();
   moved();
@@ -112,104 +119,128 @@ function restore(state) {
 
 // Words ---------------------------------------------------------------------------------------------------------------
 
-const degrees = x => `${number(x * 180 / Math.PI)}°`;
-const area = x => `≈ ${number(1e4 * x, 3)} cm²`;
+const pointText = point => `(${point.map(x => number(1e3 * zeroBelow(x, sizeOf()))).join(", ")}) mm`;
+const countText = count => count === 1 ? "once" : `${count} times`;
+
+function stateWords(now) {
+  if (motion && flying) return `Moving by itself, ${motion.t.toFixed(1)} s.` +
+    (motion.crossings ? ` Crossed Type 2 ${countText(motion.crossings)}.` : "");
+  const brief = noted.until > now && noted.words;
+  return said || brief || checked?.words || `End-effector at ${pointText(pose.xi)}, working mode ` +
+    `${modes.map(sign).join(", ")}, assembly mode ${sign(pose.assembly)}.`;
+}
+
+const radiusText = () => `${disc.fine ? "" : "≈ "}${lengthText(disc.radius, 3)}`;
+
+function verdictWords() {
+  if (flying) return "";
+  if (loci.everywhere && modes[0] === modes[1])
+    return "Every pose of this working mode is Type 2: both legs coincide. Choose another mode.";
+  if (!parts.regions.length) return "These bars close in single points only: the workspace has no area.";
+  if (!disc) return "The robot is at a singularity: move it away to see its aspect.";
+  const radius = radiusText();
+  if (!wantsDisc) return `The largest disc free of singularities in this aspect has a radius of ${radius}.`;
+  const fits = disc.radius >= wanted * (1 - 1e-9);
+  return `${fits ? "✓" : "✗"} A disc of radius ${lengthText(wanted)} ${fits ? "fits" : "does not fit"} in this ` +
+    `aspect: the largest free of singularities has ${radius}.`;
+}
 
 function words(now) {
-  const line = byId("said"), state = motion && flying
-    ? `Moving by itself, ${number(motion.t, 3)} s.` +
-      (motion.crossings ? ` Crossed Type 2 ${motion.crossings} times.` : "")
-    : said || (noted.until > now && noted.words) || checked?.words ||
-      `End-effector at (${number(1e3 * pose.xi[0])}, ${number(1e3 * pose.xi[1])}) mm, working mode ` +
-      `${modes.map(sign).join(", ")}, assembly mode ${sign(pose.assembly)}.`;
+  const line = byId("said"), state = stateWords(now), verdict = byId("verdict"), text = verdictWords();
   if (line.textContent !== state) line.textContent = state;
   line.classList.toggle("warned", Boolean(said));
-  const verdict = byId("verdict"), radius = disc?.radius ?? 0, most = `${mm(+radius.toPrecision(3))}`;
-  const text = loci.everywhere && modes[0] === modes[1]
-    ? "Every pose of this working mode is Type 2: both legs coincide. Choose another mode."
-    : !disc ? "The robot is at a singularity: move it off, to see its aspect."
-      : radius >= wanted ? `✓ A disc of ${mm(wanted)} fits here, free of singularities: the largest has ≈ ${most}.`
-        : `✗ A disc of ${mm(wanted)} does not fit here: the largest free of singularities has ≈ ${most}.`;
   if (verdict.textContent !== text) verdict.textContent = text;
-  if (now - lastNumbers > 90 || !flying && !pointer) {
+  if (now - lastNumbers > 90 || !flying && !pointer && !idle) {
     lastNumbers = now;
-    numbers_();
+    showNumbers();
+    if (equationsBox.open) showEquations();
   }
-  if (!flying) announce(() => `${state} ${text}`);
+  guideOn();
+  if (!flying && !idle) announce(() => `${state} ${text}`);
 }
 
 const rowsOfNumbers = new Map();
 function put(name, value) {
   if (!rowsOfNumbers.has(name)) {
-    const cell = element("dd");
-    byId("numbers").append(element("dt", {}, name), cell);
-    rowsOfNumbers.set(name, cell);
+    const row = [element("dt", {}, name), element("dd")];
+    byId("numbers").append(...row);
+    rowsOfNumbers.set(name, row);
   }
-  const cell = rowsOfNumbers.get(name);
-  if (cell.textContent !== value) cell.textContent = value;
+  const row = rowsOfNumbers.get(name);
+  for (const part of row) part.hidden = !value;
+  if (row[1].textContent !== value) row[1].textContent = value;
 }
 
-function numbers_() {
-  const {J: [[a, b], [c, d]], torque} = gains(pose.xi, modes, [Math.cos(force.angle), Math.sin(force.angle)], p);
-  const sum = a * a + b * b + c * c + d * d, det = Math.abs(a * d - b * c),
-    root = Math.sqrt(Math.max(sum * sum - 4 * det * det, 0));
-  const large = Math.sqrt((sum + root) / 2), small = large ? det / large : 0;
-  const pair = (values, unit) => values.every(Number.isFinite) ? `${values.map(x => number(x, 3)).join(", ")} ${unit}`
-    : "∞: Type 2";
-  put("x, y", `${pose.xi.map(x => number(1e3 * x)).join(", ")} mm`);
-  put("q1, q2", pose.q.map(degrees).join(", "));
-  put("sin q12, sin q22 (Type 1)", pose.serial.map(x => number(x, 3)).join(", "));
-  put("det A (Type 2)", number(pose.parallel, 3));
-  put("transmission angle", degrees(pose.transmission));
-  put("workspace, this mode", area(field.reached * field.step ** 2));
-  put("this aspect", area(field.count * field.step ** 2));
-  put("speed for 1 rad/s", Number.isFinite(large) ? `${number(small, 3)} to ${number(large, 3)} m/s` : "∞: Type 2");
-  put("torque for 1 N", pair(torque, "N m"));
-  if (robot.gravity.some(Boolean) && (robot.m || isHeavy()))
-    put("torque against gravity", pair(holding(pose.xi, modes, allParameters()).torque, "N m"));
-  else if (rowsOfNumbers.has("torque against gravity")) put("torque against gravity", "no gravity");
-  if (motion) {
-    const {kinetic, potential, total} = totalEnergy();
-    put("energy: kinetic, potential", `${number(1e3 * kinetic, 3)}, ${number(1e3 * potential, 3)} mJ`);
-    const torques = motion.torque.tau.some(Boolean), rubs = robot.fv1 || robot.fv2 || robot.fv12 || robot.fv22;
-    put("energy gained", torques || rubs ? `${number(1e3 * (total - motion.first.total), 3)} mJ`
-      : `${(1e3 * (total - motion.first.total)).toExponential(1).replaceAll("-", "−")} mJ (rounding)`);
-  }
+// Least and largest singular value of J: the end-effector's speeds at unit speed of the motors together.
+function speedsOf([[a, b], [c, d]]) {
+  const sum = a * a + b * b + c * c + d * d, det = Math.abs(a * d - b * c);
+  const large = Math.sqrt((sum + Math.sqrt(Math.max(sum * sum - 4 * det * det, 0))) / 2);
+  return [large ? det / large : 0, large];
+}
+
+function showNumbers() {
+  const size = sizeOf(), {J, torque} = gains(pose.xi, modes, [Math.cos(force.angle), Math.sin(force.angle)], p);
+  const torqueText = values => values.every(Number.isFinite)
+    ? `${values.map(x => number(zeroBelow(x, size), 3)).join(", ")} N m` : "∞: Type 2";
+  const [slow, fast] = speedsOf(J).map(x => zeroBelow(x, size));
+  put("x, y", `${pose.xi.map(x => number(1e3 * zeroBelow(x, size))).join(", ")} mm`);
+  put("q1, q2", pose.q.map(angleText).join(", "));
+  put("sin q12, sin q22 (0: Type 1)", pose.serial.map(x => number(zeroBelow(x, 1), 3)).join(", "));
+  put("det A (0: Type 2)", number(zeroBelow(pose.parallel, 1), 3));
+  put("transmission angle", angleText(pose.transmission));
+  put("area of the workspace", areaText(parts.regions.reduce((sum, region) => sum + region.area, 0), 3));
+  put("area of this aspect", aspect ? areaText(aspect.area, 3) : "none: at a singularity");
+  put("speed at motor speed 1 rad/s", Number.isFinite(fast) ? `${number(slow, 3)} to ${number(fast, 3)} m/s`
+    : "∞: Type 2");
+  put("motor torques for a force of 1 N", torqueText(torque));
+  put("motor torques against gravity", robot.gravity.some(Boolean) && (robot.m || isHeavy())
+    ? torqueText(holding(pose.xi, modes, allParameters()).torque) : "");
+  const now = motion && totalEnergy();
+  put("kinetic energy", now ? energyText(now.kinetic, 3) : "");
+  put("potential energy", now && robot.gravity.some(Boolean) ? energyText(now.potential, 3) : "");
+  put("energy change since Let go", now ? energyText(now.total - motion.first.total, 3) : "");
 }
 
 // Let go --------------------------------------------------------------------------------------------------------------
 
 function release(velocity = [0, 0]) {
-  const still = stillWords();
-  if (still) {
-    said = still;
+  const reason = noMotionWords();
+  if (reason) {
+    said = reason;
     return ask();
   }
   remember();
   said = "";
   trail = [];
-  letGo(velocity, {tau: torqueInputs.map(input => +input.value || 0), wave: torqueKind.value === "wave"});
-  if (torqueKind.value === "none") motion.torque.tau = [0, 0];
+  const tau = torqueKind.value === "none" ? [0, 0] : torqueInputs.map(input => +input.value || 0);
+  letGo(velocity, {tau, wave: torqueKind.value === "wave"}, friction.input.checked ? addedFriction() : 0);
   flying = {before: performance.now()};
-  goButton.textContent = "Hold it";
-  goButton.setAttribute("aria-pressed", "true");
+  showFlying();
   frame();
+}
+
+function showFlying() {
+  goButton.textContent = flying ? "Pause" : "Let go";
+  goButton.setAttribute("aria-label", flying ? "Pause the motion (key G)"
+    : "Let go: the robot moves by itself (key G)");
 }
 
 function halt(why = "") {
   if (!flying) return;
   flying = null;
-  goButton.textContent = "Let go";
-  goButton.setAttribute("aria-pressed", "false");
+  showFlying();
   if (!take(igm(pose.xi, modes, p))) take({...pose, closes: 1});
+  shade(aspectAt(pose.xi, -pose.assembly));
   said = why;
   settle();
 }
 
+const LONGEST_WAIT = 0.25;  // s: a page that slept longer goes on where it was
+
 function fly(now) {
-  const duration = Math.min(Math.max(now - flying.before, 0), 34) / 1000 * +paceInput.value;
+  const duration = Math.min(Math.max(now - flying.before, 0) / 1000, LONGEST_WAIT) * +paceInput.value;
   flying.before = now;
-  if (duration && !flow(duration)) return halt("The motion became too fast to be followed: held here.");
+  if (duration && !flow(duration)) return halt("The motion became too fast to be followed: it is paused here.");
   pose = poseOfMotion();
   moved();
 }

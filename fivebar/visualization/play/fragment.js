@@ -1,12 +1,11 @@
 // The state in the address: read strictly, as numbers and signs of known names only; never run, never shown as HTML.
 
 const NUMBER = /^-?\d{1,7}(\.\d{1,25})?(e-?\d{1,2})?$/;
-const ANY = [-1e6, 1e6], RUBS = ["fv1", "fv2", "fv12", "fv22"];
+const ANY = [-1e6, 1e6];
 const RANGES = {
   l11: LIMITS.length, l12: LIMITS.length, l21: LIMITS.length, l22: LIMITS.length, d: LIMITS.d, zz1: ANY, zz2: ANY,
-    m: ANY,
-  gx: [-1e3, 1e3], gy: [-1e3, 1e3], x: [-100, 100], y: [-100, 100], disc: LIMITS.length,
-  ...Object.fromEntries(BEYOND.map(name => [name, ANY])), ...Object.fromEntries(RUBS.map(name => [name, [0, 1e6]])),
+  m: ANY, gx: [-1e3, 1e3], gy: [-1e3, 1e3], x: [-100, 100], y: [-100, 100], disc: LIMITS.length,
+  ...Object.fromEntries(BEYOND.map(name => [name, ANY])), ...Object.fromEntries(FRICTIONS.map(name => [name, [0, 1e6]])),
 };
 
 // {state} or {words}: what is wrong with it.
@@ -44,16 +43,17 @@ const plain = x => {  // all digits, without the e+ that an address would read a
 function writeFragment() {
   const numbers = {...Object.fromEntries(LENGTHS.map((name, k) => [name, p[k]])), zz1: robot.zz1, zz2: robot.zz2,
     m: robot.m, gx: robot.gravity[0], gy: robot.gravity[1], x: pose.xi[0], y: pose.xi[1]};
-  for (const name of [...BEYOND, ...RUBS]) if (robot[name]) numbers[name] = robot[name];
-  if (wanted !== content.wanted) numbers.disc = wanted;
+  for (const name of [...BEYOND, ...FRICTIONS]) if (robot[name]) numbers[name] = robot[name];
+  if (wantsDisc) numbers.disc = wanted;
   return "#" + Object.entries(numbers).map(([key, x]) => `${key}=${plain(x)}`).join("&") +
     `&working=${modes.map(mode => mode > 0 ? "+" : "-").join("")}`;
 }
 
 function applyState(state) {
   for (const name of [...LENGTHS, "zz1", "zz2", "m"]) if (name in state) robot[name] = state[name];
-  for (const name of [...BEYOND, ...RUBS]) robot[name] = state[name] ?? 0;  // an address says all that is not 0
+  for (const name of [...BEYOND, ...FRICTIONS]) robot[name] = state[name] ?? 0;  // an address says all that is not 0
   robot.gravity = [state.gx ?? 0, state.gy ?? 0];
+  wantsDisc = "disc" in state;
   wanted = state.disc ?? wanted;
   p = lengths();
   modes = [...state.working];
@@ -64,14 +64,14 @@ function applyState(state) {
 function asPython() {
   const given = {...Object.fromEntries(LENGTHS.map((name, k) => [name, p[k]])), zz1: robot.zz1, zz2: robot.zz2,
     m: robot.m};
-  for (const name of [...BEYOND, ...RUBS]) if (robot[name]) given[name] = robot[name];
+  for (const name of [...BEYOND, ...FRICTIONS]) if (robot[name]) given[name] = robot[name];
   const parts = Object.entries(given).map(([name, x]) => `${name}=${x}`);
   if (robot.gravity.some(Boolean)) parts.push(`gravity=(${robot.gravity.join(", ")})`);
   return `import fivebar as fb
 
 robot = fb.FiveBar(${parts.join(", ")})
 pose = fb.igm(robot, xi=(${pose.xi.join(", ")}), working=(${modes.join(", ")}))
-fb.singularity_loci(robot), fb.aspects(robot)  # exact, where the page has pixels
+fb.singularity_loci(robot), fb.aspects(robot)  # the curves and regions of this page
 fb.play(robot, pose)                           # this page
 `;
 }

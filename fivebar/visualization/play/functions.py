@@ -47,7 +47,6 @@ LIGHT = (
 )  # of a robot whose distal bars carry forces along them alone
 FLAT = (
     "sense",
-    "senseJoints",
     "fourBarMotion",
     "inLine",
     "slope",
@@ -92,12 +91,6 @@ def _poses():
         yield named_function("dgm", pose_outputs(driven), point, mode, p)
     bare = task_pose(robot, *_pairs(point, modes))
     yield named_function("sense", {"parallel": bare.det_A}, point, modes, p)
-    yield named_function(
-        "senseJoints",
-        {"margin": joint_pose(robot, *_pairs(point), mode).reach_margin},
-        point,
-        p,
-    )
     J = _jacobian(bare)
     yield named_function(
         "gains",

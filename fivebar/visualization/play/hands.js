@@ -2,18 +2,22 @@
 
 let pointer = null;  // {what: "end", "left", "right", "sketch" or "joints", at, velocity}
 
-function grasp(event) {
-  const at = task.from(event), near = (event.pointerType === "touch" ? 34 : 18) / task.scale;
-  if (sketching.checked) return "sketch";
+// What the pointer takes hold of. A mouse takes the end-effector from anywhere; a finger that misses scrolls the page.
+function grasp(view, event, byTouch) {
+  const at = view.from(event), near = (byTouch ? 34 : 18) / view.scale;
   const far = point => Math.hypot(point[0] - at[0], point[1] - at[1]);
+  if (view === joints) return byTouch && far(pose.q) > near ? "" : "joints";
+  if (sketching.checked) return "sketch";
   const distances = [["end", far(pose.xi)], ["left", far(pose.elbows[0])], ["right", far(pose.elbows[1])]];
   const [what, distance] = distances.sort((a, b) => a[1] - b[1])[0];
-  return distance < near ? what : "end";
+  if (distance < near) return what;
+  return byTouch ? "" : "end";
 }
 
 function down(view, event) {
-  if (event.button > 0) return;
-  const what = view === joints ? "joints" : grasp(event);
+  const what = grasp(view, event, event.pointerType === "touch");
+  if (event.button > 0 || !what) return;
+  wake();
   if (flying) halt();
   if (what !== "sketch") remember();
   pointer = {what, id: event.pointerId, time: performance.now(), velocity: [0, 0], at: [...pose.xi]};
@@ -27,10 +31,10 @@ function down(view, event) {
 // Without a button: the aspect under the pointer, and the largest disc there.
 function hover(event) {
   if (pointer || flying || event.pointerType === "touch") return;
-  const at = task.from(event), k = event.type === "pointerleave" ? -1 : pixelAt(field, at);
-  const wanted_ = k >= 0 ? field.sign[k] : 0;
-  if (wanted_ ? field.part[k] : inPart(pose.xi)) return;
-  if (wanted_) repart(at, wanted_); else repart();
+  const under = event.type === "pointerleave" ? null : regionAt(parts, task.from(event), 0);
+  const region = under ?? aspectAt(pose.xi, -pose.assembly);
+  if (region === aspect) return;
+  shade(region);
   ask({back: true});
 }
 
@@ -75,6 +79,10 @@ for (const view of [task, joints]) {
   view.box.addEventListener("pointerdown", event => down(view, event));
   view.box.addEventListener("pointermove", event => drag(view, event));
   for (const end of ["pointerup", "pointercancel"]) view.box.addEventListener(end, up);
+  // Only here can a touch still be kept from scrolling the page.
+  view.box.addEventListener("touchstart", event => {
+    if (event.touches.length === 1 && grasp(view, event.touches[0], true)) event.preventDefault();
+  }, {passive: false});
 }
 
 addEventListener("keydown", event => {
@@ -87,7 +95,7 @@ addEventListener("keydown", event => {
   if (event.ctrlKey || event.metaKey || event.altKey || ["INPUT", "SELECT",
     "TEXTAREA"].includes(target.tagName)) return;
   const fine = event.shiftKey ? 0.2 : 1, step = 4 * fine / task.scale, turn = 0.02 * fine;
-  const held = action => () => { halt(); if (!event.repeat) remember(); action(); moved(); };
+  const held = action => () => { wake(); halt(); if (!event.repeat) remember(); action(); moved(); };
   const move = (x, y) => held(() => target === joints.box ? turnTowards([pose.q[0] + x * turn, pose.q[1] + y * turn])
     : moveTo([pose.xi[0] + x * step, pose.xi[1] + y * step], step));
   const motors = (left, right) => held(() => turnTowards([pose.q[0] + left * turn, pose.q[1] + right * turn]));

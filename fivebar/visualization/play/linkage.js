@@ -6,7 +6,7 @@ const lab = {kind: "four", values: null, branch: [1], q: 0.6, speed: TURN, runni
   preset: "", sweep: null, ghost: null};
 const wordsOf = () => kinds[lab.kind];
 const at_ = (q, branch = lab.branch) => FUNCTIONS[lab.kind](q, lab.speed, branch, lab.values);
-const deg = x => `${number(x * 180 / Math.PI, 5)}°`;
+const deg = x => `${number(zeroBelow(x, 1) * 180 / Math.PI, 5)}°`;
 
 // Row k of a sweep is at the crank angle -π + (k + 0.37) 2π / SWEEP, so that what is at a right angle is between two
 // rows; null where it does not close.
@@ -60,14 +60,14 @@ function verdictLines() {
       l);
     const kind = excess > tiny ? "non-Grashof triple-rocker" : excess >= -tiny ? "change point"
       : GRASHOF[Object.keys(GRASHOF)[sides.indexOf(s)]];
-    lines.push(`${kind}: shortest + longest is ${Math.abs(excess) <= tiny ? "equal to" : `${mm(Math.abs(excess))} ` +
+    lines.push(`${kind}: shortest + longest is ${Math.abs(excess) <= tiny ? "equal to" : `${lengthText(Math.abs(excess))} ` +
       `${excess > 0 ? "more" : "less"} than`} the two others together, so ${excess > tiny ? "no link"
         : "one link"} can turn fully.`);
   }
   if (full) lines.push("The crank turns through full turns.");
   else if (!edges.length) lines.push("On this branch the crank closes at no angle.");
   else lines.push(`The crank locks at ${edges.map(deg).join(", ")}.`);
-  const value = x => wordsOf().angle ? deg(x) : mm(x), out = wordsOf().output;
+  const value = x => wordsOf().angle ? deg(x) : lengthText(x), out = wordsOf().output;
   for (const end of ends) lines.push(`Dead centre: ${out} at ${value(end.output)}, crank at ${deg(end.q)}.`);
   if (full && ends.length === 2) {
     const stroke = ((ends[1].q - ends[0].q) % TURN + TURN) % TURN, slow = Math.max(stroke, TURN - stroke);
@@ -96,7 +96,7 @@ function straightWords() {
   }
   if (along.length < 300) return "";
   const span = values => Math.max(...values) - Math.min(...values), stroke = span(along), band = span(across);
-  return `Straight over ${mm(stroke)}: a band of ${mm(band)}, ${number(100 * band / stroke, 3)} % of the stroke.`;
+  return `Straight over ${lengthText(stroke)}: a band of ${lengthText(band)}, ${number(100 * band / stroke, 3)} % of the stroke.`;
 }
 
 // Turn the crank towards an angle, the short way; it stops where it locks.
@@ -148,7 +148,7 @@ function refit(values) {
 function invert() {
   const [g, a, b, c] = lab.values;  // what was the rocker is the coupler then
   lab.preset = "";
-  return refit([a, b, c, g, c / 2, 0]) && (lab.said = "Held now: what was the crank; driven: what was the coupler.");
+  return refit([a, b, c, g, c / 2, 0]) && (lab.said = "Fixed now: what was the crank; driven: what was the coupler.");
 }
 
 const CLOSED_NUMBERS = /^-?\d{1,7}(\.\d{1,25})?(e-?\d{1,2})?(,-?\d{1,7}(\.\d{1,25})?(e-?\d{1,2})?){0,7}$/;

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 PARTS = (
-    "loci field robot pens draw sketch motion fragment five hands five_controls linkage bench"
-    " bench_controls bench_hands start"
+    "loci regions disc robot pens draw sketch motion fragment five hands five_controls guide"
+    " linkage bench bench_controls bench_hands start"
 ).split()
 
 

@@ -2,6 +2,7 @@
 // singularities/four_bar_motion.py, their points are those of the generated functions.
 
 const EPSILON = 2 ** -52, TURN = 2 * Math.PI;
+const SAME = 1e-9;  // of the robot's size: what is nearer together is one
 const unit = ([x, y]) => { const size = Math.hypot(x, y); return [x / size, y / size]; };
 const times = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];
 
@@ -149,7 +150,7 @@ function piecesOf(chain, p) {
     if (current.length > 1) {
       const middle = seenAt(chain, p, (current[0].t + at.t) / 2, new Array(SEEN));
       const signs = columns.map(c => moving.includes(c) ? Math.sign(middle[c]) : 0);
-      pieces.push({type: chain.type, kind: chain.kind, rows: current, signs});
+      pieces.push({chain, type: chain.type, kind: chain.kind, rows: current, signs});
     }
     current = [at];
   };
@@ -201,9 +202,11 @@ function arcPoints({x, radius, from, to}) {
 
 // All of it: pieces of Type 2 for the plane, pieces of both types for the joints, arcs of Type 1.
 function lociOf(p) {
-  const pieces = chainsOf(p).flatMap(chain => piecesOf(chain, p));
-  return {arcs: arcsOf(p).map(arc => ({...arc, points: arcPoints(arc)})), joint: pieces,
-    task: pieces.filter(({type, kind}) => type === 2 && !(kind === "self-motion" && everywhere(p))),
+  const pieces = chainsOf(p).flatMap(chain => piecesOf(chain, p)), size = sizeOf(p);
+  const task = pieces.filter(({type, kind}) => type === 2 && !(kind === "self-motion" && everywhere(p)));
+  const isPoint = ({rows}) => rows.every(row => Math.hypot(row[0] - rows[0][0], row[1] - rows[0][1]) < SAME * size);
+  return {arcs: arcsOf(p).map(arc => ({...arc, points: arcPoints(arc)})), joint: pieces, task,
+    holes: task.filter(isPoint).map(piece => ({...piece, x: piece.rows[0][0], y: piece.rows[0][1]})),
     everywhere: everywhere(p)};
 }
 

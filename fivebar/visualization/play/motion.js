@@ -7,19 +7,29 @@ const stage = new Float64Array(8), after = new Float64Array(8);
 let motion = null;  // {state, t, length, whole, slope, energy, crossings}
 
 const BEYOND = ["mx11", "my11", "mx21", "my21", "zz12", "zz22", "my12", "my22"];
-const allParameters = () => [...p, robot.zz1, robot.zz2, robot.m, ...BEYOND.map(name => robot[name]), ...robot.gravity,
-  robot.fv1, robot.fv2, robot.fv12, robot.fv22];
-const lightParameters = () => [...p, robot.zz1, robot.zz2, robot.m, ...robot.gravity, robot.fv1, robot.fv2];
+const FRICTIONS = ["fv1", "fv2", "fv12", "fv22"];
+// friction: more viscous friction of both motors than the robot's own, N m s/rad.
+const allParameters = (friction = 0) => [...p, robot.zz1, robot.zz2, robot.m, ...BEYOND.map(name => robot[name]),
+  ...robot.gravity, robot.fv1 + friction, robot.fv2 + friction, robot.fv12, robot.fv22];
+const lightParameters = friction => [...p, robot.zz1, robot.zz2, robot.m, ...robot.gravity, robot.fv1 + friction,
+  robot.fv2 + friction];
 const isHeavy = () => [...BEYOND, "fv12", "fv22"].some(name => robot[name] !== 0);
 
+// About what one motor turns: its own inertia and the load on its bar, kg m².
+const typicalInertia = () => (robot.zz1 + robot.zz2) / 2 + robot.m * ((p[0] + p[2]) / 2) ** 2;
+const oneDigit = x => +x.toPrecision(1);
+const hasFriction = () => FRICTIONS.some(name => robot[name] > 0);
+const addedFriction = () => hasFriction() ? 0 : oneDigit(typicalInertia() / 1.5);  // 1.5 s: how long a motion lasts
+const suggestedTorques = () => [1, -0.8].map(share => +(share * oneDigit(3 * typicalInertia())).toPrecision(2));
+
 // Why this robot cannot move by itself, "" where it can.
-function stillWords() {
+function noMotionWords() {
   if (!isHeavy() && !(robot.zz1 > 0 && robot.zz2 > 0))
     return "This robot names no inertias of its motors: set zz1 and zz2 above 0 to let it go.";
   return "";
 }
 
-function letGo(velocity, torque) {
+function letGo(velocity, torque, friction = 0) {
   let state = begin(pose.xi, modes, velocity, p).state;
   if (!state.every(Number.isFinite)) state = begin(pose.xi, modes, [0, 0], p).state;
   if (!state.every(Number.isFinite)) {  // a leg in line: the angles are known all the same, the rates are none
@@ -27,10 +37,9 @@ function letGo(velocity, torque) {
     const far = elbows.map(([x, y]) => Math.atan2(xi[1] - y, xi[0] - x));
     state = [q[0], far[0], q[1], far[1], 0, 0, 0, 0];
   }
-  const heavy = isHeavy(), whole = heavy ? allParameters() : lightParameters();
+  const heavy = isHeavy(), whole = heavy ? allParameters(friction) : lightParameters(friction);
   motion = {state: Float64Array.from(closeLoop(state, p).closed), t: 0, length: 0.002, whole, all: allParameters(),
-    torque,
-    slope: heavy ? slopeHeavy : slope, crossings: 0, last: ""};
+    torque, slope: heavy ? slopeHeavy : slope, crossings: 0};
   motion.seen = closeLoop(motion.state, p);
   motion.first = totalEnergy();
 }
@@ -55,11 +64,7 @@ function flow(duration) {
       for (let i = 0; i < 8; i++) motion.state[i] = next.closed[i];
       motion.t += length;
       motion.seen = next;
-      if (before.parallel * next.parallel < 0) {
-        motion.crossings++;
-        motion.last = "Type 2";
-      }
-      if (before.serial.some((s, i) => s * next.serial[i] < 0)) motion.last = "Type 1";
+      if (before.parallel * next.parallel < 0) motion.crossings++;
     } else if (length < 1e-11) return false;
     const factor = error > 0 ? Math.min(Math.max(0.9 * error ** -0.125, 0.2), 8) : 8;
     if (error > 1 || length === motion.length) motion.length = length * (Number.isFinite(factor) ? factor : 0.2);

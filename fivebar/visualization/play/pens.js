@@ -59,12 +59,6 @@ class CanvasPen {
     this.pen.strokeText(text, x, y);
     this.pen.fillText(text, x, y);
   }
-
-  image(picture, x, y, width, height) {
-    this.pen.globalAlpha = 1;
-    this.pen.imageSmoothingEnabled = true;
-    this.pen.drawImage(picture, x, y, width, height);
-  }
 }
 
 const escaped = text => text.replace(/[&<>"]/g, letter => `&#${letter.charCodeAt(0)};`);
@@ -96,11 +90,6 @@ class SvgPen {
     this.parts.push(`<text x="${x}" y="${y}" font-family="system-ui, sans-serif" font-weight="600" ` +
       `font-size="${size}" ` +
       `text-anchor="${anchor}" fill="${inks[ink]}">${escaped(text)}</text>`);
-  }
-
-  image(picture, x, y, width, height) {
-    this.parts.push(`<image href="${picture.toDataURL("image/png")}" x="${x}" y="${y}" width="${width}" ` +
-      `height="${height}" preserveAspectRatio="none"/>`);
   }
 
   text() {

@@ -11,15 +11,25 @@ const choices = {type1: false, type2: false};  // whether Type 1 changes the mod
 
 function lengths(of = robot) { return LENGTHS.map(name => of[name]); }
 const sizeOf = (l = p) => l[0] + l[1] + l[2] + l[3] + l[4];
+
+// Numbers as text: rounding errors are 0, units go by size.
+const zeroBelow = (x, scale) => Math.abs(x) < SAME * scale ? 0 : x;
 const number = (x, digits = 4) => String(+x.toPrecision(digits)).replaceAll("-", "−");
-const mm = x => `${number(1e3 * x)} mm`;
+const inUnits = (zero, ...units) => (x, digits = 4) => {
+  const [unit, factor] = units.find(([, , least]) => Math.abs(x) >= least) ?? [];
+  return unit ? `${number(x / factor, digits)} ${unit}` : zero;
+};
+const lengthText = inUnits("0 mm", ["km", 1e3, 1e3], ["m", 1, 10], ["mm", 1e-3, 1e-3], ["µm", 1e-6, 1e-12]);
+const areaText = inUnits("0 cm²", ["m²", 1, 1], ["cm²", 1e-4, 1e-4], ["mm²", 1e-6, 1e-12]);
+const energyText = inUnits("0 mJ", ["J", 1, 1], ["mJ", 1e-3, 1e-3], ["µJ", 1e-6, 1e-9]);
+const angleText = x => `${number(zeroBelow(x, 1) * 180 / Math.PI)}°`;
 const sign = x => x > 0 ? "+1" : x < 0 ? "−1" : "0";
 
 // By how much a closed chain of these lengths cannot close, and why; "" where it can.
 function openWords(l) {
   const names = ["l11", "l12", "l21", "l22", "d"], longest = l.indexOf(Math.max(...l));
   const rest = l.reduce((sum, x) => sum + x, 0) - l[longest];
-  return l[longest] <= rest ? "" : `These bars can never close: ${names[longest]} is ${mm(l[longest] - rest)} longer ` +
+  return l[longest] <= rest ? "" : `These bars can never close: ${names[longest]} is ${lengthText(l[longest] - rest)} longer ` +
     "than all others together.";
 }
 
@@ -93,7 +103,7 @@ function advance(delta, passed) {
     }
   }
   said = held.kind === "reach" ? `Stopped at the border (Type 1): ${held.words}.`
-    : "Stopped at Type 2: the distal bars are in line, the motors could not hold the end-effector there.";
+    : "Stopped at Type 2: the distal bars are parallel, and the motors cannot hold the end-effector there.";
   return slide(pose.xi, rest, held.kind, assembly) || share > 1e-3;
 }
 

@@ -28,9 +28,9 @@ function checkSketch() {
     before = {point, closes, found};
   }
   push();
-  const parts = [`Path of ${mm(length)} in working mode ${modes.map(sign).join(", ")}:`];
+  const parts = [`Path of ${lengthText(length)} in working mode ${modes.map(sign).join(", ")}:`];
   if (open.length) parts.push(first === null ? "it begins out of reach;"
-    : `it leaves the workspace after ${mm(first)};`);
+    : `it leaves the workspace after ${lengthText(first)};`);
   if (marks.length)
     parts.push(`it crosses Type 2 ${marks.length === 1 ? "once" : `${marks.length} times`}, at ` +
       marks.slice(0, 3).map(({point, kind}) =>

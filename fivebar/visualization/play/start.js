@@ -6,6 +6,7 @@ const tabButtons = tabs.map(([id, text]) => element("button", {type: "button", r
 byId("tabs").append(...tabButtons);
 
 function showTab(id) {
+  idle = null;
   halt();
   byId("five").hidden = id !== "five";
   byId("linkage").hidden = id === "five";
@@ -15,6 +16,7 @@ function showTab(id) {
 
 let begun = false;
 function takeFragment(hash = location.hash) {
+  idle = null;
   const address = hash.length < 2 && !begun ? content.opening : hash;
   begun = true;
   if (address.length < 2) return;
@@ -51,8 +53,6 @@ function resized() {
 
 function painted() {
   readInks();
-  image = null;
-  if (field) paintField();
   if (!byId("five").hidden) ask({back: true}); else showLinkage();
 }
 
@@ -63,8 +63,10 @@ fit();
 survey(true);
 takeFragment();
 survey(true);
-showSliders();
 modesDrawn = modes.join();
+suggestTorques();
+showSliders();
+if (location.hash.length < 2 && !content.opening) beginIdle();
 ask({back: true});
 dark.addEventListener("change", painted);
 addEventListener("beforeprint", () => document.documentElement.classList.toggle("from-dark", dark.matches));
