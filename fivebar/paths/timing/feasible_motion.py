@@ -100,12 +100,12 @@ def polygons(
         middle[i] = first[i] + length[i] * u0[i]
         u1[i] = (last[i] - first[i]) / length[i] - u0[i]
     size = 2 * ROOM * above.size + 1e-9 * above.x.max() / length
-    high = ROOM * np.maximum(above.x[:-1], above.x[1:])
+    ends = ROOM * np.maximum(above.x[:-1], above.x[1:])
     high = np.maximum(
-        high,
+        ends,
         (above.x[:-1] + above.x[1:]) / 2 + above.size * length,
     )
-    root, low, high = _root(rows, mesh, near, off, high)
+    root, low, high = _root(rows, mesh, near, off, high, ends)
     u = np.stack([u0, u1])
     x = np.stack([first, middle, last])
     rounding = ROUNDING * high / length  # of u, a difference of both x over the length
@@ -262,17 +262,22 @@ def _root(
     near,
     off,
     high,
+    ends,
 ):
     """Return ((2, 2, n) lines [p, q] above and below sqrt(x), low and high (n,) of x).
+
+    Any tangent is above: it touches at the larger x of the ceiling at both ends. Where a torque is
+    large, `high` is far more: the tangent there would forbid a motor even to rest.
 
     Beside a node where friction is part of the criterion both are close, as close as the torques
     are small there: the tangent at x = near, which is no bound, or (off) bounds for x close to it.
     """
     low = np.zeros(len(high))
     wide = np.sqrt(high)
+    touch = np.sqrt(np.where(ends > 0, ends, high))
     lines = np.array(
         [
-            [0.5 / wide, wide / 2],
+            [0.5 / touch, touch / 2],
             [1 / wide, low],
         ]
     )
@@ -306,7 +311,7 @@ def _root(
     touch = np.where(
         close,
         np.sqrt(below * wide),
-        wide,
+        touch,
     )
     lines = np.array(
         [
