@@ -169,7 +169,11 @@ def test_no_random_placement_has_more_than_the_bound(seed):
         near = k % 2  # around the placement found, and all over the workspace
         turn = placed.placement.turn + 0.1 * rng.normal() if near else rng.uniform(0, 2 * np.pi)
         turned = fb.Placement(turn=turn)(xi)
-        at = centre + 0.02 * rng.normal(size=2) if near else rng.uniform(-1, 1, 2) * (robot.l11 + robot.l12)
+        at = (
+            centre + 0.02 * rng.normal(size=2)
+            if near
+            else rng.uniform(-1, 1, 2) * (robot.l11 + robot.l12)
+        )
         points = turned - turned.mean(axis=0) + at
         if any(part.contains(points).all() for part in parts):
             best = max(best, fb.locus_distance(robot, points, working)[0].min())
