@@ -163,3 +163,15 @@ def test_a_tracker_that_knows_the_line_asks_for_no_more():
         beyond.append(np.abs(run.control.commanded - run.control.applied).max())
         assert np.abs(run.error).max() < 3e-4
     assert beyond[0] < 1e-4 < 1e-3 < beyond[1]
+
+
+def test_a_strong_slow_motor_has_a_motion():
+    # The line is stiff: over a stretch a motor faster than it may be would stop many times over.
+    robot = fb.FiveBar(0.12, 0.16, 0.12, 0.16, 0.1, m=0.4)
+    path = fb.path([(-0.03, 0.12), (0.03, 0.12), (0.03, 0.15), (-0.03, 0.15)], deviation=2e-5)
+    motor = fb.Motor(3.4, 3.14)
+    timed = fb.time_path(robot, path, constraints=fb.Constraints(motors=motor), working=(1, -1))
+    box = fb.Constraints(torque=3.4, joint_speed=3.14)
+    fast = fb.time_path(robot, path, constraints=box, working=(1, -1))
+    assert fast.lower_bound < timed.duration and timed.gap < 5e-3
+    assert max(each.max() for each in line_share(timed, motor)) <= 1 + 1e-6

@@ -51,7 +51,9 @@ class Cells(NamedTuple):
     def halved(self, size: float) -> Cells:
         """Return both halves of all cells, across the side that moves an arm of this size most."""
         one = np.ones(len(self.region))
-        moves = self.half * np.stack([one, one, size * self.middle[3], size * one])
+        scale = self.middle[3]
+        arms = np.stack([one, one, size * scale, size * one])
+        moves = self.half * arms
         across = np.arange(4)[:, None] == moves.argmax(axis=0)
         half = np.where(across, self.half / 2, self.half)
         step = np.where(across, half, 0.0)
@@ -109,17 +111,34 @@ class BranchAndBound:
             turns = np.arange(TURNS) * 2 * math.pi / TURNS
         opening = math.pi / TURNS if search.turn is None else 0.0
         odd = 2 * np.arange(SIDE) + 1
-        k, i, j, turn, n = np.meshgrid(
-            np.arange(len(low)), odd, odd, turns, np.arange(len(scales) - 1), indexing="ij"
+        boxes = np.arange(len(low))
+        steps = np.arange(len(scales) - 1)
+        grids = np.meshgrid(
+            boxes,
+            odd,
+            odd,
+            turns,
+            steps,
+            indexing="ij",
         )
-        k, turn, n = k.ravel(), turn.ravel(), n.ravel()
-        x_half, y_half = (high - low)[k].real / SIDE / 2, (high - low)[k].imag / SIDE / 2
-        x = low[k].real + i.ravel() * x_half
-        y = low[k].imag + j.ravel() * y_half
-        middle = np.stack([x, y, turn, (scales[n] + scales[n + 1]) / 2])
-        growth = (scales[n + 1] - scales[n]) / 2
-        half = np.stack([x_half, y_half, np.full(len(k), opening), growth])
-        return Cells(middle, half, np.full(len(k), -1) if self.mixed else k)
+        k, i, j, turn, n = (grid.ravel() for grid in grids)
+        size = high[k] - low[k]
+        x_half = size.real / SIDE / 2
+        y_half = size.imag / SIDE / 2
+        x = low[k].real + i * x_half
+        y = low[k].imag + j * y_half
+        smaller = scales[n]
+        larger = scales[n + 1]
+        scale = (smaller + larger) / 2
+        growth = (larger - smaller) / 2
+        opening = np.full(len(k), opening)
+        middle = np.stack([x, y, turn, scale])
+        half = np.stack([x_half, y_half, opening, growth])
+        return Cells(
+            middle,
+            half,
+            np.full(len(k), -1) if self.mixed else k,
+        )
 
     def _values(self, cells):
         """Return clearances (n,) of the middle placements, by some points, and bounds (n,)."""
@@ -129,10 +148,16 @@ class BranchAndBound:
             part = cells.chosen(at)
             z, _, moved = _placed(part, self.search.few)
             tables = []
-            for room in self.search.clearances if self.mixed else [self.search.clearances[region]]:
+            rooms = self.search.clearances
+            for room in rooms if self.mixed else [rooms[region]]:
                 distance = room.bounds(z)
                 rows = np.stack([distance, distance + moved])
-                tables.append(np.minimum.reduceat(rows, self.search.first, axis=2))
+                least = np.minimum.reduceat(
+                    rows,
+                    self.search.first,
+                    axis=2,
+                )
+                tables.append(least)
             # Each path lies in the region that has most room for it.
             clearance[at], upper[at] = np.max(tables, axis=0).min(axis=2)
             if self.search.page:
@@ -165,21 +190,41 @@ class BranchAndBound:
             z, arm, moved = _placed(part, self.search.z)
             room = self.search.clearances[region]
             fast = room.bounds(z, CORNERS) + moved
-            near = np.argpartition(fast, POINTS, axis=1)[:, :POINTS]
-            z, arm, moved = (np.take_along_axis(each, near, axis=1) for each in (z, arm, moved))
+            order = np.argpartition(
+                fast,
+                POINTS,
+                axis=1,
+            )
+            near = order[:, :POINTS]
+            z = np.take_along_axis(z, near, axis=1)
+            arm = np.take_along_axis(arm, near, axis=1)
+            moved = np.take_along_axis(moved, near, axis=1)
             foot, distance = room.feet(z)
-            upper[at] = (distance + moved).min(axis=1)
+            lipschitz = distance + moved
             away = np.maximum(np.abs(z - foot), 1e-300)
             _, _, turn, growth = part.half[:, :, None]
             scale = part.middle[3][:, None]
             bent = np.abs(arm) * turn * (turn / 2 + growth / scale)
             curved = away + moved**2 / (2 * away) + bent
-            linear = curved < distance + moved
-            constant = np.where(linear, curved, distance + moved)
-            normal = np.where(linear, (z - foot) / away, 0.0).conj()
-            sides = [normal, 1j * normal, 1j * normal * arm, normal * arm / scale]
-            slopes = np.stack([each.real for each in sides], axis=1) * part.half.T[:, :, None]
-            upper[at] = np.minimum(upper[at], _game(constant, slopes))
+            linear = curved < lipschitz
+            constant = np.where(linear, curved, lipschitz)
+            direction = (z - foot) / away
+            normal = np.where(linear, direction, 0.0).conj()
+            across = 1j * normal
+            slopes = np.stack(
+                [
+                    normal.real,
+                    across.real,
+                    (across * arm).real,
+                    (normal * arm).real / scale,
+                ],
+                axis=1,
+            )
+            slopes = slopes * part.half.T[:, :, None]
+            upper[at] = np.minimum(
+                lipschitz.min(axis=1),
+                _game(constant, slopes),
+            )
         return upper
 
     def _promises(self, cells, upper):
@@ -220,8 +265,15 @@ class BranchAndBound:
             which = self._which(cells, at)
             if tried.count((which, scale[at])) < ALIKE:
                 tried.append((which, scale[at]))
-                x, y, turn, _ = cells.middle[:, at]
-                self._take(Found(0.0, which, complex(x, y), float(turn), float(scale[at])))
+                x, y, turn, _ = cells.middle[:, at].tolist()
+                start = Found(
+                    0.0,
+                    which,
+                    complex(x, y),
+                    turn,
+                    float(scale[at]),
+                )
+                self._take(start)
 
     def _which(self, cells, at):
         """Return the region of each path in the middle placement of a cell."""
@@ -231,7 +283,12 @@ class BranchAndBound:
         x, y, turn, scale = cells.middle[:, at]
         z = complex(x, y) + scale * np.exp(1j * turn) * search.few
         distances = [room.bounds(z) for room in search.clearances]
-        return tuple(np.minimum.reduceat(distances, search.first, axis=1).argmax(axis=0).tolist())
+        least = np.minimum.reduceat(
+            distances,
+            search.first,
+            axis=1,
+        )
+        return tuple(least.argmax(axis=0).tolist())
 
     def _take(self, start):
         """Improve a placement, and keep it if it is the best of all."""

@@ -112,8 +112,10 @@ class Clearance:
     def _nearest_node(self, z, x=0.0, y=0.0):
         """Return the numbers of the nodes nearest to so many steps in x and y from points."""
         away = z - self.low
-        i = np.clip(np.rint(away.real / self.steps[0] + x), 0, GRID - 1).astype(int)
-        j = np.clip(np.rint(away.imag / self.steps[1] + y), 0, GRID - 1).astype(int)
+        i = np.rint(away.real / self.steps[0] + x)
+        j = np.rint(away.imag / self.steps[1] + y)
+        i = np.clip(i, 0, GRID - 1).astype(int)
+        j = np.clip(j, 0, GRID - 1).astype(int)
         return i * GRID + j
 
     def bounds(self, z: np.ndarray, beside: tuple = ((0.0, 0.0),)) -> np.ndarray:
@@ -139,10 +141,18 @@ class Clearance:
     def _depths(self, z, node):
         """Return bounds of signed distances: below 0 outside, inf within."""
         depth = self.above_nodes[node] + np.abs(z - self.nodes[node])
-        beyond_x = np.maximum(self.low.real - z.real, z.real - self.high.real)
-        beyond_y = np.maximum(self.low.imag - z.imag, z.imag - self.high.imag)
-        beyond = np.maximum(beyond_x, beyond_y)
-        return np.where(beyond > 0, np.minimum(depth, -beyond), depth)
+        left = self.low.real - z.real
+        right = z.real - self.high.real
+        lower = self.low.imag - z.imag
+        upper = z.imag - self.high.imag
+        sides = np.maximum(left, right)
+        levels = np.maximum(lower, upper)
+        beyond = np.maximum(sides, levels)
+        return np.where(
+            beyond > 0,
+            np.minimum(depth, -beyond),
+            depth,
+        )
 
     def exact(self, z: np.ndarray) -> np.ndarray:
         """Return the distances of points (n,) from all that bounds."""

@@ -310,8 +310,9 @@ def _parabola(x0, row, h, guess):
         u1 = max((open_ + bend * bump - p_j) / q_j for bump, p_j, q_j in zip(BUMP[1:], p, q))
         end = x0 + h * (u0 + u1)
         fits = max(abs(u0), abs(u1)) <= size
-        fits = fits and low <= min(x0, end, y) and max(x0, end, y) <= high
-        if fits or end < 0:
+        # No motion is below 0: a parabola that ends there is a bound if it counts roots from 0 on.
+        fits = fits and (low == 0 or low <= min(x0, end, y)) and max(x0, end, y) <= high
+        if fits:
             return u0, u1, end
         guess = math.copysign(
             max(abs(guess), abs(u0), abs(u1)),

@@ -10,8 +10,9 @@ import numpy as np
 
 from ...base.progress import progress
 from .constraint_rows import DIRECTIONS, NEAR, Limits, rows_of
-from .feasible_motion import polygons, profile
+from .feasible_motion import profile
 from .lower_bound import MARGIN, Ceiling, caps, ceiling, duration
+from .polygons import polygons
 
 if TYPE_CHECKING:
     from .mesh import Mesh

@@ -1,0 +1,448 @@
+"""Bound x = s'^2 at both ends of each stretch so that all limits hold between them too.
+
+On each stretch x is a parabola through its values at both nodes, and u = s'' is linear. Each limit
+a u + b x + v sqrt(x) + c <= 0 is a polynomial of degree 4. Its Bernstein coefficients are linear in
+the two values and are kept <= 0, with all that `bounds` leaves open, so the limit holds throughout.
+So each stretch allows a polygon of (x at its start, x at its end).
+
+At Type 2, a u + b x + c = 0 for both torques at once (the crossing criterion), which fixes u there.
+The limit's left side is t times a polynomial whose coefficients are kept <= 0 instead: the bar
+forces, finite at the node, are its quotient by det A.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import comb
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...base.backend import EPS
+from .constraint_rows import PARTS, ConstraintRows
+from .lower_bound import BUMP, Ceiling
+
+if TYPE_CHECKING:
+    from .mesh import Mesh
+
+ROOM = 1.02  # of the ceiling's x, and twice it of |u|: beyond it no motion is searched
+ROUNDING = 8 * EPS
+NEAREST = 1e-2
+TIGHT = 0.1  # of the torques, above which friction is bounded closely
+WIDE = 5  # times `off`, up to which x then differs from `near`
+
+
+class Polygons(NamedTuple):
+    """Polygons p x0 + q x1 + r <= 0 of x at both ends of n stretches, table (n, rows, 3).
+
+    bent (n, 3): x_ss / 2 as a form in (x0, x1, 1).
+    """
+
+    table: np.ndarray
+    bent: np.ndarray
+
+    def curvature(self, x: np.ndarray) -> np.ndarray:
+        """Return x_ss / 2 (n,) of a motion with these x at the nodes (n + 1,)."""
+        return self.bent[:, 0] * x[:-1] + self.bent[:, 1] * x[1:] + self.bent[:, 2]
+
+
+def polygons(
+    rows: ConstraintRows,
+    alone: ConstraintRows,
+    length: np.ndarray,
+    above: Ceiling,
+    bent: np.ndarray,
+    lean: np.ndarray,
+    near: np.ndarray,
+    off: np.ndarray,
+    mesh: Mesh,
+) -> Polygons:
+    """Return the Polygons of a mesh's n stretches, from their rows.
+
+    bent, lean (n,): x_ss / 2 = bent + lean (x0 + x1) / 2 where it may be chosen; beside a node on
+    Type 2 the criterion gives it. near (n + 1,): x about which that is made linear at the nodes of
+    `Mesh.tied`. off (n,): with 0, x is free there and the result is no proof; else x is `near`
+    there, and beside them not much more than so much of it away.
+    """
+    n = len(length)
+    crossing = mesh.criterion
+    back = mesh.criterion[1:]
+    if back.any():
+        # Stretches that end on Type 2 are run backwards: u changes its sign.
+        rows = _turned(rows, back)
+        alone = _turned(alone, back)
+    first = np.zeros((n, 3))
+    last = np.zeros((n, 3))
+    first[:, 0] = last[:, 1] = 1.0
+    h = length[:, None]
+    curve = (_const(bent) + lean[:, None] * (first + last) / 2) * h**2
+    u0 = (last - first - curve) / (2 * h)
+    u1 = (last - first + curve) / (2 * h)
+    middle = (first + last - curve) / 2
+    special = np.flatnonzero(crossing[:-1] | back)
+    at = np.where(
+        back,
+        near[1:],
+        near[:-1],
+    )
+    for i in special:
+        u0[i] = _criterion(
+            mesh,
+            i,
+            bool(back[i]),
+            at[i],
+        )
+        middle[i] = first[i] + length[i] * u0[i]
+        u1[i] = (last[i] - first[i]) / length[i] - u0[i]
+    size = 2 * ROOM * above.size + 1e-9 * above.x.max() / length
+    ends = ROOM * np.maximum(above.x[:-1], above.x[1:])
+    high = np.maximum(
+        ends,
+        (above.x[:-1] + above.x[1:]) / 2 + above.size * length,
+    )
+    root, low, high = _root(rows, mesh, near, off, high, ends)
+    u = np.stack([u0, u1])
+    x = np.stack([first, middle, last])
+    rounding = ROUNDING * high / length  # of u, a difference of both x over the length
+    of_rows = _left_sides(
+        rows,
+        u,
+        x,
+        size,
+        high,
+        root,
+        rounding,
+    )
+    of_alone = _left_sides(
+        alone,
+        u,
+        x,
+        size,
+        high,
+        root,
+        rounding,
+    )
+    for i in special if rows.torque.any() else ():
+        of_rows[:, rows.torque, i] = _quotients(
+            rows,
+            i,
+            u[:, i],
+            x[:, i],
+            size[i],
+            high[i],
+            root[..., i : i + 1],
+            length[i],
+            at[i],
+            rounding[i],
+        )
+    bounds = [
+        -first,
+        -last,
+        -middle,
+        middle - _const(high),
+        u0 - _const(size),
+        -u0 - _const(size),
+        u1 - _const(size),
+        -u1 - _const(size),
+    ]
+    if off.any():
+        tied = np.where(
+            back,
+            mesh.tied[1:],
+            mesh.tied[:-1],
+        )
+        fixed = tied[:, None] * (first - _const(at))
+        bounds += [fixed, -fixed]
+        for value in x:
+            bounds += [_const(low) - value, value - _const(high)]
+    forms = [
+        of_rows.reshape(-1, n, 3),
+        of_alone.reshape(-1, n, 3),
+        np.stack(bounds),
+    ]
+    table = np.concatenate(forms)
+    curvature = (u1 - u0) / h
+    table[:, back] = table[:, back][..., [1, 0, 2]]
+    curvature[back] = curvature[back][:, [1, 0, 2]]
+    scale = np.abs(table[..., :2]).sum(
+        axis=-1,
+        keepdims=True,
+    )
+    table = table / np.where(scale > 0, scale, 1.0)
+    return Polygons(table.transpose(1, 0, 2).copy(), curvature)
+
+
+def _const(value):
+    return np.stack(
+        [0 * value, 0 * value, value],
+        axis=-1,
+    )
+
+
+def _turned(rows, back):
+    """Return the rows with the stretches `back` run backwards."""
+    parts = {}
+    signs = {"a": -1.0}
+    for name, values in rows.parts.items():
+        parts[name] = np.where(
+            back,
+            values[::-1] * signs.get(name, 1.0),
+            values,
+        )
+    return rows._replace(parts=parts)
+
+
+@lru_cache
+def _weights(m, n, degree):
+    """Return (i, j, k, weight) of a product of Bernstein polynomials.
+
+    Coefficient i of degree m times coefficient j of degree n has this weight in coefficient k.
+    """
+    weights = []
+    for i, j in np.ndindex(m + 1, n + 1):
+        part = comb(m, i) * comb(n, j) / comb(m + n, i + j)
+        for k in range(
+            i + j,
+            i + j + degree - m - n + 1,
+        ):
+            raised = comb(m + n, i + j) * comb(degree - m - n, k - i - j) / comb(degree, k)
+            weights.append((i, j, k, part * raised))
+    return tuple(weights)
+
+
+def _product(f, form, degree=4):
+    """Return f (m + 1, rows, n) times a form (k + 1, n, 3), (degree + 1, rows, n, 3)."""
+    result = np.zeros((degree + 1, *f.shape[1:], 3))
+    for i, j, k, weight in _weights(len(f) - 1, len(form) - 1, degree):
+        result[k] += weight * f[i][..., None] * form[j]
+    return result
+
+
+def _left_sides(
+    rows,
+    u,
+    x,
+    size,
+    high,
+    root,
+    rounding,
+):
+    """Return Bernstein coefficients (5, rows, n, 3) of upper bounds of the rows."""
+    one = _const(np.ones((1, u.shape[1])))
+    sides = _product(rows.parts["a"], u)
+    sides = sides + _product(rows.parts["b"], x)
+    sides = sides + _product(rows.parts["c"], one)
+    _add_friction(
+        sides,
+        rows.parts["v"],
+        x,
+        one,
+        root,
+        high,
+    )
+    bend = _width(rows.bend, size, high)
+    slack = _width(rows.slack, size, high)
+    loss = rounding * np.abs(rows.parts["a"]).max(axis=0)
+    sides[..., 2] += slack + bend * np.array(BUMP)[:, None, None] + loss
+    return sides
+
+
+def _width(table, size, high):
+    return table["a"] * size + table["b"] * high + table["v"] * np.sqrt(high) + table["c"]
+
+
+def _root(
+    rows,
+    mesh,
+    near,
+    off,
+    high,
+    ends,
+):
+    """Return ((2, 2, n) lines [p, q] above and below sqrt(x), low and high (n,) of x).
+
+    Any tangent is above: it touches at the larger x of the ceiling at both ends. Where a torque is
+    large, `high` is far more: the tangent there would forbid a motor even to rest.
+
+    Beside a node where friction is part of the criterion both are close, as close as the torques
+    are small there: the tangent at x = near, which is no bound, or (off) bounds for x close to it.
+    """
+    low = np.zeros(len(high))
+    wide = np.sqrt(high)
+    touch = np.sqrt(np.where(ends > 0, ends, high))
+    lines = np.array(
+        [
+            [0.5 / touch, touch / 2],
+            [1 / wide, low],
+        ]
+    )
+    if not mesh.tied.any() or not rows.torque.any():
+        return lines, low, high
+    least = np.minimum(near[:-1], near[1:])
+    most = np.maximum(near[:-1], near[1:])
+    v = np.abs(rows.parts["v"][:, rows.torque]).max(axis=(0, 1))
+    close = (v * np.sqrt(most) > TIGHT * np.abs(mesh.found["D"].middle)) & (least > 0)
+    if not off.any():
+        mean = np.sqrt((least + most) / 2)
+        tangent = np.array([0.5 / mean, mean / 2])
+        return (
+            np.where(close, np.array([tangent, tangent]), lines),
+            low,
+            high,
+        )
+    low = np.where(
+        close,
+        (1 - WIDE * off) * least,
+        0.0,
+    )
+    high = np.where(
+        close,
+        (1 + WIDE * off) * most,
+        high,
+    )
+    below = np.sqrt(low)
+    wide = np.sqrt(high)
+    chord = 1 / (below + wide)
+    touch = np.where(
+        close,
+        np.sqrt(below * wide),
+        touch,
+    )
+    lines = np.array(
+        [
+            [0.5 / touch, touch / 2],
+            [chord, below - low * chord],
+        ]
+    )
+    return lines, low, high
+
+
+def _add_friction(
+    found,
+    v,
+    x,
+    one,
+    root,
+    high,
+):
+    """Add an upper bound of v sqrt(x)."""
+    if not v.any():
+        return
+    least = v.min(axis=0)
+    largest = v.max(axis=0)
+    (slope_above, offset_above), (slope_below, offset_below) = root
+    positive = least >= 0
+    negative = largest <= 0
+    slope = np.where(
+        positive,
+        slope_above,
+        np.where(negative, slope_below, 0.0),
+    )
+    offset = np.where(
+        positive,
+        offset_above,
+        np.where(negative, offset_below, 0.0),
+    )
+    mixed = (least < 0) & (largest > 0)
+    flat = np.where(mixed, 0.0, v)
+    degree = len(found) - 1
+    found += _product(flat * slope, x, degree) + _product(flat * offset, one, degree)
+    found[..., 2] += np.where(
+        mixed,
+        largest * np.sqrt(high),
+        0.0,
+    )
+
+
+def _criterion(mesh, i, back, near):
+    """Return u as a form of x at a node on Type 2, where a u + b x + v sqrt(x) + c = 0.
+
+    With v, the elbows' friction, it is made linear by the tangent at x = near. back: the stretch is
+    run backwards.
+    """
+    end = 2 if back else 0
+
+    def at_node(part, k):
+        value = mesh.found.get(f"{part}{k + 1}")
+        if value is None:
+            return 0.0
+        return value[end][i]
+
+    k = int(np.argmax(np.abs([at_node("a", 0), at_node("a", 1)])))
+    sign = -1.0 if back else 1.0
+    half = np.sqrt(near) / 2
+    if mesh.tied[i + back]:
+        v = at_node("v", k)
+    else:
+        v = 0.0
+    by_x = at_node("b", k) + (v / (4 * half) if v else 0.0)
+    constant = at_node("c", k) + v * half
+    return -sign * np.array([by_x, 0.0, constant]) / at_node("a", k)
+
+
+def _quotients(
+    rows,
+    i,
+    u,
+    x,
+    size,
+    high,
+    root,
+    length,
+    near,
+    rounding,
+):
+    """Return the torques' rows over t, (5, rows, 3), on a stretch that starts on Type 2.
+
+    Rounding error is that at t = NEAREST.
+    """
+    f = {name: rows.parts[name][:, rows.torque, i] for name in PARTS}
+    start = {name: values[None, 0, :, None] for name, values in f.items()}
+    quotient = {}  # of what remains, by t
+    for name, values in f.items():
+        steep = 2 * (values[1] - values[0])
+        quotient[name] = np.stack([steep, values[2] - values[0]])[..., None]
+    u = u[:, None]
+    x = x[:, None]
+    one = _const(np.ones((1, 1)))
+    x_quotient = np.stack(
+        [
+            2 * (x[1] - x[0]),
+            x[2] - x[0],
+        ]
+    )
+    result = _product(
+        start["a"],
+        (u[1] - u[0])[None],
+    )
+    result = result + _product(quotient["a"], u)
+    result = result + _product(start["b"], x_quotient)
+    result += _product(quotient["b"], x) + _product(quotient["c"], one)
+    _add_friction(
+        result,
+        quotient["v"],
+        x,
+        one,
+        root,
+        np.array([high]),
+    )
+    if start["v"].any():
+        # (sqrt(x) - sqrt(x0)) / t by its value at x0, and by how much it may differ.
+        result += _product(
+            start["v"] / (2 * np.sqrt(near)),
+            x_quotient,
+        )
+        result[..., 2] += np.abs(start["v"]) * (2 * length * size) ** 2 / (2 * near**1.5)
+    bend = _width(
+        {name: some[rows.torque, i] for name, some in rows.bend.items()},
+        size,
+        high,
+    )
+    slack = _width(
+        {name: some[rows.torque, i] for name, some in rows.slack.items()},
+        size,
+        high,
+    )
+    result[..., 0, 2] += slack + bend * (np.arange(4, -1, -1) / 4)[:, None]
+    result[..., 0, 2] += rounding / NEAREST * np.abs(f["a"]).max(axis=0)
+    return result[:, :, 0]
