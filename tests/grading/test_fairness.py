@@ -316,7 +316,11 @@ def test_pairs_of_any_form_are_read(returned):
 
 
 @pytest.mark.parametrize(
-    "lab, file", [("amoro", "biglide_blocks"), ("amoro-biglide", "amoro_blocks")]
+    "lab, file",
+    [
+        ("amoro", "biglide_blocks"),
+        pytest.param("amoro-biglide", "amoro_blocks", marks=pytest.mark.deep),
+    ],
 )
 def test_the_other_robots_file_is_told(tmp_path, lab, file):
     source = (DATA / f"hand_ins/fresh/{file}.py").read_text("utf-8")
