@@ -185,12 +185,12 @@ def place(
             "place: a biglide's aspects are strips without ends: place a path by hand between its"
             " loci"
         )
-    if (path is None) == (page is None):
-        raise ValueError("place: give either a path or a page=(width, height) in metres")
-    if page is not None:
+    if page is not None and path is None:
         width, height = two_numbers(page, "place: page")
         page = positive(width, "place: page's width"), positive(height, "place: page's height")
         path = path_of([(0, 0), (width, 0), (width, height), (0, height), (0, 0)])
+    elif page is not None or path is None:
+        raise ValueError("place: give either a path or a page=(width, height) in metres")
     turn = None if turn is None else number(turn, "turn", -1e6, 1e6)
     scale = None if scale is None else number(scale, "scale", 1e-9, 1e9)
     tool = path.tool.tool if tool is None and path.tool else tool
@@ -216,7 +216,7 @@ def place(
             " clearance"
         )
     search = Search(cut(path) if strokes else [path], clearances, turn, margin, page)
-    best, bound = (None, None) if scale is None else _best(search, scale)
+    best, bound = (None, 0.0) if scale is None else _best(search, scale)
     largest = None
     largest_bound = None
     if best is None or scale is None:
@@ -235,10 +235,8 @@ def place(
                 f" found to fit is {grown.scale:.6g}{_hint(path, strokes)}"
             )
     if scale is None:
-        bound = None
         largest = best.scale
     else:
-        bound = max(bound, left_out)
         largest_bound = None
     best = search.settled(best)
     parts = [clearances[k].part for k in best.which]
@@ -251,7 +249,7 @@ def place(
         parts[0],
         clearance,
         np.array([at.real, at.imag]),
-        bound,
+        None if scale is None else max(bound, left_out),
         largest,
         largest_bound,
         own,

@@ -107,11 +107,15 @@ class Search:
         return clearance, at
 
     def off_page(
-        self, points: np.ndarray, shift: np.ndarray, turn: np.ndarray, scale: np.ndarray
+        self,
+        points: np.ndarray,
+        shift: np.ndarray,
+        turn: np.ndarray | float,
+        scale: np.ndarray | float,
     ) -> np.ndarray:
         """Return how deep points (m,) are in pages, (n, m), below 0; inf where they are outside."""
         away = (points - shift[:, None]) * np.exp(-1j * np.reshape(turn, (-1, 1)))
-        width, height = self.page
+        width, height = self.page or (0.0, 0.0)
         scale = np.reshape(scale, (-1, 1))
         x = np.abs(away.real) - scale * width / 2
         y = np.abs(away.imag) - scale * height / 2

@@ -90,7 +90,7 @@ def panel(
     they read well, angles in degrees if asked; size: of the mechanism, m.
     """
     *_, values = zip(*curves)
-    scale, shown = shown_unit((*values, limits), unit, size, degrees)
+    scale, shown = shown_unit((*values, np.asarray(limits)), unit, size, degrees)
     names = "label", "subject", "key"
     return {
         "title": title,

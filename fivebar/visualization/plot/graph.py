@@ -64,15 +64,17 @@ def aspect_graph(robot: FiveBar) -> Figure:
     lines = passages(robot)
     places, bows = arranged(regions, [passage.between for passage in lines])
     for region in regions:
-        label = axes.text(*places[region.number], str(region.number), **STYLES["graph.number"])
+        x, y = places[region.number]
+        label = axes.text(x, y, str(region.number), **STYLES["graph.number"])
         label.set_bbox(STYLES[f"graph.node{region.assembly:+d}"])
     drawn = set()
     for passage, bow in zip(lines, bows):
         kind = _kind(passage)
         drawn.add(kind)
-        ends = [places[number] for number in passage.between]
-        shape = dict(arrowstyle="-", shrinkA=0, shrinkB=0, connectionstyle=f"arc3,rad={bow}")
-        axes.add_patch(FancyArrowPatch(*ends, **STYLES[kind] | {"label": None}, **shape))
+        start, end = (places[number] for number in passage.between)
+        style = STYLES[kind] | {"label": None, "connectionstyle": f"arc3,rad={bow}"}
+        line = FancyArrowPatch(start, end, arrowstyle="-", shrinkA=0, shrinkB=0, **style)
+        axes.add_patch(line)
     drawn |= {f"graph.assembly{region.assembly:+d}" for region in regions}
     handles = [Line2D([], [], **style) for kind, style in STYLES.items() if kind in drawn]
     figure_legend(figure, handles, 2)
