@@ -120,7 +120,11 @@ class Search:
         x = np.abs(away.real) - scale * width / 2
         y = np.abs(away.imag) - scale * height / 2
         off = np.maximum(x, y)
-        return np.where(off < 0, off, np.inf)
+        return np.where(
+            off < 0,
+            off,
+            np.inf,
+        )
 
     def at_scale(self, found: Found, scale: float) -> Found | None:
         """Return a placement at a scale near one of another scale, None if it does not fit."""
@@ -312,15 +316,11 @@ def _few(z, count):
     """Of points those that are farthest in some directions, and some between."""
     ways = np.exp(2j * np.pi * np.arange(count // 2) / (count // 2))
     far = (z[:, None] * ways.conj()).real.argmax(axis=0)
-    return z[
-        np.union1d(
-            far,
-            np.linspace(
-                0,
-                len(z) - 1,
-                count - count // 2,
-            )
-            .round()
-            .astype(int),
-        )
-    ]
+    between = np.linspace(
+        0,
+        len(z) - 1,
+        count - count // 2,
+    )
+    between = between.round().astype(int)
+    chosen = np.union1d(far, between)
+    return z[chosen]
