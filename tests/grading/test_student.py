@@ -318,7 +318,7 @@ def linear():
             ["/student"] if isolate == "bwrap" else ["/", "not to be listed"]
         )
         assert found["arguments"] == ["student"]
-        names = {"HOME", "LANG", "LC_CTYPE", "PATH", "PWD"}
+        names = {"HOME", "LANG", "LC_CTYPE", "MPLCONFIGDIR", "PATH", "PWD"}
         assert {n for n in found["environment"] if not n.endswith("NUM_THREADS")} <= names
         if os.getuid() == 0:
             assert found["user"][0] == found["user"][1] >= 61_200 and len(found["user"]) == 2
