@@ -138,7 +138,8 @@ def _starts(outline, ratio):
     if clearance <= outline.margin:
         return starts
     sides = np.repeat([1.0 if ratio is None else ratio, 1.0], 2)
-    half = sides / np.hypot(*sides[1:3]) * (clearance - outline.margin)
+    diagonal = np.hypot(*sides[1:3])
+    half = sides / diagonal * (clearance - outline.margin)
     center = np.array([z.real, z.real, z.imag, z.imag])
     return [*starts, center - half * INWARDS]
 
@@ -215,8 +216,10 @@ def _around(outline, seed, ratio, rounds=1):
     bottom = levels[1][best[1]]
     borders = np.array([low[best], high[best], -bottom, top])
     if ratio is not None:
-        middle = np.repeat([low[best] + high[best], top - bottom], 2) / 2
-        half = np.repeat([width[best], height[best]], 2) / 2
+        ends = [low[best] + high[best], top - bottom]
+        sides = [width[best], height[best]]
+        middle = np.repeat(ends, 2) / 2
+        half = np.repeat(sides, 2) / 2
         borders = middle - half * INWARDS
     return borders + np.repeat([seed.real, seed.imag], 2)
 

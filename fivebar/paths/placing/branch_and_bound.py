@@ -162,8 +162,14 @@ class BranchAndBound:
             clearance[at], upper[at] = np.max(tables, axis=0).min(axis=2)
             if self.search.page:
                 depth, bound = self._around_holes(part, region)
-                clearance[at] = np.minimum(clearance[at], depth)
-                upper[at] = np.minimum(upper[at], bound)
+                clearance[at] = np.minimum(
+                    clearance[at],
+                    depth,
+                )
+                upper[at] = np.minimum(
+                    upper[at],
+                    bound,
+                )
         return clearance, upper
 
     def _around_holes(self, cells, region):
@@ -341,9 +347,14 @@ def _game(constant, slopes):
         line = constant + (slopes * s[..., None]).sum(axis=1)
         slope = (slopes * weights[:, None]).sum(axis=2)
         expected = (line * weights).sum(axis=1, keepdims=True)
-        regret = np.maximum(regret + expected - line, 1e-300)
-        up = np.maximum(up + slope * (1 - s), 1e-300)
-        down = np.maximum(down - slope * (1 + s), 1e-300)
+        regret = regret + expected - line
+        regret = np.maximum(regret, 1e-300)
+        up = up + slope * (1 - s)
+        up = np.maximum(up, 1e-300)
+        down = down - slope * (1 + s)
+        down = np.maximum(down, 1e-300)
     mean /= mean.sum(axis=1, keepdims=True)
     slope = (slopes * mean[:, None]).sum(axis=2)
-    return (constant * mean).sum(axis=1) + np.abs(slope).sum(axis=1)
+    level = (constant * mean).sum(axis=1)
+    rise = np.abs(slope).sum(axis=1)
+    return level + rise
