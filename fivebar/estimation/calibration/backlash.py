@@ -56,13 +56,15 @@ def backlashes(found: Calibration) -> tuple[Backlash, Backlash] | None:
     together = np.hstack([jacobian, columns])
     if not np.isfinite(together).all():
         return None
-    step, _, rank, sizes = np.linalg.lstsq(together, -off, rcond=1e-10)
-    left = off + together @ step
-    variance = 1.0 if found.absolute else float(left @ left) / (len(off) - rank)
-    _, s, right = np.linalg.svd(together, full_matrices=False)
-    kept = s > 1e-10 * s[0]
-    spread = ((right[kept, -2:] / s[kept, None]) ** 2).sum(axis=0) * variance
-    values = zip(step[-2:].tolist(), np.sqrt(spread).tolist())
+    left, s, right = np.linalg.svd(together, full_matrices=False)
+    told_by = s > 1e-10 * s[0]
+    told_part = left[:, told_by].T @ off
+    inverse = right[told_by, -2:] / s[told_by, None]
+    step = -told_part @ inverse
+    freedom = len(off) - int(told_by.sum())
+    variance = 1.0 if found.absolute else float(off @ off - told_part @ told_part) / freedom
+    sd = np.sqrt((inverse**2).sum(axis=0) * variance)
+    values = zip(step.tolist(), sd.tolist())
     return tuple(Backlash(*pair) for pair in values)  # type: ignore[return-value]  # two
 
 
