@@ -65,7 +65,7 @@ body { margin: 0; background: #fff; }
   .fivebar a { color: #8ab4f8; }
 }
 """  # of whole pages: a notebook has its own theme
-CODE = ("asked", "came", "where")
+CODE = ("call", "returned", "where")
 CAPTION = "Green: as it should be. Red, dashed: as your answer has it."
 
 

@@ -73,9 +73,9 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
         if check.rows > 1:
             yield "how many", f"{check.wrong} of {check.rows} calls; the first:"
         if check.asked:
-            yield "asked", check.asked
+            yield "call", check.asked
         if check.came and check.reason in ("value", "nan", "shape", "type", "accepted"):
-            yield "came", check.came
+            yield "returned", check.came
         if check.off is not None and check.reason == "value":
             yield "off by", f"{check.off:.3g}"
     if check.line and not not_started(check):
