@@ -89,6 +89,7 @@ def violations(page):
     return {each["id"]: [node["html"] for node in each["nodes"]] for each in found}
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("kind", PAGES)
 def test_axe_finds_nothing(browser, tmp_path, run, kind):
     path = tmp_path / "index.html"
