@@ -20,7 +20,9 @@ from ..singularities.regions import LocusArc, points_of_largest_clearance
 from .boundaries import boundaries, satisfied_at
 from .constraints import ON_POSES, Constraints, refuse_others
 
-CANDIDATES = 4  # of the search, that are solved for exactly
+# Candidates of the search that are solved for exactly, as far as their samples promise more than
+# the best one found. Along a thin aspect there are many.
+CANDIDATES = 40
 
 
 @dataclass(frozen=True, eq=False)

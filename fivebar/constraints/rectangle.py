@@ -18,7 +18,6 @@ from ..singularities.aspects import Aspect
 from ..singularities.locus import pairs
 from .constraints import ON_POSES, Constraints, refuse_others
 from .disc import (
-    CANDIDATES,
     BoundedAspect,
     bounded_by,
     clearance_at,
@@ -27,6 +26,7 @@ from .disc import (
 from .outline import INWARDS, Outline
 
 LEVELS = 64  # of the lower and of the upper border in the search
+STARTS = 4  # rectangles of the search, that are solved for exactly
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def _starts(outline, ratio):
         v = rectangles[k]
         if _area(v) < 0.9 * _area(rectangles[order[0]]):
             break
-        if len(starts) == CANDIDATES:
+        if len(starts) == STARTS:
             break
         if any(_alike(v, other) for other in starts):
             continue

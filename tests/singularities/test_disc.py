@@ -222,3 +222,15 @@ def test_two_grazes_and_what_is_out_of_reach():
     )
     (first,) = broken(ROBOT, own, (-1, -1), constraints, times)
     assert first.time == times[np.argmax(0.3 - 0.3 * times < np.sqrt(0.18**2 - 0.059**2))]
+
+
+def test_along_a_thin_aspect_the_largest_disc_is_not_the_first_candidate():
+    """Its 23rd candidate leads there; the distance from the loci at its center is found another way."""
+    robot = fb.FiveBar(0.034, 0.115, 0.205, 0.04, 0.034)
+    thin = [a for a in fb.aspects(robot) if a.working == (1, -1) and abs(a.area - 2.6539e-4) < 1e-7]
+    for part in thin:
+        disc = fb.largest_disc(part)
+        assert abs(disc.radius - 8.26359923e-4) < 1e-12
+        distance, *_ = fb.locus_distance(robot, disc.center)
+        assert abs(distance - disc.radius) < 1e-12
+    assert thin
