@@ -108,7 +108,7 @@ def _area(v):
     return (x_max - x_min) * (y_max - y_min)
 
 
-def _starts(outline, ratio):
+def _starts(outline, ratio=None):
     """Return borders (4,) of large rectangles between the obstacles, unlike one another."""
     seeds = progress(
         outline.seeds,
@@ -164,7 +164,7 @@ def _point_of_largest_clearance(outline):
     return z, clearance_at(outline.aspect, z)
 
 
-def _around(outline, seed, ratio, rounds=1):
+def _around(outline, seed, ratio=None, rounds=1):
     """Return the largest rectangle around a point with no obstacle in it.
 
     Its upper and its lower border are searched on LEVELS levels, in `rounds` ever narrower windows.
@@ -224,7 +224,7 @@ def _around(outline, seed, ratio, rounds=1):
     return borders + np.repeat([seed.real, seed.imag], 2)
 
 
-def _fitted(outline, start, ratio):
+def _fitted(outline, start, ratio=None):
     """Return the largest rectangle near a start; None if none there keeps the clearance."""
     inwards = INWARDS
     if ratio is not None:
@@ -267,7 +267,7 @@ def _grown(
     scale,
     reach,
     kept,
-    ratio,
+    ratio=None,
 ):
     """Return borders of the largest rectangle that keeps the clearance from some pieces and ends.
 
