@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 STEP = 1e-7  # rad, of a derivative
 STILL = 1e-9  # rad, a motor that moved less did not
 CLEAR = 5.0  # standard deviations: a smaller backlash is not named
+RCOND = 1e-10  # of the largest singular value: smaller ones count as zero
 SPARE = 4  # numbers beyond the unknowns that are needed
 
 
@@ -37,42 +38,65 @@ class Backlash(NamedTuple):
 
 def backlashes(found: Calibration) -> tuple[Backlash, Backlash] | None:
     """Return the backlashes of both motors, None where the rows do not tell them."""
-    before = np.diff(found.rows.q, axis=0, prepend=found.rows.q[:1])
-    came = np.sign(before) * (np.abs(before) > STILL)
+    q = found.rows.q
+    before = np.diff(q, axis=0, prepend=q[:1])
+    moved = np.abs(before) > STILL
+    came = np.sign(before) * moved
+    one_way = (came == came[-1]).all(axis=0)
     off, jacobian = found._with_prior
-    if len(off) < jacobian.shape[1] + 2 + SPARE or (came == came[-1]).all(axis=0).any():
+    numbers, unknowns = jacobian.shape
+    if numbers < unknowns + 2 + SPARE or one_way.any():
         return None
-    columns = np.zeros((len(off), 2))
+    columns = np.zeros((numbers, 2))
     for motor in (0, 1):
-        ratio = found.p[7 + motor]
-        behind = np.zeros_like(found.rows.q)
-        behind[:, motor] = -came[:, motor] / 2 * STEP / ratio
-        ends = []
-        for q in (found.rows.q + behind, found.rows.q - behind):
-            rows = replace(found.rows, q=q)
-            ends.append(residuals(found.p, rows, found.assembly, derive=False)[0])
-        change = (ends[0] - ends[1]) / (2 * STEP) * found.weight
+        change = _by_backlash(found, motor, came[:, motor])
         columns[: len(change), motor] = change
     together = np.hstack([jacobian, columns])
     if not np.isfinite(together).all():
         return None
     left, s, right = np.linalg.svd(together, full_matrices=False)
-    told_by = s > 1e-10 * s[0]
+    told_by = s > RCOND * s[0]
     told_part = left[:, told_by].T @ off
     inverse = right[told_by, -2:] / s[told_by, None]
     step = -told_part @ inverse
     freedom = len(off) - int(told_by.sum())
     variance = 1.0 if found.absolute else float(off @ off - told_part @ told_part) / freedom
     sd = np.sqrt((inverse**2).sum(axis=0) * variance)
-    values = zip(step.tolist(), sd.tolist())
-    return tuple(Backlash(*pair) for pair in values)  # type: ignore[return-value]  # two
+    first, second = step.tolist()
+    first_sd, second_sd = sd.tolist()
+    return Backlash(first, first_sd), Backlash(second, second_sd)
+
+
+def _by_backlash(found, motor, came):
+    """Return the derivative of the weighted residuals by a motor's backlash.
+
+    `came` (n,) is the sign of its last motion before each row.
+    """
+    ratio = found.p[7 + motor]
+    behind = np.zeros_like(found.rows.q)
+    behind[:, motor] = -came / 2 * STEP / ratio
+    ends = []
+    for shift in (behind, -behind):
+        rows = replace(found.rows, q=found.rows.q + shift)
+        off, _ = residuals(
+            found.p,
+            rows,
+            found.assembly,
+            derive=False,
+        )
+        ends.append(off)
+    later, earlier = ends
+    slope = (later - earlier) / (2 * STEP)
+    return slope * found.weight
 
 
 def told(found: Calibration) -> list[str]:
     """Return a sentence for each motor whose backlash is clear."""
     words = []
-    for motor, backlash in enumerate(backlashes(found) or (), 1):
+    both = backlashes(found) or ()
+    for motor, backlash in enumerate(both, 1):
         if backlash.clear:
-            size = f"about {math.degrees(backlash.value):.2g}° of backlash in motor {motor}"
+            degrees = math.degrees(backlash.value)
+            size = f"about {degrees:.2g}° of backlash in motor {motor}"
             words.append(f"the residuals depend on the direction of approach: {size}")
     return words

@@ -101,14 +101,17 @@ def residuals(
     jacobian = slopes[row, axis] if derive else None
     near, places = rows.looped
     if rows.loop is not None:
+        loop = rows.loop[near]
+        whiten = loop[:, :, :2]
+        mean = loop[:, :, 2]
         errors, by_unknowns = bars_off(p, rows.q[near], rows.points[near])
-        whiten, mean = rows.loop[near, :, :2], rows.loop[near, :, 2]
-        errors = (whiten @ errors[:, :, None])[:, :, 0] - mean
-        predicted[places] = rows.numbers[places] - errors
+        whitened = (whiten @ errors[:, :, None])[:, :, 0]
+        predicted[places] = rows.numbers[places] - (whitened - mean)
         if jacobian is not None:
             jacobian[places] = -(whiten @ by_unknowns)
     if len(far):
-        p = np.concatenate([p[:9], [0.0, 0.0, 0.0, 1.0]])  # a ruler knows no frame and no scale
+        p = p.copy()
+        p[9:] = 0.0, 0.0, 0.0, 1.0  # a ruler knows no frame and no scale
         points, slopes = seen(p, rows.q, assembly, derive)
         to = rows.to[far]
         gap = points[far] - points[to]
@@ -116,14 +119,11 @@ def residuals(
         predicted = np.concatenate([predicted, length])
         if derive:
             slopes[:, :, 9:] = 0.0
-            along = gap / np.where(length, length, 1.0)[:, None]
+            divisor = np.where(length, length, 1.0)
+            along = gap / divisor[:, None]
             by_gap = slopes[far] - slopes[to]
-            jacobian = np.concatenate(
-                [
-                    jacobian,
-                    np.einsum("ni,nij->nj", along, by_gap),
-                ]
-            )
+            by_unknowns = np.einsum("ni,nij->nj", along, by_gap)
+            jacobian = np.concatenate([jacobian, by_unknowns])
     return predicted - rows.numbers, jacobian
 
 
@@ -134,10 +134,14 @@ def noted_assembly(p: ndarray, rows: MeasuredRows) -> ndarray:
     """
     fits = []
     for side in (-1, 1):
-        at = place(p, rows.q, np.full(len(rows), side))
-        as_noted = (rows.working == 0) | (-np.sign(at.sines) == rows.working)
-        fits.append(as_noted.all(axis=1) & np.isfinite(at.xi))
-    only = fits[1].astype(np.int8) - fits[0].astype(np.int8)
+        assembly = np.full(len(rows), side)
+        at = place(p, rows.q, assembly)
+        working = -np.sign(at.sines)
+        as_noted = (rows.working == 0) | (working == rows.working)
+        fit = as_noted.all(axis=1) & np.isfinite(at.xi)
+        fits.append(fit.astype(np.int8))
+    minus, plus = fits
+    only = plus - minus
     return np.where(rows.assembly, rows.assembly, only)
 
 
@@ -149,29 +153,51 @@ def assembly_modes(p: ndarray, rows: MeasuredRows) -> tuple[ndarray, ndarray]:
     noted = noted_assembly(p, rows)
     known = np.isfinite(rows.points)
     measured = known.any(axis=1)
-    points, off = [], []
+    points = []
+    off = []
     for side in (-1, 1):
-        own = seen(p, rows.q, np.full(len(rows), side), False)[0]
+        assembly = np.full(len(rows), side)
+        own, _ = seen(
+            p,
+            rows.q,
+            assembly,
+            derive=False,
+        )
+        missed = np.abs(own - rows.points)
+        missed[~known] = 0.0
         points.append(own)
-        off.append(np.where(known, np.abs(own - rows.points), 0.0).sum(axis=1))
-    finite = np.nan_to_num(off, nan=np.inf)
-    nearer = np.where(finite[0] <= finite[1], -1, 1)
+        off.append(missed.sum(axis=1))
+    minus, plus = np.nan_to_num(off, nan=np.inf)
+    nearer = np.where(minus <= plus, -1, 1)
     with np.errstate(invalid="ignore"):
         sine = sines_at(p, rows.q, rows.points)[:, 2]
         sure = rows.whole & (np.abs(sine) > CLEAR)
-        apart = np.hypot(*(points[0] - points[1]).T) > 0
-        alike = np.abs(off[0] - off[1]) < 1e-3 * np.mean(p[:4])
-    otherwise = np.where(noted, noted, np.where(measured, nearer, 0))
-    modes = np.where(sure, -np.sign(np.nan_to_num(sine)), otherwise)
-    uncertain = ~sure & (noted == 0) & (~measured | (alike & apart))
+        between = points[0] - points[1]
+        apart = np.hypot(*between.T) > 0
+        bar = np.mean(p[:4])
+        alike = np.abs(off[0] - off[1]) < 1e-3 * bar
+    by_point = np.where(measured, nearer, 0)
+    otherwise = np.where(noted, noted, by_point)
+    of_point = -np.sign(np.nan_to_num(sine))
+    modes = np.where(sure, of_point, otherwise)
+    untold = ~measured | (alike & apart)
+    uncertain = ~sure & (noted == 0) & untold
     return modes.astype(np.int8), uncertain
 
 
 def robust_scatter(task: LeastSquares, p: ndarray, assembly: ndarray) -> float:
     """Return the standard deviation of a weighted number, from the rows that p reaches."""
-    off = residuals(p, task.rows, assembly, derive=False)[0] * task.weight
+    missed, _ = residuals(
+        p,
+        task.rows,
+        assembly,
+        derive=False,
+    )
+    off = missed * task.weight
     reached = np.abs(off[np.isfinite(off)])
-    return 1.4826 * float(np.median(reached)) if len(reached) else 1.0
+    if not len(reached):
+        return 1.0
+    return 1.4826 * float(np.median(reached))
 
 
 def weighted_by_loops(task: LeastSquares, p: ndarray, scatter: float) -> LeastSquares:
@@ -184,9 +210,12 @@ def weighted_by_loops(task: LeastSquares, p: ndarray, scatter: float) -> LeastSq
     sigma = np.ones(len(rows))
     sigma[rows.row_of] = scatter / task.weight
     if rows.loop is None:
-        share = sigma / (p[PLACE["scale"]] * min(p[1], p[3]))
+        scale = p[PLACE["scale"]]
+        shorter = min(p[1], p[3])
+        share = sigma / (scale * shorter)
         with np.errstate(invalid="ignore"):
-            sine = np.abs(sines_at(p, rows.q, rows.points)[:, 2])
+            sines = sines_at(p, rows.q, rows.points)
+            sine = np.abs(sines[:, 2])
             near = (sine < np.sqrt(NEAR * share)) & (sine < NEAREST)
         near &= rows.whole & (share < NOISIEST)
         if not near.any():
@@ -195,7 +224,8 @@ def weighted_by_loops(task: LeastSquares, p: ndarray, scatter: float) -> LeastSq
         near = np.isfinite(rows.loop[:, 0, 0])
     loop = np.full((len(rows), 2, 3), np.nan)
     loop[near] = whitening(p, rows.q[near], sigma[near])
-    return replace(task, rows=replace(rows, loop=loop))
+    weighted = replace(rows, loop=loop)
+    return replace(task, rows=weighted)
 
 
 def solve_by_loops(
@@ -209,8 +239,10 @@ def solve_by_loops(
     for _ in range(ROUNDS):
         before = p
         p, held = solve(task, before, assembly)
-        change = np.abs(p - before)[task.free] / task.size
-        if task.rows.loop is None or not length_ok(p) or change.max() < SETTLED:
+        moved = np.abs(p - before)[task.free]
+        change = moved / task.size
+        settled = change.max() < SETTLED
+        if task.rows.loop is None or not length_ok(p) or settled:
             break
         task = weighted_by_loops(task, p, scatter)
     return task, p, held
@@ -227,28 +259,42 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, n
     for k, name in enumerate(task.names):
         if task.bounds and name in task.bounds:
             limits = np.array(task.bounds[name])
-            change = limits - task.start[PLACE[name]]
+            start = task.start[PLACE[name]]
+            change = limits - start
             low[k], high[k] = change / task.size[k]
     if task.bounds:
-        free, held = solve(replace(task, bounds=None), p, assembly)
-        inside = (free[task.free] - task.start[task.free]) / task.size
-        if np.all((inside >= low) & (inside <= high)):
+        unbounded = replace(task, bounds=None)
+        free, held = solve(unbounded, p, assembly)
+        moved = (free - task.start)[task.free] / task.size
+        inside = (moved >= low) & (moved <= high)
+        if inside.all():
             return free, held
 
-    prior = np.zeros((0, len(low))) if task.prior is None else np.diag(task.prior)
+    prior = np.zeros((0, len(low)))
+    if task.prior is not None:
+        prior = np.diag(task.prior)
 
     def off(z):
-        missed = residuals(task.at(z), task.rows, assembly, derive=False)[0] * task.weight
-        return np.concatenate([missed, prior @ z])
+        missed, _ = residuals(
+            task.at(z),
+            task.rows,
+            assembly,
+            derive=False,
+        )
+        weighted = missed * task.weight
+        return np.concatenate([weighted, prior @ z])
 
     def slope(z):
-        jacobian = residuals(task.at(z), task.rows, assembly)[1][:, task.free]
-        return np.concatenate([jacobian * task.size * task.weight[:, None], prior])
+        _, by_all = residuals(task.at(z), task.rows, assembly)
+        jacobian = by_all[:, task.free]
+        weighted = jacobian * task.size * task.weight[:, None]
+        return np.concatenate([weighted, prior])
 
     def fitted(z, tolerance):
         scatter = 1.0
         if task.loss != "linear":
-            scatter = max(1.4826 * np.median(np.abs(off(z))), 1e-12)
+            median = np.median(np.abs(off(z)))
+            scatter = max(1.4826 * median, 1e-12)
         return least_squares(
             off,
             z,
@@ -275,7 +321,8 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, n
     held = result.active_mask != 0
     if held.any() or task.loss != "linear":
         return task.at(result.x), held
-    return task.at(np.clip(_polish(off, slope, result.x), low, high)), held
+    z = _polish(off, slope, result.x)
+    return task.at(np.clip(z, low, high)), held
 
 
 def _polish(off, slope, z):
@@ -286,20 +333,28 @@ def _polish(off, slope, z):
     best = off(z)
     for k in range(12):
         _, s, right, tolerance = spectrum(slope(z))
-        null = right[int((s > tolerance).sum()) :]
-        nearer = z - null.T @ (null @ z)
-        if len(null) and np.isfinite(off(nearer)).all():
-            z, best = nearer, off(nearer)
+        rank = np.count_nonzero(s > tolerance)
+        null = right[rank:]
+        if len(null):
+            nearer = z - null.T @ (null @ z)
+            at_nearer = off(nearer)
+            if np.isfinite(at_nearer).all():
+                z = nearer
+                best = at_nearer
         left, s, right, tolerance = spectrum(slope(z))
         good = s > tolerance
         along = (left[:, good].T @ best) / s[good]
-        step = -right[: len(s)][good].T @ along
-        new = off(z + step)
+        told = right[: len(s)][good]
+        step = -told.T @ along
+        moved = z + step
+        new = off(moved)
         better = np.isfinite(new).all() and new @ new <= best @ best
         if better:
-            z, best = z + step, new
-        small = np.abs(step).max(initial=0.0) < 1e-15
-        if (small or not better) and (k > 0 or not len(null)):
+            z = moved
+            best = new
+        longest = np.abs(step).max(initial=0.0)
+        done = longest < 1e-15 or not better
+        if done and (k > 0 or not len(null)):
             break
     return z
 
@@ -312,14 +367,17 @@ def spectrum(jacobian: ndarray) -> tuple:
     m, k = jacobian.shape
     left, s, right = np.linalg.svd(jacobian, full_matrices=m < k)
     if m < k:
-        s = np.concatenate([s, np.zeros(k - m)])
-        left = np.concatenate([left, np.zeros((m, k - m))], axis=1)
-    return left, s, right, ROUNDING * max(m, k) * s[0]
+        missing = k - m
+        s = np.pad(s, (0, missing))
+        left = np.pad(left, ((0, 0), (0, missing)))
+    tolerance = ROUNDING * max(m, k) * s[0]
+    return left, s, right, tolerance
 
 
 def loss_slopes(loss: str, off: ndarray) -> tuple[ndarray, ndarray]:
     """Return a robust loss's psi(r) and psi'(r) at residuals (m,), scaled by their own scatter."""
-    scatter = max(1.4826 * float(np.median(np.abs(off))), 1e-300)
+    median = float(np.median(np.abs(off)))
+    scatter = max(1.4826 * median, 1e-300)
     step = 1e-6 * scatter
 
     def psi(r):
@@ -332,4 +390,5 @@ def loss_slopes(loss: str, off: ndarray) -> tuple[ndarray, ndarray]:
         }
         return r * weights[loss]
 
-    return psi(off), (psi(off + step) - psi(off - step)) / (2 * step)
+    rise = psi(off + step) - psi(off - step)
+    return psi(off), rise / (2 * step)

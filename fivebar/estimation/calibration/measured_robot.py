@@ -28,12 +28,29 @@ PLACE = {name: k for k, name in enumerate(UNKNOWNS)}
 METRES = (*LENGTHS, "x0", "y0")
 UNITS = dict.fromkeys(METRES, "m") | dict.fromkeys(("offset1", "offset2", "turn"), "rad")
 SIDES = np.array([-1.0, 1.0])  # of the legs
-NEUTRAL = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0])  # READING and FRAME
+NEUTRAL = np.array(
+    [
+        0.0,  # offset1
+        0.0,  # offset2
+        1.0,  # ratio1
+        1.0,  # ratio2
+        0.0,  # x0
+        0.0,  # y0
+        0.0,  # turn
+        1.0,  # scale
+    ]
+)
+# Places of both legs' values in UNKNOWNS.
+CRANKS = slice(0, 4, 2)
+DISTAL_BARS = slice(1, 4, 2)
+OFFSETS = slice(5, 7)
+RATIOS = slice(7, 9)
 
 
 def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> ndarray:
     """Return the values (13,) of a robot in its own frame, with `more` over them."""
-    p = np.concatenate([[getattr(robot, name) for name in LENGTHS], NEUTRAL])
+    lengths = [getattr(robot, name) for name in LENGTHS]
+    p = np.concatenate([lengths, NEUTRAL])
     for name, value in (more or {}).items():
         p[PLACE[name]] = value
     return p
@@ -42,9 +59,18 @@ def values_of(robot: FiveBar, more: Mapping[str, float] | None = None) -> ndarra
 def mounting_of(machine: Machine) -> dict[str, float]:
     """Return the values of READING and FRAME of a machine, those that are not NEUTRAL."""
     frame = machine.frame
-    values = (*machine.offset, *machine.ratio, *frame.shift, frame.turn, frame.scale)
-    named = zip((*READING, *FRAME), values, NEUTRAL.tolist())
-    return {name: value for name, value, neutral in named if value != neutral}
+    values = (
+        *machine.offset,
+        *machine.ratio,
+        *frame.shift,
+        frame.turn,
+        frame.scale,
+    )
+    changed = {}
+    for name, value, neutral in zip(READING + FRAME, values, NEUTRAL.tolist()):
+        if value != neutral:
+            changed[name] = value
+    return changed
 
 
 def robot_with(robot: FiveBar, p: ndarray) -> FiveBar:
@@ -62,7 +88,8 @@ def sizes(
 
     The mean bar for lengths, 1 rad for angles, 1 over the largest reading for ratios.
     """
-    largest = np.max(np.abs(np.nan_to_num(q)), axis=0, initial=0.0)
+    readings = np.abs(np.nan_to_num(q))
+    largest = np.max(readings, axis=0, initial=0.0)
     ratios = 1 / np.where(largest > 0, largest, 1.0)
     bar = (robot.l11 + robot.l12 + robot.l21 + robot.l22) / 4
     known = dict.fromkeys(METRES, bar) | {
@@ -75,7 +102,10 @@ def sizes(
 def length_ok(p: ndarray) -> bool:
     """Return whether a robot can have these lengths; the scale is limited as a bar is."""
     bars = p[[0, 1, 2, 3, 12]]
-    return bool((bars >= SHORTEST).all() and (bars <= LONGEST).all() and 0 <= p[4] <= LONGEST)
+    long_enough = (bars >= SHORTEST).all()
+    short_enough = (bars <= LONGEST).all()
+    base_ok = 0 <= p[4] <= LONGEST
+    return bool(long_enough and short_enough and base_ok)
 
 
 class PlacedPoses(NamedTuple):
@@ -115,9 +145,12 @@ def as_pairs(z: ndarray) -> ndarray:
 
 def _cranks(p, q):
     """Return the unit vectors along the cranks and the elbows, complex (n, 2)."""
-    cranks = np.exp(1j * (p[7:9].T * q + p[5:7].T))
-    bases = p[4:5].T / 2 * SIDES
-    return cranks, bases + p[0:4:2].T * cranks
+    angles = p[RATIOS].T * q + p[OFFSETS].T
+    cranks = np.exp(1j * angles)
+    half_base = p[4:5].T / 2
+    bases = half_base * SIDES
+    elbows = bases + p[CRANKS].T * cranks
+    return cranks, elbows
 
 
 def place(p: ndarray, q: ndarray, assembly: ndarray) -> PlacedPoses:
@@ -131,14 +164,22 @@ def place(p: ndarray, q: ndarray, assembly: ndarray) -> PlacedPoses:
     span = elbows[:, 1] - elbows[:, 0]
     size = abs(d) + abs(l11) + abs(l21)
     with np.errstate(invalid="ignore", divide="ignore"):
-        dyad = RRR((span.real, span.imag), l12, l22, -assembly, size)
-        det = np.where(dyad.sine, dyad.sine, np.nan)
-        bars = np.stack(
-            [x + 1j * y for x, y in (dyad.first, dyad.second)],
-            axis=1,
+        dyad = RRR(
+            (span.real, span.imag),
+            l12,
+            l22,
+            -assembly,
+            size,
         )
+        det = np.where(dyad.sine, dyad.sine, np.nan)
+        x, y = dyad.first
+        left = x + 1j * y
+        x, y = dyad.second
+        right = x + 1j * y
+        bars = np.stack([left, right], axis=1)
+        on_bar = elbows[:, 0] + l12 * bars[:, 0]
         return PlacedPoses(
-            elbows[:, 0] + l12 * bars[:, 0] + 0 * det,
+            on_bar + 0 * det,  # nan at Type 2
             cranks,
             bars,
             det,
@@ -149,14 +190,18 @@ def stretched(p: ndarray, q: ndarray) -> ndarray:
     """Return points (n, 2) of the measuring frame, midway between bars that lie in one line."""
     _, elbows = _cranks(p, q)
     left, right = elbows.T
-    along = (right - left) / np.abs(right - left)
-    l12, l22 = p[1], p[3]
+    span = right - left
+    apart = np.abs(span)
+    along = span / apart
+    l12, l22 = p[DISTAL_BARS]
     # The bars point at each other, or the same way where their elbows are too near each other.
-    folded = np.abs(right - left) < max(l12, l22)
+    folded = apart < max(l12, l22)
     way = np.where(folded, np.sign(l12 - l22), 1.0)
     other = np.where(folded, way, -1.0)
-    middle = (left + right + (way * l12 + other * l22) * along) / 2
-    return as_pairs(frame(p, middle))
+    reach = way * l12 + other * l22
+    middle = (left + right + reach * along) / 2
+    points = frame(p, middle)
+    return as_pairs(points)
 
 
 def slopes(p: ndarray, q: ndarray, at: PlacedPoses) -> ndarray:
@@ -166,25 +211,32 @@ def slopes(p: ndarray, q: ndarray, at: PlacedPoses) -> ndarray:
     """
     result = np.zeros((len(q), len(UNKNOWNS)), complex)
     with np.errstate(invalid="ignore", divide="ignore"):
-        columns = at.bars[:, ::-1] * (-1j, 1j) / at.det[:, None]  # of the inverse of A
-        result[:, 0:4:2] = columns * dot(at.bars, at.cranks)
-        result[:, 1:4:2] = columns
-        result[:, 4] = (columns * SIDES / 2 * at.bars.real).sum(axis=1)
-        result[:, 5:7] = columns * p[0:4:2] * at.sines
-        result[:, 7:9] = result[:, 5:7] * q
+        adjugate = at.bars[:, ::-1] * (-1j, 1j)
+        columns = adjugate / at.det[:, None]  # of the inverse of A
+        by_base = columns * SIDES / 2 * at.bars.real
+        by_angle = columns * p[CRANKS] * at.sines
+        result[:, CRANKS] = columns * dot(at.bars, at.cranks)
+        result[:, DISTAL_BARS] = columns
+        result[:, 4] = by_base.sum(axis=1)
+        result[:, OFFSETS] = by_angle
+        result[:, RATIOS] = by_angle * q
     return result
 
 
 def frame(p: ndarray, xi: ndarray) -> ndarray:
     """Return points of the robot's frame in the measuring one, complex."""
     x0, y0, turn, scale = p[9:]
-    return x0 + 1j * y0 + scale * np.exp(1j * turn) * xi
+    origin = x0 + 1j * y0
+    rotation = np.exp(1j * turn)
+    return origin + scale * rotation * xi
 
 
 def unframe(p: ndarray, z: ndarray) -> ndarray:
     """Return points of the measuring frame in the robot's, complex."""
     x0, y0, turn, scale = p[9:]
-    return (z - (x0 + 1j * y0)) * np.exp(-1j * turn) / scale
+    origin = x0 + 1j * y0
+    rotation_back = np.exp(-1j * turn)
+    return (z - origin) * rotation_back / scale
 
 
 def seen(
@@ -202,12 +254,16 @@ def seen(
     if not derive:
         return as_pairs(points), None
     x0, y0, turn, scale = p[9:]
-    from_origin = points - (x0 + 1j * y0)
-    derived = scale * np.exp(1j * turn) * slopes(p, q, at)
-    derived[:, 9:11] = 1.0, 1j
+    origin = x0 + 1j * y0
+    rotation = np.exp(1j * turn)
+    from_origin = points - origin
+    derived = scale * rotation * slopes(p, q, at)
+    derived[:, 9] = 1.0
+    derived[:, 10] = 1j
     derived[:, 11] = 1j * from_origin
     derived[:, 12] = from_origin / scale
-    return as_pairs(points), np.stack([derived.real, derived.imag], axis=1)
+    by_unknowns = np.stack([derived.real, derived.imag], axis=1)
+    return as_pairs(points), by_unknowns
 
 
 def _bars_to(p, q, points):
@@ -216,15 +272,14 @@ def _bars_to(p, q, points):
     The cranks' unit vectors (n, 2) and the points (n, 1) come, too, in the robot's frame.
     """
     cranks, elbows = _cranks(p, q)
-    z = unframe(p, as_complex(points))[:, None]
-    length = np.abs(z - elbows)
+    measured = as_complex(points)
+    z = unframe(p, measured)[:, None]
+    bars = z - elbows
+    length = np.abs(bars)
+    divisor = np.where(length, length, 1.0)
     with np.errstate(invalid="ignore"):  # where nothing is measured
-        return (
-            length,
-            (z - elbows) / np.where(length, length, 1.0),
-            cranks,
-            z,
-        )
+        units = bars / divisor
+    return length, units, cranks, z
 
 
 def bars_off(p: ndarray, q: ndarray, points: ndarray) -> tuple[ndarray, ndarray]:
@@ -236,13 +291,17 @@ def bars_off(p: ndarray, q: ndarray, points: ndarray) -> tuple[ndarray, ndarray]
     """
     length, u, cranks, z = _bars_to(p, q, points)
     turn, scale = p[11:]
-    off = length - p[1:4:2]
-    by_angle = -p[0:4:2] * cross(cranks, u)
-    shift = np.exp(-1j * turn) / scale
+    off = length - p[DISTAL_BARS]
+    sine = cross(cranks, u)
+    by_angle = -p[CRANKS] * sine
+    rotation_back = np.exp(-1j * turn)
+    shift = rotation_back / scale
     leg = np.arange(2)
-    derived = np.zeros((*q.shape, len(UNKNOWNS)))
-    derived[:, leg, 2 * leg] = -dot(u, cranks)
-    derived[:, leg, 2 * leg + 1] = -1.0
+    crank = 2 * leg
+    shape = (*q.shape, len(UNKNOWNS))
+    derived = np.zeros(shape)
+    derived[:, leg, crank] = -dot(u, cranks)
+    derived[:, leg, crank + 1] = -1.0
     derived[:, leg, 4] = -SIDES / 2 * u.real
     derived[:, leg, 5 + leg] = by_angle
     derived[:, leg, 7 + leg] = by_angle * q
@@ -263,21 +322,30 @@ def whitening(p: ndarray, q: ndarray, sigma: ndarray) -> ndarray:
     mean and covariance to second order stay regular at Type 2, where u_1 and u_2 are parallel.
     """
     _, elbows = _cranks(p, q)
-    bars = p[1:4:2]
-    span = np.abs(elbows[:, 1] - elbows[:, 0])
+    bars = p[DISTAL_BARS]
+    scale = p[12]
+    left, right = elbows.T
+    span = np.abs(right - left)
     # Of the angle between the bars; +1 or -1 where they are too short or too long to meet.
-    cosine = np.clip((bars @ bars - span**2) / (2 * bars.prod()), -1.0, 1.0)
+    law_of_cosines = (bars @ bars - span**2) / (2 * bars.prod())
+    cosine = np.clip(law_of_cosines, -1.0, 1.0)
     first_order = np.ones((len(q), 2, 2))
     first_order[:, 0, 1] = cosine
     first_order[:, 1, 0] = cosine
-    curvature = np.minimum(sigma[:, None] / (p[12] * bars), 1.0)
-    second_order = curvature[:, :, None] * curvature[:, None, :] * first_order**2 / 2
-    rounding = 4 * EPS * (bars.sum() + span) * p[12] / sigma
+    sd = sigma[:, None]
+    curvature = np.minimum(sd / (scale * bars), 1.0)
+    products = curvature[:, :, None] * curvature[:, None, :]
+    second_order = products * first_order**2 / 2
+    perimeter = bars.sum() + span
+    rounding = 4 * EPS * perimeter * scale / sigma
+    least_variance = 4 * EPS + rounding[:, None, None] ** 2
     covariance = first_order + second_order
-    covariance += (4 * EPS + rounding[:, None, None] ** 2) * np.eye(2)
-    whiten = np.linalg.inv(np.linalg.cholesky(covariance))
-    mean = sigma[:, None] * curvature / 2
-    return np.concatenate([whiten, whiten @ mean[:, :, None]], axis=2)
+    covariance += least_variance * np.eye(2)
+    root = np.linalg.cholesky(covariance)
+    whiten = np.linalg.inv(root)
+    mean = sd * curvature / 2
+    whitened_mean = whiten @ mean[:, :, None]
+    return np.concatenate([whiten, whitened_mean], axis=2)
 
 
 def sines_at(p: ndarray, q: ndarray, points: ndarray) -> ndarray:
@@ -286,4 +354,7 @@ def sines_at(p: ndarray, q: ndarray, points: ndarray) -> ndarray:
     Minus their signs are the working modes and the assembly mode.
     """
     _, u, cranks, _ = _bars_to(p, q, points)
-    return np.column_stack([cross(cranks, u), cross(u[:, 0], u[:, 1])])
+    left, right = u.T
+    type_1 = cross(cranks, u)
+    type_2 = cross(left, right)
+    return np.column_stack([type_1, type_2])

@@ -62,33 +62,47 @@ class Sheet:
 
     @property
     def names(self) -> list[str]:
-        """Of the crosses: a letter for the row from below, a number from the left."""
+        """Return the crosses' names: a letter for the row from below, a number from the left."""
         columns, _ = GRID
-        return [f"{'ABC'[k // columns]}{k % columns + 1}" for k in range(len(self.crosses))]
+        names = []
+        for k in range(len(self.crosses)):
+            row, column = divmod(k, columns)
+            names.append(f"{'ABC'[row]}{column + 1}")
+        return names
 
     @property
     def readings(self) -> np.ndarray:
-        """What the drives read (n, 2) at the crosses."""
-        xi = self.machine.frame.inverse(self.crosses)
-        return self.machine.readings(igm(self.machine.robot, xi, self.working).q)
+        """Return what the drives read (n, 2) at the crosses."""
+        machine = self.machine
+        xi = machine.frame.inverse(self.crosses)
+        pose = igm(machine.robot, xi, self.working)
+        return machine.readings(pose.q)
+
+    @property
+    def _signs(self) -> str:
+        """Return the working modes as two columns of a table."""
+        return ",".join(map(str, self.working))
 
     def points_to_csv(self, file: TextFile, points: np.ndarray) -> None:
         """Write measured places of the crosses (n, 2), m, for `calibrate`; nan is left out."""
-        signs = ",".join(map(str, self.working))
+        missing = np.isnan(points[:, 0])
+        numbers = np.hstack([self.readings, points])[~missing]
         with written(file) as out:
             out.write("q1,q2,working1,working2,x,y\n")
-            for (q1, q2), (x, y) in zip(self.readings.tolist(), points.tolist()):
-                if x == x:
-                    out.write(f"{q1!r},{q2!r},{signs},{x!r},{y!r}\n")
+            for q1, q2, x, y in numbers.tolist():
+                out.write(f"{q1!r},{q2!r},{self._signs},{x!r},{y!r}\n")
 
     def drawing_to_csv(self, file: TextFile) -> None:
         """Write the drawing as x, y in mm and pen, for `fivebar draw`."""
-        points = [(*(1e3 * np.array(self.path.pieces[0].start)), 0)]
-        for piece, down in zip(self.path.pieces, self.path.pen):
-            points.append((*(1e3 * np.array(piece.end)), int(down)))
+        pieces = self.path.pieces
+        points = [pieces[0].start]
+        points += [piece.end for piece in pieces]
+        in_mm = 1e3 * np.array(points)
+        pen = [False, *self.path.pen]
         with written(file) as out:
             out.write("x (mm),y (mm),pen\n")
-            out.writelines(f"{x:.6f},{y:.6f},{pen}\n" for x, y, pen in points)
+            for (x, y), down in zip(in_mm, pen):
+                out.write(f"{x:.6f},{y:.6f},{int(down)}\n")
 
     def distances_to_csv(self, file: TextFile) -> None:
         """Write the table for the ruler, whose column distance is to be filled in."""
@@ -98,9 +112,8 @@ class Sheet:
             out.write("cross,to_cross,q1,q2,working1,working2,to,distance (mm)\n")
             for one, other in self.pairs.tolist():
                 q1, q2 = q[one].tolist()
-                signs = ",".join(map(str, self.working))
                 ends = f"{names[one]},{names[other]}"
-                out.write(f"{ends},{q1!r},{q2!r},{signs},{other + 1},\n")
+                out.write(f"{ends},{q1!r},{q2!r},{self._signs},{other + 1},\n")
 
 
 def sheet(
@@ -115,59 +128,108 @@ def sheet(
     ValueError
         The machine has a tool beside joint C, or nothing fits.
     """
-    machine = Machine(machine) if isinstance(machine, FiveBar) else machine
+    if isinstance(machine, FiveBar):
+        machine = Machine(machine)
     instance(Machine)(machine, "sheet: machine")
     if machine.tool is not None or not machine.robot.turns:
         raise ValueError(
             "sheet: the drawing is of the joint of a five-bar's distal bars: put the pen there and"
             " take the table tool out of the robot's file"
         )
-    size = np.array(PAPERS[one_of(*PAPERS)(paper, "sheet: paper")]) - 2 * BORDER
-    outline = [(0.0, 0.0), (size[0], 0.0), tuple(size), (0.0, size[1]), (0.0, 0.0)]
-    frame = Path(tuple(Line(a, b) for a, b in zip(outline, outline[1:])))
+    paper = one_of(*PAPERS)(paper, "sheet: paper")
+    size = np.array(PAPERS[paper]) - 2 * BORDER
+    width, height = size
+    outline = [
+        (0.0, 0.0),
+        (width, 0.0),
+        (width, height),
+        (0.0, height),
+        (0.0, 0.0),
+    ]
+    frame = Path(_lines(outline))
     kept = {name: getattr(machine.constraints, name) for name in ON_POSES}
     limits = replace(Constraints(**kept), clearance=CLEARANCE)
     if working is not None:
         working = modes(2)(working, "sheet: working")
     robot: Any = machine.robot
-    fit = fitted_in(robot, frame, 0.0, None, working, limits)
+    fit = fitted_in(
+        robot,
+        frame,
+        0.0,
+        None,
+        working,
+        limits,
+    )
+    working = fit.aspect.working
     scale = min(1.0, fit.scale)
     box = fit.rectangle
-    middle = np.array([box.x_min + box.x_max, box.y_min + box.y_max]) / 2
+    twice_middle = [
+        box.x_min + box.x_max,
+        box.y_min + box.y_max,
+    ]
+    middle = np.array(twice_middle) / 2
     half = scale * size / 2
+    x, y = half - MARK
     columns, rows = GRID
-    inner = half - MARK
-    x, y = (np.linspace(-h, h, n) for h, n in zip(inner, (columns, rows)))
-    crosses = middle + np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)])
-    outlines = (
-        machine.frame(middle + half * corners),
-        machine.frame(crosses[0] + MARK / 2 * corners),
+    grid = np.meshgrid(
+        np.linspace(-x, x, columns),
+        np.linspace(-y, y, rows),
     )
+    crosses = middle + np.stack(grid, axis=-1).reshape(-1, 2)
+    corners = np.array(
+        [
+            (-1, -1),
+            (1, -1),
+            (1, 1),
+            (-1, 1),
+            (-1, -1),
+        ]
+    )
+    border = middle + half * corners
+    mark = crosses[0] + MARK / 2 * corners
     in_frame = machine.frame(crosses)
-    path = _strokes([*outlines, *_arms(in_frame)])
-    pairs = _telling(machine.robot, igm(machine.robot, crosses, fit.aspect.working))
-    return Sheet(machine, fit.aspect.working, in_frame, path, pairs)
+    strokes = [
+        machine.frame(border),
+        machine.frame(mark),
+        *_arms(in_frame),
+    ]
+    pose = igm(robot, crosses, working)
+    return Sheet(
+        machine,
+        working,
+        in_frame,
+        path=_drawn(strokes),
+        pairs=_telling(robot, pose),
+    )
+
+
+def _lines(points):
+    """Return the lines from each point to the next."""
+    return [Line(start, end) for start, end in zip(points, points[1:])]
 
 
 def _arms(crosses):
-    found = []
-    for arm in ((ARM, 0.0), (0.0, ARM)):
-        found.append(np.stack([crosses - arm, crosses + np.array(arm)], axis=1))
-    return [stroke for both in zip(*found) for stroke in both]
+    """Return the two strokes (2, 2) of each cross in turn: along x, and along y."""
+    arms = ARM * np.eye(2)
+    centres = crosses[:, None]
+    ends = [centres - arms, centres + arms]
+    return np.stack(ends, axis=2).reshape(-1, 2, 2)
 
 
-def _strokes(strokes):
+def _drawn(strokes):
+    """Return the path along strokes, the pen up between them."""
     pieces = []
     pen = []
     last = None
     for stroke in strokes:
         points = [tuple(point) for point in stroke.tolist()]
-        if last is not None and last != points[0]:
-            pieces.append(Line(last, points[0]))
+        first = points[0]
+        if last is not None and last != first:
+            pieces.append(Line(last, first))
             pen.append(False)
-        pieces += [Line(a, b) for a, b in zip(points, points[1:])]
-        pen += [True] * (len(points) - 1)
+        lines = _lines(points)
+        pieces += lines
+        pen += [True] * len(lines)
         last = points[-1]
     return Path(pieces, pen)
 
@@ -177,25 +239,36 @@ def _telling(robot, pose):
     best one, and then those by which the determinant of the information grows most.
     """
     points, slopes = seen(values_of(robot), pose.q, pose.assembly)
-    slopes = slopes[..., [PLACE[name] for name in UNKNOWN]]
+    places = [PLACE[name] for name in UNKNOWN]
+    slopes = slopes[..., places]
     size = np.array([robot.l11] * 5 + [1.0, 1.0])
-    pairs = [*combinations(range(len(points)), 2)]
-    pairs += [(b, a) for a, b in pairs]
-    ends = np.array(pairs)
-    gap = points[ends[:, 0]] - points[ends[:, 1]]
-    along = gap / np.linalg.norm(gap, axis=1)[:, None]
-    change = slopes[ends[:, 0]] - slopes[ends[:, 1]]
+    one_way = np.array([*combinations(range(len(points)), 2)])
+    ends = np.concatenate([one_way, one_way[:, ::-1]])
+    first, second = ends.T
+    gap = points[first] - points[second]
+    distance = np.linalg.norm(gap, axis=1)
+    along = gap / distance[:, None]
+    change = slopes[first] - slopes[second]
     rows = np.einsum("ni,nik->nk", along, change) * size
+    # A little of each unknown at the start, so that the information has an inverse.
     information = 1e-6 * np.eye(len(size)) * np.sum(rows**2) / len(rows)
     chosen: list[int] = []
-    taken = np.zeros(len(pairs), dtype=bool)
+    taken = np.zeros(len(ends), dtype=bool)
     while len(chosen) < PAIRS:
-        gain = np.einsum("nk,kl,nl->n", rows, np.linalg.inv(information), rows)
+        covariance = np.linalg.inv(information)
+        gain = np.einsum(
+            "nk,kl,nl->n",
+            rows,
+            covariance,
+            rows,
+        )
         gain[taken] = -1.0
-        if len(chosen) < len(points):
-            gain[ends[:, 0] != len(chosen)] = -1.0
+        cross = len(chosen)
+        if cross < len(points):
+            gain[first != cross] = -1.0
         best = int(gain.argmax())
         chosen.append(best)
-        taken |= (ends == ends[best]).all(axis=1) | (ends == ends[best, ::-1]).all(axis=1)
-        information = information + np.outer(rows[best], rows[best])
+        taken |= np.isin(ends, ends[best]).all(axis=1)  # to and fro
+        row = rows[best]
+        information = information + np.outer(row, row)
     return ends[chosen]
