@@ -212,21 +212,32 @@ class Constraints:
         inwards = 1j * np.sign(turns.sum())
         normals = inwards * sides / np.abs(sides)
         offsets = (normals.conj() * corners).real
-        planes = np.stack([normals.real, normals.imag, offsets], axis=1)
+        planes = np.stack(
+            [
+                normals.real,
+                normals.imag,
+                offsets,
+            ],
+            axis=1,
+        )
         return planes.tolist()
 
     def satisfied(self, pose: Pose) -> np.ndarray:
         """Return whether all constraints on poses hold, bool (*batch,), False for poses of nan."""
-        clearances = list(self.clearances(pose).values())
         closes = np.isfinite(pose.det_A)
+        clearances = list(self.clearances(pose).values())
         if clearances:
-            return closes & (np.min(clearances, axis=0) >= 0)
+            least = np.min(clearances, axis=0)
+            return closes & (least >= 0)
         return closes
 
 
 def at_joints(motors: tuple[Motor, Motor]) -> tuple[tuple, tuple]:
     """Return both motors' torques at rest and speeds without load, at the joints."""
-    return tuple(motor.stall for motor in motors), tuple(motor.speed for motor in motors)
+    return (
+        tuple(motor.stall for motor in motors),
+        tuple(motor.speed for motor in motors),
+    )
 
 
 def refuse_others(constraints: Constraints | None, function: str, kept: Sequence[str]) -> None:
@@ -248,7 +259,12 @@ def distance_inside(corners: np.ndarray, z: np.ndarray) -> np.ndarray:
     start = corners
     end = np.roll(corners, -1)
     point = np.asarray(z)[..., None]
-    distance = point_segment_distance(point, start, end).min(axis=-1)
+    distances = point_segment_distance(
+        point,
+        start,
+        end,
+    )
+    distance = distances.min(axis=-1)
     # A point is inside if a ray along x meets an odd number of sides.
     side = end - start
     starts_above = start.imag > point.imag
@@ -258,7 +274,11 @@ def distance_inside(corners: np.ndarray, z: np.ndarray) -> np.ndarray:
         x = start.real + share * side.real
     meets = (starts_above != ends_above) & (x > point.real)
     inside = meets.sum(axis=-1) % 2 == 1
-    return np.where(inside, distance, -distance)
+    return np.where(
+        inside,
+        distance,
+        -distance,
+    )
 
 
 def _range_clearance(limits, q, turns):

@@ -59,9 +59,11 @@ class LinkCollisions:
 
     def __post_init__(self) -> None:
         widths = finite_numbers(self.widths, "LinkCollisions: widths")
-        widths = np.full(4, widths) if widths.ndim == 0 else widths
+        if widths.ndim == 0:
+            widths = np.full(4, widths)
         layers = _whole_numbers(self.layers, "layers")
-        for name, values in (("widths", widths), ("layers", layers)):
+        four = {"widths": widths, "layers": layers}
+        for name, values in four.items():
             if len(values) != 4:
                 raise ValueError(
                     f"LinkCollisions: {name} must be four, of the bars 11, 12, 21 and 22, not"
@@ -97,9 +99,10 @@ class LinkCollisions:
                 distance = segment_distance(*bars[one], *bars[other])
                 name = f"bars {one} and {other}"
                 result[name] = distance - half[one] - half[other]
+            sides = "left", "right"
             for k, bar in self.posted(pose.robot.d):
                 distance = point_segment_distance(bases[k], *bars[bar])
-                name = f"bar {bar} and the {('left', 'right')[k]} post"
+                name = f"bar {bar} and the {sides[k]} post"
                 result[name] = distance - self.posts - half[bar]
         return result
 
@@ -111,18 +114,21 @@ class LinkCollisions:
         """Return the bars that must not meet, of a robot whose bases are d apart."""
         layer = dict(zip(BARS, self.layers))
         pairs = []
-        for one, other in combinations(BARS, 2):
-            joined = (one, other) in JOINED
-            if d == 0 and (one, other) == ("11", "21"):
+        for pair in combinations(BARS, 2):
+            one, other = pair
+            joined = pair in JOINED
+            if d == 0 and pair == ("11", "21"):
                 joined = True
             if layer[one] == layer[other] and not joined:
-                pairs.append((one, other))
+                pairs.append(pair)
         return pairs
 
     def posted(self, d: float) -> list[tuple[int, str]]:
         """Return (post 0 or 1, bar) of those that must not meet."""
-        result = []
-        for k in (0, 1) if self.posts else ():
+        result: list[tuple[int, str]] = []
+        if not self.posts:
+            return result
+        for k in (0, 1):
             for bar, layer in zip(BARS, self.layers):
                 proximal = bar[1] == "1"
                 of_this_motor = d == 0 or bar[0] == str(k + 1)
@@ -154,10 +160,13 @@ class LinkCollisions:
 
         def distance(z, a, b):
             way = b - a
-            share = ca.dot(z - a, way) / ca.dot(way, way)
-            share = ca.fmin(ca.fmax(share, 0), 1)
-            offset = z - a - share * way
-            return ca.sqrt(ca.dot(offset, offset) + SMOOTHING)
+            offset = z - a
+            share = ca.dot(offset, way) / ca.dot(way, way)
+            share = ca.fmax(share, 0)
+            share = ca.fmin(share, 1)
+            offset = offset - share * way
+            square = ca.dot(offset, offset)
+            return ca.sqrt(square + SMOOTHING)
 
         def side(p, q, r):
             u = q - p
@@ -168,13 +177,20 @@ class LinkCollisions:
         for one, other in self.pairs(pose.robot.d):
             a, b = ends[one]
             c, d = ends[other]
-            first = ca.fmin(distance(a, c, d), distance(b, c, d))
-            second = ca.fmin(distance(c, a, b), distance(d, a, b))
+            first = ca.fmin(
+                distance(a, c, d),
+                distance(b, c, d),
+            )
+            second = ca.fmin(
+                distance(c, a, b),
+                distance(d, a, b),
+            )
             least = ca.fmin(first, second)
             divides = side(a, b, c) * side(a, b, d) < 0
             is_divided = side(c, d, a) * side(c, d, b) < 0
+            crosses = ca.logic_and(divides, is_divided)
             signed = ca.if_else(
-                ca.logic_and(divides, is_divided),
+                crosses,
                 -least,
                 least,
             )
@@ -186,8 +202,10 @@ class LinkCollisions:
 
 
 def _whole_numbers(values, name):
-    numbers = np.atleast_1d(finite_numbers(values, f"LinkCollisions: {name}"))
-    if numbers.ndim != 1 or (numbers != np.round(numbers)).any():
+    numbers = finite_numbers(values, f"LinkCollisions: {name}")
+    numbers = np.atleast_1d(numbers)
+    broken = numbers != np.round(numbers)
+    if numbers.ndim != 1 or broken.any():
         raise ValueError(f"LinkCollisions: {name} must be whole numbers, not {shown(values)}")
     return tuple(map(int, numbers))
 
@@ -213,12 +231,14 @@ def _ends(pose):
 def point_segment_distance(z: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the distance of points from the segments a to b, all complex."""
     way = b - a
+    offset = z - a
+    projection = (offset * way.conj()).real
     share = np.clip(
-        ((z - a) * way.conj()).real / np.abs(way) ** 2,
+        projection / np.abs(way) ** 2,
         0,
         1,
     )
-    return np.abs(z - a - share * way)
+    return np.abs(offset - share * way)
 
 
 def segment_distance(
@@ -240,7 +260,9 @@ def segment_distance(
     least = np.min(distances, axis=0)
 
     def side(p, q, r):
-        return ((q - p).conj() * (r - p)).imag
+        u = q - p
+        v = r - p
+        return (u.conj() * v).imag
 
     divides = side(a, b, c) * side(a, b, d) < 0
     is_divided = side(c, d, a) * side(c, d, b) < 0

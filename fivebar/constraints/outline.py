@@ -74,7 +74,11 @@ class Outline:
             cuts = [arc.start, *turns, arc.end]
             for start, end in zip(cuts, cuts[1:]):
                 if start != end:
-                    piece = LocusArc(arc.locus, start, end)
+                    piece = LocusArc(
+                        arc.locus,
+                        start,
+                        end,
+                    )
                     middle = (start + end) / 2
                     inwards = 1j * complex(piece.tangent(middle))
                     side = 0 if inwards.real > 0 else 1
@@ -85,7 +89,8 @@ class Outline:
     @cached_property
     def ends(self) -> np.ndarray:
         ends = [piece.z[[0, -1]] for piece, _ in self.pieces]
-        return np.unique(np.concatenate([*ends, punctures(self.aspect)]))
+        ends.append(punctures(self.aspect))
+        return np.unique(np.concatenate(ends))
 
     @cached_property
     def spacing(self) -> float:
@@ -102,8 +107,8 @@ class Outline:
             chords = np.abs(np.diff(piece.z))
             counts = np.ceil(chords / self.spacing)
             counts = np.maximum(counts, 1).astype(int)
-            s = divided(piece.s, counts)[1:-1]
-            z, tangent = piece.curve(s)
+            s = divided(piece.s, counts)
+            z, tangent = piece.curve(s[1:-1])
             normal = 1j * tangent / np.abs(tangent)
             samples.append((z, z + self.margin * normal))
         return samples
@@ -121,9 +126,10 @@ class Outline:
         """Return points (n,) of the border of all that keeps the clearance, by y."""
         count = 1 + int(min(7 * self.margin / self.spacing, 360))
         angles = 2 * np.pi * np.linspace(0, 1, count)
-        circle = np.exp(1j * angles)
-        around_ends = (self.ends[:, None] + self.margin * circle).ravel()
-        z = np.concatenate([around_ends, *(z for _, z in self.samples)])
+        circle = self.margin * np.exp(1j * angles)
+        around_ends = self.ends[:, None] + circle
+        beside = [z for _, z in self.samples]
+        z = np.concatenate([around_ends.ravel(), *beside])
         distance, _ = self.tree.query(pairs(z))
         z = z[distance >= self.margin - self.spacing]
         return z[np.argsort(z.imag)]
@@ -158,12 +164,12 @@ class Outline:
         Ends and samples are compared with all of it, the exact arcs with its corners.
         """
         # Rounding error may add to the distance, however it is computed.
+        least = self.margin
         if self.margin:
-            rounding = 4 * EPS * np.abs(self.points).max()
-        else:
-            rounding = 0.0
-        least = self.margin + rounding
-        if rectangle_distance(self.points, v).min() < least:
+            farthest = np.abs(self.points).max()
+            least = self.margin + 4 * EPS * farthest
+        distance = rectangle_distance(self.points, v)
+        if distance.min() < least:
             return False
         corners = v[CORNERS] @ (1, 1j)
         if not self.within(corners).all():
@@ -171,18 +177,23 @@ class Outline:
         if self.allowed:
             # Where links touch, traced arcs end short of the limit of reach: the rim is sampled.
             starts = corners[[0, 1, 3, 2]]
-            rim = np.linspace(starts, np.roll(starts, -1), RIM)
+            ends = np.roll(starts, -1)
+            rim = np.linspace(
+                starts,
+                ends,
+                RIM,
+            )
             if not self.allowed(rim.ravel()).all():
                 return False
         if least == 0:
             return True
-        for corner in corners:
-            if clearance_at(self.aspect, corner) < least:
-                return False
-        return True
+        return not any(clearance_at(self.aspect, corner) < least for corner in corners)
 
     def shrunk(
-        self, v: np.ndarray, least: float, inwards: np.ndarray = INWARDS
+        self,
+        v: np.ndarray,
+        least: float,
+        inwards: np.ndarray = INWARDS,
     ) -> np.ndarray | None:
         """Return the rectangle, its borders moved inwards until it keeps the clearance.
 
@@ -202,15 +213,19 @@ class Outline:
         """Return what is nearer than the clearance, by more than slack: pieces k, ends -1 - k."""
         limit = self.margin - slack
         of_ends = rectangle_distance(self.ends, v)
-        result = set()
-        for k in np.flatnonzero(of_ends < limit).tolist():
-            result.add(-1 - k)
+        near = np.flatnonzero(of_ends < limit)
+        result = set((-1 - near).tolist())
         for k, (z, _) in enumerate(self.samples):
-            if rectangle_distance(z, v).min(initial=np.inf) < limit:
+            distance = rectangle_distance(z, v)
+            if distance.min(initial=np.inf) < limit:
                 result.add(k)
         corners = v[CORNERS] @ (1, 1j)
         are_inside = inside(self.aspect.boundary, corners)
-        for sides, corner, is_inside in zip(CORNERS.tolist(), corners, are_inside):
+        for sides, corner, is_inside in zip(
+            CORNERS.tolist(),
+            corners,
+            are_inside,
+        ):
             distance, k = self._nearest_piece(corner, tuple(sides))
             signed = distance if is_inside else -distance
             if k is not None and signed < limit:
@@ -219,16 +234,15 @@ class Outline:
 
     def _nearest_piece(self, corner, sides):
         """Return the distance and number of the nearest piece that limits a corner."""
-        facing = []
+        sampled = []
         for k, (arc, limited) in enumerate(self.pieces):
             if limited == sides:
-                facing.append((k, arc))
-        sampled = []
-        for _, arc in facing:
-            sampled.append(np.abs(arc.z - corner).min())
+                least = np.abs(arc.z - corner).min()
+                sampled.append((least, k, arc))
+        nearest = min((least for least, _, _ in sampled), default=np.inf)
         distances = []
-        for (k, arc), least in zip(facing, sampled):
-            if least - 0.51 * arc.step <= min(sampled):
+        for least, k, arc in sampled:
+            if least - 0.51 * arc.step <= nearest:
                 _, distance = arc.nearest(corner[None])
                 distances.append((distance[0], k))
         return min(distances, default=(np.inf, None))
@@ -257,8 +271,12 @@ def _turns(arc, part):
 def rectangle_distance(z: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return the distance of points (n,) from a rectangle, negative inside."""
     x_min, x_max, y_min, y_max = v
-    x = np.maximum(x_min - z.real, z.real - x_max)
-    y = np.maximum(y_min - z.imag, z.imag - y_max)
+    left = x_min - z.real
+    right = z.real - x_max
+    below = y_min - z.imag
+    above = z.imag - y_max
+    x = np.maximum(left, right)
+    y = np.maximum(below, above)
     # In a corner's quadrant the corner is the nearest point.
     beyond_corner = (x > 0) & (y > 0)
     return np.where(

@@ -171,8 +171,11 @@ class Checks:
     def _called(self, lab, asked):
         """Return the lab's functions that those asked may call, none where all are right."""
         names = may_help(self.program.student.outline, lab, asked)
-        shares = [{c.share for c in self.found if c.function == name} for name in names]
-        if all(share == {1} for share in shares):
+        shares: dict[str, set] = {name: set() for name in names}
+        for check in self.found:
+            if check.function in shares:
+                shares[check.function].add(check.share)
+        if all(found == {1} for found in shares.values()):
             return {}
         return {name: lab.exercises()[name] for name in names}
 

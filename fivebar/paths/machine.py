@@ -76,7 +76,8 @@ class Machine:
 
     def __post_init__(self) -> None:
         robot(self.robot, "Machine: robot")
-        object.__setattr__(self, "offset", two_numbers(self.offset, "Machine: offset"))
+        offset = two_numbers(self.offset, "Machine: offset")
+        object.__setattr__(self, "offset", offset)
         ratio = two_numbers(self.ratio, "Machine: ratio")
         if 0 in ratio:
             raise ValueError(f"Machine: ratio must not be 0, not {ratio}")
@@ -84,17 +85,20 @@ class Machine:
         instance(Placement)(self.frame, "Machine: frame")
         instance(Constraints)(self.constraints, "Machine: constraints")
         if self.tool is not None:
+            tool = instance(Tool)(self.tool, "Machine: tool")
             robot_: Any = self.robot
-            MountedTool(instance(Tool)(self.tool, "Machine: tool"), robot_, (-1, -1))
+            MountedTool(tool, robot_, (-1, -1))
 
     def __repr__(self) -> str:
         words = [self.robot.words.title]
         if self.reads_otherwise:
-            words.append(vector("offset", self.offset, self.robot.words.unit))
+            unit = self.robot.words.unit
+            words.append(vector("offset", self.offset, unit))
             words.append(vector("ratio", self.ratio, ""))
-        for name, usual in (("frame", Placement()), ("constraints", Constraints())):
-            if getattr(self, name) != usual:
-                words.append(str(getattr(self, name)))
+        if self.frame != Placement():
+            words.append(str(self.frame))
+        if self.constraints != Constraints():
+            words.append(str(self.constraints))
         if self.tool is not None:
             words.append(str(self.tool))
         return one_line("Machine", *words)
@@ -138,15 +142,22 @@ class Machine:
                 f"the joints of a biglide slide, they have no angles, of which {unit} is a unit"
             )
         if max(map(abs, self.ratio)) < IN_RADIANS:
+            a_turn = 2 * math.pi / self.ratio[0]
             raise ValueError(
-                f"the drives read {2 * math.pi / self.ratio[0]:.6g} a turn, by the ratio of the"
+                f"the drives read {a_turn:.6g} a turn, by the ratio of the"
                 f" machine: {unit} could be theirs or the motor's; leave unit='rad', which takes"
                 " the readings as they are, or give the machine a ratio in rad"
             )
-        return UNITS[unit] or positive(per_turn, f"{unit} per turn") / (2 * math.pi)
+        known = UNITS[unit]
+        if known:
+            return known
+        return positive(per_turn, f"{unit} per turn") / (2 * math.pi)
 
     def save(
-        self, path: TextFile, sd: Mapping[str, float] = {}, comments: tuple[str, ...] = ()
+        self,
+        path: TextFile,
+        sd: Mapping[str, float] = {},
+        comments: tuple[str, ...] = (),
     ) -> None:
         """Write it as TOML, which `load_machine`, `load_robot` and `--robot` read.
 
@@ -159,23 +170,38 @@ class Machine:
         comments : tuple of str
             Lines at the top.
         """
-        tables = {"readings": {"offset": self.offset, "ratio": self.ratio}}
-        tables["frame"] = {f.name: getattr(self.frame, f.name) for f in fields(Placement)}
-        limits = {name: getattr(self.constraints, name) for name in self.constraints.named}
+        tables: dict[str, Any] = {}
+        if self.reads_otherwise:
+            tables["readings"] = {
+                "offset": self.offset,
+                "ratio": self.ratio,
+            }
+        if self.frame != Placement():
+            tables["frame"] = asdict(self.frame)
+        kept = self.constraints
+        limits: dict[str, Any] = {name: getattr(kept, name) for name in kept.named}
         if "joints" in limits:
-            limits["joints"] = [limits_of or () for limits_of in limits["joints"]]
+            limits["joints"] = [range_ or () for range_ in limits["joints"]]
         if "motors" in limits:
-            motors = [{k: v for k, v in asdict(m).items() if v} for m in limits["motors"]]
-            limits["motors"] = motors
+            limits["motors"] = [_given(motor) for motor in limits["motors"]]
         if "collisions" in limits:
-            links = limits["collisions"]
-            limits["collisions"] = {f.name: getattr(links, f.name) for f in fields(links)}
-        tables["constraints"] = limits
+            limits["collisions"] = asdict(limits["collisions"])
+        if limits:
+            tables["constraints"] = limits
         if self.tool is not None:
             tables["tool"] = asdict(self.tool)
-        unused = {"readings": not self.reads_otherwise, "frame": self.frame == Placement()}
-        tables = {name: table for name, table in tables.items() if table and not unused.get(name)}
-        write_robot(path, self.robot, sd, comments, tables)
+        write_robot(
+            path,
+            self.robot,
+            sd,
+            comments,
+            tables,
+        )
+
+
+def _given(motor):
+    """Return the values of a motor by name, without those that are 0 or None."""
+    return {name: value for name, value in asdict(motor).items() if value}
 
 
 def load_machine(path: TextFile) -> Machine:
@@ -223,12 +249,19 @@ def machine_and_defaults(path: TextFile) -> tuple[Machine, list[str]]:
 
 def machine_of(robot: FiveBar | Biglide, sections: Mapping[str, Any]) -> Machine:
     """Return the machine of a robot and the tables of a robot file beside it."""
-    parts = {"offset", "ratio"}, _names(Placement), _names(Constraints), _names(Tool)
+    parts = [
+        {"offset", "ratio"},
+        _names(Placement),
+        _names(Constraints),
+        _names(Tool),
+    ]
     for name, known in zip(SECTIONS, parts):
-        _refuse_unknown(name, sections.get(name, {}), known)
+        table = sections.get(name, {})
+        _refuse_unknown(name, table, known)
     constraints: dict[str, Any] = dict(sections.get("constraints", {}))
-    if isinstance(joints := constraints.get("joints"), list):
-        constraints["joints"] = [limits or None for limits in joints]
+    joints = constraints.get("joints")
+    if isinstance(joints, list):
+        constraints["joints"] = [range_ or None for range_ in joints]
     if "collisions" in constraints:
         links = constraints["collisions"]
         _refuse_unknown("constraints.collisions", links, _names(LinkCollisions))
@@ -237,7 +270,13 @@ def machine_of(robot: FiveBar | Biglide, sections: Mapping[str, Any]) -> Machine
     limits = Constraints(**constraints)
     tool = Tool(**sections["tool"]) if "tool" in sections else None
     readings = sections.get("readings", {})
-    return Machine(robot, frame=frame, constraints=limits, tool=tool, **readings)
+    return Machine(
+        robot,
+        frame=frame,
+        constraints=limits,
+        tool=tool,
+        **readings,
+    )
 
 
 def _names(kind):
@@ -245,9 +284,9 @@ def _names(kind):
 
 
 def _refuse_unknown(name, table, known):
+    has = ", ".join(sorted(known))
     if not isinstance(table, dict):
-        raise ValueError(f"{name} must be a table of {', '.join(sorted(known))}")
-    if unknown := sorted(set(table) - known):
-        raise ValueError(
-            f"no {', '.join(unknown)} in the table {name}; it has {', '.join(sorted(known))}"
-        )
+        raise ValueError(f"{name} must be a table of {has}")
+    unknown = sorted(set(table) - known)
+    if unknown:
+        raise ValueError(f"no {', '.join(unknown)} in the table {name}; it has {has}")

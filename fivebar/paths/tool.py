@@ -114,22 +114,40 @@ class Tool:
         mounted = MountedTool(self, robot, modes(2)(working, "Tool: working"))
         joint = mounted.joint(point)
         lost = np.isnan(joint[..., 0])
-        if raise_or_nan(unreachable) == "raise" and lost.any():
+        refuses = raise_or_nan(unreachable) == "raise"
+        if refuses and lost.any():
             _, index = first_index(lost)
-            lost_point = np.asarray(point, float)[index]
+            points = np.asarray(point, float)
+            lost_point = points[index]
             reason = mounted.reason(lost_point)
-            raise UnreachableError(f"Tool: {reason}", mounted.gap(lost_point), index or None)
-        far = 10 * sum(drive.length + bar for drive, bar in zip(robot.drives, robot.distal))
-        joint = np.where(lost[..., None], far, joint)  # out of all reach, as `igm` takes no nan
-        return igm(robot, joint, mounted.working, unreachable)
+            raise UnreachableError(
+                f"Tool: {reason}",
+                mounted.gap(lost_point),
+                index or None,
+            )
+        legs = zip(robot.drives, robot.distal)
+        far = 10 * sum(drive.length + bar for drive, bar in legs)
+        # Out of all reach, as `igm` takes no nan.
+        joint = np.where(
+            lost[..., None],
+            far,
+            joint,
+        )
+        return igm(
+            robot,
+            joint,
+            mounted.working,
+            unreachable,
+        )
 
     def point(self, pose: Pose) -> np.ndarray:
         """Return where the tool is (*batch, 2), m, in a pose of its robot."""
-        x, y = pose.u2[self.leg - 1]
+        ux, uy = pose.u2[self.leg - 1]
+        x, y = pose.point
         return np.stack(
             [
-                pose.point[0] + self.along * x - self.across * y,
-                pose.point[1] + self.along * y + self.across * x,
+                x + self.along * ux - self.across * uy,
+                y + self.along * uy + self.across * ux,
             ],
             axis=-1,
         )
@@ -142,33 +160,71 @@ class Tool:
         as fast as the tool wants.
         """
         mounted = MountedTool(self, robot, modes(2)(working, "Tool: working"))
-        found = []
+        loci = []
         for piece in singularity_loci(robot).task:
-            if mounted.working in piece.working and len(piece.points) > 1:
-                pose = igm(robot, piece.points, mounted.working, unreachable="nan")
-                points = self.point(pose)
-                arm = points - pose.elbows[:, self.leg - 1]
-                sine = cross(pose.legs[self.leg - 1].direction, arm.T) / mounted.reach
-                beyond = mounted.branch * sine > NEAR  # of a fold of the tool
-                points = np.where(beyond[:, None], np.nan, points)
-                if np.isfinite(points).any():
-                    found.append(ToolLocus(piece.type, piece.kind, points))
-        for inside in mounted.folds:
-            pose = self.pose(robot, inside, mounted.working, unreachable="nan")
-            points = np.where(np.isfinite(pose.det_A)[:, None], inside, np.nan)
-            if np.isfinite(points).any():
-                found.append(ToolLocus(Singularity.SERIAL, "folded tool", points))
-        return found
+            in_modes = mounted.working in piece.working
+            if in_modes and len(piece.points) > 1:
+                points = self._unfolded(mounted, piece.points)
+                locus = ToolLocus(
+                    piece.type,
+                    piece.kind,
+                    points,
+                )
+                loci.append(locus)
+        for fold in mounted.folds:
+            pose = self.pose(
+                robot,
+                fold,
+                mounted.working,
+                unreachable="nan",
+            )
+            reached = np.isfinite(pose.det_A)
+            points = np.where(
+                reached[:, None],
+                fold,
+                np.nan,
+            )
+            locus = ToolLocus(
+                Singularity.SERIAL,
+                "folded tool",
+                points,
+            )
+            loci.append(locus)
+        return [locus for locus in loci if np.isfinite(locus.points).any()]
+
+    def _unfolded(self, mounted, joint):
+        """Return where the tool is (n, 2), m, with C at points; nan beyond its fold."""
+        pose = igm(
+            mounted.robot,
+            joint,
+            mounted.working,
+            unreachable="nan",
+        )
+        points = self.point(pose)
+        arm = points - pose.elbows[:, self.leg - 1]
+        proximal = pose.legs[self.leg - 1].direction
+        sine = cross(proximal, arm.T) / mounted.reach
+        beyond = mounted.branch * sine > NEAR
+        return np.where(
+            beyond[:, None],
+            np.nan,
+            points,
+        )
 
     def jacobian(self, pose: Pose) -> np.ndarray:
         """Return the tool's Jacobian (*batch, 2, 2): its velocity is J q'."""
-        u = np.stack(pose.u2[self.leg - 1], axis=-1)
-        v = np.stack([-u[..., 1], u[..., 0]], axis=-1)
-        bar = pose.robot.distal[self.leg - 1]
-        drive = pose.robot.drives[self.leg - 1]
+        k = self.leg - 1
+        u = np.stack(pose.u2[k], axis=-1)
+        v = np.stack(
+            [-u[..., 1], u[..., 0]],
+            axis=-1,
+        )
+        bar = pose.robot.distal[k]
+        drive = pose.robot.drives[k]
+        tangent = drive.tangent(pose.legs[k].direction)
+        components = np.broadcast_arrays(*tangent)
         turns = np.array(pose.J)
-        tangent = drive.tangent(pose.legs[self.leg - 1].direction)
-        turns[..., self.leg - 1] -= np.stack(np.broadcast_arrays(*tangent), axis=-1)
+        turns[..., k] -= np.stack(components, axis=-1)
         # The rate of the bar's angle by each joint's rate: v . (xi' - P' q') / l.
         rate = np.einsum("...c,...cj->...j", v, turns) / bar
         beside = self.along * v - self.across * u
@@ -249,11 +305,24 @@ class MountedTool:
         """Points (n, 2), m, of the circles on which proximal bar and tool are in line, rounded to
         where they are reached.
         """
-        l1, r = self._bars[0], self.reach
+        inner, outer = self._radii
         turn = np.linspace(0.0, 2 * np.pi, FOLD)
-        circle = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+        circle = np.stack(
+            [np.cos(turn), np.sin(turn)],
+            axis=-1,
+        )
         base = np.array([self._drive.x, 0.0])
-        return base + (l1 + r) * (1 - NEAR) * circle, base + abs(l1 - r) * (1 + NEAR) * circle
+        return (
+            base + outer * (1 - NEAR) * circle,
+            base + inner * (1 + NEAR) * circle,
+        )
+
+    @property
+    def _radii(self):
+        """The least and the largest distance, m, of the tool from the base joint."""
+        l1, _ = self._bars
+        r = self.reach
+        return abs(l1 - r), l1 + r
 
     def joint(self, point: ArrayLike) -> np.ndarray:
         """Return where C is (*batch, 2), m, with the tool at points (*batch, 2).
@@ -263,13 +332,24 @@ class MountedTool:
         point = finite_numbers(point, "Tool: point")
         if point.shape[-1:] != (2,):
             raise ValueError(f"Tool: point must be (*batch, 2), not {shown(point.shape)}")
-        dyad = self._drive.close((point[..., 0], point[..., 1]), self.reach, self.branch)
-        along = self.reach * (dyad.last[0] + 1j * dyad.last[1])
+        dyad = self._drive.close(
+            (point[..., 0], point[..., 1]),
+            self.reach,
+            self.branch,
+        )
+        ux, uy = dyad.last
+        along = self.reach * (ux + 1j * uy)
         z = point @ (1, 1j) + self.factor * along
         bar = (1 + self.factor) * along
         crank = z - bar - self._drive.x
-        folded = self._mode * (crank.conjugate() * bar).imag >= 0
-        return np.where(folded[..., None], np.nan, np.stack([z.real, z.imag], axis=-1))
+        sine = (crank.conjugate() * bar).imag
+        folded = self._mode * sine >= 0
+        joint = np.stack([z.real, z.imag], axis=-1)
+        return np.where(
+            folded[..., None],
+            np.nan,
+            joint,
+        )
 
     def series(self, x: Series, y: Series) -> tuple[Series, Series, Series]:
         """Return the coordinates of C with all derivatives that the tool's have.
@@ -282,13 +362,16 @@ class MountedTool:
         rx = x - self._drive.x
         square = rx * rx + y * y
         lead = (square + (r - l1) * (r + l1)) * 0.5
-        heron = ((l1 + r) ** 2 - square) * (square - (l1 - r) ** 2)
+        outer = (l1 + r) ** 2 - square
+        inner = square - (l1 - r) ** 2
+        heron = outer * inner
         across = heron.sqrt() * (0.5 * self.branch)
         scale = square.inverse()
         # T - E, whose products with T's way from the base joint are `lead` and -`across`.
         ex = (lead * rx + across * y) * scale
         ey = (lead * y - across * rx) * scale
-        keeps = (across * (1 + k.real) - (lead - r * r) * k.imag) * self._mode
+        sine = across * (1 + k.real) - (lead - r * r) * k.imag
+        keeps = sine * self._mode
         return (
             x + ex * k.real - ey * k.imag,
             y + ey * k.real + ex * k.imag,
@@ -297,10 +380,18 @@ class MountedTool:
 
     def carried(self, found: np.ndarray) -> np.ndarray:
         """Return C and its first three derivatives (4, n, 2) from those of the tool."""
-        m = found / FACTORIALS[..., None]
-        x, y = (Series(m[..., axis], EPS * np.abs(m[..., axis])) for axis in (0, 1))
-        c = self.series(x, y)[:2]
-        return np.stack([each.m * FACTORIALS for each in c], axis=-1)
+        terms = found / FACTORIALS[..., None]
+        rounding = EPS * np.abs(terms)
+        x = Series(terms[..., 0], rounding[..., 0])
+        y = Series(terms[..., 1], rounding[..., 1])
+        cx, cy, _ = self.series(x, y)
+        return np.stack(
+            [
+                cx.m * FACTORIALS,
+                cy.m * FACTORIALS,
+            ],
+            axis=-1,
+        )
 
     def refuse_unreached(self, path: Path) -> None:
         """Refuse a path of the tool, unless enclosures prove that it is reached in the modes.
@@ -313,20 +404,33 @@ class MountedTool:
         least = FINEST * path.length
         self._refuse_first(path, path.knots)
         while len(piece):
-            keeps = self.series(*place_series(path, piece, first, last, 1))[2]
+            x, y = place_series(
+                path,
+                piece,
+                first,
+                last,
+                1,
+            )
+            _, _, keeps = self.series(x, y)
             left = ~(keeps.m[0] > keeps.r[0])  # nan is left, too
-            piece, first, last = piece[left], first[left], last[left]
+            piece = piece[left]
+            first = first[left]
+            last = last[left]
             middle = (first + last) / 2
             places = path.knots[piece] + middle
             self._refuse_first(path, places)
-            if (short := last - first < least).any():
+            short = last - first < least
+            if short.any():
                 self._refuse(path, places[short].min())
             piece = np.tile(piece, 2)
-            first, last = np.concatenate([first, middle]), np.concatenate([middle, last])
+            first = np.concatenate([first, middle])
+            last = np.concatenate([middle, last])
 
     def _refuse_first(self, path, s):
         s = np.sort(s)
-        lost = ~np.isfinite(self.joint(path.drawn(s)[0])).all(axis=1)
+        point = path.drawn(s)[0]
+        joint = self.joint(point)
+        lost = ~np.isfinite(joint).all(axis=1)
         if lost.any():
             self._refuse(path, s[np.argmax(lost)])
 
@@ -335,24 +439,35 @@ class MountedTool:
         line = path.line_of(s)
         of_file = f" (line {line})" if line else ""
         raise UnreachableError(
-            f"Tool: at s = {s:.6g} m of the path{of_file} {self.reason(point)}", self.gap(point)
+            f"Tool: at s = {s:.6g} m of the path{of_file} {self.reason(point)}",
+            self.gap(point),
         )
 
     def gap(self, point: np.ndarray) -> float:
         """Return by how much, m, a point (2,) is out of the reach of proximal bar and tool."""
-        l1, r = self._bars[0], self.reach
-        distance = float(np.hypot(point[0] - self._drive.x, point[1]))
-        return max(distance - l1 - r, abs(l1 - r) - distance, 0.0)
+        l1, _ = self._bars
+        inner, _ = self._radii
+        distance = self._distance(point)
+        return max(
+            distance - l1 - self.reach,
+            inner - distance,
+            0.0,
+        )
+
+    def _distance(self, point):
+        """Return the distance, m, of a point (2,) from the base joint."""
+        x, y = point
+        return float(np.hypot(x - self._drive.x, y))
 
     def reason(self, point: np.ndarray) -> str:
         """Return in words why the tool is not at a point (2,) in these modes."""
-        l1, r = self._bars[0], self.reach
-        distance = float(np.hypot(point[0] - self._drive.x, point[1]))
-        where = f"({point[0]:.6g}, {point[1]:.6g}) m"
+        inner, outer = self._radii
+        x, y = point
+        where = f"({x:.6g}, {y:.6g}) m"
         if self.gap(point):
             return (
-                f"the tool does not reach {where}: {distance:.6g} m from base joint"
-                f" {self.tool.leg}, where from {abs(l1 - r):.6g} to {l1 + r:.6g} m can be reached"
+                f"the tool does not reach {where}: {self._distance(point):.6g} m from base joint"
+                f" {self.tool.leg}, where from {inner:.6g} to {outer:.6g} m can be reached"
             )
         return (
             f"the tool at {where} folds over its bar: leg {self.tool.leg} is in line with its tool"

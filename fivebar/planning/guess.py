@@ -32,14 +32,20 @@ def guess_again(plan: Plan, found: PlanSolution) -> Guess:
     """
 
     def guess(t):
-        controls = [np.interp(t, plan.nodes, control) for control in found.controls.T]
-        return np.column_stack([plan.motion(t)[..., :-2], *controls])
+        motion = plan.motion(t)
+        controls = _interpolated(
+            t,
+            plan.nodes,
+            found.controls,
+        )
+        return np.column_stack([motion[..., :-2], controls])
 
     return guess
 
 
 def first_guess(
-    problem: Problem, paths: list[np.ndarray] | None = None
+    problem: Problem,
+    paths: list[np.ndarray] | None = None,
 ) -> tuple[Guess, np.ndarray]:
     """Return (times -> (n, 8 or 14), duration of each phase), from rest to rest along paths.
 
@@ -51,7 +57,8 @@ def first_guess(
         points = [np.array(conditions[0]) for conditions, _ in problem.stops]
         paths = [_path(problem, a, b) for a, b in zip(points, points[1:])]
     lengths = np.array([_steps(path).sum() for path in paths])
-    shares = np.maximum(lengths, 0.05 * problem.coordinates.units(problem).max())
+    units = problem.coordinates.units(problem)
+    shares = np.maximum(lengths, 0.05 * units.max())
     sigma = np.linspace(0, 1, 201)
     blend = sigma**3 * (10 - 15 * sigma + 6 * sigma**2)
     motions = []
@@ -63,8 +70,17 @@ def first_guess(
             along,
             path,
         )
-        xi_dot = np.gradient(xi, sigma, axis=0)
-        motions.append((xi, xi_dot, np.gradient(xi_dot, sigma, axis=0)))
+        xi_dot = np.gradient(
+            xi,
+            sigma,
+            axis=0,
+        )
+        xi_ddot = np.gradient(
+            xi_dot,
+            sigma,
+            axis=0,
+        )
+        motions.append((xi, xi_dot, xi_ddot))
     durations = shares / shares.sum()
     timed = problem.timed
     for (i, before), (j, after) in zip(timed, timed[1:]):
@@ -75,17 +91,25 @@ def first_guess(
         free = shares[last:] / shares[last:].sum()
         factors = [_time_needed(problem, m, T) for m, T in zip(motions[last:], free)]
         durations[last:] = free * max(factors)
+    ends = np.cumsum(durations)
     times = []
     rows = []
-    for motion, duration, end in zip(motions, durations, np.cumsum(durations)):
-        times.append(end + duration * (sigma - 1))
-        derivatives = [value / duration**order for order, value in enumerate(motion)]
-        motion = np.concatenate(derivatives, axis=1)
+    for derivatives, duration, end in zip(motions, durations, ends):
+        motion = _in_time(derivatives, duration)
         controls = problem.coordinates.first_controls(problem, motion)
+        times.append(end + duration * (sigma - 1))
         rows.append(np.concatenate([motion, controls], axis=1))
     times = np.concatenate(times)
     table = np.concatenate(rows)
     return lambda t: _interpolated(t, times, table), durations
+
+
+def _in_time(derivatives, duration):
+    """Return the motion (n, 6) of a phase from its derivatives by the share of its duration."""
+    return np.concatenate(
+        [value / duration**order for order, value in enumerate(derivatives)],
+        axis=1,
+    )
 
 
 def _steps(path):
@@ -99,15 +123,16 @@ def _interpolated(x, nodes, table):
     )
 
 
-def _time_needed(problem, motion, duration):
+def _time_needed(
+    problem,
+    derivatives,
+    duration,
+):
     """Return the factor by which a phase of `duration` is to be stretched.
 
     Torque goes as 1 / time^2, speed as 1 / time.
     """
-    motion = np.concatenate(
-        [m / duration**i for i, m in enumerate(motion)],
-        axis=1,
-    )
+    motion = _in_time(derivatives, duration)
     acc = problem.accelerations(motion)
     limits = problem.constraints
     weights = problem.weights
@@ -115,39 +140,52 @@ def _time_needed(problem, motion, duration):
     tau = np.zeros((1, 2))
     if regular.any():
         tau = inverse_dynamics(problem.accelerations(motion[regular]))
-    third = np.gradient(acc.xi_ddot, duration / 200, axis=0)
-    effort = np.mean(np.sum(tau**2, axis=1)) * duration
-    jerk = np.mean(np.sum(third**2, axis=1)) * duration
+    xi_dddot = np.gradient(
+        acc.xi_ddot,
+        duration / 200,
+        axis=0,
+    )
+    effort = _mean_square(tau) * duration
+    jerk = _mean_square(xi_dddot) * duration
+    by_effort = 3 * weights["effort"] * effort / weights["time"] / duration
+    by_jerk = 5 * weights["jerk"] * jerk / weights["time"] / duration
     factors = [
         1e-3,
-        (3 * weights["effort"] * effort / weights["time"] / duration) ** 0.25,
-        (5 * weights["jerk"] * jerk / weights["time"] / duration) ** (1 / 6),
+        by_effort**0.25,
+        by_jerk ** (1 / 6),
     ]
+    joint_speed = np.abs(acc.rates.q_dot)
     if limits.torque is not None:
-        factors.append(np.sqrt(np.quantile(np.abs(tau) / limits.torque, 0.95)))
+        used = np.abs(tau) / limits.torque
+        factors.append(np.sqrt(np.quantile(used, 0.95)))
     if limits.motors is not None:
         _, speed = at_joints(limits.motors)
-        factors.append(np.quantile(np.abs(acc.rates.q_dot) / speed, 0.95))
+        factors.append(np.quantile(joint_speed / speed, 0.95))
     if limits.joint_speed is not None:
-        factors.append(np.quantile(np.abs(acc.rates.q_dot) / limits.joint_speed, 0.95))
+        factors.append(np.quantile(joint_speed / limits.joint_speed, 0.95))
     if limits.acceleration is not None:
         largest = np.linalg.norm(acc.xi_ddot, axis=1).max()
         factors.append(np.sqrt(largest / limits.acceleration))
     return max(factors)
 
 
+def _mean_square(vectors):
+    squares = np.sum(vectors**2, axis=1)
+    return np.mean(squares)
+
+
 def _path(problem, a, b):
     """Return points (n, 2) of the line from a to b, or of a shortest way round on a grid."""
-    straight = a + np.linspace(0, 1, 101)[:, None] * (b - a)
+    share = np.linspace(0, 1, 101)
+    straight = a + share[:, None] * (b - a)
     if (_blocked(problem, straight) <= 0).all():
         return straight
-    low = np.minimum(a, b) - 2 * problem.length
-    high = np.maximum(a, b) + 2 * problem.length
-    axes = [np.linspace(low[i], high[i], GRID) for i in (0, 1)]
-    nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(
-        -1,
-        2,
-    )
+    margin = 2 * problem.length
+    low = np.minimum(a, b) - margin
+    high = np.maximum(a, b) + margin
+    axes = np.linspace(low, high, GRID).T
+    x, y = np.meshgrid(*axes, indexing="ij")
+    nodes = np.column_stack([x.ravel(), y.ravel()])
     blocked = np.maximum(_blocked(problem, nodes), 0.0)
     # Edges from each node to its eight neighbours.
     number = np.arange(GRID**2).reshape(GRID, GRID)
@@ -159,33 +197,48 @@ def _path(problem, a, b):
     ]
     i = np.concatenate([first.ravel() for first, _ in edges])
     j = np.concatenate([second.ravel() for _, second in edges])
-    between = np.maximum(_blocked(problem, (nodes[i] + nodes[j]) / 2), 0.0)
+    middles = (nodes[i] + nodes[j]) / 2
+    between = np.maximum(_blocked(problem, middles), 0.0)
     excess = blocked[i] + blocked[j] + between
     lengths = np.linalg.norm(nodes[i] - nodes[j], axis=1)
     cost = lengths + 100 * problem.length * excess
     ends = []
     for point in (a, b):
         distances = np.linalg.norm(nodes - point, axis=1)
-        ends.append(int(np.argmin(distances + 1e3 * blocked)))
+        nearest = np.argmin(distances + 1e3 * blocked)
+        ends.append(int(nearest))
     first, last = ends
-    graph = coo_array((cost, (i, j)), shape=(GRID**2,) * 2).tocsr()
-    _, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
+    graph = coo_array((cost, (i, j)), shape=(GRID**2,) * 2)
+    _, before = dijkstra(
+        graph.tocsr(),
+        directed=False,
+        indices=first,
+        return_predecessors=True,
+    )
     way = [last]
     while way[-1] != first:
         way.append(int(before[way[-1]]))
     path = np.concatenate([[a], nodes[way[::-1]], [b]])
     worst = path[np.argmax(_blocked(problem, path))]
-    gap = -igm(problem.robot, worst, problem.working, unreachable="nan").reach_margin
+    pose = igm(
+        problem.robot,
+        worst,
+        problem.working,
+        unreachable="nan",
+    )
+    gap = -pose.reach_margin
     if gap > 0:
+        x, y = worst
         raise PlanError(
             f"plan: start and goal are not connected in working modes {problem.working}: the way"
             f" with the narrowest gap leaves the reach of the bars by {gap:.3g} m near"
-            f" ({worst[0]:.4g}, {worst[1]:.4g}) m",
+            f" ({x:.4g}, {y:.4g}) m",
             {"reach": gap},
         )
     along = np.append(0.0, np.cumsum(_steps(path)))
+    even = np.linspace(0, along[-1], 101)
     path = _interpolated(
-        np.linspace(0, along[-1], 101),
+        even,
         along,
         path,
     )
@@ -194,8 +247,9 @@ def _path(problem, a, b):
         smooth = path.copy()
         neighbours = path[:-2] + path[2:]
         smooth[1:-1] = (neighbours + 2 * path[1:-1]) / 4
+        keeps = _blocked(problem, smooth) <= allowed
         path = np.where(
-            (_blocked(problem, smooth) <= allowed)[:, None],
+            keeps[:, None],
             smooth,
             path,
         )
@@ -204,7 +258,12 @@ def _path(problem, a, b):
 
 def _blocked(problem, xi):
     """Return the violations of limits at points (n, 2), over their units; > 1 out of reach."""
-    pose = igm(problem.robot, xi, problem.working, unreachable="nan")
+    pose = igm(
+        problem.robot,
+        xi,
+        problem.working,
+        unreachable="nan",
+    )
     excess = problem.violations(sines=problem.signed_sines(pose))
     if problem.constraints.region:
         corners = np.array(problem.constraints.region) @ (1, 1j)
@@ -213,5 +272,10 @@ def _blocked(problem, xi):
         [value / problem.unit(name) for name, value in excess.items()],
         axis=0,
     )
-    unreachable = 2 - 10 * np.minimum(pose.reach_margin, 0) / problem.length
-    return np.where(np.isnan(worst), unreachable, worst)
+    beyond = np.minimum(pose.reach_margin, 0)
+    unreachable = 2 - 10 * beyond / problem.length
+    return np.where(
+        np.isnan(worst),
+        unreachable,
+        worst,
+    )

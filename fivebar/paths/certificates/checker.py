@@ -65,7 +65,10 @@ def point(piece, u, on=iv):
         angle = u * (on.mpf(stop) - start) + start
         cos = on.cos(angle.value)
         sin = on.sin(angle.value)
-        return angle.through(cos, -sin) * radius + cx, angle.through(sin, cos) * radius + cy
+        return (
+            angle.through(cos, -sin) * radius + cx,
+            angle.through(sin, cos) * radius + cy,
+        )
     if kind == "polynomial":
         x = y = u * 0
         for cx, cy in reversed(of):
@@ -81,13 +84,24 @@ def reach(base, l1, l2, x, y):
     """
     rx = x - base
     r2 = rx * rx + y * y
-    return l1, l2, rx, y, r2, (l1 + l2) * (l1 + l2) - r2, r2 - (l1 - l2) * (l1 - l2)
+    return (
+        l1,
+        l2,
+        rx,
+        y,
+        r2,
+        (l1 + l2) * (l1 + l2) - r2,
+        r2 - (l1 - l2) * (l1 - l2),
+    )
 
 
 def legs(x, y, lengths):
     """`reach` of both legs."""
     l11, l12, l21, l22, d = lengths
-    return [reach(d * -0.5, l11, l12, x, y), reach(d * 0.5, l21, l22, x, y)]
+    return [
+        reach(d * -0.5, l11, l12, x, y),
+        reach(d * 0.5, l21, l22, x, y),
+    ]
 
 
 def distal(leg, mode, on=iv):
@@ -99,7 +113,11 @@ def distal(leg, mode, on=iv):
     root = on.sqrt(product.value)
     along = (r2 - l1 * l1 + l2 * l2) / (r2 * 2)
     across = product.through(root, 1 / (root * 2)) / (r2 * 2) * mode
-    return along * rx + across * ry, along * ry - across * rx, product
+    return (
+        along * rx + across * ry,
+        along * ry - across * rx,
+        product,
+    )
 
 
 def margins(reached, working, on=iv):
@@ -126,20 +144,36 @@ def joint(x, y, lengths, tool, working, on=iv):
     """
     k = tool["leg"] - 1
     l1, l2 = lengths[2 * k : 2 * k + 2]
-    along, across = on.mpf(tool["along"]), on.mpf(tool["across"])
+    along = on.mpf(tool["along"])
+    across = on.mpf(tool["across"])
     real = l2 + along
     r2 = real * real + across * across
     root = on.sqrt(r2.value)
-    leg = reach(lengths[4] * (k - 0.5), l1, r2.through(root, 1 / (root * 2)), x, y)
-    bar = distal(leg, working[k] if real.value > 0 else -working[k], on)
+    leg = reach(
+        lengths[4] * (k - 0.5),
+        l1,
+        r2.through(root, 1 / (root * 2)),
+        x,
+        y,
+    )
+    bar = distal(
+        leg,
+        working[k] if real.value > 0 else -working[k],
+        on,
+    )
     if bar is None:
         return None
     ex, ey, _ = bar
-    fx, fy = (real * ex + ey * across) / r2, (real * ey - ex * across) / r2  # (C - E) / l2
+    # (C - E) / l2
+    fx = (real * ex + ey * across) / r2
+    fy = (real * ey - ex * across) / r2
     # E x (C - E): of sin q_i2, which the mode gives a sign.
     if not (((leg[2] - ex) * fy - (leg[3] - ey) * fx) * -working[k]).value > 0:
         return None
-    return x - fx * along + fy * across, y - fy * along - fx * across
+    return (
+        x - fx * along + fy * across,
+        y - fy * along - fx * across,
+    )
 
 
 def proved(
@@ -154,7 +188,8 @@ def proved(
     middle = [on.mpf((first + last) / 2)]
     free = [0]
     for k, name in enumerate(LENGTHS, 1):
-        length, tolerance = (on.mpf(certificate[of].get(name, 0)) for of in ("robot", "tolerances"))
+        length = on.mpf(certificate["robot"].get(name, 0))
+        tolerance = on.mpf(certificate["tolerances"].get(name, 0))
         whole.append(on.mpf((length - tolerance, length + tolerance)))
         middle.append(length)
         free += [k] * bool(tolerance > 0)
@@ -173,7 +208,13 @@ def proved(
             numbers.append(Number(value, [on.mpf(k == j) for j in free]))
         place = point(piece, numbers[0], on)
         if tool := certificate.get("tool"):
-            place = joint(*place, numbers[1:], tool, certificate["working"], on)
+            place = joint(
+                *place,
+                numbers[1:],
+                tool,
+                certificate["working"],
+                on,
+            )
         if place is None:
             return False
         both.append(list(legs(*place, numbers[1:])))
@@ -184,18 +225,24 @@ def proved(
     least = on.mpf(certificate["margin"])
     wanted = zip(
         *both,
-        (least * least, least * least, least),
-        (1, 1, -certificate["assembly"]),
+        (
+            least * least,
+            least * least,
+            least,
+        ),
+        (
+            1,
+            1,
+            -certificate["assembly"],
+        ),
     )
     found = [(centred(over, at).value * sign, bound) for over, at, bound, sign in wanted]
     return all(value > 0 and value >= bound for value, bound in found)
 
 
 def digest(certificate):
-    content = json.dumps(
-        {key: value for key, value in certificate.items() if key != "sha256"},
-        sort_keys=True,
-    )
+    claim = {key: value for key, value in certificate.items() if key != "sha256"}
+    content = json.dumps(claim, sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()
 
 
@@ -206,11 +253,17 @@ def refusal(certificate, shown=iter):
     iv.prec = 80
     if certificate["sha256"] != digest(certificate):
         return "it is not as it was written (sha256)"
-    robot, tolerances, modes = (certificate[key] for key in ("robot", "tolerances", "working"))
+    robot = certificate["robot"]
+    tolerances = certificate["tolerances"]
+    modes = certificate["working"]
     signs = {*modes, certificate["assembly"]}
     known = signs <= {-1, 1} and len(modes) == 2
     known &= set(robot) == set(LENGTHS) >= set(tolerances)
-    sizes = [*robot.values(), *tolerances.values(), certificate["margin"]]
+    sizes = [
+        *robot.values(),
+        *tolerances.values(),
+        certificate["margin"],
+    ]
     if not (known and min(sizes) >= 0):
         return (
             f"needed: three modes of -1 or 1; {', '.join(LENGTHS)}, tolerances of these, a margin,"
@@ -232,7 +285,15 @@ def refusal(certificate, shown=iter):
                 " from 0 to 1"
             )
         for first, last in zip(parts, parts[1:]):
-            if not (first < last and proved(certificate, piece, first, last)):
+            if not (
+                first < last
+                and proved(
+                    certificate,
+                    piece,
+                    first,
+                    last,
+                )
+            ):
                 return f"piece {number}, from {first} to {last} of it: not proved"
     return None if ends else "it has no pieces"
 

@@ -46,19 +46,43 @@ class Cells(NamedTuple):
     region: np.ndarray
 
     def chosen(self, at: np.ndarray) -> Cells:
-        return Cells(self.middle[:, at], self.half[:, at], self.region[at])
+        return Cells(
+            self.middle[:, at],
+            self.half[:, at],
+            self.region[at],
+        )
 
     def halved(self, size: float) -> Cells:
         """Return both halves of all cells, across the side that moves an arm of this size most."""
         one = np.ones(len(self.region))
         scale = self.middle[3]
-        arms = np.stack([one, one, size * scale, size * one])
+        arms = np.stack(
+            [
+                one,
+                one,
+                size * scale,
+                size * one,
+            ]
+        )
         moves = self.half * arms
-        across = np.arange(4)[:, None] == moves.argmax(axis=0)
-        half = np.where(across, self.half / 2, self.half)
-        step = np.where(across, half, 0.0)
-        middle = np.concatenate([self.middle - step, self.middle + step], axis=1)
-        return Cells(middle, np.tile(half, 2), np.tile(self.region, 2))
+        farthest = moves.argmax(axis=0)
+        across = np.arange(4)[:, None] == farthest
+        half = np.where(
+            across,
+            self.half / 2,
+            self.half,
+        )
+        step = np.where(
+            across,
+            half,
+            0.0,
+        )
+        middles = [self.middle - step, self.middle + step]
+        return Cells(
+            np.concatenate(middles, axis=1),
+            np.tile(half, 2),
+            np.tile(self.region, 2),
+        )
 
 
 class BranchAndBound:
@@ -92,7 +116,12 @@ class BranchAndBound:
                     cells, promise = self._open(cells, self._sharp(cells))
                 first = False
                 cells = cells.halved(self.search.size)
-        return self.best, max(self.bound, self.value, promise.max(initial=0.0))
+        bound = max(
+            self.bound,
+            self.value,
+            promise.max(initial=0.0),
+        )
+        return self.best, bound
 
     def _first(self):
         """Return the cells of the boxes that hold the regions, of all turns and scales."""
@@ -100,16 +129,24 @@ class BranchAndBound:
         low = np.array([room.low for room in search.clearances])
         high = np.array([room.high for room in search.clearances])
         if self.mixed:
-            low = np.array([complex(low.real.min(), low.imag.min())])
-            high = np.array([complex(high.real.max(), high.imag.max())])
+            corner = complex(low.real.min(), low.imag.min())
+            opposite = complex(high.real.max(), high.imag.max())
+            low = np.array([corner])
+            high = np.array([opposite])
         scales = np.full(2, self.scale)
         if self.scale is None:
-            most = np.abs(high - low).max() / search.size
-            scales = np.geomspace(SMALLEST * most, most, SCALES + 1)
+            widest = np.abs(high - low).max()
+            most = widest / search.size
+            scales = np.geomspace(
+                SMALLEST * most,
+                most,
+                SCALES + 1,
+            )
         turns = np.array([search.turn])
+        opening = 0.0
         if search.turn is None:
             turns = np.arange(TURNS) * 2 * math.pi / TURNS
-        opening = math.pi / TURNS if search.turn is None else 0.0
+            opening = math.pi / TURNS
         odd = 2 * np.arange(SIDE) + 1
         boxes = np.arange(len(low))
         steps = np.arange(len(scales) - 1)
@@ -132,12 +169,27 @@ class BranchAndBound:
         scale = (smaller + larger) / 2
         growth = (larger - smaller) / 2
         opening = np.full(len(k), opening)
-        middle = np.stack([x, y, turn, scale])
-        half = np.stack([x_half, y_half, opening, growth])
+        middle = np.stack(
+            [
+                x,
+                y,
+                turn,
+                scale,
+            ]
+        )
+        half = np.stack(
+            [
+                x_half,
+                y_half,
+                opening,
+                growth,
+            ]
+        )
+        region = np.full(len(k), -1) if self.mixed else k
         return Cells(
             middle,
             half,
-            np.full(len(k), -1) if self.mixed else k,
+            region,
         )
 
     def _values(self, cells):
@@ -159,7 +211,8 @@ class BranchAndBound:
                 )
                 tables.append(least)
             # Each path lies in the region that has most room for it.
-            clearance[at], upper[at] = np.max(tables, axis=0).min(axis=2)
+            most = np.max(tables, axis=0)
+            clearance[at], upper[at] = most.min(axis=2)
             if self.search.page:
                 depth, bound = self._around_holes(part, region)
                 clearance[at] = np.minimum(
@@ -177,11 +230,21 @@ class BranchAndBound:
         x, y, turn, scale = cells.middle
         x_half, y_half, turn_half, growth = cells.half
         holes = self.search.clearances[region].holes
-        depth = self.search.off_page(holes, x + 1j * y, turn, scale)
-        arm = np.abs(holes - (x + 1j * y)[:, None])
-        moved = (np.hypot(x_half, y_half) + growth * self.search.size)[:, None]
-        bounds = depth + moved + arm * turn_half[:, None]
-        return depth.min(axis=1, initial=np.inf), bounds.min(axis=1, initial=np.inf)
+        shift = x + 1j * y
+        depth = self.search.off_page(
+            holes,
+            shift,
+            turn,
+            scale,
+        )
+        arm = np.abs(holes - shift[:, None])
+        moved = np.hypot(x_half, y_half) + growth * self.search.size
+        turned = arm * turn_half[:, None]
+        bounds = depth + moved[:, None] + turned
+        return (
+            depth.min(axis=1, initial=np.inf),
+            bounds.min(axis=1, initial=np.inf),
+        )
 
     def _sharp(self, cells):
         """Return bounds (n,) of the cells from the directions in which distances grow.
@@ -207,15 +270,24 @@ class BranchAndBound:
             moved = np.take_along_axis(moved, near, axis=1)
             foot, distance = room.feet(z)
             lipschitz = distance + moved
-            away = np.maximum(np.abs(z - foot), 1e-300)
+            offset = z - foot
+            away = np.maximum(np.abs(offset), 1e-300)
             _, _, turn, growth = part.half[:, :, None]
             scale = part.middle[3][:, None]
             bent = np.abs(arm) * turn * (turn / 2 + growth / scale)
             curved = away + moved**2 / (2 * away) + bent
             linear = curved < lipschitz
-            constant = np.where(linear, curved, lipschitz)
-            direction = (z - foot) / away
-            normal = np.where(linear, direction, 0.0).conj()
+            constant = np.where(
+                linear,
+                curved,
+                lipschitz,
+            )
+            normal = np.where(
+                linear,
+                offset / away,
+                0.0,
+            )
+            normal = normal.conj()
             across = 1j * normal
             slopes = np.stack(
                 [
@@ -237,7 +309,13 @@ class BranchAndBound:
         """Return what no placement in the cells exceeds."""
         if self.scale is not None:
             return upper
-        return np.where(upper > self.search.margin, cells.middle[3] + cells.half[3], 0.0)
+        keeps = upper > self.search.margin
+        largest = cells.middle[3] + cells.half[3]
+        return np.where(
+            keeps,
+            largest,
+            0.0,
+        )
 
     @property
     def enough(self) -> float:
@@ -251,7 +329,8 @@ class BranchAndBound:
         """Return the cells that may hold a better placement, and their bounds."""
         promise = self._promises(cells, upper)
         open_ = promise > self.enough
-        self.bound = max(self.bound, promise[~open_].max(initial=0.0))
+        left_out = promise[~open_]
+        self.bound = max(self.bound, left_out.max(initial=0.0))
         return cells.chosen(open_), promise[open_]
 
     def _try(self, cells, clearance, first):
@@ -269,8 +348,9 @@ class BranchAndBound:
             if len(tried) == (STARTS if first else TRIED):
                 break
             which = self._which(cells, at)
-            if tried.count((which, scale[at])) < ALIKE:
-                tried.append((which, scale[at]))
+            kind = which, scale[at]
+            if tried.count(kind) < ALIKE:
+                tried.append(kind)
                 x, y, turn, _ = cells.middle[:, at].tolist()
                 start = Found(
                     0.0,
@@ -323,10 +403,14 @@ def _chunks(cells, size):
 def _placed(cells, points):
     """Return points (n, m) and arms in the middle placements, and how far they move."""
     x, y, turn, scale = cells.middle
-    arm = (scale * np.exp(1j * turn))[:, None] * points
-    moves = scale * cells.half[2] + cells.half[3]
-    moved = np.hypot(*cells.half[:2])[:, None] + moves[:, None] * np.abs(points)
-    return (x + 1j * y)[:, None] + arm, arm, moved
+    x_half, y_half, turn_half, growth = cells.half
+    shift = x + 1j * y
+    rotation = scale * np.exp(1j * turn)
+    arm = rotation[:, None] * points
+    shifted = np.hypot(x_half, y_half)
+    turned = scale * turn_half + growth
+    moved = shifted[:, None] + turned[:, None] * np.abs(points)
+    return shift[:, None] + arm, arm, moved
 
 
 def _game(constant, slopes):

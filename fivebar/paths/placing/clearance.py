@@ -29,46 +29,70 @@ class Clearance:
         self.part = part
         self.arcs = arcs_of(part)
         self.points = punctures(part)
-        self.spacing = sum(np.abs(np.diff(arc.z)).sum() for arc in self.arcs) / BORDER
-        loops = [self._dense(loop) for loop in part.boundary]
-        boundaries = [
-            np.append(wall.dense(self.spacing), wall.z[-1]) for wall in getattr(part, "walls", ())
-        ]
-        self.border = np.concatenate([*loops, *boundaries, self.points])
+        lengths = [np.abs(np.diff(arc.z)).sum() for arc in self.arcs]
+        self.spacing = sum(lengths) / BORDER
+        loops = [self._loop(arcs) for arcs in part.boundary]
+        walls = [self._dense(wall) for wall in getattr(part, "walls", ())]
+        self.border = np.concatenate([*loops, *walls, self.points])
         # One point of each border beside the outer one: a page must not lie around it.
-        firsts = [border[0] for border in [*loops[1:], *boundaries]]
+        firsts = [border[0] for border in [*loops[1:], *walls]]
         self.holes = np.concatenate([self.points, firsts])
-        self.before = self._neighbours(loops, boundaries, -1)
-        self.after = self._neighbours(loops, boundaries, 1)
-        self.trees = [_tree(np.append(arc.dense(self.spacing), arc.z[-1])) for arc in self.arcs]
+        self.before = self._neighbours(loops, walls, -1)
+        self.after = self._neighbours(loops, walls, 1)
+        self.trees = [_tree(self._dense(arc)) for arc in self.arcs]
         self.tree = _tree(self.border)
-        outer = loops[0]
+        self._lay_grid(loops[0])
+
+    def _lay_grid(self, outer):
+        """Set the grid over the outer loop, and what is known at its nodes."""
         corner = (1 + 1j) * self.spacing
-        self.low = complex(outer.real.min(), outer.imag.min()) - corner
-        self.high = complex(outer.real.max(), outer.imag.max()) + corner
+        x = outer.real
+        y = outer.imag
+        self.low = complex(x.min(), y.min()) - corner
+        self.high = complex(x.max(), y.max()) + corner
         size = self.high - self.low
-        self.steps = size.real / (GRID - 1), size.imag / (GRID - 1)
-        x = self.low.real + self.steps[0] * np.arange(GRID)
-        y = self.low.imag + self.steps[1] * np.arange(GRID)
-        self.nodes = (x[:, None] + 1j * y).ravel()
+        x_step = size.real / (GRID - 1)
+        y_step = size.imag / (GRID - 1)
+        self.steps = x_step, y_step
+        x = self.low.real + x_step * np.arange(GRID)
+        y = self.low.imag + y_step * np.arange(GRID)
+        nodes = x[:, None] + 1j * y
+        self.nodes = nodes.ravel()
         distance, k = self.tree.query(_xy(self.nodes))
         self.nearest_to_nodes = self.border[k]
         self.is_inner = self.within(self.nodes, exactly=False)
-        self.least_seen = float(np.hypot(*self.steps) / 2)  # a thinner region may have no node
+        # A thinner region may have no node.
+        self.least_seen = float(np.hypot(x_step, y_step) / 2)
+        self.most = 0.0
         inner = distance[self.is_inner]
-        self.most = float(inner.max()) + self.least_seen if len(inner) else 0.0
+        if len(inner):
+            self.most = float(inner.max()) + self.least_seen
         # Samples of the border are nowhere farther apart than `spacing`.
-        self.above_nodes = np.where(self.is_inner, np.inf, self.spacing - distance)
+        self.above_nodes = np.where(
+            self.is_inner,
+            np.inf,
+            self.spacing - distance,
+        )
 
-    def _dense(self, loop):
-        return np.concatenate([arc.dense(self.spacing) for arc in loop])
+    def _loop(self, arcs):
+        return np.concatenate([arc.dense(self.spacing) for arc in arcs])
 
-    def _neighbours(self, loops, boundaries, way):
+    def _dense(self, arc):
+        """Return samples of an arc with its last point."""
+        samples = arc.dense(self.spacing)
+        return np.append(samples, arc.z[-1])
+
+    def _neighbours(self, loops, walls, way):
         """Return points one further along the border, way = 1, or one back, way = -1."""
         neighbours = [np.roll(z, -way) for z in loops]
-        for z in boundaries:
+        for z in walls:
             at = np.arange(len(z)) + way
-            neighbours.append(z[np.clip(at, 0, len(z) - 1)])
+            at = np.clip(
+                at,
+                0,
+                len(z) - 1,
+            )
+            neighbours.append(z[at])
         return np.concatenate([*neighbours, self.points])
 
     def within(self, z: np.ndarray, exactly: bool = True) -> np.ndarray:
@@ -88,13 +112,32 @@ class Clearance:
             chord = neighbour - sample
             square = np.abs(chord) ** 2
             projection = ((z - sample) * chord.conj()).real
-            share = projection / np.where(square, square, 1.0)
-            foot = sample + np.clip(share, 0, 1) * chord
+            square = np.where(
+                square,
+                square,
+                1.0,
+            )
+            share = np.clip(
+                projection / square,
+                0,
+                1,
+            )
+            foot = sample + share * chord
             closer = np.abs(z - foot) < np.abs(z - nearest)
-            nearest = np.where(closer, foot, nearest)
-        distance = np.abs(z - nearest)
-        sign = np.where(self._are_within(z, distance), 1.0, -1.0)
-        gradient = sign * (z - nearest) / np.maximum(distance, 1e-300)
+            nearest = np.where(
+                closer,
+                foot,
+                nearest,
+            )
+        offset = z - nearest
+        distance = np.abs(offset)
+        within = self._are_within(z, distance)
+        sign = np.where(
+            within,
+            1.0,
+            -1.0,
+        )
+        gradient = sign * offset / np.maximum(distance, 1e-300)
         return sign * distance, gradient
 
     def _are_within(self, z, distance):
@@ -104,7 +147,8 @@ class Clearance:
         """
         node = self._nearest_node(z)
         within = self.is_inner[node]
-        unknown = np.abs(z - self.nodes[node]) >= 0.99 * distance
+        way = np.abs(z - self.nodes[node])
+        unknown = way >= 0.99 * distance
         if unknown.any():
             within[unknown] = self.within(z[unknown], exactly=False)
         return within
@@ -112,13 +156,16 @@ class Clearance:
     def _nearest_node(self, z, x=0.0, y=0.0):
         """Return the numbers of the nodes nearest to so many steps in x and y from points."""
         away = z - self.low
-        i = np.rint(away.real / self.steps[0] + x)
-        j = np.rint(away.imag / self.steps[1] + y)
-        i = np.clip(i, 0, GRID - 1).astype(int)
-        j = np.clip(j, 0, GRID - 1).astype(int)
+        x_step, y_step = self.steps
+        i = _node_number(away.real / x_step + x)
+        j = _node_number(away.imag / y_step + y)
         return i * GRID + j
 
-    def bounds(self, z: np.ndarray, beside: tuple = ((0.0, 0.0),)) -> np.ndarray:
+    def bounds(
+        self,
+        z: np.ndarray,
+        beside: tuple = ((0.0, 0.0),),
+    ) -> np.ndarray:
         """Return what the signed distances of points do not exceed, fast, from the grid.
 
         A point within is no farther from the border than from the sample that is nearest to its
@@ -128,15 +175,19 @@ class Clearance:
         result = np.full(z.shape, np.inf)
         for x, y in beside:
             node = self._nearest_node(z, x, y)
-            foot = np.abs(z - self.nearest_to_nodes[node])
+            foot = self.nearest_to_nodes[node]
+            distance = np.abs(z - foot)
             depth = self._depths(z, node)
-            result = np.minimum(result, np.minimum(foot, depth))
+            bound = np.minimum(distance, depth)
+            result = np.minimum(result, bound)
         return result
 
     def feet(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the nearest samples of the border, and sharper bounds of the signed distances."""
         distance, k = self.tree.query(_xy(z))
-        return self.border[k], np.minimum(distance, self._depths(z, self._nearest_node(z)))
+        node = self._nearest_node(z)
+        depth = self._depths(z, node)
+        return self.border[k], np.minimum(distance, depth)
 
     def _depths(self, z, node):
         """Return bounds of signed distances: below 0 outside, inf within."""
@@ -164,13 +215,15 @@ class Clearance:
             exact = arc.nearest(z[at])[1]
             result[at] = np.minimum(result[at], exact)
         for point in self.points:
-            result = np.minimum(result, np.abs(z - point))
+            distance = np.abs(z - point)
+            result = np.minimum(result, distance)
         return result
 
     def _least(self, z):
         """Return distances of points (n,) that the exact ones are not below."""
         # Samples of the border are nowhere farther apart than `spacing`.
-        return self.tree.query(_xy(z))[0] - 0.51 * self.spacing
+        distance, _ = self.tree.query(_xy(z))
+        return distance - 0.51 * self.spacing
 
     def along(
         self,
@@ -187,11 +240,12 @@ class Clearance:
         f |xi_ss|. So between a and b the square of the clearance is at least the least of its
         values there, less c (b - a)^2 / 4.
         """
-        s = np.unique(np.concatenate([path.knots, np.linspace(0, path.length, SAMPLES)]))
+        even = np.linspace(0, path.length, SAMPLES)
+        s = np.unique(np.concatenate([path.knots, even]))
         z = path(s)[0] @ (1, 1j)
         within = self.within(z)
         if not within.all():
-            outside = self.tree.query(_xy(z[~within]))[0]
+            outside, _ = self.tree.query(_xy(z[~within]))
             return -float(outside.max()), z[0]
         bounds = np.array([_steepest(piece) for piece in path.pieces])
         clearance = self._least(z)
@@ -201,18 +255,29 @@ class Clearance:
         for _ in range(60):
             ask = np.flatnonzero(~sure & (clearance < best))
             if best == np.inf:
-                ask = ask[np.argsort(clearance[ask])[:8]]
-            clearance[ask], sure[ask] = self.exact(z[ask]), True
-            k = int(np.where(sure, clearance, np.inf).argmin())
+                order = np.argsort(clearance[ask])
+                ask = ask[order[:8]]
+            clearance[ask] = self.exact(z[ask])
+            sure[ask] = True
+            known = np.where(
+                sure,
+                clearance,
+                np.inf,
+            )
+            k = int(known.argmin())
             if sure[k] and clearance[k] < best:
                 best = float(clearance[k])
                 at = complex(z[k])
             if best <= least:
                 break
             middle = (s[:-1] + s[1:]) / 2
-            piece = np.searchsorted(path.knots, middle, side="right") - 1
+            piece = np.searchsorted(
+                path.knots,
+                middle,
+                side="right",
+            )
             piece = np.clip(
-                piece,
+                piece - 1,
                 0,
                 len(bounds) - 1,
             )
@@ -222,22 +287,35 @@ class Clearance:
             b = np.maximum(clearance[1:], 0)
             farthest = np.maximum(a, b) + self.spacing + 2 * h * speed
             c = speed**2 + farthest * bend
-            square = np.minimum(a, b) ** 2 - c * h**2 / 4
+            nearest = np.minimum(a, b)
+            square = nearest**2 - c * h**2 / 4
             floor = np.sqrt(np.maximum(square, 0))
             open_ = floor < best - TIGHT * path.length
-            if not open_.any() and not (~sure & (clearance < best)).any():
+            unsure = ~sure & (clearance < best)
+            if not open_.any() and not unsure.any():
                 break
             more = middle[open_]
             new = path(more)[0] @ (1, 1j)
             s = np.concatenate([s, more])
             z = np.concatenate([z, new])
             clearance = np.concatenate([clearance, self._least(new)])
+            sure = np.concatenate([sure, np.zeros(len(more), dtype=bool)])
             order = np.argsort(s)
             s = s[order]
             z = z[order]
             clearance = clearance[order]
-            sure = np.append(sure, np.zeros(len(more), dtype=bool))[order]
+            sure = sure[order]
         return best, at
+
+
+def _node_number(steps):
+    """Return the number of the nearest node on a side of the grid."""
+    number = np.clip(
+        np.rint(steps),
+        0,
+        GRID - 1,
+    )
+    return number.astype(int)
 
 
 def _tree(z):
@@ -258,8 +336,14 @@ def _steepest(piece: Piece) -> tuple[float, float]:
     if not isinstance(piece, Polynomial):
         return 1.0, 0.0
     n = len(piece.coefficients) - 1
-    control = piece.bernstein
-    differences = np.diff(control, axis=0)
-    first = np.linalg.norm(differences, axis=1).max(initial=0.0)
-    second = np.linalg.norm(np.diff(differences, axis=0), axis=1).max(initial=0.0)
-    return n * first / piece.length, n * (n - 1) * second / piece.length**2
+    first = np.diff(piece.bernstein, axis=0)
+    second = np.diff(first, axis=0)
+    speed = n * _largest(first) / piece.length
+    bend = n * (n - 1) * _largest(second) / piece.length**2
+    return speed, bend
+
+
+def _largest(vectors):
+    """Return the largest norm of vectors (n, 2); 0 where there is none."""
+    norms = np.linalg.norm(vectors, axis=1)
+    return norms.max(initial=0.0)

@@ -73,12 +73,20 @@ class ToolRegion:
     @property
     def grid(self) -> np.ndarray:
         """Its first and last node (2, 2), m."""
-        return np.stack([self.low, self.low + self.step * (np.array(self.clearance.shape) - 1)])
+        steps = np.array(self.clearance.shape) - 1
+        high = self.low + self.step * steps
+        return np.stack([self.low, high])
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the clearance (*batch,), m, at points (*batch, 2)."""
-        index = np.moveaxis((points - self.low) / self.step, -1, 0)
-        return map_coordinates(self.clearance, index, order=1, mode="nearest")
+        steps = (points - self.low) / self.step
+        index = np.moveaxis(steps, -1, 0)
+        return map_coordinates(
+            self.clearance,
+            index,
+            order=1,
+            mode="nearest",
+        )
 
 
 def tool_regions(
@@ -94,21 +102,43 @@ def tool_regions(
     for mode in signs:
         mounted = MountedTool(tool, robot, mode)
         low, high = _box(mounted)
-        step = float((high - low).max() / NODES)
-        x, y = (np.arange(a, b + step, step) for a, b in zip(low, high))
-        points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
-        pose = tool.pose(robot, points, mode, unreachable="nan")
+        size = high - low
+        step = float(size.max() / NODES)
+        axes = [np.arange(a, b + step, step) for a, b in zip(low, high)]
+        pose = tool.pose(
+            robot,
+            _grid(*axes),
+            mode,
+            unreachable="nan",
+        )
         kept = np.isfinite(pose.det_A)
         if constraints:
             for value in constraints.clearances(pose).values():
                 kept &= value >= 0
+        sign = np.sign(pose.det_A)
         for assembly in (-1, 1):
-            here = kept & (np.sign(pose.det_A) == -assembly)
+            here = kept & (sign == -assembly)
             for clearance, area in _connected(here, step):
-                region = ToolRegion(0, mounted, assembly, area, low, step, clearance)
+                region = ToolRegion(
+                    0,
+                    mounted,
+                    assembly,
+                    area,
+                    low,
+                    step,
+                    clearance,
+                )
                 found.append(region)
     found.sort(key=lambda region: -region.area)
     return [replace(region, number=k) for k, region in enumerate(found, 1)]
+
+
+def _grid(x, y):
+    """Return the points (nx, ny, 2) of a grid."""
+    return np.stack(
+        np.meshgrid(x, y, indexing="ij"),
+        axis=-1,
+    )
 
 
 def _connected(here, step):
@@ -119,8 +149,10 @@ def _connected(here, step):
         nodes = int(inside.sum())
         if nodes < LEAST:
             continue
-        depth = distance_transform_edt(inside) - distance_transform_edt(~inside)
-        yield (depth - DIAGONAL) * step, nodes * step**2
+        depth = distance_transform_edt(inside)
+        depth = depth - distance_transform_edt(~inside)
+        clearance = (depth - DIAGONAL) * step
+        yield clearance, nodes * step**2
 
 
 def _box(mounted):
@@ -128,41 +160,55 @@ def _box(mounted):
     robot = mounted.robot
     leg = mounted.tool.leg - 1
     offset = np.hypot(mounted.tool.along, mounted.tool.across)
-    ways = [drive.length + bar + offset for drive, bar in zip(robot.drives, robot.distal)]
-    ways[leg] = robot.drives[leg].length + mounted.reach
-    low = max(drive.x - way for drive, way in zip(robot.drives, ways))
-    high = min(drive.x + way for drive, way in zip(robot.drives, ways))
-    margin = 0.01 * min(ways)
+    drives = robot.drives
+    ways = [drive.length + bar + offset for drive, bar in zip(drives, robot.distal)]
+    ways[leg] = drives[leg].length + mounted.reach
+    left = max(drive.x - way for drive, way in zip(drives, ways))
+    right = min(drive.x + way for drive, way in zip(drives, ways))
+    top = min(ways)
+    margin = 0.01 * top
     return (
-        np.array([low - margin, -min(ways) - margin]),
-        np.array([high + margin, min(ways) + margin]),
+        np.array([left - margin, -top - margin]),
+        np.array([right + margin, top + margin]),
     )
 
 
 def largest_upright(
-    region: ToolRegion, size: np.ndarray, margin: float
+    region: ToolRegion,
+    size: np.ndarray,
+    margin: float,
 ) -> tuple[float, np.ndarray]:
     """Return the largest scale at which a box of this size (2,) is in a region, and its middle."""
     free = region.clearance >= margin
-    sums = np.pad(np.cumsum(np.cumsum(~free, axis=0), axis=1), ((1, 0), (1, 0)))
+    sums = np.cumsum(~free, axis=0)
+    sums = np.cumsum(sums, axis=1)
+    sums = np.pad(sums, ((1, 0), (1, 0)))
 
     def corners(scale):
         """Return the first corners (n, 2), as indices, of boxes that are free, and their sides."""
-        w, h = np.ceil(scale * size / region.step).astype(int) + 1
-        if w >= len(free) or h >= free.shape[1]:
-            return np.empty((0, 2), int), (w, h)
+        steps = np.ceil(scale * size / region.step)
+        sides = steps.astype(int) + 1
+        if (sides >= free.shape).any():
+            return np.empty((0, 2), int), sides
+        w, h = sides
         taken = sums[w:, h:] - sums[:-w, h:] - sums[w:, :-h] + sums[:-w, :-h]
-        return np.argwhere(taken == 0), (w, h)
+        return np.argwhere(taken == 0), sides
 
-    low, high = 0.0, float(np.max(np.array(free.shape) * region.step / size))
+    low = 0.0
+    high = float(np.max(np.array(free.shape) * region.step / size))
     for _ in range(40):
         middle = (low + high) / 2
-        low, high = (middle, high) if len(corners(middle)[0]) else (low, middle)
+        found, _ = corners(middle)
+        if len(found):
+            low = middle
+        else:
+            high = middle
     found, sides = corners(low)
     if not len(found):
         return 0.0, region.low
-    middles = region.low + (found + (np.array(sides) - 1) / 2) * region.step
-    return low, middles[region.at(middles).argmax()]
+    middles = region.low + (found + (sides - 1) / 2) * region.step
+    best = region.at(middles).argmax()
+    return low, middles[best]
 
 
 @dataclass(frozen=True)
@@ -187,53 +233,90 @@ def placed_with_tool(
 ) -> tuple[Placement, ToolRegion, float, np.ndarray, float | None]:
     """Return (placement, region, clearance, nearest point, largest scale or None): of `place`."""
     margin = constraints.clearance
-    regions = tool_regions(tool, robot, working, replace(constraints, clearance=0.0))
-    s = np.unique(np.concatenate([path.knots, np.linspace(0.0, path.length, SAMPLES)]))
+    regions = tool_regions(
+        tool,
+        robot,
+        working,
+        replace(constraints, clearance=0.0),
+    )
+    samples = np.linspace(0.0, path.length, SAMPLES)
+    s = np.unique(np.concatenate([path.knots, samples]))
     points = path(s)[0]
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    low = points.min(axis=0)
+    high = points.max(axis=0)
+    middle = (low + high) / 2
     about = points - middle
-    few = about[np.linspace(0, len(about) - 1, FEW).astype(int)]
-    turns = np.array([turn]) if turn is not None else 2 * np.pi * np.arange(TURNS) / TURNS
+    chosen = np.linspace(0, len(about) - 1, FEW)
+    few = about[chosen.astype(int)]
+    turns = 2 * np.pi * np.arange(TURNS) / TURNS
+    if turn is not None:
+        turns = np.array([turn])
 
     def improved(wanted):
         starts: list[_Lie] = []
         for region in regions:
-            starts += _coarse(region, few, turns, wanted)
+            starts += _coarse(
+                region,
+                few,
+                turns,
+                wanted,
+            )
         starts.sort(key=lambda lie: -lie.clearance)
         lies = [_improved(lie, about, turn is None) for lie in starts[:BEST]]
-        return max(lies, key=lambda lie: lie.clearance, default=None)
+        return max(
+            lies,
+            key=lambda lie: lie.clearance,
+            default=None,
+        )
 
     if scale is not None:
         best = improved(scale)
         if best is not None and best.clearance >= margin:
             return (*_placement(best, about, middle), None)
-    low, high = 0.0, max(float(np.ptp(region.grid, axis=0).max()) for region in regions)
-    high /= float(np.ptp(about, axis=0).max())
+    smallest = 0.0
+    room = max(_extent(region.grid) for region in regions)
+    largest = room / _extent(about)
     best = None
     for _ in range(HALVINGS):
-        tried = improved((low + high) / 2)
+        wanted = (smallest + largest) / 2
+        tried = improved(wanted)
         if tried is not None and tried.clearance >= margin:
-            low, best = tried.scale, tried
+            smallest = tried.scale
+            best = tried
         else:
-            high = (low + high) / 2
+            largest = wanted
     if scale is not None or best is None:
+        at_scale = "" if scale is None else f" at scale {scale:g}"
         raise ValueError(
-            f"place: the path does not fit{'' if scale is None else f' at scale {scale:g}'} with a"
-            f" clearance of {margin:g} m for the tool; the largest scale found to fit is {low:.4g}"
+            f"place: the path does not fit{at_scale} with a clearance of {margin:g} m for the tool;"
+            f" the largest scale found to fit is {smallest:.4g}"
         )
     return (*_placement(best, about, middle), best.scale)
 
 
+def _extent(points):
+    """Return the longer side, m, of the box around points (n, 2)."""
+    sides = np.ptp(points, axis=0)
+    return float(sides.max())
+
+
 def _coarse(region, few, turns, scale):
     """Return the best place on a grid of shifts for each turn."""
-    low, high = region.grid
-    x, y = (np.linspace(a, b, SHIFTS) for a, b in zip(low, high))
-    centres = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 1, 2)
+    x, y = np.linspace(*region.grid, SHIFTS).T
+    centres = _grid(x, y).reshape(-1, 1, 2)
     found = []
     for angle in turns.tolist():
-        clearance = region.at(centres + scale * _turned(few, angle)).min(axis=1)
+        points = centres + scale * _turned(few, angle)
+        clearance = region.at(points).min(axis=1)
         at = int(clearance.argmax())
-        found.append(_Lie(float(clearance[at]), region, centres[at, 0], angle, scale))
+        lie = _Lie(
+            float(clearance[at]),
+            region,
+            centres[at, 0],
+            angle,
+            scale,
+        )
+        found.append(lie)
     return found
 
 
@@ -241,20 +324,43 @@ def _improved(lie, about, free):
     """Return a place with a clearance that small changes do not make larger."""
 
     def lacks(values):
-        points = values[:2] + lie.scale * _turned(about, values[2] if free else lie.turn)
-        return -float(lie.region.at(points).min())
+        angle = values[2] if free else lie.turn
+        points = values[:2] + lie.scale * _turned(about, angle)
+        clearance = lie.region.at(points)
+        return -float(clearance.min())
 
-    start = np.array([*lie.middle, lie.turn][: 3 if free else 2])
-    spread = np.vstack([np.zeros(len(start)), np.diag([20 * lie.region.step] * 2 + [0.2] * free)])
-    options = {"initial_simplex": start + spread, "xatol": 1e-3 * lie.region.step, "fatol": 1e-12}
-    found = minimize(lacks, start, method="Nelder-Mead", options=options)
+    step = lie.region.step
+    start = np.array([*lie.middle] + [lie.turn] * free)
+    changes = np.diag([20 * step] * 2 + [0.2] * free)
+    simplex = np.vstack([np.zeros(len(start)), changes])
+    options = {
+        "initial_simplex": start + simplex,
+        "xatol": 1e-3 * step,
+        "fatol": 1e-12,
+    }
+    found = minimize(
+        lacks,
+        start,
+        method="Nelder-Mead",
+        options=options,
+    )
     angle = float(found.x[2]) if free else lie.turn
-    return replace(lie, clearance=-float(found.fun), middle=found.x[:2], turn=angle)
+    return replace(
+        lie,
+        clearance=-float(found.fun),
+        middle=found.x[:2],
+        turn=angle,
+    )
 
 
 def _turned(points, angle):
-    c, s = np.cos(angle), np.sin(angle)
-    return points @ np.array([[c, s], [-s, c]])
+    c = np.cos(angle)
+    s = np.sin(angle)
+    rows = [
+        [c, s],
+        [-s, c],
+    ]
+    return points @ np.array(rows)
 
 
 def _placement(lie, about, middle):
@@ -262,5 +368,14 @@ def _placement(lie, about, middle):
     nearest = points[lie.region.at(points).argmin()]
     shift = lie.middle - lie.scale * _turned(middle, lie.turn)
     turn = math.remainder(lie.turn, 2 * math.pi)
-    placement = Placement((float(shift[0]), float(shift[1])), turn, lie.scale)
-    return placement, lie.region, lie.clearance, nearest
+    placement = Placement(
+        tuple(shift.tolist()),
+        turn,
+        lie.scale,
+    )
+    return (
+        placement,
+        lie.region,
+        lie.clearance,
+        nearest,
+    )

@@ -24,13 +24,14 @@ from .constraint_rows import PARTS, ConstraintRows
 
 # Of the limits, by which they are widened here and narrowed where a motion is made: rounding.
 MARGIN = 1e-9
+# Bernstein coefficients of t (1 - t).
 BUMP = (
     0.0,
     0.25,
     1 / 3,
     0.25,
     0.0,
-)  # Bernstein coefficients of t (1 - t)
+)
 FREE = (math.inf, math.inf, math.inf)  # a parabola that bounds nothing
 
 
@@ -54,15 +55,15 @@ def caps(rows: ConstraintRows, alone: ConstraintRows) -> tuple[np.ndarray, list[
     for each of the n + 1 nodes, of (low, high): between these no u is feasible, 0 < low.
     """
     result = []
-    gaps: list[list] = [[] for _ in range(rows.parts["a"].shape[2] + 1)]
+    nodes = rows.parts["a"].shape[2] + 1
+    gaps: list[list] = [[] for _ in range(nodes)]
     with np.errstate(all="ignore"):
         for end, at in enumerate((0, 2)):
             a, b, v, c = (rows.parts[name][at] for name in PARTS)
-            da, db, dv, dc = (rows.slack[name] for name in PARTS)
-            da = da + 1e-13 * np.abs(a)
-            db = db + 1e-13 * np.abs(b)
-            dv = dv + 1e-13 * np.abs(v)
-            dc = dc + 1e-13 * np.abs(c) + MARGIN * 4
+            da = rows.slack["a"] + 1e-13 * np.abs(a)
+            db = rows.slack["b"] + 1e-13 * np.abs(b)
+            dv = rows.slack["v"] + 1e-13 * np.abs(v)
+            dc = rows.slack["c"] + 1e-13 * np.abs(c) + MARGIN * 4
             best = np.full(a.shape[1], np.inf)
             for k in range(len(a)):
                 # Row k with a > 0 and others with a < 0: P x + V sqrt(x) <= Q, whatever u.
@@ -72,33 +73,49 @@ def caps(rows: ConstraintRows, alone: ConstraintRows) -> tuple[np.ndarray, list[
                 V = _without_u(a, da, v, dv, k)
                 Q = -_without_u(a, da, c, dc, k)
                 discriminant = V * V + 4 * P * Q
-                root = (-V + np.sqrt(np.maximum(discriminant, 0.0))) / (2 * P)
-                none = (P > 0) & (Q < 0) & ((V >= 0) | (discriminant < 0))
-                none |= (P == 0) & (V >= 0) & (Q < 0)
+                square_root = np.sqrt(np.maximum(discriminant, 0.0))
+                root = (-V + square_root) / (2 * P)
+                convex = P > 0
+                negative = Q < 0
+                none = convex & negative & ((V >= 0) | (discriminant < 0))
+                none |= (P == 0) & (V >= 0) & negative
                 bound = np.where(
-                    P > 0,
+                    convex,
                     root * root,
                     np.inf,
                 )
-                bound = np.where(none, -1.0, bound)
+                bound = np.where(
+                    none,
+                    -1.0,
+                    bound,
+                )
                 opposed = (up > 0) & (down > 0)
                 if V.any():
-                    gap = opposed & (P < 0) & (V > 0) & (Q > 0) & (discriminant > 0)
-                    root = V + np.sqrt(np.maximum(discriminant, 0.0))
+                    gap = opposed & (P < 0) & (V > 0)
+                    gap &= (Q > 0) & (discriminant > 0)
+                    root = V + square_root
                     low = (2 * Q / root) ** 2 * (1 + MARGIN)
                     high = (root / (2 * P)) ** 2 * (1 - MARGIN)
                     gap &= low < high
-                    nodes = np.nonzero(gap)[1] + end
-                    for node, *limits in zip(nodes.tolist(), low[gap].tolist(), high[gap].tolist()):
-                        gaps[node].append(limits)
-                best = np.minimum(best, np.where(opposed, bound, np.inf).min(axis=0))
+                    _, stretch = np.nonzero(gap)
+                    limits = np.stack([low[gap], high[gap]], axis=-1)
+                    for i, pair in zip(stretch.tolist(), limits.tolist()):
+                        gaps[i + end].append(pair)
+                bound = np.where(
+                    opposed,
+                    bound,
+                    np.inf,
+                )
+                best = np.minimum(best, bound.min(axis=0))
             if alone.parts["b"].shape[1]:
                 w = alone.parts["b"][at]
                 limit = MARGIN - alone.parts["c"][at]
-                best = np.minimum(
-                    best,
-                    np.where(w > 0, limit / w, np.inf).min(axis=0),
+                bound = np.where(
+                    w > 0,
+                    limit / w,
+                    np.inf,
                 )
+                best = np.minimum(best, bound.min(axis=0))
             result.append(best * (1 + MARGIN))
     return np.array(result), gaps
 
@@ -119,9 +136,10 @@ def _without_u(
     k,
 ):
     """Return the least f of row k, a > 0, and of each other row, weighted so that u drops out."""
-    least = a[k] * (f - df) - a * (f[k] - df[k])
-    by_slack = da[k] * np.abs(f)
-    return least - by_slack - da * np.abs(f[k])
+    lowest = f - df
+    least = a[k] * lowest - a * lowest[k]
+    size = np.abs(f)
+    return least - da[k] * size - da * size[k]
 
 
 def ceiling(
@@ -148,7 +166,8 @@ def ceiling(
             forward[i],
             h[i],
         )
-        x[i + 1] = _below_gaps(min(x[i + 1], ahead[i][2]), gaps[i + 1])
+        end = min(x[i + 1], ahead[i][2])
+        x[i + 1] = _below_gaps(end, gaps[i + 1])
         if x[i + 1] < 0:
             return Ceiling(
                 np.array(x),
@@ -156,13 +175,14 @@ def ceiling(
                 np.zeros(n),
                 i,
             )
-    for i in range(n - 1, -1, -1):
+    for i in reversed(range(n)):
         behind[i] = _above(
             x[i + 1],
             backward[i],
             h[i],
         )
-        x[i] = _below_gaps(min(x[i], behind[i][2]), gaps[i])
+        start = min(x[i], behind[i][2])
+        x[i] = _below_gaps(start, gaps[i])
         if x[i] < 0:
             return Ceiling(
                 np.array(x),
@@ -185,10 +205,12 @@ def ceiling(
             behind[i],
             h[i],
         )
-        slopes = [abs(u) for u in (*ahead[i][:2], *behind[i][:2]) if math.isfinite(u)]
-        size[i] = max(slopes, default=math.inf)
+        slopes = [*ahead[i][:2], *behind[i][:2]]
+        sizes = [abs(u) for u in slopes if math.isfinite(u)]
+        size[i] = max(sizes, default=math.inf)
     if alone.parts["b"].shape[1]:
-        time = np.maximum(time, _cruise(alone, length))
+        cruise = _cruise(alone, length)
+        time = np.maximum(time, cruise)
     return Ceiling(
         np.array(x),
         time,
@@ -201,20 +223,27 @@ def _lists(rows, way):
     """Return each stretch's rows with a > 0 (way 1), or backwards those with a < 0, as numbers."""
     a, b, v, c = (rows.parts[name][::way] for name in PARTS)
     a = way * a
-    least = (
-        np.minimum(
-            np.minimum(a[0], a[2]),
-            a[1] - rows.bend["a"] / 2,
-        )
-        - rows.slack["a"]
-    )
+    ends = np.minimum(a[0], a[2])
+    middle = a[1] - rows.bend["a"] / 2
+    least = np.minimum(ends, middle) - rows.slack["a"]
     largest = a.max(axis=0)
-    fits = (least > 1e-6 * largest) & (largest > 1e-9 * largest.max(axis=0))
+    positive = least > 1e-6 * largest
+    counts = largest > 1e-9 * largest.max(axis=0)
+    fits = positive & counts
     bend = np.stack([rows.bend[name] for name in PARTS])
     slack = np.stack([rows.slack[name] for name in PARTS])
-    table = np.concatenate([a, b, v, c, bend, slack])
+    table = np.concatenate(
+        [
+            a,
+            b,
+            v,
+            c,
+            bend,
+            slack,
+        ]
+    )
     table = table.transpose(2, 1, 0)
-    return [table[i, fits[:, i]].tolist() for i in range(table.shape[0])]
+    return [stretch[kept].tolist() for stretch, kept in zip(table, fits.T)]
 
 
 def _above(x0, rows, h):
@@ -232,14 +261,22 @@ def _above(x0, rows, h):
             continue
         u1 = -(b1 * y + c1) / steep
         if v1:
-            u1 = -(b1 * y + v1 * math.sqrt(max(y + h * u1, 0.0)) + c1) / steep
+            end = max(y + h * u1, 0.0)
+            root1 = math.sqrt(end)
+            u1 = -(b1 * y + v1 * root1 + c1) / steep
         guesses.append((u0 + u1, row))
     best = FREE
     # A row's parabola ends above its guess, far above it where its a is nearly 0.
     for guess, row in sorted(guesses):
         if x0 + h * guess >= best[2]:
             break
-        best = min(best, _parabola(x0, row, h, guess), key=_end)
+        parabola = _parabola(
+            x0,
+            row,
+            h,
+            guess,
+        )
+        best = min(best, parabola, key=_end)
     return best
 
 
@@ -272,16 +309,20 @@ def _parabola(x0, row, h, guess):
         # Least v sqrt(X) by parts of one sign.
         r_low = math.sqrt(low)
         r_high = math.sqrt(high)
+        root = r_high
         if v0 > 0 and vm > 0 and v1 > 0:
-            r0 = rm = r1 = r_low
-        else:
-            r0 = rm = r1 = r_high
-            if not (v0 <= 0 and vm <= 0 and v1 <= 0):
-                v0 = vm = v1 = min(v0, vm, v1)
-        size = 1.5 * max(abs(guess), 1e-300) + loose * abs(guess)
-        open_ = a_slack * size + b_slack * high + v_slack * r_high + c_slack + MARGIN
-        bend = a_bend * size + b_bend * high + v_bend * r_high + c_bend
-        u0 = -(b0 * x0 + v0 * r0 + c0 - open_) / a0
+            root = r_low
+        elif not (v0 <= 0 and vm <= 0 and v1 <= 0):
+            v0 = vm = v1 = min(v0, vm, v1)
+        slope = abs(guess)
+        size = 1.5 * max(slope, 1e-300) + loose * slope
+        open_ = a_slack * size + b_slack * high + v_slack * r_high
+        open_ = open_ + c_slack + MARGIN
+        bend = a_bend * size + b_bend * high
+        bend = bend + v_bend * r_high + c_bend
+        drag0 = v0 * root
+        drag1 = v1 * root
+        u0 = -(b0 * x0 + drag0 + c0 - open_) / a0
         y = x0 + h * u0
         # The row's Bernstein coefficients 1 to 4 are p + q u1.
         left1 = (a0 * u0 + 2 * am * u0) / 4
@@ -290,14 +331,14 @@ def _parabola(x0, row, h, guess):
         speed1 = (b0 * y + bm * x0) / 2
         speed2 = (b0 * y + 4 * bm * y + b1 * x0) / 6
         speed3 = (bm + b1) * y / 2
-        rest1 = (v0 * r0 + vm * rm + c0 + cm) / 2
-        rest2 = (v0 * r0 + 4 * vm * rm + v1 * r1 + c0 + 4 * cm + c1) / 6
-        rest3 = (vm * rm + v1 * r1 + cm + c1) / 2
+        rest1 = (drag0 + vm * root + c0 + cm) / 2
+        rest2 = (drag0 + 4 * vm * root + drag1 + c0 + 4 * cm + c1) / 6
+        rest3 = (vm * root + drag1 + cm + c1) / 2
         p = (
             left1 + speed1 + rest1,
             left2 + speed2 + rest2,
             left3 + speed3 + rest3,
-            b1 * y + v1 * r1 + c1,
+            b1 * y + drag1 + c1,
         )
         q = (
             a0 / 4,
@@ -307,15 +348,17 @@ def _parabola(x0, row, h, guess):
         )
         if min(q) <= 0:
             return FREE
-        u1 = max((open_ + bend * bump - p_j) / q_j for bump, p_j, q_j in zip(BUMP[1:], p, q))
+        terms = zip(BUMP[1:], p, q)
+        u1 = max((open_ + bend * bump - p_j) / q_j for bump, p_j, q_j in terms)
         end = x0 + h * (u0 + u1)
-        fits = max(abs(u0), abs(u1)) <= size
+        steepest = max(abs(u0), abs(u1))
         # No motion is below 0: a parabola that ends there is a bound if it counts roots from 0 on.
-        fits = fits and (low == 0 or low <= min(x0, end, y)) and max(x0, end, y) <= high
-        if fits:
+        above = low == 0 or low <= min(x0, end, y)
+        below = max(x0, end, y) <= high
+        if steepest <= size and above and below:
             return u0, u1, end
         guess = math.copysign(
-            max(abs(guess), abs(u0), abs(u1)),
+            max(slope, steepest),
             guess,
         )
         loose = loose * 2
@@ -333,16 +376,16 @@ def duration(
     total = math.sqrt(max(x0, 0.0)) + math.sqrt(max(x1, 0.0))
     if total == 0:
         return math.inf
-    plain = h / total
-    part = bent * (h / total) ** 2
+    half = h / total
+    part = bent * half**2
     if abs(part) < 1e-6:
-        return 2 * plain * (1 + part / 3)
+        return 2 * half * (1 + part / 3)
     root = math.sqrt(abs(part))
-    if part > 0:
-        if root < 1:
-            return 2 * plain * math.atanh(root) / root
+    if part > 0 and root >= 1:
         return math.inf
-    return 2 * plain * math.atan(root) / root
+    if part > 0:
+        return 2 * half * math.atanh(root) / root
+    return 2 * half * math.atan(root) / root
 
 
 def _least_time(
@@ -354,21 +397,31 @@ def _least_time(
 ):
     """Return the least time below both curves, from x0 on and back from x1."""
     curves = []
+    bounds = []
     for start, (u0, u1, end) in ((x0, ahead), (x1, behind)):
-        if end < math.inf and min(start + h * u0, start, end) >= 0:
-            curves.append((start, u0, (u1 - u0) / h, end))
-    bounds = [duration(h, start, end, bent) for start, _, bent, end in curves]
+        lowest = min(start + h * u0, start, end)
+        if end < math.inf and lowest >= 0:
+            bent = (u1 - u0) / h
+            time = duration(
+                h,
+                start,
+                end,
+                bent,
+            )
+            bounds.append(time)
+            curves.append((start, u0, bent, end))
     if len(curves) == 2 and curves[0][3] > x1 and curves[1][3] > x0:
-        (f0, fu, fk, _), (g0, gu, gk, g1) = curves
+        first, last = curves
+        f0, fu, fk, _ = first
+        g0, gu, gk, g1 = last
         # Where they meet: any place is valid, as below both is below either.
         a = fk - gk
         b = 2 * (fu + gu + gk * h)
         c = f0 - g1
         root = b * b - 4 * a * c
+        s = 0.0
         if root >= 0 and b > 0:
             s = -2 * c / (b + math.sqrt(root))
-        else:
-            s = 0.0
         if 0 < s < h:
             rest = h - s
             before = duration(
@@ -392,14 +445,16 @@ def _cruise(alone, length):
     w = alone.parts["b"]
     c = -alone.parts["c"][0] + MARGIN
     chord = (w[0] + w[2]) / 2
-    less = np.maximum(chord - w[1], 0.0) / 2 + alone.bend["b"] / 4 + alone.slack["b"]
+    sag = np.maximum(chord - w[1], 0.0)
+    less = sag / 2 + alone.bend["b"] / 4 + alone.slack["b"]
     first = np.maximum(w[0] - less, 0.0) / c
     last = np.maximum(w[2] - less, 0.0) / c
     roots = np.sqrt(first) + np.sqrt(last)
+    squares = first + np.sqrt(first * last) + last
     with np.errstate(all="ignore"):
         mean = np.where(
             roots > 0,
-            2 / 3 * (first + np.sqrt(first * last) + last) / roots,
+            2 / 3 * squares / roots,
             0.0,
         )
     return (mean * length).max(axis=0)
