@@ -333,7 +333,9 @@ def _reaching(task, p, assembly):
         near = task.rows.without(out)
         if len(near.numbers) < len(task.free):
             break
-        kept = ~out[task.rows.row_of] & np.isfinite(off)
+        far = task.rows.measured[2]
+        kept = ~out[task.rows.row_of]
+        kept[len(kept) - len(far) :] &= ~out[task.rows.to[far]]
         part = replace(task, rows=near, weight=task.weight[kept])
         p = solve(part, p, assembly[~out])[0]
     raise ValueError(
