@@ -186,8 +186,7 @@ def rows_right(
 ) -> np.ndarray:
     """Return which rows (n,) are right, within tolerance (n,)."""
     came = _outcomes(exercise, replies, np.zeros(len(replies), bool))[0]
-    with np.errstate(all="ignore"):
-        expected = exercise.outcome(exercise.answer, robot, columns)
+    expected = exercise.outcome(exercise.answer, robot, columns)
     limits = _limits(exercise, expected, tolerance)
     return np.all(difference(came, expected, exercise.is_angle()) <= limits, axis=1)
 
