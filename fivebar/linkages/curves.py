@@ -78,7 +78,7 @@ def coupler_curves(
         # on the curve.
         turn = np.linspace(0, 2 * np.pi, samples + 1)
         # A little inside, or rounding could leave the loop open where it locks.
-        q = (low + high) / 2 - ((high - low) / 2 - 1e-12) * np.cos(turn)
+        q = (low + high) / 2 - ((high - low) / 2 - 1e-14) * np.cos(turn)
         points = move(four_bar, q, branch=np.where(turn < np.pi, 1, -1)).position("M")
         curves.append(Curve(label, points, points[[0, samples // 2]]))
     return tuple(curves)

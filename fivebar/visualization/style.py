@@ -38,10 +38,10 @@ DASHES = (
 LEFT, RIGHT = BLUE, ORANGE  # legs, and what is of their motors
 SIDES = ("left", LEFT), ("right", RIGHT)
 # Bars have a contrast of 3 : 1 or more to white paper and to the dark ground of pages.
-RUST, OCHRE, AZURE, GREY = "#B84A00", "#BD8400", "#3897D0", "#7D7D7D"
+RUST, OCHRE, AZURE, GREY = "#C7443C", "#B65818", "#5393D8", "#7D7D7D"
 LEGS = (BLUE, AZURE), (RUST, OCHRE)  # a hue for each leg, its bars dark and light by turns
 LINKS = BLUE, RUST, GREEN, OCHRE, AZURE, GREY  # of a linkage; pink is left to the path
-PATH, REFERENCE = "#C2679A", GREEN
+PATH, REFERENCE = "#BF65A2", GREEN
 INK = "#222222"
 BASE = "#888888"  # named, as GUIDE is, in plot/styles.toml
 GUIDE = "#d9d9d9"

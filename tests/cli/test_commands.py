@@ -23,7 +23,7 @@ def test_demo(tmp_path, capsys):
     printed = capsys.readouterr()
     assert printed.err == "" and "largest error        18.43 µm" in printed.out
     # Where and when the quintic meets Type 2 is a fact of the lab's task 2.
-    refused = "at 3.1726 s it meets Type 2, where its torque diverges; timed to cross without acceleration it needs 57 mN m"
+    refused = "at 3.1726 s it meets Type 2, where its torque diverges; a time law that crosses without acceleration needs 57 mN m"
     lines = printed.out.splitlines()
     assert refused in " ".join(lines) and max(map(len, lines[:-4])) <= 80
     assert lines[-4].startswith(str(tmp_path / "out" / "page.html"))

@@ -303,7 +303,7 @@ CASES = {
         ),
     ),
     "Collocation": Case(
-        fb.Collocation, dict(method="legendre-gauss", degree=3, intervals=4, tolerance=1e-2, max_time=2.0)
+        fb.Collocation, dict(degree=3, intervals=4, tolerance=1e-2, max_time=2.0)
     ),
     "plan": Case(
         fb.plan,

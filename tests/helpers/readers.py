@@ -304,10 +304,10 @@ COVERS = {
 # No reader of what others wrote.
 OWN = {
     "writers": """base.tables:written grading.report.outputs:write_whole study.speed_accuracy.store:add
-        study.speed_accuracy.making:make study.speed_accuracy.page:write_page
+        study.speed_accuracy.making:make study.speed_accuracy.page:write_page cli.draw_gcode:written_gcode
         grading.course.feedback:write_feedback
         base.folders:locked_folder cli.__init__:main cli.__init__:_flush""",
-    "files of the package and its dependencies": """visualization.document:document visualization.document:script
+    "files of the package and its dependencies": """visualization.document:document visualization.document:report visualization.document:script
         visualization.plot.panels:_styles visualization.view.page:_packed_viewer visualization.view.page:page
         cli.grade:_hand_out_template amoro.ros_free.marking:confined_program
         grading.intake.hand_in:functions_of grading.labs:_content grading.labs:hash""",

@@ -86,10 +86,10 @@ def test_the_table_has_each_method_and_its_failures(toy_result):
     # "cruder" never gets to 1e-2, and does not fail.
     names = [method.name for method in toy_result.chart.methods if method.name != "cruder"]
     assert title == "one panel" and list(cells) == names
-    none = dict.fromkeys(("s, to 0.01", "s, to 0.0001", "s, to 1e-09"), "-")
+    none = dict.fromkeys(("time to 0.01 (s)", "time to 0.0001 (s)", "time to 1e-09 (s)"), "-")
     assert cells["astray"] == none | {"failed": "error above 1 (2 times)"}
-    assert float(cells["after the crash"]["s, to 0.01"]) > 0
-    assert cells["after the crash"]["s, to 0.0001"] == "-"
+    assert float(cells["after the crash"]["time to 0.01 (s)"]) > 0
+    assert cells["after the crash"]["time to 0.0001 (s)"] == "-"
     assert cells["needs more"]["failed"] == "left out: no C compiler (cc, gcc, clang)"
 
 

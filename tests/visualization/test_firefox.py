@@ -99,7 +99,7 @@ def test_a_scene_is_drawn_without_webgl(firefox, pages):
         picture = firefox.picture()
         xi = fb.line((0.09, 0.068), (0.0, 0.1), 2.0)(seconds)[0]
         for base, elbow, colour in zip(
-            (-0.059, 0.059), fb.igm(ROBOT, xi).elbows, ("#005d92", "#ae4d00"), strict=True
+            (-0.059, 0.059), fb.igm(ROBOT, xi).elbows, ("#005d92", "#a23731"), strict=True
         ):
             x, y = 0.5 * (np.array([base, 0.0]) + elbow)
             where = firefox.evaluate(

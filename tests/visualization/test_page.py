@@ -87,7 +87,7 @@ def strokes(page):
 @pytest.mark.deep
 def test_pointing_at_any_plot_puts_the_robot_where_dgm_says(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path))
-    assert strokes(page) == ["#0072B2", "#3897D0", "#B84A00", "#BD8400"]  # as in plots and scenes
+    assert strokes(page) == ["#0072B2", "#5393D8", "#C7443C", "#B65818"]  # as in plots and scenes
     assert set(strokes(page)) <= {line.get_color() for line in run.plot().axes[0].lines}
     assert strokes(page) == fb.view.scene(run.robot, run).machines[0].body.colours
     assert (
@@ -473,7 +473,7 @@ def test_a_story_plays_once_in_two_pictures(opened, tmp_path):  # noqa: F811
             number,
         )
         np.testing.assert_allclose(ends, chain(fb.dgm(run.robot, run.q[-1])), atol=1e-9)
-    assert strokes(page) == 2 * ["#0072B2", "#3897D0", "#B84A00", "#BD8400"]
+    assert strokes(page) == 2 * ["#0072B2", "#5393D8", "#C7443C", "#B65818"]
 
 
 @pytest.mark.deep

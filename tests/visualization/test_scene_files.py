@@ -156,7 +156,7 @@ def test_films_play_the_motion(tmp_path, name, codec):
     frames = np.frombuffer(subprocess.run(decode, capture_output=True, check=True).stdout, np.uint8)
     frames = frames.reshape(3, found["height"], 960, 3).astype(int)
     assert (np.ptp(frames[:, 80:], axis=0).max(axis=2) > 60).mean() > 0.005  # it moves
-    for colour in ((0, 114, 178), (213, 94, 0)):  # both proximal bars
+    for colour in ((0, 114, 178), (199, 68, 60)):  # both proximal bars
         assert (np.abs(frames[0] - colour) < 25).all(axis=2).mean() > 0.005
 
 

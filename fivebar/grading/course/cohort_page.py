@@ -8,6 +8,7 @@ from dataclasses import astuple
 from pathlib import Path
 from urllib.parse import quote
 
+from ...visualization.document import table
 from ..intake.hand_in import Left
 from ..report.outputs import CHECK_COLUMNS, check_rows, csv_text, file_name, write_whole
 from ..report.page import page, text
@@ -92,10 +93,11 @@ def write_summary(
             (text(", ".join(students)), "to the letter" if exact else "other names or formatting")
             for students, exact in equal
         ]
-        body += f"<h2>Equal programs</h2><p>{EQUAL}</p>{_table(('Students', 'Equal'), rows)}"
+        body += f"<h2>Equal programs</h2><p>{EQUAL}</p>"
+        body += table("Equal programs", ("Students", "Equal"), rows)
     for title, (columns, found) in parts.items():
         if found:
-            body += f"<h2>{title}</h2>{_table(columns, [map(text, row) for row in found])}"
+            body += f"<h2>{title}</h2>{table(title, columns, [map(text, row) for row in found])}"
     write_whole(out / "summary.html", page(f"{lab}: {len(graded)} students", body, STYLE))
 
 
@@ -125,15 +127,22 @@ def _body(lab, reports):
         (f"{text(function)}: {text(name)}", _bar(count / len(reports)), count)
         for (function, name), count in misconceptions(reports)
     ]
-    return (
+    parts = {
+        "Scores": (("Score", "share", "students"), shares),
+        "Checks": (("Check", "share", "passed", "mean", "tells"), checks),
+        "Misconceptions": (("Misconception", "share", "students"), names),
+        "Students": (("Student", "share", "points"), map(_student, reports)),
+    }
+    words = (
         f"<h1>{text(lab)}</h1><p>{of['students']} students, mean {of['mean']:.0f} %, median"
         f" {of['median']:.0f} %, all points: {of['full']}</p>"
-        f"<h2>Scores</h2>{_table(['Score', 'share', 'students'], shares)}"
-        f"<h2>Checks</h2><p>{TELLS}</p>"
-        f"{_table(['Check', 'share', 'passed', 'mean', 'tells'], checks)}<h2>Misconceptions</h2>"
-        f"{_table(['Misconception', 'share', 'students'], names)}<h2>Students</h2>"
-        f"{_table(['Student', 'share', 'points'], map(_student, reports))}"
     )
+    for title, (heads, rows) in parts.items():
+        words += f"<h2>{title}</h2>"
+        if title == "Checks":
+            words += f"<p>{TELLS}</p>"
+        words += table(title, heads, rows)
+    return words
 
 
 def _student(report):
@@ -148,11 +157,3 @@ def _student(report):
 
 def _bar(share):
     return f'<div class="bar" style="width: {100 * share:.1f}%"></div>'
-
-
-def _table(titles, rows):
-    """Return an HTML table of cells that are HTML already."""
-    lines = ["".join(f"<th>{title}</th>" for title in titles)]
-    for row in rows:
-        lines.append("".join(f"<td>{cell}</td>" for cell in row))
-    return f'<div class="wide"><table><tr>{"</tr><tr>".join(lines)}</tr></table></div>'

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
+from ...base.tables import saved, written
 from ...singularities.loci import singularity_loci
 from ..style import INK, LEGS, PINK
 
@@ -33,8 +34,9 @@ def save_site(live: LivePage, folder: Path, address: str = "") -> list[Path]:
         raise ValueError("a folder for the web shows a five-bar: its page needs a pose")
     folder.mkdir(parents=True, exist_ok=True)
     page, preview = folder / "index.html", folder / PREVIEW
-    page.write_text(with_tags(live.html, address), encoding="utf-8")
-    draw_preview(live.pose).savefig(preview, dpi=100)
+    with written(page) as out:
+        out.write(with_tags(live.html, address))
+    saved(draw_preview(live.pose), preview, dpi=100)
     return [page, preview]
 
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .sources import RobotSource, StudySource
 
 # Colours that the colour-blind can tell apart, too.
-SINGULAR, VELOCITY, ACCELERATION, FORCE, TORQUE = "#7e6bd9 #9933ff #999933 #ff1166 #994477".split()
+SINGULAR, VELOCITY, ACCELERATION, FORCE, TORQUE = "#7e6bd9 #9933ff #87A512 #ff1166 #994477".split()
 MOST_POINTS = 2000  # of a reference: on a simulator's steps it would outweigh the motion
 # In widths of a bar.
 LOCUS_DASHES = {

@@ -49,5 +49,14 @@ def calibrate(q, xi):
     return p
 
 
-def own_robot():
-    return 0.0903702, 0.0890830, 0.0909648, 0.0908877, 0.1175280
+def own_robot(q, xi):
+    smallest = 1e9
+    for k in range(len(q)):
+        a = q[:k] + q[k + 1:]
+        b = xi[:k] + xi[k + 1:]
+        p = calibrate(a, b)
+        e = np.hstack([misses(*p, *u, *v) for u, v in zip(a, b)])
+        if e @ e < smallest:
+            smallest = e @ e
+            lengths = p[:5]
+    return lengths
