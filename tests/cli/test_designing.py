@@ -179,7 +179,8 @@ def test_a_design_and_a_front(tmp_path, capsys):
     ]
     notes = ran([*words, "--out", tmp_path / "front", "--plot", tmp_path / "front.svg"], capsys)
     assert (
-        notes.out.splitlines()[0].split()[-2:] == ["held", "by"] and len(notes.out.splitlines()) > 2
+        notes.out.splitlines()[0].split()[-2:] == ["active", "constraints"]
+        and len(notes.out.splitlines()) > 2
     )
     front = fb.optimal_design.Front.load(tmp_path / "front")
     assert (np.diff(front["bars"]) > 0).all() and (tmp_path / "front.svg").stat().st_size > 10_000
