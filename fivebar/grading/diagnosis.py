@@ -98,7 +98,7 @@ def diagnose(answers: Answers) -> Misconception | None:
     if not np.any(np.all(np.isfinite(answers.came), axis=1)):  # nothing a mistake could fit
         return None
     return (
-        constant(answers)
+        _same_everywhere(answers)
         or _single(
             answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
         )
@@ -109,6 +109,14 @@ def diagnose(answers: Answers) -> Misconception | None:
         or _in_parts(answers)
         or (_pair(answers) if answers.deep else None)
     )
+
+
+def _same_everywhere(answers):
+    """Return the mistake of who gives one answer to all rows: a stored one, unless it is 0."""
+    same = constant(answers)
+    if same and np.nan_to_num(answers.came).any():
+        return _single(answers, answers.exercise.wrong) or same
+    return same
 
 
 def _single(answers, misconceptions):
