@@ -99,9 +99,7 @@ def diagnose(answers: Answers) -> Misconception | None:
         return None
     return (
         _same_everywhere(answers)
-        or _single(
-            answers, [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
-        )
+        or _single(answers, _stored(exercise))
         or _single(answers, in_degrees(exercise, answers.robot))
         or _single(answers, returned_in_degrees(exercise))
         or relation(answers)
@@ -115,8 +113,13 @@ def _same_everywhere(answers):
     """Return the mistake of who gives one answer to all rows: a stored one, unless it is 0."""
     same = constant(answers)
     if same and np.nan_to_num(answers.came).any():
-        return _single(answers, answers.exercise.wrong) or same
+        return _single(answers, _stored(answers.exercise)) or same
     return same
+
+
+def _stored(exercise):
+    """Return the mistakes that are known by name: models, and derivations with a slip."""
+    return [*exercise.wrong, *(slip.of(exercise.derivation) for slip in exercise.slips)]
 
 
 def _single(answers, misconceptions):
