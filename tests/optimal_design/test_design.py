@@ -166,10 +166,8 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
         heads[1:5] == ["l1 (m)", "l2 (m)", "d (m)", "task_y (m)"]
         and heads[-1] == "active constraints"
     )
-    assert (
-        "motor = (torque 3.4, speed 3.14159), poses = (9, 7), table = (-0.1, 0.1, -0.075, 0.075)"
-        in page
-    )
+    assert "motor = (stall_torque 3.4, no_load_speed 3.14159" in page
+    assert "poses = (9, 7), table = (-0.1, 0.1, -0.075, 0.075)" in page
     assert (tmp_path / "front" / "play.html").stat().st_size > 100_000
     with pytest.raises(ValueError, match="holds no designs"):
         D.Front.load(tmp_path)
