@@ -57,7 +57,7 @@ def largest_rectangle(
         Constraints on poses that hold all over the rectangle, and its clearance, m, from
         singularities and from the borders of the constraints.
     ratio : float, optional
-        Width : height of the rectangle, from 0.001 to 1000; free by default.
+        Width : height of the rectangle, from 0.01 to 100; free by default.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def largest_rectangle(
     Raises
     ------
     ValueError
-        No rectangle keeps the clearance.
+        No rectangle keeps the clearance, or none of that ratio is wide enough to be found.
 
     Examples
     --------
@@ -82,8 +82,8 @@ def largest_rectangle(
     """
     refuse_others(constraints, "largest_rectangle", (*ON_POSES, "clearance"))
     margin = constraints.clearance if constraints else 0.0
-    if ratio is not None and not 1e-3 <= positive(ratio, "ratio") <= 1e3:
-        raise ValueError(f"largest_rectangle: ratio must be from 0.001 to 1000, not {ratio:g}")
+    if ratio is not None and not 0.01 <= positive(ratio, "ratio") <= 100:
+        raise ValueError(f"largest_rectangle: ratio must be from 0.01 to 100, not {ratio:g}")
     aspect = bounded_by(aspect, constraints)
     outline = Outline(aspect, margin)
     starts = progress(
@@ -99,6 +99,11 @@ def largest_rectangle(
             clearance = _point_of_largest_clearance(outline)[1]
         else:
             clearance = clearance_at(aspect, complex(*aspect.point))
+        if ratio is not None and clearance > margin:
+            raise ValueError(
+                f"no rectangle with ratio {ratio:g} in aspect {aspect.number}: a side would be"
+                f" shorter than {outline.spacing:.2g} m, which is not searched"
+            )
         raise ValueError(too_narrow(aspect, "rectangle", margin, clearance))
     return Rectangle(*map(float, max(rectangles, key=_area)))
 

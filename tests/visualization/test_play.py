@@ -127,6 +127,18 @@ def test_elbows_and_joint_space_turn_the_motors(page):
     np.testing.assert_allclose(pose_of(page)["q"], (0.3, 0.8), atol=0.03)
 
 
+# To the top, once a swipe's own momentum has ended.
+SCROLLED_BACK = """new Promise(done => {
+    let still = 0;
+    const wait = () => {
+        still = scrollY === 0 ? still + 1 : 0;
+        scrollTo(0, 0);
+        if (still > 20) done(1); else requestAnimationFrame(wait);
+    };
+    wait();
+})"""
+
+
 def swipe(page, places):
     """Move a finger over these places of the screen."""
     session = page.context.new_cdp_session(page)
@@ -169,8 +181,7 @@ def test_touch_on_a_phone(opened, path):  # noqa: F811
     swipe(page, [on_screen(page, (0.0, -0.15 + 0.1 * share)) for share in np.linspace(0, 1, 8)])
     until(page, "scrollY > 20")
     assert pose_of(page)["xi"] == before
-    page.evaluate("scrollTo(0, 0)")
-    settle(page)
+    page.evaluate(SCROLLED_BACK)
     # a finger on the robot drags it, and does not scroll the page
     way = np.linspace(before, (0.04, 0.19), 8)
     swipe(page, [on_screen(page, point) for point in way])

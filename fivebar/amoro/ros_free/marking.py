@@ -23,7 +23,7 @@ def confined_program():
         text = (folder / f"{name}.py").read_text(encoding="utf-8")
         text = text.replace("from . import world as place", "import _lab_world as place")
         modules[own] = text.replace("from . import rclpy", "import rclpy")
-    return (folder / "confined.py").read_text(encoding="utf-8"), modules | {"_lab_world": ""}
+    return (folder / "_confined.py").read_text(encoding="utf-8"), modules | {"_lab_world": ""}
 
 
 class _Clock:
