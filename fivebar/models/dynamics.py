@@ -12,8 +12,8 @@ import numpy as np
 from ..base.backend import first_index, is_symbolic, pack, pack_matrix, unpack_for
 from ..base.checks import instance
 from ..base.errors import SingularityError
-from .dyads import SINGULAR, cross, dot
-from .heavy_bars import bar_forces_under, by_bar_forces, loaded_accelerations
+from .dyads import SINGULAR, dot
+from .heavy_bars import bar_forces_under, by_bar_forces, loaded_accelerations, masses, multiply
 from .kinematics import Accelerations, Rates, a_pose, dkm2, place_of, refuse_parallel, some_rates
 from .loads import at_rest, forces_and_torques, has_moving_mass, refuse_weightless
 from .physics import any_named, loads_of, named, physics_of
@@ -93,25 +93,24 @@ def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _loaded_model(rates):
-    """M and c with all loads: c is what no acceleration asks for."""
+    """Return M and c with all loads; c is the torque at zero acceleration.
+
+    M = T^T M_y T, with M_y the masses of y = (e1, e2, x, y) of `heavy_bars` and y' = T q'.
+    """
     pose, robot = rates.pose, rates.pose.robot
-    (z1, z2), zero = robot.inertias, 0.0 * rates._q_dot[0]
+    zero = 0.0 * rates._q_dot[0]
     c = inverse_dynamics(dkm2(rates, pack(zero, zero)))
     (x1, y1), (x2, y2) = pose.u2
     s1, s2 = (b * (1 / pose.det_A) for b in pose.b)
-    J = (y2 * s1, -x2 * s1), (-y1 * s2, x1 * s2)  # the end-effector's velocity for q_i' = 1
-    m11, m12, m22 = (robot.m * dot(J[i], J[k]) for i, k in ((0, 0), (0, 1), (1, 1)))
-    for i, (j, my) in enumerate(zip(loads_of(robot).turning, loads_of(robot).across)):
-        if any_named((j, my)):
-            u, bar, (b, beside) = pose.u2[i], robot.distal[i], pose._velocity_coefficients[i]
-            turns = [
-                (cross(u, J[k]) - beside * (i == k)) * (1 / bar) for k in (0, 1)
-            ]  # phi_i' for q_k' = 1
-            arm = [my * b * (i == k) for k in (0, 1)]
-            m11 = m11 + turns[0] * (j * turns[0] - 2 * arm[0])
-            m22 = m22 + turns[1] * (j * turns[1] - 2 * arm[1])
-            m12 = m12 + j * turns[0] * turns[1] - arm[0] * turns[1] - arm[1] * turns[0]
-    return pack_matrix(z1 + m11, m12, m12, z2 + m22), c
+    left, right = (drive.length for drive in robot.drives)
+    # Columns of T: |P_i'|, and the end-effector's velocity for q_i' = 1.
+    first = left, 0.0, y2 * s1, -x2 * s1
+    second = 0.0, right, -y1 * s2, x1 * s2
+    of_y = masses(rates)
+    of_first = multiply(of_y, first)
+    of_second = multiply(of_y, second)
+    (m11, m12), (_, m22) = multiply((first, second), of_first), multiply((first, second), of_second)
+    return pack_matrix(m11, m12, m12, m22), c
 
 
 def gravity_torques(pose: Pose) -> np.ndarray:

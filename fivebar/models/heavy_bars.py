@@ -20,7 +20,7 @@ A drive that sticks is left out of both: its column of Phi is 0 and its mass alo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -140,12 +140,12 @@ def _by_closure(rates, push, force, free, refuse_corner):
         s1 * x2,
         s1 * s2,
     )
-    rest = [f - along for f, along in zip(forces, _times(M, least))]
+    rest = [f - along for f, along in zip(forces, multiply(M, least))]
     MW = _product(M, W)
     # tr(W^T M W M) = -tr(M W M W)
     delta = -0.5 * sum(MW[i][j] * MW[j][i] for i in range(4) for j in range(4))
     _refuse_negative(delta)
-    moved = _times(W, _times(M, _times(W, rest)))  # of W^T the negative
+    moved = multiply(W, multiply(M, multiply(W, rest)))  # of W^T the negative
     scale = -1.0 / delta
     e1, e2, x, y = (part + scale * step for part, step in zip(least, moved))
     return Accelerations(
@@ -214,7 +214,8 @@ def _antisymmetric(a, b, c, d, e, f):
     ]
 
 
-def _times(rows, v):
+def multiply(rows: Sequence, v: Sequence) -> list:
+    """Return the products of rows with a vector, on components."""
     products = []
     for row in rows:
         products.append(sum(a * b for a, b in zip(row, v)))
@@ -223,7 +224,7 @@ def _times(rows, v):
 
 def _product(rows, others):
     columns = list(zip(*others))
-    return [_times(columns, row) for row in rows]
+    return [multiply(columns, row) for row in rows]
 
 
 def _refuse_negative(delta):
