@@ -17,7 +17,7 @@ import numpy as np
 
 from ..base.backend import EPS
 from ..models.robots import FiveBar
-from .four_bar_motion import FourBarMotion, Turning, closures
+from .four_bar_motion import FourBarMotion, Turning, aligned, closures
 from .leg_circles import LegCircles
 from .locus import MODES, Locus, TypeThree, Vertex, modes_of, pairs, pieces_of, type_of, values_of
 from .margins import Singularity
@@ -70,11 +70,16 @@ class CouplerCurve:
         )
 
     @cached_property
+    def aligned(self) -> list[float]:
+        """Values of t at which a leg, or both, are in line."""
+        return sorted(aligned(self.motion))
+
+    @cached_property
     def edges(self) -> np.ndarray:
         """Values of t between which the modes do not change; first and last are the same pose."""
         period = self.motion.period
         cuts: list[float] = []
-        for t in sorted(self.motion.aligned):
+        for t in self.aligned:
             if not cuts or t - cuts[-1] > SHORTEST * period:
                 cuts.append(t)
         if len(cuts) > 1 and cuts[0] + period - cuts[-1] <= SHORTEST * period:
@@ -192,7 +197,7 @@ class FiveBarLoci:
                 )
                 for m in chain.modes
             ]
-            if chain.motion.aligned:
+            if chain.aligned:
                 vertices = chain.vertices(self.touches, NEAR * self.circles.scale)
             else:
                 vertices = None
@@ -271,7 +276,7 @@ class FiveBarLoci:
         q = [np.empty((0, 2))]
         working = [np.empty((0, 2), dtype=int)]
         for kind, chain in self._chains:
-            if chain.motion.aligned and not (kind == "self-motion" and self.everywhere):
+            if chain.aligned and not (kind == "self-motion" and self.everywhere):
                 t = chain.edges[:-1]
                 sines = chain.sines(t)[:2].T
                 xi.append(pairs(chain.corners[:-1]))

@@ -8,7 +8,7 @@ numbers.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy as np
 from ..base.backend import EPS, cos, is_symbolic, sin, sqrt, where_zero
 
 ROUNDS = 8  # of Newton's steps, at most; two do but where two solutions are nearly one
+NEAR = 1e-3  # a sine: farther from 0 there is no solution
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,20 +37,6 @@ class Turning:
             for e, turns in zip(self.start, self.turns)
         ]
         return directions, [_as_long(t, float(turns)) for turns in self.turns]
-
-    @property
-    def aligned(self) -> list[float]:
-        """Values of t at which a crank and the coupler are in line."""
-        e1, e2, u = self.start
-        crossings = []
-        for e, turns in zip((e1, e2), self.turns):
-            if turns != self.turns[2]:
-                angle = np.angle(e / u) * (1 if self.turns[2] else -1)
-                crossings += [
-                    angle % (2 * math.pi),
-                    (angle + math.pi) % (2 * math.pi),
-                ]
-        return crossings
 
     def meets(self, ways: list[tuple[int, complex]]) -> list[list[float]]:
         """For each (crank 0 or 1, unit vector) the t at which the coupler is turned by it against
@@ -99,55 +86,17 @@ class FourBarMotion:
 
     def __call__(self, t: np.ndarray) -> tuple[tuple | list, tuple | list]:
         """Return directions (e1, e2, u) and their rates by t."""
-        sides = self.base, self.r1, self.c, self.r2
-        directions, rates = four_bar_directions(
-            sides,
-            self.span,
-            self.slack,
-            self.signs,
-            t,
-        )
-        e1, e2, u = (x + 1j * y for x, y in directions)
-        rates = rates[0], _as_long(t, rates[1]), rates[2]
+        (e1, e2, u), (rate1, rate2, rate) = self._of_sides(t)
         if self.mirrored:
-            return (-e2.conjugate(), -e1.conjugate(), u.conjugate()), (
-                -rates[1],
-                -rates[0],
-                -rates[2],
-            )
-        return (e1, e2, u), rates
+            mirror_image = -e2.conjugate(), -e1.conjugate(), u.conjugate()
+            return mirror_image, (-rate2, -rate1, -rate)
+        return (e1, e2, u), (rate1, rate2, rate)
 
-    @property
-    def aligned(self) -> list[float]:
-        """Values of t at which a crank and the coupler are in line."""
-        below, above = self.slack[1]
-        own = []
-        if below == 0:
-            own += [0.0, math.pi]
-        if above == 0:
-            own += [math.pi / 2, 1.5 * math.pi]
-        # The other crank: coupler and crank 2 are one bar of length |r2 -+ c|, which gives its
-        # direction.
-        guesses = []
-        for bar in (self.r2 - self.c, self.r2 + self.c):
-            if bar == 0:
-                continue
-            excess = self.r1**2 - self.base**2 - bar * bar
-            cosine = excess / (2 * self.base * bar)
-            if abs(cosine) <= 1 + 1e-9:
-                squares = self.base**2 + self.r2**2
-                guesses += self._times(squares + 2 * self.base * self.r2 * cosine)
-        if guesses:
-            t = np.array(guesses)
-            for _ in range(2):
-                sine, slope = self._other_sine(t)
-                t = t - np.clip(
-                    sine / np.where(slope == 0, np.inf, slope),
-                    -0.1,
-                    0.1,
-                )
-            own += t[np.abs(self._other_sine(t)[0]) < 1e-12].tolist()
-        return [t % self.period for t in own]
+    def _of_sides(self, t):
+        """Return the same of the chain whose sides are given, mirrored or not."""
+        sides = self.base, self.r1, self.c, self.r2
+        directions, rates = four_bar_directions(sides, self.span, self.slack, self.signs, t)
+        return [x + 1j * y for x, y in directions], (rates[0], _as_long(t, rates[1]), rates[2])
 
     def meets(self, ways: list[tuple[int, complex]]) -> list[list[float]]:
         """For each (crank 0 or 1, unit vector) the t at which the coupler is turned by it against
@@ -168,37 +117,37 @@ class FourBarMotion:
             return [[] for _ in ways]
         t = np.array(guesses)
         owners = np.array(owners)
-        cranks, turns = (np.array(each)[owners] for each in zip(*ways))
-        motion = replace(self, mirrored=False) if self.mirrored else self
-        best = t
-        least = np.full(len(t), np.inf)
+        off, step = self._off(t, ways, owners)
+        # Of the four t of a diagonal, those at which the bars are on its other side are no guesses.
+        near = off < NEAR
+        t, owners, off, step = t[near], owners[near], off[near], step[near]
         for _ in range(ROUNDS):
-            (e1, e2, u), rates = motion(t)
-            relative = u / (np.where(cranks == 0, e1, e2) * turns)
-            off = np.where(
-                relative.real > 0,
-                np.abs(relative.imag),
-                np.inf,
-            )
-            better = (
-                off < least
-            )  # where two values are one the slope is 0, and Newton's steps lead away in the end
+            moved = t - step
+            less, further = self._off(moved, ways, owners)
+            # Where two values are one the slope is 0, and Newton's steps lead away in the end.
+            better = less < off
             if not better.any():
                 break
-            best = np.where(better, t, best)
-            least = np.minimum(off, least)
-            slope = relative.real * (rates[2] - np.where(cranks == 0, rates[0], rates[1]))
-            step = np.clip(
-                relative.imag / np.where(slope == 0, np.inf, slope),
-                -0.02,
-                0.02,
-            )
-            t = np.where(better, t - step, best)
+            t = np.where(better, moved, t)
+            off = np.where(better, less, off)
+            step = np.where(better, further, 0.0)
         times: list[list[float]] = []
         for k in range(len(ways)):
-            own = best[(least < 1e-12) & (owners == k)] % self.period
-            times.append(np.unique(own).tolist())
+            own = t[(off < 1e-12) & (owners == k)] % self.period
+            times.append(sorted(set(own.tolist())))
         return times
+
+    def _off(self, t, ways, owners):
+        """Return |sin| of the angle that the coupler lacks at t, and Newton's step to there."""
+        if not len(t):
+            return np.empty(0), np.empty(0)
+        cranks, turns = (np.array(each)[owners] for each in zip(*ways))
+        (e1, e2, u), (rate1, rate2, rate) = self._of_sides(t)
+        relative = u / (np.where(cranks == 0, e1, e2) * turns)
+        off = np.where(relative.real > 0, np.abs(relative.imag), np.inf)
+        slope = relative.real * (rate - np.where(cranks == 0, rate1, rate2))
+        step = relative.imag / np.where(slope == 0, np.inf, slope)
+        return off, np.clip(step, -0.02, 0.02)
 
     def _times(self, w):
         """Return values of t at which the diagonal's square is w, or nearest to it."""
@@ -240,11 +189,11 @@ class FourBarMotion:
             flat += [math.pi / 2, 1.5 * math.pi]
         return [t for t in flat if t < self.period]
 
-    def _other_sine(self, t):
-        (e1, e2, u), rates = self(t)
-        k = 0 if self.mirrored else 1
-        relative = u / (e1, e2)[k]
-        return relative.imag, relative.real * (rates[2] - rates[k])
+
+def aligned(motion: FourBarMotion | Turning) -> list[float]:
+    """Return the parameters of a motion at which a crank and the coupler are in line."""
+    found = motion.meets([(0, 1), (0, -1), (1, 1), (1, -1)])
+    return [t for times in found for t in times]
 
 
 def _as_long(t, value):

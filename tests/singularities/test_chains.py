@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fivebar.base.backend import as_numbers
-from fivebar.singularities.four_bar_motion import Turning, closures, four_bar_directions
+from fivebar.singularities.four_bar_motion import Turning, aligned, closures, four_bar_directions
 
 CHAINS = {
     "grashof": [*permutations((1.0, 2.1, 2.9, 3.3))],
@@ -88,9 +88,9 @@ def passed(motion, crank, turn, k=2):
     return np.sort(found % motion.period)
 
 
-def apart(found):
-    """Sorted parameters; what comes as two counts once."""
-    found = np.sort(found)
+def apart(found, period=2 * np.pi):
+    """Sorted parameters; what comes as two counts once, also at the two ends of the period."""
+    found = np.sort((np.array(found) + 1e-7) % period - 1e-7)
     return found[np.diff(found, prepend=-1) > 1e-7]
 
 
@@ -165,8 +165,13 @@ def test_bars_are_in_line_wherever_they_pass_each_other(chains):
                     [passed(motion, crank, turn) for crank in (0, 1) for turn in (1, -1)]
                 )
             )
-            np.testing.assert_allclose(apart(motion.aligned), apart(wanted), rtol=0, atol=1e-7)
-            (e1, e2, u), _ = motion(np.array(motion.aligned))
+            np.testing.assert_allclose(
+                apart(aligned(motion), motion.period),
+                apart(wanted, motion.period),
+                rtol=0,
+                atol=1e-7,
+            )
+            (e1, e2, u), _ = motion(np.array(aligned(motion)))
             assert np.minimum(np.abs((u / e1).imag), np.abs((u / e2).imag)).max(initial=0) < 1e-14
 
 

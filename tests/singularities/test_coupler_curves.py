@@ -86,7 +86,7 @@ def test_chains_are_cut_where_a_leg_is_in_line(name):
             sines[np.abs(sines) < 1e-14] = 0
             assert (-np.sign(sines) == modes[:, None]).all()
         sines = np.abs(chain.sines(edges))
-        assert not chain.motion.aligned or sines.min(axis=0).max() < 1e-7
+        assert not chain.aligned or sines.min(axis=0).max() < 1e-7
         shared = [Vertex(complex(z) + 0.5e-9) for z in chain.corners[:-1]]
         vertices = chain.vertices(shared, 1e-9)
         assert len(vertices) == len(edges) and vertices[0] is vertices[-1]
@@ -112,9 +112,8 @@ def test_chains_are_cut_where_a_leg_is_in_line(name):
 
 def test_cuts_that_rounding_divided_are_one():
     def edges(*aligned, period=2.0):
-        return CouplerCurve(
-            None, SimpleNamespace(aligned=list(aligned), period=period), ()
-        ).edges.tolist()
+        motion = SimpleNamespace(meets=lambda ways: [list(aligned)], period=period)
+        return CouplerCurve(None, motion, ()).edges.tolist()
 
     assert edges() == [0.0, 2.0] and edges(0.5) == [0.5, 2.5] and edges(1.5, 0.5) == [0.5, 1.5, 2.5]
     assert edges(0.5, 0.5 + 1e-7, 1.5) == [0.5, 1.5, 2.5] and edges(0.5, 0.5 + 3e-7) == [
