@@ -81,37 +81,9 @@ BIGLIDE = Words(
 )
 
 
-class Drive(Protocol):
-    """What turns an active joint coordinate q into a pivot P(q) that moves; written on components
-    (`dyads`).
-
-    Where a text says rad of joint coordinates, m is meant of a drive that slides, and N of its
-    torque in N m.
-    """
-
-    @property
-    def x(self) -> float: ...  # where it is mounted, m
-    @property
-    def y(self) -> float: ...
-    @property
-    def length(self) -> float: ...  # |P'(q)|
-
-    def direction(self, q): ...
-    def coordinate(self, direction): ...
-    def pivot(self, direction) -> tuple: ...
-    def tangent(self, direction) -> tuple: ...
-    def sine(self, direction, distal): ...
-    def cosine(self, direction, distal): ...
-    def velocity_coefficients(self, sine, cosine) -> tuple: ...
-    def bends(self, sine, cosine) -> tuple: ...
-    def close(
-        self,
-        xi: tuple,
-        bar: float,
-        working,
-    ): ...
-    def relative(self, absolute, own): ...
-    def absolute(self, passive, own): ...
+# What turns an active joint coordinate q into a pivot P(q). Where a text says rad of joint
+# coordinates, m is meant of a drive that slides, and N of its torque in N m.
+Drive = Crank | Slider
 
 
 class Robot(Protocol):
