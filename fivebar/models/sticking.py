@@ -17,20 +17,17 @@ def slip_of(
     rates: Rates,
     tau: tuple,
     held_by: Callable,
-    standing: np.ndarray | None = None,
 ) -> tuple:
     """Return per drive the direction in which it slips, 0 where friction holds it, on components.
 
     A drive that moves slips with its rate. One that stands is held where no more than its friction
     is needed, else it slips as its acceleration then has it; of two, both at once (the mass matrix
     is positive: one answer, but for ties).
-    held_by: (rates, tau, slip) -> (accelerations, what holds). standing: which drives count as
-    standing, default those whose rate is 0.
+    held_by: (rates, tau, slip) -> (accelerations, what holds).
     """
     dry = loads_of(rates.pose.robot).coulomb
     signs = [np.sign(rate) for rate in rates._q_dot]
-    if standing is None:
-        standing = np.array([np.logical_and(s == 0, f > 0) for s, f in zip(signs, dry)])
+    standing = np.array([np.logical_and(s == 0, f > 0) for s, f in zip(signs, dry)])
     if not standing.any():
         return tuple(_plain(np.where(s == 0, 1.0, s)) for s in signs)
     shape = np.broadcast_shapes(
