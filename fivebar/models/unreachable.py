@@ -48,26 +48,25 @@ def refuse_open(open_: np.ndarray, pose: Pose) -> None:
     else:
         distance_words = f"{side} leg: the end-effector and the {words.base} are"
         free_words = f"the {side} leg is folded on its base joint: {words.joints[leg]} is"
-    if isinstance(dyad, RRP):
-        raise UnreachableError(
-            f"{where}unreachable: {distance_words} {dyad.r1 + gap:.9g} m apart, the farthest that a"
-            f" bar of {dyad.r1:g} m allows is {dyad.r1:.9g} m (gap {gap:.3g} m), {at}",
-            gap,
-            index or None,
-        )
-    span = float(np.broadcast_to(dyad.span_squared, open_.shape)[index]) ** 0.5
     r1 = dyad.r1
-    r2 = dyad.r2
-    if r1 == r2 and span < r1:
-        raise SingularityError(
-            f"{where}{free_words} left free (pivots {span:.3g} m apart), {at}",
-            span,
-            index or None,
-        )
-    limit, end = (r1 + r2, "longest") if span > r1 + r2 else (abs(r1 - r2), "shortest")
+    if isinstance(dyad, RRP):
+        distance = r1 + gap
+        limit, end, bars = r1, "farthest", f"a bar of {r1:g} m allows"
+    else:
+        r2 = dyad.r2
+        distance = float(np.broadcast_to(dyad.span_squared, open_.shape)[index]) ** 0.5
+        if r1 == r2 and distance < r1:
+            raise SingularityError(
+                f"{where}{free_words} left free (pivots {distance:.3g} m apart), {at}",
+                distance,
+                index or None,
+            )
+        longest = distance > r1 + r2
+        limit, end = (r1 + r2, "longest") if longest else (abs(r1 - r2), "shortest")
+        bars = f"bars of {r1:g} and {r2:g} m allow"
     raise UnreachableError(
-        f"{where}unreachable: {distance_words} {span:.9g} m apart, the {end} that bars of {r1:g}"
-        f" and {r2:g} m allow is {limit:.9g} m (gap {gap:.3g} m), {at}",
+        f"{where}unreachable: {distance_words} {distance:.9g} m apart, the {end} that {bars} is"
+        f" {limit:.9g} m (gap {gap:.3g} m), {at}",
         gap,
         index or None,
     )
