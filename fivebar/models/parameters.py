@@ -10,6 +10,8 @@ from typing import Any
 from .links import Link
 from .robots import KINDS, Biglide, FiveBar, Robot
 
+GRAVITY = "gravity_x", "gravity_y"
+
 
 def names_of(robots: Iterable[Robot]) -> tuple[str, ...]:
     """Return the parameters that any of these robots names beyond its kind's own, in the order of
@@ -17,7 +19,8 @@ def names_of(robots: Iterable[Robot]) -> tuple[str, ...]:
     """
     robots = list(robots)
     asked = set().union(*(robot.parameters for robot in robots))
-    return tuple(f.name for f in _beyond(type(robots[0])) if f.name in asked)
+    kind: Any = type(robots[0])
+    return tuple(f.name for f in fields(kind)[kind.lab :] if f.name in asked)
 
 
 def parameters_of(robot: Robot, names: Iterable[str] | None = None) -> list:
@@ -25,23 +28,23 @@ def parameters_of(robot: Robot, names: Iterable[str] | None = None) -> list:
     gravity is two.
     """
     names = names_of([robot]) if names is None else names
-    found: list = []
-    for name in (*(f.name for f in _own(type(robot))), *names):
+    own = [getattr(robot, f.name) for f in _own(type(robot))]
+    for name in names:
         value = getattr(robot, name)
-        found += value if name == "gravity" else [value]
-    return found
+        own += value if name == "gravity" else [value]
+    return own
 
 
 def count_of(kind: type, names: Iterable[str] = ()) -> int:
     """Return how many numbers `parameters_of` gives."""
-    return len(_own(kind)) + sum(2 if name == "gravity" else 1 for name in names)
+    return len(column_names(kind, names))
 
 
 def column_names(kind: type, names: Iterable[str] = ()) -> tuple[str, ...]:
     """Return the names of the numbers that `parameters_of` gives."""
-    found: list[str] = []
-    for name in (*(f.name for f in _own(kind)), *names):
-        found += ["gravity_x", "gravity_y"] if name == "gravity" else [name]
+    found = [f.name for f in _own(kind)]
+    for name in names:
+        found += GRAVITY if name == "gravity" else [name]
     return tuple(found)
 
 
@@ -49,20 +52,15 @@ def with_parameters(kind: type, p: Any, names: Iterable[str] = ()) -> FiveBar | 
     """Return the robot of a kind with these parameters in the order of `parameters_of`, a CasADi
     vector for instance.
     """
-    given = {}
-    k = 0
-    for name in (*(f.name for f in _own(kind)), *names):
-        given[name] = (p[k], p[k + 1]) if name == "gravity" else p[k]
-        k += 2 if name == "gravity" else 1
+    columns = column_names(kind, names)
+    given = {name: p[k] for k, name in enumerate(columns)}
+    if GRAVITY[0] in given:
+        given["gravity"] = tuple(given.pop(name) for name in GRAVITY)
     return kind(**given)
 
 
 def _own(kind):
     return fields(kind)[: kind.lab]
-
-
-def _beyond(kind):
-    return fields(kind)[kind.lab :]
 
 
 def robot_of(parameters: dict[str, Any], kind: Any = None) -> FiveBar | Biglide:
