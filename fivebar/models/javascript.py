@@ -34,18 +34,18 @@ OWN = {
 }
 
 
-def to_javascript(function: ca.Function, name: str = "", flat: bool = False) -> str:
+def to_javascript(function: ca.Function, flat: bool = False) -> str:
     """Return the function in JavaScript: its inputs in, an object of its outputs by name out.
 
     Vectors are arrays x[n], matrices x[rows][columns], what is 1 x 1 a number. Equal to CasADi's
     own evaluation to the bit but for sin, cos and their like, which every browser rounds in its own
     way.
-    name: of the function there (default: its own). flat: results by columns, one output after the
-    other, into the array `out`, its last argument, which it gives back: nothing is allocated.
+    flat: results by columns, one output after the other, into the array `out`, its last argument,
+    which it gives back: nothing is allocated.
     ValueError for what is no function of SX expressions, for operations without words here and for
     names that JavaScript does not take.
     """
-    name = name or function.name()
+    name = function.name()
     inputs = [function.name_in(k) for k in range(function.n_in())]
     outputs = [function.name_out(k) for k in range(function.n_out())]
     for word in (name, *inputs, *outputs):
