@@ -9,12 +9,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 import warnings
-from contextlib import suppress
 from pathlib import Path
-
-KILLED = 3600.0  # s, after which whoever was compiling is taken for killed
 
 
 def machine_code(function, jit=True):
@@ -64,10 +60,10 @@ def library(source, made_by="", flags=(), compiler=None):
             'no C compiler found (cc, gcc, clang, or the variable CC); jit="auto" does without'
         )
     recipe = "\n".join([source, compiler, *FLAGS, *flags, platform.machine(), made_by])
-    folder = cache_folder() / hashlib.sha256(recipe.encode()).hexdigest()[:32]
-    if not _intact(folder):
-        _build(source, [compiler, *FLAGS, *flags], folder)
-    return folder / "model.so"
+    model = cache_folder() / f"{hashlib.sha256(recipe.encode()).hexdigest()[:32]}.so"
+    if not _intact(model):
+        _build(source, [compiler, *FLAGS, *flags], model)
+    return model
 
 
 def c_compiler():
@@ -95,52 +91,43 @@ def cache_folder():
         ) from None
 
 
-def _intact(folder):
+def _intact(model):
     """Return whether a finished library is there, to the last bit: loading a damaged one would end
     the process.
     """
     try:
-        library = (folder / "model.so").read_bytes()
-        expected = (folder / "sha256").read_text()
+        library = model.read_bytes()
+        expected = model.with_suffix(".sha256").read_text()
     except OSError:
         return False
     return hashlib.sha256(library).hexdigest() == expected
 
 
-def _build(source, command, folder):
-    """Compile beside `folder` and move it there in one step, so that two processes at once do not
-    meet.
+def _build(source, command, model):
+    """Compile in a folder beside `model` and move it there in one step, so that two processes at
+    once do not meet.
     """
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        work = Path(tempfile.mkdtemp(prefix="part-", dir=folder.parent))
+        model.parent.mkdir(parents=True, exist_ok=True)
+        work = tempfile.TemporaryDirectory(prefix="part-", dir=model.parent)
     except OSError as error:
         problem = (
-            f"compiled models cannot be kept in {folder.parent}: {error}; set FIVEBAR_CACHE to"
+            f"compiled models cannot be kept in {model.parent}: {error}; set FIVEBAR_CACHE to"
             " another folder"
         )
         raise OSError(problem) from None
-    try:
-        (work / "model.c").write_text(source, "utf-8")
-        files = [str(work / "model.c"), "-o", str(work / "model.so"), "-lm"]
-        done = subprocess.run(
-            [*command, *files],
-            capture_output=True,
-            text=True,
-        )
+    with work as folder:
+        part = Path(folder, model.name)
+        code = part.with_suffix(".c")
+        code.write_text(source, "utf-8")
+        files = [str(code), "-o", str(part), "-lm"]
+        done = subprocess.run([*command, *files], capture_output=True, text=True)
         if done.returncode:
             raise RuntimeError(f"{command[0]} failed: {' '.join(done.stderr.split())[:500]}")
-        (work / "sha256").write_text(hashlib.sha256((work / "model.so").read_bytes()).hexdigest())
-        if os.path.lexists(folder) and not _intact(folder):
-            with suppress(FileNotFoundError):  # another process has put it away
-                folder.rename(f"{work}-damaged")
+        part.with_suffix(".sha256").write_text(hashlib.sha256(part.read_bytes()).hexdigest())
         try:
-            work.rename(folder)
+            for each in (part.with_suffix(".sha256"), part):
+                each.replace(model.with_suffix(each.suffix))
         except OSError:
-            if not _intact(folder):  # else another process was first
+            if not _intact(model):  # else another process was first
                 raise
-    finally:
-        for left in folder.parent.glob("part-*"):
-            with suppress(OSError):  # another process may be clearing too
-                if left.name.startswith(work.name) or left.stat().st_mtime < time.time() - KILLED:
-                    shutil.rmtree(left) if left.is_dir() else left.unlink()

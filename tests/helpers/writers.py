@@ -48,7 +48,7 @@ DIRECT = {
     "base.tables:saved": "that is it", "base.tables:written": "that is it", "base.presentation:_repr_html_": "into memory",
     "visualization.plot.poses:strip_png": "into memory",
     "visualization.pages.fronts:save_page": "into memory", "visualization.plot.poses:save_strip": "Scene.save replaces",
-    "models.machine_code:_build": "in a folder of its own, which is moved as a whole",
+    "models.machine_code:_build": "in a folder of its own, from which each file is moved as a whole",
     "study.speed_accuracy.store:add": "appends a line, cut ones are dropped",
     "cli.__init__:_flush": "into nothing",
     "grading.report.outputs:write_whole": "replaces", "amoro.ros_free.figures:destroy": "a script's windows",
