@@ -169,8 +169,8 @@ def _mpc(arguments, robot, reference, working, assembly):
 
 def _compare(arguments):
     """Compare computed torque at two gains and the tracker on one case."""
-    from ..simulation.cases import CASES, case, run_case
     from ..simulation.comparison import compare
+    from ..study.control_cases import CASES, case, run_case
     from ..visualization.pages import page
 
     if arguments.case not in CASES:

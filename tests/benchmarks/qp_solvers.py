@@ -14,7 +14,7 @@ import fivebar as fb
 from fivebar.control.prediction import SIZE
 from fivebar.control.qp import TOLERANCE, optimality
 from fivebar.control.tracker import Tracker
-from fivebar.simulation.cases import HOME, TASK_2, case
+from fivebar.study.control_cases import HOME, TASK_2, case
 from fivebar.study.speed_accuracy.charts.trackers import SOLVERS
 
 CONDENSED = "daqp", "qrqp", "qpoases", "osqp", "proxqp", "piqp", "ipqp", "highs"

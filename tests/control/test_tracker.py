@@ -7,7 +7,7 @@ import fivebar as fb
 from fivebar.control.qp import Status
 from fivebar.control.tracker import Tracker
 from fivebar.models.four_joints import bars_rates
-from fivebar.simulation.cases import CASES, case
+from fivebar.study.control_cases import CASES, case
 from tests.benchmarks import qp_solvers
 from tests.conftest import UNEQUAL
 

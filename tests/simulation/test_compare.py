@@ -8,8 +8,8 @@ import pytest
 
 import fivebar as fb
 from fivebar.control.qp import Status
-from fivebar.simulation.cases import CASES, CONTROLLERS, case, run_case
 from fivebar.simulation.comparison import compare
+from fivebar.study.control_cases import CASES, CONTROLLERS, case, run_case
 
 
 @pytest.fixture(scope="module")

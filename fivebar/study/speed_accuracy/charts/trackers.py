@@ -12,8 +12,8 @@ from ....constraints.constraints import Constraints
 from ....control.laws import PD, ComputedTorque
 from ....control.qp import QP
 from ....control.tracker import Tracker
-from ....simulation.cases import ControlCase, case
 from ....simulation.comparison import compare
+from ...control_cases import ControlCase, case
 from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 
 QUIET = {

@@ -20,9 +20,9 @@ from ..models.robots import FiveBar
 from ..planning.plan import plan
 from ..planning.plans import Plan
 from ..planning.trajectory import Trajectory, line
-from .run import Run
-from .settings import Measurement
-from .simulate import simulate
+from ..simulation.run import Run
+from ..simulation.settings import Measurement
+from ..simulation.simulate import simulate
 
 HOME = (0.09, 0.06796322)  # m
 TASK_1 = (0.0, 0.1)  # from home in 2 s
