@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from itertools import product
+from itertools import chain, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -76,24 +76,25 @@ def has_friction(robot: Robot) -> bool:
     return loads_of(robot).has_friction
 
 
-def columns(
-    robot: Robot,
-    has_reference: bool,
-    has_loss: bool,
-    has_control: bool = False,
-) -> tuple[str, ...]:
-    """Return the names of the columns of a run's CSV file."""
-    left, right = robot.words.joints
-    names = ["t", left, right, f"{left}_dot", f"{right}_dot"]
-    names += ["x", "y", "tau1", "tau2", "energy"]
-    names += ["x_ref", "y_ref"] * has_reference + ["friction_loss"] * has_loss
-    return (*names, *control_columns(robot) * has_control)
+OPTIONAL = "xi_ref", "friction_loss", "control"  # fields that not every run has
 
 
-def control_columns(robot: Robot) -> tuple[str, ...]:
-    """Return the names of what the controller measured and commanded."""
-    joints = [f"{name}{dot}_measured" for dot in ("", "_dot") for name in robot.words.joints]
-    return (*joints, "tau1_commanded", "tau2_commanded")
+def columns(robot: Robot) -> dict[str, list[str]]:
+    """Return the names of the columns of a run's CSV file, by the fields of the Run."""
+    joints = robot.words.joints
+    rates = [f"{name}_dot" for name in joints]
+    measured = [f"{name}_measured" for name in (*joints, *rates)]
+    return {
+        "t": ["t"],
+        "q": [*joints],
+        "q_dot": rates,
+        "xi": ["x", "y"],
+        "tau": ["tau1", "tau2"],
+        "energy": ["energy"],
+        "xi_ref": ["x_ref", "y_ref"],
+        "friction_loss": ["friction_loss"],
+        "control": [*measured, "tau1_commanded", "tau2_commanded"],
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,28 +275,17 @@ class Run(Animated):
             about["step_error"] = self.step_error
         if self.measured is not None:
             about["measured"] = self.measured._asdict()
-        table = [
-            self.t,
-            *self.q.T,
-            *self.q_dot.T,
-            *self.xi.T,
-            *self.tau.T,
-            self.energy,
-        ]
-        if self.xi_ref is not None:
-            table += [*self.xi_ref.T]
-        has_loss = self.friction_loss is not None or has_friction(self.robot)
-        if has_loss:
-            unknown = np.full(len(self.t), np.nan)
-            table.append(unknown if self.friction_loss is None else self.friction_loss)
+        known = columns(self.robot)
+        values = {name: getattr(self, name) for name in known}
+        if self.friction_loss is None and has_friction(self.robot):
+            values["friction_loss"] = np.full(len(self.t), np.nan)
         if self.control is not None:
-            samples = np.full((len(self.t), 6), np.nan)
+            values["control"] = np.full((len(self.t), 6), np.nan)
             rows = np.searchsorted(self.t, self.control.t)
-            samples[rows] = np.column_stack(self.control[1:4])
-            table += [*samples.T]
-        has_reference, has_control = self.xi_ref is not None, self.control is not None
-        header = columns(self.robot, has_reference, has_loss, has_control)
-        write(path, "run", about, header, np.column_stack(table).tolist())
+            values["control"][rows] = np.column_stack(self.control[1:4])
+        used = {name: value for name, value in values.items() if value is not None}
+        header = list(chain.from_iterable(known[name] for name in used))
+        write(path, "run", about, header, np.column_stack([*used.values()]).tolist())
 
     @classmethod
     def from_csv(cls, path: TextFile) -> Run:
@@ -308,32 +298,25 @@ class Run(Animated):
         """
         table = Table(path)
         about = table.about("run", "a file written by Run.to_csv", _known)
-        robot = about["robot"]
-        has_reference = "x_ref" in table.header
-        has_loss = "friction_loss" in table.header
-        has_control = control_columns(robot)[0] in table.header
-        header = columns(robot, has_reference, has_loss, has_control)
-        values = table.numbers(header, finite=False)
-        values, samples = np.split(values, [len(header) - 6 * has_control], axis=1)
-        ends = 1, 3, 5, 7, 9, 10
-        t, q, q_dot, xi, tau, energy, rest = np.split(values, ends, axis=1)
-        control = None
-        if has_control:
-            at = np.isfinite(samples).all(axis=1)
-            q_at, q_dot_at, commanded = np.split(samples[at], (2, 4), axis=1)
-            control = Control(t[at, 0], q_at, q_dot_at, commanded, tau[at])
-        return cls(
-            t=t[:, 0],
-            q=q,
-            q_dot=q_dot,
-            xi=xi,
-            tau=tau,
-            energy=energy[:, 0],
-            xi_ref=rest[:, :2] if has_reference else None,
-            friction_loss=rest[:, -1] if has_loss else None,
-            control=control,
-            **about,
-        )
+        known = columns(about["robot"])
+        used = [name for name in known if name not in OPTIONAL or known[name][0] in table.header]
+        header = list(chain.from_iterable(known[name] for name in used))
+        ends = np.cumsum([len(known[name]) for name in used])
+        parts = np.split(table.numbers(header, finite=False), ends[:-1], axis=1)
+        fields: dict[str, Any] = {}
+        for name, part in zip(used, parts):
+            fields[name] = part[:, 0] if part.shape[1] == 1 else part
+        if "control" in fields:
+            at = np.isfinite(fields["control"]).all(axis=1)
+            q, q_dot, commanded = np.split(fields["control"][at], 3, axis=1)
+            fields["control"] = Control(
+                fields["t"][at],
+                q,
+                q_dot,
+                commanded,
+                applied=fields["tau"][at],
+            )
+        return cls(**fields, **about)
 
 
 def _known(about):
