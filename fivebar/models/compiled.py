@@ -312,26 +312,3 @@ class Buffered:
             slot[...] = value
         self._run()
         return self.outputs
-
-
-def batch(function, *arrays):
-    """Return the outputs of a function of `compile` for batches: arrays (n, 2) in, (n, 2) or (n, 2,
-    2) or (n,) out; nan where there is no pose.
-    """
-    arrays = [np.ascontiguousarray(array, dtype=float) for array in arrays]
-    count = len(arrays[0])
-    for k, array in enumerate(arrays):
-        if array.shape != (count, 2) or len(arrays) != function.n_in():
-            raise ValueError(
-                f"input {function.name_in(k)} must have shape ({count}, 2), not {array.shape}"
-            )
-    if count == 0:
-        raise ValueError("a batch needs at least one row")
-    results = []
-    for k, value in enumerate(
-        Buffered(function.map(count))(*(array if count > 1 else array[0] for array in arrays))
-    ):
-        rows, columns = function.size_out(k)
-        value = value.reshape(count, columns, rows).swapaxes(1, 2)
-        results.append(value.reshape((count, *(n for n in (rows, columns) if n > 1))))
-    return tuple(results)

@@ -11,7 +11,7 @@ import pytest
 import fivebar as fb
 from fivebar.models import machine_code
 from fivebar.models.charts import CHARTS
-from fivebar.models.compiled import Buffered, batch, minimized
+from fivebar.models.compiled import Buffered, minimized
 from fivebar.simulation import loops, plant
 from fivebar.simulation.steps import propagate
 from tests.helpers import oracle
@@ -25,6 +25,18 @@ EPS = np.finfo(float).eps
 def cache(tmp_path, monkeypatch):
     monkeypatch.setenv("FIVEBAR_CACHE", str(tmp_path / "cache"))
     return tmp_path / "cache"
+
+
+def batch(function, *arrays):
+    """Outputs (n, ...) of a function for rows (n, 2) of each input."""
+    count = len(arrays[0])
+    values = function.map(count).call([array.T for array in arrays])
+    outputs = []
+    for k, value in enumerate(values):
+        rows, columns = function.size_out(k)
+        output = value.full().reshape(rows, count, columns).swapaxes(0, 1)
+        outputs.append(output.reshape(count, *(n for n in (rows, columns) if n > 1)))
+    return outputs
 
 
 def test_poses_cost_no_velocity_and_no_dynamics():
@@ -145,16 +157,6 @@ def test_modes_told_with_each_call(robot):
         found, passive = by_task(pose.xi, casadi.DM(pose.working.astype(float)))
         np.testing.assert_allclose(found.full().ravel(), q, rtol=1e-12)
         np.testing.assert_allclose(passive.full().ravel(), pose.q_passive, rtol=1e-12)
-
-
-def test_batches_of_one_and_bad_shapes():
-    function = fb.compile(ROBOT, ["q"], ["xi", "A"])
-    xi, A = batch(function, [[0.0, 0.0]])
-    assert xi == pytest.approx(fb.dgm(ROBOT, [[0, 0]]).xi) and A.shape == (1, 2, 2)
-    assert np.isnan(batch(function, [[np.pi, 0.0], [0, 0]])[0][0]).all()
-    for bad in ([0.0, 0.0], np.zeros((0, 2))):
-        with pytest.raises(ValueError, match="input q must have shape|at least one row"):
-            batch(function, bad)
 
 
 def test_machine_code_is_kept_and_a_damaged_library_is_built_again(compiler):
