@@ -70,14 +70,7 @@ def test_an_object_says_in_one_line_what_it_is(made, words):
     assert words in notes and "\n" not in notes and len(notes) < 250
 
 
-def test_a_notebook_shows_a_table_or_the_picture():
-    shown = POSE._repr_html_()
-    assert all(f"<th>{name}</th>" in shown for name in ("q11", "q22", "sin q12", "det A"))
-    assert f"<td>{POSE.q[1]:.6g} rad</td>" in shown and "&lt;Pose: xi = " in shown
-    assert (
-        fb.igm(ROBOT, np.full((4, 2), 0.09))._repr_html_() is None
-        and symbols()._repr_html_() is None
-    )
+def test_a_notebook_shows_the_picture():
     for made in (RUN, fb.plan(ROBOT, (0.05, 0.09), (0.0, 0.1), 1.0)):
         shown = made._repr_html_()
         picture = b64decode(shown.partition("base64,")[2].partition('"')[0])

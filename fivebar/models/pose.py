@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.backend import atan2, is_symbolic, pack, pack_matrix, sign
-from ..base.representation import one_line, single, table, vector
+from ..base.representation import one_line, single, vector
 from .dyads import SINGULAR, cross
 
 if TYPE_CHECKING:
@@ -134,17 +134,6 @@ class Pose:
                 modes,
             ]
         return (*place, words.title)
-
-    def _repr_html_(self) -> str | None:
-        if not single(self.point):
-            return None
-        words, passive = self.robot.words, zip(self.robot.words.passive, self.q_passive)
-        angles = {name: f"{q:.6g} {words.unit}" for name, q in zip(words.joints, self.q)}
-        angles |= {name: f"{angle:.6g} rad" for name, angle in passive}
-        margins = {
-            name: f"{value:.6g}" for name, value in zip(words.sines, (*self.sines, self.det_A))
-        }
-        return table(repr(self), angles | margins)
 
     @cached_property
     def _built(self):
