@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..base.checks import flag, instance, takes, whole
+from ..base.checks import instance, takes
 from ..base.representation import one_line
 from ..models.geometry import Pose, igm
 from ..models.kinematics import a_pose
@@ -28,6 +28,7 @@ SAMPLES = 33  # places on an arc, of which the one farthest from other singulari
 SHORTEST = 1e-6  # of an arc's range of parameters: less in common is rounding
 BESIDE = 1e-4  # of the leg's bars: how far from its base joint it is asked what lies around a fold
 DIRECTIONS = 16
+MOST_ROUTES = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,27 +200,17 @@ def aspect_of(pose: Pose) -> Aspect:
     robot=instance(FiveBar, Biglide),
     start=a_pose,
     goal=a_pose,
-    folds=flag,
-    most=whole(0, 10**6),
 )
-def routes(
-    robot: FiveBar,
-    start: Pose,
-    goal: Pose,
-    folds: bool = True,
-    most: int = 8,
-) -> tuple[Route, ...]:
+def routes(robot: FiveBar, start: Pose, goal: Pose) -> tuple[Route, ...]:
     """Return the ways from start to goal through aspects, those with fewest crossings first.
+
+    At most eight of them. None visits an aspect twice.
 
     Parameters
     ----------
     robot : FiveBar
     start, goal : Pose
         Regular poses.
-    folds : bool
-        Whether a leg of equal bars may fold on its base joint.
-    most : int
-        Ways that are looked for. None of them visits an aspect twice.
 
     Returns
     -------
@@ -251,12 +242,11 @@ def routes(
     last = aspect_of(goal).number
     neighbours: dict[int, list] = {}
     for passage in passages(robot):
-        if folds or not passage.fold:
-            for here, there in (passage.between, passage.between[::-1]):
-                neighbours.setdefault(here, []).append((there, passage))
+        for here, there in (passage.between, passage.between[::-1]):
+            neighbours.setdefault(here, []).append((there, passage))
     found: list[Route] = []
     waiting: deque[tuple[tuple, tuple]] = deque([((first,), ())])
-    while waiting and len(found) < most:  # by breadth, so that the shortest come first
+    while waiting and len(found) < MOST_ROUTES:  # by breadth, so that the shortest come first
         way, taken = waiting.popleft()
         if way[-1] == last:
             found.append(Route(way, taken))
@@ -267,15 +257,3 @@ def routes(
             if there not in way
         ]
     return tuple(found)
-
-
-def groups(robot: FiveBar, types: Singularity, folds: bool = True) -> tuple[frozenset[int], ...]:
-    """Return the aspects' numbers, grouped by what motions join that cross these types alone."""
-    left = {aspect.number: {aspect.number} for aspect in known_aspects(robot)}
-    for passage in passages(robot):
-        if passage.type in types and (folds or not passage.fold):
-            one, other = (left[number] for number in passage.between)
-            one |= other
-            for number in other:
-                left[number] = one
-    return tuple({id(group): frozenset(group) for group in left.values()}.values())

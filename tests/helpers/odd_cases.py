@@ -239,7 +239,7 @@ CASES = {
     "largest_disc": Case(fb.largest_disc, dict(aspect=ASPECT, constraints=KEEP), 10.0),
     "largest_rectangle": Case(fb.largest_rectangle, dict(aspect=ASPECT, constraints=None, ratio=1.0), 20.0),
     "routes": Case(
-        fb.routes, dict(robot=ROBOT, start=POSE, goal=fb.igm(ROBOT, HOME, (1, 1)), folds=True, most=8), 10.0
+        fb.routes, dict(robot=ROBOT, start=POSE, goal=fb.igm(ROBOT, HOME, (1, 1))), 10.0
     ),
     # designs
     "sweep": Case(
