@@ -10,8 +10,8 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.backend import EPS, check_modes, is_symbolic, unpack
-from ..base.checks import instance, takes
+from ..base.backend import EPS, is_symbolic, unpack
+from ..base.checks import instance, modes, optional, takes
 from ..models.geometry import igm
 from ..models.robots import KINDS, Biglide, FiveBar
 from .loci import singularity_loci
@@ -20,9 +20,9 @@ from .margins import Singularity
 from .roots import rising_zeros
 
 
-@takes(robot=instance(*KINDS))
+@takes(robot=instance(*KINDS), working=optional(modes(2)))
 def locus_distance(
-    robot: FiveBar | Biglide, xi: ArrayLike, working: ArrayLike | None = None
+    robot: FiveBar | Biglide, xi: ArrayLike, working: tuple[int, int] | None = None
 ) -> tuple[float | np.ndarray, Singularity | np.ndarray]:
     """Return the distance in task space to the nearest singularity locus, and its type.
 
@@ -50,10 +50,6 @@ def locus_distance(
     x, y = unpack(xi, "xi")
     if is_symbolic(x):
         raise TypeError("locus_distance: xi must be numbers, not CasADi symbols")
-    if working is not None:
-        working = tuple(int(m) for m in check_modes(working, "working").ravel())
-        if len(working) != 2:
-            raise ValueError(f"working must be one pair of modes, not {len(working)} numbers")
     points = np.ravel(np.asarray(x) + 1j * np.asarray(y))
     pieces, everywhere = _active(robot, working)
     if pieces[0].unbounded:

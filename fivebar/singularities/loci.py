@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from ..base.checks import instance, takes
 from ..models.robots import KINDS, Biglide, FiveBar
 from .biglide_loci import BiglideLoci
 from .five_bar_loci import FiveBarLoci
 
 
+@takes(robot=instance(*KINDS))
 def singularity_loci(robot: FiveBar | Biglide) -> FiveBarLoci | BiglideLoci:
     """Return the singularity loci in task space and in joint space, in closed form.
 
@@ -34,11 +36,6 @@ def singularity_loci(robot: FiveBar | Biglide) -> FiveBarLoci | BiglideLoci:
     >>> len(fb.singularity_loci(fb.FiveBar()).task) > 0
     True
     """
-    if not isinstance(robot, KINDS):
-        raise TypeError(
-            f"singularity_loci needs a FiveBar or a Biglide, not {type(robot).__name__}, as its"
-            " robot"
-        )
     if isinstance(robot, FiveBar):
         return FiveBarLoci(robot)
     return BiglideLoci(robot)

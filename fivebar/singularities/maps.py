@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.backend import HUGE
+from ..base.checks import one_of, takes
 from ..base.checks import robot as must_be_robot
-from ..base.checks import shown, takes
 from ..base.presentation import Paged
 from ..base.representation import one_line
 from ..base.tables import (
@@ -182,7 +182,7 @@ class Map(Paged):
             raise ValueError(f"{path} is not a map written by to_npz: {error}") from None
 
 
-@takes(robot=must_be_robot)
+@takes(robot=must_be_robot, field=one_of(*FIELDS), space=one_of("task", "joint"))
 def singularity_map(
     robot: Robot,
     field: str = "parallel",
@@ -224,10 +224,6 @@ def singularity_map(
     >>> data.values.shape
     (4, 21, 21)
     """
-    if not isinstance(field, str) or field not in FIELDS:
-        raise ValueError(f"field: no margin {shown(field)}: the known ones are {', '.join(FIELDS)}")
-    if not isinstance(space, str) or space not in ("task", "joint"):
-        raise ValueError(f'space must be "task" or "joint", not {space!r}')
     modes: Any = MODES if space == "task" else (1, -1)
     nx, ny = _checked_shape(shape, len(modes))
     if window is None:

@@ -14,6 +14,7 @@ from ..base.checks import not_negative, takes
 from ..base.representation import one_line, vector
 from ..models.dyads import dot
 from ..models.geometry import Pose
+from ..models.kinematics import a_pose
 
 
 class Singularity(enum.IntFlag):
@@ -173,6 +174,7 @@ class Matrices:
         return self._of_j()
 
 
+@takes(pose=a_pose)
 def singularity_margins(pose: Pose) -> Margins:
     """Return the signed distances of a pose from its singularities, each computed when read.
 
@@ -192,10 +194,10 @@ def singularity_margins(pose: Pose) -> Margins:
     >>> round(float(margins.parallel), 4)
     0.9901
     """
-    return Margins(_a_pose(pose, "singularity_margins"))
+    return Margins(pose)
 
 
-@takes(tol=not_negative)
+@takes(pose=a_pose, tol=not_negative)
 def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
     """Return the type of singularity of a pose.
 
@@ -221,7 +223,6 @@ def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
     >>> fb.singularity(fb.dgm(fb.FiveBar(), (0.0, 0.0))).name
     'NONE'
     """
-    _a_pose(pose, "singularity")
     if is_symbolic(pose.point[0]):
         raise TypeError(
             "singularity needs a pose of numbers, not CasADi symbols: of these, singularity_margins"
@@ -234,14 +235,6 @@ def singularity(pose: Pose, tol: float = 1e-9) -> Singularity | np.ndarray:
     if np.ndim(kind) == 0:
         return Singularity(int(kind))
     return kind
-
-
-def _a_pose(pose, name):
-    if not isinstance(pose, Pose):
-        raise TypeError(
-            f"{name} needs a Pose, from dgm or igm, not {type(pose).__name__}, as its pose"
-        )
-    return pose
 
 
 def _array(x):

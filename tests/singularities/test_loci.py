@@ -356,5 +356,5 @@ def test_any_robot(l11, l12, l21, l22, d):
 
 
 def test_bad_input():
-    with pytest.raises(TypeError, match="needs a FiveBar or a Biglide, not str"):
+    with pytest.raises(TypeError, match="must be a FiveBar or a Biglide, not 'amoro'"):
         singularity_loci("amoro")

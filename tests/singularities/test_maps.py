@@ -108,9 +108,9 @@ def test_a_page_has_its_path_and_title(tmp_path):
     [
         (
             dict(field="determinant"),
-            "no margin 'determinant': the known ones are parallel, serial_left",
+            "field must be one of parallel, serial_left, .*, not 'determinant'",
         ),
-        (dict(space="work"), 'must be "task" or "joint"'),
+        (dict(space="work"), "must be one of task, joint"),
         (
             dict(window=(1, 2, 0, 1)),
             "the end-effector reaches .-0.121, 0.121, -0.170",
