@@ -36,12 +36,17 @@ def dot(u, v):
 
 @dataclass(frozen=True, eq=False)
 class RRR:
-    """RRR dyad: bars r1 and r2 on pivots P1 and P2 = P1 + span; branch +1: the joint is on the left
-    of P1 -> P2.
+    """RRR dyad: bars r1 and r2 on pivots P1 and P2 = P1 + span meet in a joint.
 
-    nan where the bars cannot meet and where equal bars find both pivots in one point.
-    extent: of the coordinates that the span is a difference of, beyond its own length: to their
-        rounding it is known.
+    The joint is where two circles cross (AMORO eq. 2 and 8). With s = |span|, a the part of bar r1
+    along the span and h the joint's height over it,
+
+        a = (s^2 + r1^2 - r2^2) / (2 s)                     h = branch sqrt(r1^2 - a^2)
+        4 s^2 h^2 = ((r1 + r2)^2 - s^2) (s^2 - (r1 - r2)^2)                (Heron)
+
+    branch +1: the joint is on the left of P1 -> P2. All is nan where the bars cannot meet, and
+    where equal bars find both pivots in one point.
+    extent: size of the coordinates whose difference is the span, m: their rounding is its error.
     """
 
     span: tuple
@@ -57,9 +62,9 @@ class RRR:
 
     @cached_property
     def _moment(self):
-        """Signed height of the joint over the span, times the span."""
-        # Heron's product of differences in place of l^2 - a^2 (AMORO eq. 2 and 8): what cancels
-        # there is measured against the bars' product, not the longer bar's square.
+        """s h, signed."""
+        # Heron's product in place of r1^2 - a^2: what cancels there is measured against the bars'
+        # product, not the longer bar's square.
         square = self.span_squared
         total = self.r1 + self.r2
         difference = self.r1 - self.r2
@@ -67,7 +72,7 @@ class RRR:
         return sqrt_or_nan(heron, self._floor) * (0.5 * self.branch)
 
     def _floor(self):
-        """Of Heron's product where the bars are in line.
+        """Return the lowest value of Heron's product that may be the rounding of 0.
 
         The rounding of the pivots and of their difference leaves a span s uncertain by up to 4 eps
         (s + extent), and at either limit the product's slope by s is 8 r1 r2 s in size. One
@@ -77,14 +82,15 @@ class RRR:
         error = 4 * EPS * (span + self.extent)
         return -8 * self.r1 * self.r2 * (span + error) * error
 
-    def _lead(self, square, r):
-        """Half the square: bar r along the span, times the span. Where the bars are in line it is
-        all of the bar.
+    def _part_along_span(self, r, twice):
+        """Return s times the part of bar r along the span, half of `twice` = s^2 +- (r1^2 - r2^2).
+
+        Where the bars are in line it is s r, to the last digit.
         """
         return where_zero(
             self._moment,
-            lambda: copysign(r * sqrt(self.span_squared), square),
-            0.5 * square,
+            lambda: copysign(r * sqrt(self.span_squared), twice),
+            0.5 * twice,
         )
 
     @property
@@ -104,23 +110,23 @@ class RRR:
     # products.
     @cached_property
     def first(self):
-        """Unit vector along r1, from P1 to the joint."""
-        (x, y), moment, scale = self.span, self._moment, self._inverse * (1 / self.r1)
-        lead = self._lead(
-            self.span_squared + (self.r1 + self.r2) * (self.r1 - self.r2),
-            self.r1,
-        )
-        return (lead * x - moment * y) * scale, (lead * y + moment * x) * scale
+        """Unit vector along r1, from P1 to the joint: a along the span and h across, over r1."""
+        x, y = self.span
+        height = self._moment
+        scale = self._inverse * (1 / self.r1)
+        difference_of_squares = (self.r1 + self.r2) * (self.r1 - self.r2)
+        along = self._part_along_span(self.r1, self.span_squared + difference_of_squares)
+        return (along * x - height * y) * scale, (along * y + height * x) * scale
 
     @cached_property
     def last(self):
         """Unit vector along r2, from the joint to P2."""
-        (x, y), moment, scale = self.span, self._moment, self._inverse * (1 / self.r2)
-        lead = self._lead(
-            self.span_squared - (self.r1 + self.r2) * (self.r1 - self.r2),
-            self.r2,
-        )
-        return (lead * x + moment * y) * scale, (lead * y - moment * x) * scale
+        x, y = self.span
+        height = self._moment
+        scale = self._inverse * (1 / self.r2)
+        difference_of_squares = (self.r1 + self.r2) * (self.r1 - self.r2)
+        along = self._part_along_span(self.r2, self.span_squared - difference_of_squares)
+        return (along * x + height * y) * scale, (along * y - height * x) * scale
 
     @property
     def second(self):
@@ -135,13 +141,12 @@ class RRR:
 
 @dataclass(frozen=True, eq=False)
 class RRP:
-    """RRP dyad: bar r from P1 to a slider on the line through P2 = P1 + span along the unit vector
-    guide.
+    """RRP dyad: bar r1 from P1 to a slider on the line through P2 = P1 + span along `guide`.
 
-    branch +1: the slider is ahead of the foot of P1 on the line. It is the RRR dyad whose second
-    bar is infinite, its
-    pivot far on the right of the guide: `second` is the guide's left normal. nan where the bar does
-        not reach the line.
+    guide is a unit vector. With h the distance of P1 from the line, the slider is sqrt(r1^2 - h^2)
+    from the foot of P1 on it; branch +1: ahead of the foot. All is nan where the bar does not reach
+    the line. It is the RRR dyad whose second bar is infinite, its pivot far on the right of the
+    guide: `second` is the guide's left normal.
     """
 
     span: tuple
@@ -161,9 +166,7 @@ class RRP:
 
     @cached_property
     def _reach(self):
-        """The slider's distance ahead of the foot of P1, in the product form and with the floor of
-        RRR.
-        """
+        """Distance of the slider ahead of the foot of P1, m, by a product as in RRR."""
         square = (self.r1 - self.height) * (self.r1 + self.height)
         return sqrt_or_nan(square, -8 * EPS * self.r1 * self.r1) * self.branch
 
@@ -175,7 +178,9 @@ class RRP:
     @cached_property
     def first(self):
         """Unit vector along the bar, from P1 to the slider."""
-        (x, y), along, across = self.guide, self._reach * (1 / self.r1), self.height * (1 / self.r1)
+        x, y = self.guide
+        along = self._reach * (1 / self.r1)
+        across = self.height * (1 / self.r1)
         return along * x + across * y, along * y - across * x
 
     @property
@@ -206,28 +211,28 @@ class Crank(NamedTuple):
         return self.x + self.length * direction[0], self.y + self.length * direction[1]
 
     def extent(self, direction):
-        """Of the coordinates from which `pivot` is computed, m."""
+        """Return the size of the coordinates from which `pivot` is computed, m."""
         return abs(self.x) + abs(self.y) + self.length
 
     def tangent(self, direction):
-        """P'(q)."""
+        """Return P'(q)."""
         return -self.length * direction[1], self.length * direction[0]
 
     def sine(self, direction, distal):
-        """Of the angle between drive and distal bar: u2 . P' / |P'|."""
+        """Return the sine of the angle between drive and distal bar: u2 . P' / |P'|."""
         return cross(direction, distal)
 
     def cosine(self, direction, distal):
         return dot(direction, distal)
 
     def velocity_coefficients(self, sine, cosine):
-        """P'(q) along and across the distal bar, which the drive meets with this sine and
-        cosine.
+        """Return P'(q) along and across the distal bar; sine and cosine are of the angle between
+        drive and bar.
         """
         return self.length * sine, self.length * cosine
 
-    def bends(self, sine, cosine):
-        """P''(q) along and across the distal bar."""
+    def acceleration_coefficients(self, sine, cosine):
+        """Return P''(q) along and across the distal bar."""
         return -self.length * cosine, self.length * sine
 
     def close(self, xi, bar, working):
@@ -240,12 +245,12 @@ class Crank(NamedTuple):
             abs(self.x) + abs(self.y),
         )
 
-    def held(self, dyad):
-        """This drive's direction in the dyad that closes its leg."""
+    def direction_in(self, dyad):
+        """Return the drive's direction in the dyad that closes its leg."""
         return dyad.first
 
-    def bar(self, dyad):
-        """Return unit vector along the distal bar in that dyad."""
+    def distal_in(self, dyad):
+        """Return the unit vector along the distal bar in that dyad."""
         return dyad.last
 
     def limits(self, bar):
@@ -307,7 +312,7 @@ class Slider(NamedTuple):
     def velocity_coefficients(self, sine, cosine):
         return sine, cosine
 
-    def bends(self, sine, cosine):
+    def acceleration_coefficients(self, sine, cosine):
         return 0.0, 0.0
 
     def close(self, xi, bar, working):
@@ -318,10 +323,10 @@ class Slider(NamedTuple):
             working,
         )
 
-    def held(self, dyad):
+    def direction_in(self, dyad):
         return dyad.slide
 
-    def bar(self, dyad):
+    def distal_in(self, dyad):
         x, y = dyad.first
         return -x, -y
 

@@ -74,7 +74,8 @@ def dynamic_model(rates: Rates) -> tuple[np.ndarray, np.ndarray]:
     if physics_of(robot) is not None:
         return _loaded_model(rates)
     refuse_parallel(pose, "dynamic_model")
-    # (A A^T)^-1 = [[1, -g], [-g, 1]] / det A^2 with g = u_12 . u_22.
+    # AMORO eq. 26: M = Z + m J^T J, c = m J^T A^-1 d, with J^T J = B (A A^T)^-1 B and
+    # (A A^T)^-1 = [[1, -g], [-g, 1]] / det A^2, g = u_12 . u_22.
     b1, b2 = pose.b
     d1, d2 = rates._bias
     g = dot(*pose.u2)
@@ -300,11 +301,10 @@ def bar_forces(rates: Rates, tau: ArrayLike) -> np.ndarray:
 
 
 def bar_force_dynamics(accelerations: Accelerations, forces: tuple) -> tuple:
-    """m xi'' - A^T lambda, 0 where forces are those of the motion, and tau = Z q'' + B^T lambda, on
-    components.
+    """Return (m xi'' - A^T lambda, tau = Z q'' + B^T lambda) for bar forces lambda, on components.
 
-    Both with the robot's loads. forces: of the two distal bars, components. Regular: nothing is
-    divided by.
+    The first is 0 where the forces are those of the motion. Both have the robot's loads. Nothing is
+    divided, so both are regular at every singularity.
     """
     pose = accelerations.rates.pose
     force, torques = forces_and_torques(accelerations)
@@ -313,8 +313,9 @@ def bar_force_dynamics(accelerations: Accelerations, forces: tuple) -> tuple:
 
 
 def drives_forces(accelerations: Accelerations, tau: tuple) -> tuple:
-    """Return what the drives say of the bar forces, B^-1 (tau - Z q''), N, on components; of Type 1
-    nothing.
+    """Return the bar forces by the balance of the drives, B^-1 (tau - Z q''), N, on components.
+
+    At Type 1, where B is singular, the drives do not determine them.
     """
     drives = zip(
         tau,

@@ -77,11 +77,12 @@ class Rates:
     @cached_property
     def _centripetal(self):
         """Per leg P_i'' q_i'^2 along and across the distal bar."""
-        bends = []
+        terms = []
         for drive, leg, q_dot in zip(self.pose.robot.drives, self.pose.legs, self._q_dot):
             square = q_dot * q_dot
-            bends.append(tuple(part * square for part in drive.bends(leg.sine, leg.cosine)))
-        return tuple(bends)
+            coefficients = drive.acceleration_coefficients(leg.sine, leg.cosine)
+            terms.append(tuple(part * square for part in coefficients))
+        return tuple(terms)
 
     @cached_property
     def _bias(self):
@@ -97,14 +98,15 @@ class Rates:
                 bias.append(-(reach * q_dot * q_dot + bar * passive * (2 * q_dot + passive)))
             return tuple(bias)
         legs = zip(self._centripetal, self._transverse_velocity, self.pose.robot.distal)
-        return tuple(along - swing * swing * (1 / bar) for (along, _), swing, bar in legs)
+        # AMORO eq. 18: d_i = u_i2 . P_i'' q_i'^2 - l_i2 phi_i'^2.
+        return tuple(along - velocity * velocity * (1 / bar) for (along, _), velocity, bar in legs)
 
     @property
     def phi_dot(self) -> tuple:
         """Per leg the distal bar's own rate phi_i', rad/s, on components."""
         return tuple(
-            swing * (1 / bar)
-            for swing, bar in zip(self._transverse_velocity, self.pose.robot.distal)
+            transverse * (1 / bar)
+            for transverse, bar in zip(self._transverse_velocity, self.pose.robot.distal)
         )
 
     @property
@@ -145,13 +147,13 @@ class Rates:
         )
         return tuple(-dot(leg.dyad.span, self._xi_dot) / (bar * b) for leg, bar, b in legs)
 
-    def _relative(self, swing, own):
+    def _relative(self, transverse, own):
         """Return the passive joints' rates or accelerations, from l_i2 times the distal bars' and
         the drives' own.
         """
         robot = self.pose.robot
-        legs = zip(robot.drives, robot.distal, swing, own)
-        return tuple(drive.relative(s * (1 / bar), o) for drive, bar, s, o in legs)
+        legs = zip(robot.drives, robot.distal, transverse, own)
+        return tuple(drive.relative(part * (1 / bar), o) for drive, bar, part, o in legs)
 
     @cached_property
     def d(self) -> np.ndarray:
@@ -198,8 +200,8 @@ class Accelerations:
     def phi_ddot(self) -> tuple:
         """Per leg the distal bar's own acceleration phi_i'', rad/s^2, on components."""
         return tuple(
-            swing * (1 / bar)
-            for swing, bar in zip(self._transverse_velocity, self.rates.pose.robot.distal)
+            transverse * (1 / bar)
+            for transverse, bar in zip(self._transverse_velocity, self.rates.pose.robot.distal)
         )
 
     @cached_property
@@ -212,10 +214,10 @@ class Accelerations:
         pose = self.rates.pose
         if self._from_task and not pose.robot.turns:
             coefficients = zip(pose.tangents, pose._velocity_coefficients)
-            swings = zip(self.rates._transverse_velocity, pose.robot.distal)
+            velocities = zip(self.rates._transverse_velocity, pose.robot.distal)
             return tuple(
-                (cross(tangent, self._xi_ddot) - across * swing * swing * (1 / bar)) / along
-                for (tangent, (along, across)), (swing, bar) in zip(coefficients, swings)
+                (cross(tangent, self._xi_ddot) - across * velocity * velocity * (1 / bar)) / along
+                for (tangent, (along, across)), (velocity, bar) in zip(coefficients, velocities)
             )
         legs = zip(pose.u2, pose._velocity_coefficients, self._q_ddot, self.rates._centripetal)
         return tuple(
@@ -411,8 +413,9 @@ def ikm2(rates: Rates, xi_ddot: ArrayLike) -> Accelerations:
 
 
 def solve_a(pose: Pose, along: tuple, model: str) -> tuple:
-    """Return the vector whose components along the two distal bars are given: A^-1, refused where A
-    is singular.
+    """Return A^-1 times `along`: the vector with these components along the two distal bars.
+
+    With det A = x1 y2 - x2 y1, A^-1 = [[y2, -y1], [-x2, x1]] / det A. Refused where A is singular.
     """
     refuse_parallel(pose, model)
     (x1, y1), (x2, y2) = pose.u2
@@ -422,7 +425,7 @@ def solve_a(pose: Pose, along: tuple, model: str) -> tuple:
 
 
 def solve_b(pose: Pose, along: tuple, model: str) -> tuple:
-    """B^-1, refused where B is singular."""
+    """Return B^-1 times `along`; B is diagonal (AMORO eq. 13). Refused where B is singular."""
     for joint, sine in zip(pose.robot.words.passive, pose.sines):
         _refuse(
             pose,

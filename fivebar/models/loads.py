@@ -2,16 +2,15 @@
 xi''.
 
 With u, v along and across a distal bar, P(q) its elbow, j and my its grouped inertia and first
-moment (`links`), the bar asks about its elbow for the moment
+moment (`links`), the bar needs about its elbow the moment
 
     N = j phi'' - my u . (P'' q'^2 + P' q'' - g) + fv2 (phi' - q')
 
-which is a force N / l v on the end-effector and its reaction N / l v . P' on the drive. Beside it
-the drive is asked for my v'' . P' = -my (b phi'' + v . P' phi'^2), for its own weight, and for
-friction. Then, lambda the forces along the distal bars,
+which is a force N / l v on the end-effector and its reaction N / l v . P' on the drive. The drive
+also needs my v'' . P' = -my (b phi'' + v . P' phi'^2), and what its own weight and friction ask
+for: T_i in all. With lambda the forces along the distal bars,
 
-    m (xi'' - g) + sum N / l v = A^T lambda          tau = Z q'' + (what the drive is asked for) + B
-    lambda
+    m (xi'' - g) + sum N / l v = A^T lambda                tau = Z q'' + T + B lambda
 """
 
 from __future__ import annotations
@@ -52,8 +51,8 @@ def has_moving_mass(robot: Robot) -> bool:
 
 
 def forces_and_torques(acc: Accelerations, slip: tuple | None = None) -> tuple[tuple, tuple]:
-    """Return (force on the end-effector, torques of the drives) that a motion asks for but for the
-    forces along the bars.
+    """Return the force on the end-effector and the torques of the drives that a motion needs,
+    without the terms of the forces lambda along the bars.
 
     On components. slip: per drive the direction in which it slips, 0 where it sticks; None: that of
     its rate.
@@ -82,7 +81,7 @@ def forces_and_torques(acc: Accelerations, slip: tuple | None = None) -> tuple[t
         my = physics.across[i]
         rub = physics.elbows[i]
         if named(j) or named(my) or named(rub):
-            b, beside = pose._velocity_coefficients[i]
+            b, across = pose._velocity_coefficients[i]
             phi_dot = rates.phi_dot[i]
             phi_ddot = acc.phi_ddot[i]
             pull = b * q_ddot + rates._centripetal[i][0] - (gx * leg.distal[0] + gy * leg.distal[1])
@@ -90,7 +89,7 @@ def forces_and_torques(acc: Accelerations, slip: tuple | None = None) -> tuple[t
             share = (j * phi_ddot - my * pull + resists) * (1 / bar)
             force[0], force[1] = force[0] - share * leg.distal[1], force[1] + share * leg.distal[0]
             torque = (
-                torque - my * (b * phi_ddot + beside * phi_dot * phi_dot) - share * beside - resists
+                torque - my * (b * phi_ddot + across * phi_dot * phi_dot) - share * across - resists
             )
         torques.append(torque)
     return tuple(force), tuple(torques)
@@ -105,14 +104,14 @@ def at_rest(rates: Rates) -> Accelerations:
 
 
 def _weight(physics, drive, leg, i):
-    """Return what a drive is asked for by the weight of what it moves."""
+    """Return the torque that a drive needs against the weight of the bodies that it moves."""
     (gx, gy), mx, my = physics.gravity, physics.levers[i], physics.sides[i]
     x, y = (part * (1 / drive.length) for part in drive.tangent(leg.direction))
     return my * (gx * y - gy * x) - mx * (gx * x + gy * y)
 
 
 def _friction(physics, i, q_dot, slip):
-    """Friction of a drive, against its motion."""
+    """Return the torque that a drive needs against its viscous and Coulomb friction."""
     dry = physics.coulomb[i]
     if not named(dry):
         return physics.viscous[i] * q_dot
@@ -205,7 +204,7 @@ def dry_friction(robot: Robot, q_dot: np.ndarray) -> np.ndarray:
 
 
 def lost_power(rates: Rates) -> np.ndarray:
-    """Return what friction takes, (*batch,) W."""
+    """Return the power that friction takes, (*batch,) W."""
     robot, physics = rates.pose.robot, loads_of(rates.pose.robot)
     power = 0.0 * rates._q_dot[0]
     for i, (drive, q_dot) in enumerate(zip(robot.drives, rates._q_dot)):

@@ -63,11 +63,11 @@ class ReachedLeg:
 
     @cached_property
     def direction(self):
-        return self.drive.held(self.dyad)
+        return self.drive.direction_in(self.dyad)
 
     @cached_property
     def distal(self):
-        return self.drive.bar(self.dyad)
+        return self.drive.distal_in(self.dyad)
 
     @property
     def sine(self):

@@ -213,7 +213,9 @@ def _accelerations(robot, a, a_dot, a_ddot):
     bar = robot.distal[0]
     tx, ty = drive.tangent(leg.direction)
     ux, uy = leg.distal
-    along, across = drive.bends(leg.sine, leg.cosine)  # of P'', on the distal bar
+    along, across = drive.acceleration_coefficients(
+        leg.sine, leg.cosine
+    )  # of P'', on the distal bar
     along = along * a_dot[0] ** 2 - bar * a_dot[1] ** 2
     across = across * a_dot[0] ** 2 + bar * a_ddot[1]
     x_ddot = tx * a_ddot[0] + along * ux - across * uy

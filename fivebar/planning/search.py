@@ -185,7 +185,7 @@ def _at(robot, passage: Passage, aspect):
         robot.distal[other],
         aspect.working[other],
     )
-    q, (x, y) = drive.coordinate(drive.held(dyad)), drive.bar(dyad)
+    q, (x, y) = drive.coordinate(drive.direction_in(dyad)), drive.distal_in(dyad)
     phi = np.arctan2(y, x)
     pairs: list[Any] = [None, None]
     pairs[other] = q, phi

@@ -25,7 +25,9 @@ def test_what_a_drive_says_of_its_pivot(drive):
     assert drive.velocity_coefficients(sine, cosine) == pytest.approx(
         (u2 @ slope, v2 @ slope), abs=1e-8
     )
-    assert drive.bends(sine, cosine) == pytest.approx((u2 @ bend, v2 @ bend), abs=1e-6)
+    assert drive.acceleration_coefficients(sine, cosine) == pytest.approx(
+        (u2 @ bend, v2 @ bend), abs=1e-6
+    )
     assert drive.absolute(drive.relative(0.3, 0.1), 0.1) == pytest.approx(0.3)
     assert drive.extent(direction) >= np.abs(at).sum()
     # Its limits are where the leg straightens or folds: of the distance from `apart`.
@@ -35,7 +37,9 @@ def test_what_a_drive_says_of_its_pivot(drive):
         for inside in (True, False):
             nearer = 1 - 1e-9 if inside == outer else 1 + 1e-9
             xi = far + away * (limit / np.hypot(*away) * nearer - 1)
-            assert np.isfinite(drive.coordinate(drive.held(drive.close(xi, bar, 1)))) == inside, (
+            assert (
+                np.isfinite(drive.coordinate(drive.direction_in(drive.close(xi, bar, 1)))) == inside
+            ), (
                 limit,
                 inside,
             )
