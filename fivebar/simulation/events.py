@@ -26,9 +26,13 @@ def may_cross(margins: np.ndarray, rates: np.ndarray) -> np.ndarray:
 
     No motion that crosses is left out. Some that come near to a singularity are in.
     """
-    changes = margins[..., :-1, :] * margins[..., 1:, :] <= 0
+    before = margins[..., :-1, :]
+    after = margins[..., 1:, :]
+    changes = before * after <= 0
     growth = margins * rates
-    turns = (growth[..., :-1, :] < 0) & (growth[..., 1:, :] > 0)
+    falls = growth[..., :-1, :] < 0
+    rises = growth[..., 1:, :] > 0
+    turns = falls & rises
     return (changes | turns).any(axis=(-1, -2))
 
 

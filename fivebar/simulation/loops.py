@@ -75,7 +75,9 @@ class ClosedLoops:
         self.t = np.arange(grid.steps + 1) * grid.step
         self.times = np.arange(loop.periods) * (grid.block * grid.step)
         target = loop.law.target(self.times, reference)
-        parts = target.rates.pose.q, target.rates.q_dot, target.q_ddot, self.times[:, None]
+        q = target.rates.pose.q
+        q_dot = target.rates.q_dot
+        parts = q, q_dot, target.q_ddot, self.times[:, None]
         self.targets = np.hstack(parts)
         self.xi_ref = None if reference is None else reference(self.t)[0]
 
@@ -195,7 +197,8 @@ def _period(loop):
     state, target, modes, p, gains = inputs = _symbols(loop, casadi.MX)
     applied, memory, sample = _sample(loop)(*inputs)
     held = (casadi.repmat(each, 1, block) for each in (applied, modes, p))
-    times = target[6] + step * casadi.DM(range(block)).T
+    began = target[6]
+    times = began + step * casadi.DM(range(block)).T
     states, rows = advance.mapaccum(block)(state[: loop.size], *held, times)
     after = casadi.vertcat(states[:, -1], memory)
     period = casadi.Function("period", inputs, [after, rows, sample])
@@ -217,10 +220,12 @@ def law_of(
     law, gains = one_law([controller])
     names = names_of([robot])
     grid = Grid(1, period, 1)
-    loop = LoopModel(type(robot), names, law, BarAngles(), "dop8", grid, 1, None, Measurement())
+    exact = Measurement()
+    loop = LoopModel(type(robot), names, law, BarAngles(), "dop8", grid, 1, None, exact)
     parameters = casadi.vertcat(*parameters_of(robot, names))
     target = casadi.vertcat(target, 0)
-    applied, *_ = _sample(loop)(state, target, [0, 0], parameters, gains[0])
+    sample = _sample(loop)
+    applied, _, _ = sample(state, target, [0, 0], parameters, gains[0])
     return applied
 
 
@@ -301,7 +306,8 @@ def _differ_in_gains_alone(controller, first):
     if vars(controller).keys() != known.keys():
         return False
     others = known.keys() - {"kp", "kd"}
-    return all(np.all(vars(controller)[name] == known[name]) for name in others)
+    own = vars(controller)
+    return all(np.all(own[name] == known[name]) for name in others)
 
 
 def a_built_in_controller(value: object, name: str) -> PD | ComputedTorque:

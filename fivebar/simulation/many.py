@@ -194,8 +194,8 @@ def _runs(loops, robots, cases, first):
         except ArithmeticError as error:
             error.args = (f"run {first + k}: {error}",)
             raise
-        run = loops.run(robot, observed[k], samples[k], bool(crosses[k]))
-        runs.append(run)
+        crossed = bool(crosses[k])
+        runs.append(loops.run(robot, observed[k], samples[k], crossed))
     return runs
 
 
@@ -206,7 +206,10 @@ def _runs_of(robot, controller, starts):
             f"starts must be the Rates of a batch, or one Rates for each run, not {shown(starts)}"
         )
     values = {"robots": robot, "controllers": controller, "starts": starts}
-    lengths = {name: len(value) for name, value in values.items() if isinstance(value, Sequence)}
+    lengths = {}
+    for name, value in values.items():
+        if isinstance(value, Sequence):
+            lengths[name] = len(value)
     if isinstance(starts, Rates):
         if starts.q_dot.ndim != 2:
             raise ValueError(
@@ -296,5 +299,6 @@ def _columns(chart, start):
     """Return state, modes, q and q' (*batch, size + 6) of a start."""
     c, c_dot, modes = chart.coordinates(start)
     q = [leg.q for leg in start.pose.legs]
-    columns = np.broadcast_arrays(*c, *c_dot, *modes, *q, *start.components[0])
+    q_dot, _ = start.components
+    columns = np.broadcast_arrays(*c, *c_dot, *modes, *q, *q_dot)
     return np.stack(columns, axis=-1).astype(float)

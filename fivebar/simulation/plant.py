@@ -104,7 +104,8 @@ class Plant:
 
     def _function(self, make, jit, *options):
         """Return one of the compiled functions of `steps` for robots of this kind."""
-        function = _compiled(make, type(self.robot), names_of([self.robot]), jit, *options)
+        names = names_of([self.robot])
+        function = _compiled(make, type(self.robot), names, jit, *options)
         return Buffered(function) if hasattr(function, "buffer") else _unbuffered(function)
 
     @property
@@ -191,7 +192,8 @@ class Plant:
         pose = self.rates.pose
         x, y = pose.point
         words = self.robot.words
-        sines = ", ".join(f"{sine:.2g}" for sine in (*pose.sines, pose.det_A))
+        margins = *pose.sines, pose.det_A
+        sines = ", ".join(f"{sine:.2g}" for sine in margins)
         raise ArithmeticError(
             f"the motion at t = {self.t:.9g} s, xi = ({x:.9g}, {y:.9g}) m"
             f" is too fast: {why} (joint rates {self.state[4]:.3g}, {self.state[6]:.3g}"
@@ -327,7 +329,8 @@ class FixedPlant:
         self._blocks: dict[int, Callable] = {}
         self._rows: list[np.ndarray] = []
         self._torques: list[np.ndarray] = []
-        self._last = model_functions(robot, chart)[1](self.state, self.modes).full().ravel()
+        _, observe = model_functions(robot, chart)
+        self._last = observe(self.state, self.modes).full().ravel()
 
     @property
     def joints(self) -> tuple[np.ndarray, np.ndarray]:
@@ -371,7 +374,8 @@ def check_start(robot: Robot, start: Rates) -> None:
         raise ValueError(f"start is of another robot: {start.pose.robot}, not {robot}")
     if start.q_dot.shape != (2,) or start.xi_dot.shape != (2,):
         raise ValueError("start must be the Rates of a single pose")
-    if not (np.isfinite(start.xi_dot).all() and np.isfinite(start.q_dot).all()):
+    rates = np.array([start.xi_dot, start.q_dot])
+    if not np.isfinite(rates).all():
         raise ValueError("start must be finite: its pose is unreachable")
 
 
@@ -415,8 +419,10 @@ def refuse_losses(
         axis=1,
     )
     energy = rows[:, ENERGY]
-    gained = np.diff(energy)
-    turned_over = energy[1:] + energy[:-1] + np.abs(work)
+    before = energy[:-1]
+    after = energy[1:]
+    gained = after - before
+    turned_over = after + before + np.abs(work)
     if physics_of(robot) is not None:
         motion = motion_of(robot, rows)
         raised = np.diff(potential(motion.pose) + 0.0 * energy)
@@ -433,7 +439,8 @@ def refuse_losses(
     columns = list(chart.margins)
     margins = rows[:-1, MARGINS][:, columns]
     rates = rows[:-1, MARGIN_RATES][:, columns]
-    ends = (margins * (margins + AHEAD * step * rates) <= 0).any(axis=1)
+    ahead = margins + AHEAD * step * rates
+    ends = (margins * ahead <= 0).any(axis=1)
     jumps = ~(np.abs(gained - work) <= allowed) | ends
     if jumps.any():
         k = int(np.argmax(jumps))
@@ -452,8 +459,10 @@ def lost_in_steps(
     ends, from the trapezoidal one, and by the rounding of q.
     """
     t = step * np.arange(len(rows) - 1)
-    q0, q1 = rows[:-1, Q], rows[1:, Q]
-    v0, v1 = rows[:-1, Q_DOT], rows[1:, Q_DOT]
+    q0 = rows[:-1, Q]
+    q1 = rows[1:, Q]
+    v0 = rows[:-1, Q_DOT]
+    v1 = rows[1:, Q_DOT]
     bend = step / 8 * (v0 - v1)
     q = (q0 + q1) / 2 + bend
     chord = (q1 - q0) / step

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from itertools import chain, product
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -184,16 +184,9 @@ class Run(Animated):
         return self.robot.joint_difference(self.q - reference.q)
 
     def _working_at_start(self):
-        modes = list(product((-1, 1), repeat=2))
-        poses = igm(
-            self.robot,
-            np.broadcast_to(self.xi[0], (4, 2)),
-            modes,
-            unreachable="nan",
-        )
-        distance = np.abs(self.robot.joint_difference(poses.q - self.q[0]))
-        total = np.nan_to_num(distance, nan=0.0).sum(axis=1)
-        return modes[int(np.argmin(total))]
+        at_rest = (0.0, 0.0)
+        start = rates_from_joint_state(self.robot, self.q[0], self.xi[0], at_rest, at_rest)
+        return tuple(-1 if sine > 0 else 1 for sine in start.pose.sines)
 
     def _reference(self) -> np.ndarray:
         if self.xi_ref is None:
@@ -215,7 +208,8 @@ class Run(Animated):
         q_dot = self.q_dot
         if self.control is not None:  # torques are held, and so are the speeds of that moment
             rows = np.searchsorted(self.t, self.control.t)
-            sample = np.searchsorted(rows, np.arange(len(self.t)), side="right") - 1
+            every = np.arange(len(self.t))
+            sample = np.searchsorted(rows, every, side="right") - 1
             q_dot = q_dot[rows[sample]]
         low, high = torque_bounds(self.torque_limit, q_dot)
         rounding = 1e-12 * np.max(np.abs([low, high]))
@@ -234,7 +228,8 @@ class Run(Animated):
         whole = self.energy + self.potential
         if self.friction_loss is not None:
             whole = whole + self.friction_loss
-        return whole - whole[0] - np.concatenate([[0.0], np.cumsum(work)])
+        put_in = np.concatenate([[0.0], np.cumsum(work)])
+        return whole - whole[0] - put_in
 
     @cached_property
     def potential(self) -> np.ndarray:
@@ -281,11 +276,12 @@ class Run(Animated):
             values["friction_loss"] = np.full(len(self.t), np.nan)
         if self.control is not None:
             values["control"] = np.full((len(self.t), 6), np.nan)
-            rows = np.searchsorted(self.t, self.control.t)
-            values["control"][rows] = np.column_stack(self.control[1:4])
+            at = np.searchsorted(self.t, self.control.t)
+            values["control"][at] = np.column_stack(self.control[1:4])
         used = {name: value for name, value in values.items() if value is not None}
         header = list(chain.from_iterable(known[name] for name in used))
-        write(path, "run", about, header, np.column_stack([*used.values()]).tolist())
+        rows = np.column_stack([*used.values()])
+        write(path, "run", about, header, rows.tolist())
 
     @classmethod
     def from_csv(cls, path: TextFile) -> Run:
@@ -299,10 +295,14 @@ class Run(Animated):
         table = Table(path)
         about = table.about("run", "a file written by Run.to_csv", _known)
         known = columns(about["robot"])
-        used = [name for name in known if name not in OPTIONAL or known[name][0] in table.header]
+        used = []
+        for name, (first, *_) in known.items():
+            if name not in OPTIONAL or first in table.header:
+                used.append(name)
         header = list(chain.from_iterable(known[name] for name in used))
         ends = np.cumsum([len(known[name]) for name in used])
-        parts = np.split(table.numbers(header, finite=False), ends[:-1], axis=1)
+        values = table.numbers(header, finite=False)
+        parts = np.split(values, ends[:-1], axis=1)
         fields: dict[str, Any] = {}
         for name, part in zip(used, parts):
             fields[name] = part[:, 0] if part.shape[1] == 1 else part

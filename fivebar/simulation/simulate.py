@@ -155,7 +155,8 @@ def simulate(
     else:
         coarse = run(integrator.tolerance / COARSER)
         fine = run(max(integrator.tolerance / FINER, FINEST))
-        found = replace(fine, step_error=float(np.abs(fine.q - coarse.q).max()))
+        difference = np.abs(fine.q - coarse.q)
+        found = replace(fine, step_error=float(difference.max()))
     if found.events and (why := unstable()):
         words = f"the robot crosses {len(found.events)} singularities: {why}"
         warnings.warn(words, RuntimeWarning, stacklevel=2)

@@ -69,7 +69,8 @@ def block_function(
     at_joints = at_time(torques, chart, t, step)
     signs = modes[0], modes[1]
     outputs = runge_kutta_step(robot, chart, method, step, state, tau, signs, at_joints)
-    one = casadi.Function("step", [state, tau, modes, t], casadi.cse(list(outputs)))
+    outputs = casadi.cse(list(outputs))
+    one = casadi.Function("step", [state, tau, modes, t], outputs)
     _, observe = model_functions(robot, chart)
     state, tau, modes = _symbols(chart, casadi.MX)
     t = casadi.MX.sym("t")
@@ -94,8 +95,11 @@ def at_time(
         return None
 
     def at_joints(stage, rates, tau, fraction):
-        q = pack(*chart.joints(halves(stage, chart)[0], rates))
-        return torques.function(t + fraction * step, q, pack(*rates.components[0]), tau)
+        c, _ = halves(stage, chart)
+        q = pack(*chart.joints(c, rates))
+        q_dot, _ = rates.components
+        now = t + fraction * step
+        return torques.function(now, q, pack(*q_dot), tau)
 
     return at_joints
 
@@ -162,7 +166,8 @@ def propagate(
     after = runge_kutta(method, step, begin, slope)
     one = casadi.Function("step", [state, t], casadi.cse([after]))
     start = casadi.MX.sym("state", 2 * chart.size)
-    end = one.fold(count)(start, step * casadi.DM(range(count)).T)
+    times = step * casadi.DM(range(count)).T
+    end = one.fold(count)(start, times)
     if chart.size > len(robot.drives):
         end = casadi.Function("close", [state], [begin])(end)
     return casadi.Function("propagate", [start], [end])
@@ -358,7 +363,9 @@ def observation(rates: Rates) -> Any:
 
 def motion_of(robot: Robot, rows: np.ndarray) -> Rates:
     """Return the motion of observations (n, columns)."""
-    return rates_from_joint_state(robot, *(rows[:, part].T for part in (Q, XI, Q_DOT, XI_DOT)))
+    parts = Q, XI, Q_DOT, XI_DOT
+    q, xi, q_dot, xi_dot = (rows[:, part].T for part in parts)
+    return rates_from_joint_state(robot, q, xi, q_dot, xi_dot)
 
 
 def _symbols(chart, kind=casadi.SX):
@@ -384,6 +391,7 @@ def _closed(robot, chart, state, modes, slip=None):
     if slip is None:
         c, c_dot, rates = chart.closed(robot, *halves(state, chart), modes)
     else:
-        moves = slip[0] * slip[0], slip[1] * slip[1]
+        left, right = slip
+        moves = left * left, right * right
         c, c_dot, rates = closed(robot, *halves(state, chart), moves)
     return casadi.vertcat(*c, *c_dot), rates

@@ -46,7 +46,8 @@ def _powers() -> np.ndarray:
     for k in range(7):
         factor = [1.0, -1.0] if k % 2 else [0.0, 1.0]
         basis = basis * Polynomial(factor)
-        rows.append(np.pad(basis.coef, (0, 8 - len(basis.coef))))
+        missing = 8 - len(basis.coef)
+        rows.append(np.pad(basis.coef, (0, missing)))
     return np.array(rows)
 
 
@@ -206,7 +207,8 @@ class StickSlip(Plant):
     def _lets_go_at(self, k, tau, length, polynomial):
         def excess(place):
             state = between(self.state[None], polynomial[None], np.array([place]))[0]
-            needed = self._holding_at(self.t + place * length, state, tau)[k]
+            now = self.t + place * length
+            needed = self._holding_at(now, state, tau)[k]
             return abs(needed) - self.friction[k] * (1 + OVER)
 
         low = 0.0

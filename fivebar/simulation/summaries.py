@@ -172,7 +172,8 @@ class Summarizer:
         end = observed[:, -1]
         columns = [q, end[:, Q_DOT], end[:, XI]]
         if self.loops.xi_ref is not None:
-            error = np.linalg.norm(observed[:, :, XI] - self.loops.xi_ref, axis=2)
+            away = observed[:, :, XI] - self.loops.xi_ref
+            error = np.linalg.norm(away, axis=2)
             rms = np.sqrt(np.mean(error**2, axis=1))
             errors = [error.max(axis=1), rms, error[:, -1]]
             columns.append(np.stack(errors, axis=1))
@@ -185,10 +186,12 @@ class Summarizer:
             except ArithmeticError as error:
                 yield k, str(error)
                 continue
-            count = len(crossings(robot, self.loops.t, observed[k])) if crosses[k] else 0
+            events = crossings(robot, self.loops.t, observed[k]) if crosses[k] else ()
+            count = len(events)
             values[k, : len(self.built_in)] = *built_in[k], count
             if self.functions:
-                run = self.loops.run(robot, observed[k], samples[k], bool(crosses[k]))
+                crossed = bool(crosses[k])
+                run = self.loops.run(robot, observed[k], samples[k], crossed)
                 for message in self._own(run, values[k]):
                     yield k, message
 
