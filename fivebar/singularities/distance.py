@@ -169,9 +169,10 @@ def _segments(robot, working):
     for k, piece in enumerate(pieces):
         z = piece.points @ (1, 1j)
         t = piece.parameters
-        first, last = (
-            (slice(None, -1), slice(1, None)) if len(t) > 1 else (slice(None), slice(None))
-        )
+        first = last = slice(None)
+        if len(t) > 1:
+            first = slice(None, -1)
+            last = slice(1, None)
         parts.append(
             (
                 z[first],

@@ -281,7 +281,8 @@ class FiveBarLoci:
                 sines = chain.sines(t)[:2].T
                 xi.append(pairs(chain.corners[:-1]))
                 q.append(pairs(chain.joint(t)[0]))
-                working.append(-np.where(np.abs(sines) <= 1e-7, 0, np.sign(sines)).astype(int))
+                signs = np.where(np.abs(sines) <= 1e-7, 0, np.sign(sines))
+                working.append(-signs.astype(int))
         return TypeThree(*map(np.concatenate, (xi, q, working)))
 
 

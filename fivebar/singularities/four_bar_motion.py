@@ -96,7 +96,9 @@ class FourBarMotion:
         """Return the same of the chain whose sides are given, mirrored or not."""
         sides = self.base, self.r1, self.c, self.r2
         directions, rates = four_bar_directions(sides, self.span, self.slack, self.signs, t)
-        return [x + 1j * y for x, y in directions], (rates[0], _as_long(t, rates[1]), rates[2])
+        rate1, rate2, rate = rates
+        unit_vectors = [x + 1j * y for x, y in directions]
+        return unit_vectors, (rate1, _as_long(t, rate2), rate)
 
     def meets(self, ways: list[tuple[int, complex]]) -> list[list[float]]:
         """For each (crank 0 or 1, unit vector) the t at which the coupler is turned by it against

@@ -235,8 +235,7 @@ def trace(
         chord = np.diff(z)
         mean = step * (dz[1:] + dz[:-1]) / 2
         if angles:
-            excess = (chord - mean) / (2 * np.pi)
-            chord = chord - 2 * np.pi * (np.round(excess.real) + 1j * np.round(excess.imag))
+            chord = chord - _full_turns(chord - mean)
         # A cusp, always an edge, has a direction on either side but no derivative to tell it.
         cusp = np.zeros(len(t), dtype=bool)
         at = np.searchsorted(t, edges)
@@ -250,7 +249,8 @@ def trace(
             np.abs(np.angle(dz[1:] * dz[:-1].conj())),
         )
         counts = np.minimum(np.ceil(turn / TURN), 64).astype(int)
-        bend = (np.abs(np.angle(chord[1:] * chord[:-1].conj())) > 1.2 * TURN) & ~cusp[1:-1]
+        between_chords = np.angle(chord[1:] * chord[:-1].conj())
+        bend = (np.abs(between_chords) > 1.2 * TURN) & ~cusp[1:-1]
         # A loop between two points would turn by 0 but shows in the chord.
         loop = np.abs(chord - mean) > 0.05 * np.abs(mean)
         counts = np.maximum(counts, 1 + (loop | np.append(bend, False)))
@@ -259,9 +259,15 @@ def trace(
             break
         t = divided(t, counts)
     if angles:  # the sum of chords tells the turns, each point by itself is better known
-        excess = (np.cumsum(np.append(z[:1], chord)) - z) / (2 * np.pi)
-        z = z + 2 * np.pi * (np.round(excess.real) + 1j * np.round(excess.imag))
+        summed = np.cumsum(np.append(z[:1], chord))
+        z = z + _full_turns(summed - z)
     return t, z
+
+
+def _full_turns(angles):
+    """Return the full turns, rad, that are nearest to pairs of angles q1 + i q2."""
+    turns = angles / (2 * np.pi)
+    return 2 * np.pi * (np.round(turns.real) + 1j * np.round(turns.imag))
 
 
 def divided(t: np.ndarray, counts: np.ndarray) -> np.ndarray:

@@ -54,9 +54,11 @@ class Mirror:
         low, high = locus.interval
         for other in self._circles:
             total = other.interval[0] + high
-            if other.circle == locus.circle and min(abs(total), abs(total - 2 * np.pi)) <= SAME:
-                if abs(other.interval[1] + low - total) <= SAME:
-                    return other, total, -1
+            if other.circle != locus.circle:
+                continue
+            mirrored = min(abs(total), abs(total - 2 * np.pi)) <= SAME
+            if mirrored and abs(other.interval[1] + low - total) <= SAME:
+                return other, total, -1
         return None
 
 
