@@ -35,9 +35,9 @@ from .steps import (
     between,
     block_function,
     free_step,
-    model_functions,
     motion_of,
     observation,
+    observe_function,
 )
 
 # Chosen steps in one call of `advance`, a fraction of a second of work: at least, and per second.
@@ -329,7 +329,7 @@ class FixedPlant:
         self._blocks: dict[int, Callable] = {}
         self._rows: list[np.ndarray] = []
         self._torques: list[np.ndarray] = []
-        _, observe = model_functions(robot, chart)
+        observe = observe_function(robot, chart)
         self._last = observe(self.state, self.modes).full().ravel()
 
     @property

@@ -38,16 +38,12 @@ JOINT_RATES = slice(4, 7, 2)
 
 
 @lru_cache(maxsize=64)
-def model_functions(robot: Robot, chart: StateChart) -> tuple[casadi.Function, casadi.Function]:
-    """Return (state, tau, modes) -> slope, and (state, modes) -> observation."""
-    state, tau, modes = _symbols(chart)
-    c, c_dot = halves(state, chart)
-    signs = modes[0], modes[1]
-    slope = _slope(chart, chart.turned(robot, c, c_dot, signs), state, tau)
-    row = observation(chart.rates(robot, c, c_dot, signs))
-    model = casadi.Function("model", [state, tau, modes], casadi.cse([slope]))
-    observe = casadi.Function("observe", [state, modes], casadi.cse([row]))
-    return model, observe
+def observe_function(robot: Robot, chart: StateChart) -> casadi.Function:
+    """Return (state, modes) -> observation."""
+    state, _, modes = symbols_of(chart)
+    rates = chart.rates(robot, *halves(state, chart), (modes[0], modes[1]))
+    row = casadi.cse([observation(rates)])
+    return casadi.Function("observe", [state, modes], row)
 
 
 @lru_cache(maxsize=64)
@@ -64,15 +60,15 @@ def block_function(
     The observations are those before each step; the last one is after them all. t: s, before the
     first.
     """
-    state, tau, modes = _symbols(chart)
+    state, tau, modes = symbols_of(chart)
     t = casadi.SX.sym("t")
     at_joints = at_time(torques, chart, t, step)
     signs = modes[0], modes[1]
     outputs = runge_kutta_step(robot, chart, method, step, state, tau, signs, at_joints)
     outputs = casadi.cse(list(outputs))
     one = casadi.Function("step", [state, tau, modes, t], outputs)
-    _, observe = model_functions(robot, chart)
-    state, tau, modes = _symbols(chart, casadi.MX)
+    observe = observe_function(robot, chart)
+    state, tau, modes = symbols_of(chart, casadi.MX)
     t = casadi.MX.sym("t")
     held = casadi.repmat(tau, 1, count), casadi.repmat(modes, 1, count)
     times = t + step * casadi.DM(range(count)).T
@@ -121,56 +117,12 @@ def runge_kutta_step(
     first = chart.rates(robot, *halves(state, chart), modes)
 
     def slope(stage, fraction):
-        rates = first if stage is state else _turned(robot, chart, stage, modes)
+        rates = first if stage is state else turned_rates(robot, chart, stage, modes)
         joint = tau if at_joints is None else at_joints(stage, rates, tau, fraction)
-        return _slope(chart, rates, stage, joint)
+        return slope_of(chart, rates, stage, joint)
 
-    after, _ = _closed(robot, chart, runge_kutta(method, step, state, slope), modes)
+    after, _ = close_loop(robot, chart, runge_kutta(method, step, state, slope), modes)
     return after, observation(first)
-
-
-def propagate(
-    robot: Robot,
-    chart: StateChart,
-    modes: Sequence,
-    method: str,
-    step: float,
-    count: int,
-    torque: Callable,
-) -> casadi.Function:
-    """Return (state) -> state after `count` steps from t = 0 under torques read at every stage.
-
-    Nothing else is computed, for the shortest time to a given accuracy.
-
-    Parameters
-    ----------
-    chart, modes
-        As in models.charts.
-    torque : callable
-        t -> (tau1, tau2), N m, with CasADi's functions.
-    """
-    state = casadi.SX.sym("state", 2 * chart.size)
-    t = casadi.SX.sym("t")
-    # The loop is closed before a step, not after it: the first stage needs the same directions.
-    begin, first = _closed(robot, chart, state, modes)
-
-    def slope(stage, fraction):
-        rates = first if stage is begin else _turned(robot, chart, stage, modes)
-        return _slope(
-            chart,
-            rates,
-            stage,
-            casadi.vertcat(*torque(t + fraction * step)),
-        )
-
-    after = runge_kutta(method, step, begin, slope)
-    one = casadi.Function("step", [state, t], casadi.cse([after]))
-    start = casadi.MX.sym("state", 2 * chart.size)
-    times = step * casadi.DM(range(count)).T
-    end = one.fold(count)(start, times)
-    if chart.size > len(robot.drives):
-        end = casadi.Function("close", [state], [begin])(end)
-    return casadi.Function("propagate", [start], [end])
 
 
 @lru_cache(maxsize=8)
@@ -189,7 +141,7 @@ def free_step(kind: type, names: tuple = (), torques: JointTorques | None = None
     """
     chart = BarAngles()
     parameters = casadi.SX.sym("parameters", count_of(kind, names))
-    state, tau, _ = _symbols(chart)
+    state, tau, _ = symbols_of(chart)
     length = casadi.SX.sym("length")
     tolerance = casadi.SX.sym("tolerance")
     robot = with_parameters(kind, parameters, names)
@@ -198,9 +150,9 @@ def free_step(kind: type, names: tuple = (), torques: JointTorques | None = None
     slip = (known[1][0], known[1][1]) if sticks else None
 
     rates = chart.turned(robot, *halves(state, chart), None)
-    slope = _slope(chart, rates, state, tau, slip)
+    slope = slope_of(chart, rates, state, tau, slip)
     model = casadi.Function("model", [state, tau, *known], [slope])
-    end, _ = _closed(robot, chart, state, None, slip)
+    end, _ = close_loop(robot, chart, state, None, slip)
     closing = casadi.Function("closing", [state, *known], [end])
     step = partial(_free_step, model, closing, torques)
     if torques is not None:
@@ -255,14 +207,14 @@ def slope_and_closing(robot: Robot, state: Any, tau: Any) -> tuple[Any, Any]:
     closed.
     """
     chart = BarAngles()
-    slope = _slope(chart, _turned(robot, chart, state, ()), state, tau)
-    return slope, _closed(robot, chart, state, ())[0]
+    slope = slope_of(chart, turned_rates(robot, chart, state, ()), state, tau)
+    return slope, close_loop(robot, chart, state, ())[0]
 
 
 @lru_cache(maxsize=8)
 def holding(kind: type, names: tuple) -> casadi.Function:
     """Return (state (8), tau, parameters, slip) -> the friction that keeps what sticks, N m."""
-    state, tau, _ = _symbols(BarAngles())
+    state, tau, _ = symbols_of(BarAngles())
     slip = casadi.SX.sym("slip", 2)
     parameters = casadi.SX.sym("parameters", count_of(kind, names))
     robot = with_parameters(kind, parameters, names)
@@ -368,17 +320,25 @@ def motion_of(robot: Robot, rows: np.ndarray) -> Rates:
     return rates_from_joint_state(robot, q, xi, q_dot, xi_dot)
 
 
-def _symbols(chart, kind=casadi.SX):
+def symbols_of(chart: StateChart, kind: Any = casadi.SX) -> tuple[Any, Any, Any]:
     """Return the symbols of a state, the torques and the modes."""
     state = kind.sym("state", 2 * chart.size)
     return state, kind.sym("tau", 2), kind.sym("modes", 2)
 
 
-def _turned(robot, chart, stage, modes):
+def turned_rates(robot: Robot, chart: StateChart, stage: Any, modes: Sequence) -> Rates:
+    """Return Rates of a stage that have the right accelerations: some charts turn the robot."""
     return chart.turned(robot, *halves(stage, chart), modes)
 
 
-def _slope(chart, rates, state, tau, slip=None):
+def slope_of(
+    chart: StateChart,
+    rates: Rates,
+    state: Any,
+    tau: Any,
+    slip: tuple | None = None,
+) -> Any:
+    """Return symbols of the slope of a state: its rates and accelerations under torques tau."""
     if slip is None:
         accelerations = forward_dynamics(rates, tau)
     else:
@@ -386,7 +346,13 @@ def _slope(chart, rates, state, tau, slip=None):
     return casadi.vertcat(state[chart.size :], *chart.accelerations(accelerations))
 
 
-def _closed(robot, chart, state, modes, slip=None):
+def close_loop(
+    robot: Robot,
+    chart: StateChart,
+    state: Any,
+    modes: Sequence | None,
+    slip: tuple | None = None,
+) -> tuple[Any, Rates]:
     """Return the state with its loop closed, and its Rates; a drive that sticks stays."""
     if slip is None:
         c, c_dot, rates = chart.closed(robot, *halves(state, chart), modes)

@@ -10,7 +10,7 @@ import fivebar as fb
 from fivebar.models.charts import CHARTS
 from fivebar.models.compiled import Buffered, compiled
 from fivebar.models.machine_code import library
-from fivebar.simulation.steps import propagate
+from fivebar.study.speed_accuracy.charts.fixed_steps import propagate
 from fivebar.study.speed_accuracy.machine import lacks_module
 from tests.benchmarks.simulators import chart as simulators
 from tests.benchmarks.simulators.heyoka import heyoka_run

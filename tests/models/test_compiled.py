@@ -13,7 +13,7 @@ from fivebar.models import machine_code
 from fivebar.models.charts import CHARTS
 from fivebar.models.compiled import Buffered, minimized
 from fivebar.simulation import loops, plant
-from fivebar.simulation.steps import propagate
+from fivebar.study.speed_accuracy.charts.fixed_steps import propagate
 from tests.helpers import oracle
 
 ROBOT = fb.FiveBar()

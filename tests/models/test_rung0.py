@@ -16,6 +16,7 @@ from fivebar.models.charts import CHARTS
 from fivebar.models.dynamics import bar_forces
 from fivebar.simulation import loops, steps
 from fivebar.simulation.simulate import Grid
+from fivebar.study.speed_accuracy.charts.fixed_steps import slope_function
 
 BEFORE = json.loads((Path(__file__).parents[1] / "data" / "rung0.json").read_text("utf-8"))
 ROBOTS = {"five-bar": fb.FiveBar(l12=0.1, l22=0.11), "biglide": fb.Biglide()}
@@ -32,10 +33,7 @@ def count_of(robot, pair):
 
 def counts(robot):
     found = {pair: count_of(robot, pair) for pair in PAIRS}
-    found |= {
-        name: steps.model_functions(robot, chart)[0].n_instructions()
-        for name, chart in CHARTS.items()
-    }
+    found |= {name: slope_function(robot, chart).n_instructions() for name, chart in CHARTS.items()}
     found["step of any length"] = steps.free_step(type(robot)).n_instructions()
     law = ComputedTorque(robot, 100.0, 20.0)
     grid = Grid(steps=6, step=0.001, block=2)

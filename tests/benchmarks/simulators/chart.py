@@ -17,10 +17,11 @@ from fivebar.models.charts import BarAngles, JointChart
 from fivebar.models.compiled import Buffered, compiled
 from fivebar.models.geometry import dgm
 from fivebar.simulation.simulate import simulate
-from fivebar.simulation.steps import model_functions, runge_kutta
+from fivebar.simulation.steps import runge_kutta
 from fivebar.study.pitfalls.integrators import adaptive
 from fivebar.study.pitfalls.redundant import closure, redundant_state
 from fivebar.study.speed_accuracy.chart import OURS, Attempt, Chart, Failed, Method, Panel
+from fivebar.study.speed_accuracy.charts.fixed_steps import slope_function
 from fivebar.study.speed_accuracy.charts.integrators import counts, fixed_steps, to_tolerance
 from fivebar.study.speed_accuracy.machine import lacks_c_compiler, lacks_module
 
@@ -134,7 +135,7 @@ def lsoda(problem: str, rtol: float) -> Attempt:
     """SciPy's LSODA, called with our closed form, which is compiled: what SciPy itself costs."""
     motion, judge = DRIVEN[problem], judged(problem)
     c, c_dot, modes = JointChart().coordinates(motion.begin())
-    model = Buffered(model_functions(ROBOT, JointChart())[0])
+    model = Buffered(slope_function(ROBOT, JointChart()))
     modes, times = np.array(modes, dtype=float), np.array([0.0, DURATION])
 
     def slope(t, state):

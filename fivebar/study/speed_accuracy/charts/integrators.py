@@ -13,12 +13,12 @@ from ....models.compiled import Buffered, compiled
 from ....models.dynamics import energy
 from ....simulation.settings import Integrator
 from ....simulation.simulate import simulate
-from ....simulation.steps import model_functions, propagate
 from ...pitfalls.integrators import adaptive, explicit_euler, march, rk4, semi_implicit_euler
 from ...pitfalls.joint_space import joint_model, joint_slope
 from ...pitfalls.redundant import closure, redundant_slope, redundant_state
 from ..chart import OURS, Attempt, Chart, Failed, Method, Panel
 from ..machine import lacks_c_compiler
+from .fixed_steps import propagate, slope_function
 from .motions import DURATION, MOTIONS, ROBOT, FreeMotion
 
 MOST_EVALUATIONS = 20_000  # evaluations of the model by a SciPy solver
@@ -99,7 +99,7 @@ def by_casadi(plugin: str, options: Callable[[float], dict]) -> Callable[..., At
         judge = judged(problem)
         c, c_dot, modes = JointChart().coordinates(start)
         x = ca.SX.sym("x", 4)
-        slope = model_functions(ROBOT, JointChart())[0](
+        slope = slope_function(ROBOT, JointChart())(
             x, ca.DM.zeros(2), [int(mode) for mode in modes]
         )
         dae = {"x": x, "ode": slope}
