@@ -231,6 +231,11 @@ def _print_ranges(result, ranges):
     if result.lock:
         angles = ", ".join(f"{angle:.6f}" for angle in np.degrees(np.atleast_1d(result.lock[0])))
         print(f"the run ends before the lock at {angles} deg, {result.lock[1]:.6f} s")
-    for name, (least, largest) in ranges.items():
-        if least is not None:
-            print(f"  {name:<24} {least + 0.0:>14.6g} {largest + 0.0:>14.6g} {of_unit(unit(name))}")
+    known = {name: pair for name, pair in ranges.items() if pair[0] is not None}
+    size: dict[str, float] = {}
+    for name, pair in known.items():
+        size[unit(name)] = max(size.get(unit(name), 0.0), *map(abs, pair))
+    for name, pair in known.items():
+        smallest = 1e-9 * size[unit(name)]  # beside quantities of the same unit it is rounding error
+        least, largest = (0.0 if abs(x) <= smallest else x for x in pair)
+        print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(unit(name))}")

@@ -2,7 +2,7 @@
 
 const force = {angle: Math.PI / 2}, past = [];
 let wanted = content.wanted, wantsDisc = false;  // radius of a disc, m, and whether it is to be checked
-let dirty = {back: true, joints: true, front: true}, timer = 0, flying = null, lastNumbers = 0;
+let dirty = {back: true, joints: true, front: true}, timer = 0, flying = null, lastWords = 0;
 const byId = id => document.getElementById(id);
 const costs = new Float64Array(4096);  // ms of the last frames' drawing, for benchmarks
 let costCount = 0;
@@ -130,7 +130,7 @@ function stateWords(now) {
     `${modes.map(sign).join(", ")}, assembly mode ${sign(pose.assembly)}.`;
 }
 
-const radiusText = () => `${disc.fine ? "" : "≈ "}${lengthText(disc.radius, 3)}`;
+const radiusText = (digits = 4) => disc.fine ? lengthText(disc.radius, digits) : `≈ ${lengthText(disc.radius, 3)}`;
 
 function verdictWords() {
   if (flying) return "";
@@ -138,24 +138,24 @@ function verdictWords() {
     return "Every pose of this working mode is Type 2: both legs coincide. Choose another mode.";
   if (!parts.regions.length) return "These bars close in single points only: the workspace has no area.";
   if (!disc) return "The robot is at a singularity: move it away to see its aspect.";
-  const radius = radiusText();
-  if (!wantsDisc) return `The largest disc free of singularities in this aspect has a radius of ${radius}.`;
+  if (!wantsDisc) return `The largest disc free of singularities in this aspect has a radius of ${radiusText()}.`;
   const fits = disc.radius >= wanted * (1 - 1e-9);
-  return `${fits ? "✓" : "✗"} A disc of radius ${lengthText(wanted)} ${fits ? "fits" : "does not fit"} in this ` +
-    `aspect: the largest free of singularities has ${radius}.`;
+  // As many digits as tell the two radii apart.
+  const digits = [4, 5, 6, 7].find(count => lengthText(wanted, count) !== lengthText(disc.radius, count)) ?? 4;
+  return `${fits ? "✓" : "✗"} A disc of radius ${lengthText(wanted, digits)} ${fits ? "fits" : "does not fit"} in ` +
+    `this aspect: the largest free of singularities has ${radiusText(digits)}.`;
 }
 
 function words(now) {
+  guideOn();
+  if (now - lastWords <= 90 && (flying || pointer || idle)) return;  // all of them at once, or they would differ
+  lastWords = now;
   const line = byId("said"), state = stateWords(now), verdict = byId("verdict"), text = verdictWords();
   if (line.textContent !== state) line.textContent = state;
   line.classList.toggle("warned", Boolean(said));
   if (verdict.textContent !== text) verdict.textContent = text;
-  if (now - lastNumbers > 90 || !flying && !pointer && !idle) {
-    lastNumbers = now;
-    showNumbers();
-    if (equationsBox.open) showEquations();
-  }
-  guideOn();
+  showNumbers();
+  if (equationsBox.open) showEquations();
   if (!flying && !idle) announce(() => `${state} ${text}`);
 }
 

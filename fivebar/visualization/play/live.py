@@ -33,6 +33,13 @@ PARTS = (
     " linkage bench bench_controls bench_hands start"
 ).split()
 
+# As the tabs of the page call them.
+TITLES = {
+    FourBar: "Four-bar, live",
+    SliderCrank: "Slider-crank, live",
+    SixBarPress: "Press, live",
+}
+
 
 @dataclass(frozen=True, eq=False)
 class LivePage(WebPage):
@@ -55,8 +62,9 @@ class LivePage(WebPage):
     def html(self) -> str:
         """The page, complete."""
         if self.pose is not None:
-            return _page(as_json(_content(self.subject, self.pose, "")))
-        return _page(as_json(_content(FiveBar(), _start(FiveBar()), self.fragment)))
+            return _page(as_json(_content(self.subject, self.pose, "")), "Five-bar, live")
+        title = TITLES[type(self.subject)]
+        return _page(as_json(_content(FiveBar(), _start(FiveBar()), self.fragment)), title)
 
 
 @takes(
@@ -131,7 +139,6 @@ def _content(robot, pose, opening):
     rows = {"A": [row[:k].tolist() for k, row in enumerate(DOP853.A[:12])]}
     rows |= {name: getattr(DOP853, name).tolist() for name in ("B", "E3", "E5")}
     return {
-        "title": "Five-bar, live",
         "opening": opening,
         "tableau": rows | {"C": DOP853.C[:12].tolist()},
         "presets": _presets(),
@@ -199,7 +206,7 @@ def _start(robot):
 
 
 @lru_cache(maxsize=4)
-def _page(content):
+def _page(content, title):
     """Return the page around this JSON; only a script of this very text is run by the browser."""
     shared = Path(pages.__file__).parent
     parts = (
@@ -212,4 +219,4 @@ def _page(content):
     )
     code = "\n".join(parts)
     policy = f"'sha256-{b64encode(hashlib.sha256(code.encode()).digest()).decode()}'"
-    return document(HERE, "Five-bar, live", policy, content=content, code=code)
+    return document(HERE, title, policy, content=content, code=code)

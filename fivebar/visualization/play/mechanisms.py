@@ -82,7 +82,7 @@ def _slider(held):
     return lambda values: _of_symbols(SliderCrank, **dict(zip(_SLIDER, values)), held=held)
 
 
-# MechAnalyzer's crank-rocker
+# The crank-rocker in Table 2 of the MechAnalyzer paper
 _SIDES = dict(
     ground=(0.2, False),
     crank=(0.06, False),
@@ -95,7 +95,7 @@ _BARS = {name: (getattr(_PRESS, name), False) for name in ("l2", "l3", "l4", "l5
 KINDS = [Kind("four", "four-bar", _SIDES | _POINT, _four_bar, "rocker", True)]
 for _held in HELD:
     _out = "slide" if _held in ("guide", "slider") else "guide"
-    _title = f"slider-crank, {_held} held"
+    _title = f"slider-crank, {_held} fixed"
     _turns = _held in ("crank", "rod")
     KINDS.append(
         Kind(
