@@ -236,6 +236,6 @@ def _print_ranges(result, ranges):
     for name, pair in known.items():
         size[unit(name)] = max(size.get(unit(name), 0.0), *map(abs, pair))
     for name, pair in known.items():
-        smallest = 1e-9 * size[unit(name)]  # beside quantities of the same unit it is rounding error
+        smallest = 1e-9 * size[unit(name)]  # below it is rounding error
         least, largest = (0.0 if abs(x) <= smallest else x for x in pair)
         print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(unit(name))}")
