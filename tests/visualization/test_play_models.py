@@ -221,6 +221,7 @@ def test_let_go_is_the_exact_motion(page):
 @pytest.mark.deep
 def test_a_drawn_path_is_checked_at_once(page):
     page.get_by_label("draw a path").check()
+    page.evaluate("scrollTo(0, 0)")
     drag(page, (0.03, 0.1), (-0.02, 0.02), (-0.02, -0.06), (-0.02, -0.25))
     words, checked = page.locator("#said").text_content(), page.evaluate("checked")
     assert "crosses Type 2 once" in words and "leaves the workspace after" in words

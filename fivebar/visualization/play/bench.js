@@ -2,6 +2,7 @@
 
 const bench = new View(byId("bench")), plots = new View(byId("curves"));
 const arrows = {velocity: true, acceleration: true};
+const benchPace = speedChoice([0.1, 0.25, 0.5, 1], "speed of the motion", 0.25);
 let benchBefore = 0;
 
 function benchBounds() {
@@ -113,7 +114,7 @@ const benchFrame = oncePerFrame(() => {
   if (byId("linkage").hidden) return;
   const now = performance.now();
   if (lab.running) {
-    const step = lab.way * lab.speed * Math.min(now - benchBefore, 40) / 1000 * 0.25;
+    const step = lab.way * lab.speed * Math.min(now - benchBefore, 40) / 1000 * +benchPace.value;
     if (!stepCrank(step)) lab.way = -lab.way;
     benchFrame();
   }

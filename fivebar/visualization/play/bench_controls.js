@@ -136,7 +136,7 @@ function buildBench() {
     field_(`${title[0].toUpperCase()}${title.slice(1)}, lengths in mm`,
       ...(four ? [element("div", {class: "row"}, preset)] : []),
       ...(slider_ ? [element("div", {class: "row"}, element("span", {}, "fixed link:"), ...held)] : []), ...rows),
-    field_("Motion", element("div", {class: "row"}, run, sign_(0), ...(lab.branch.length > 1 ? [sign_(1)] : []),
+    field_("Motion", element("div", {class: "row"}, run, benchPace, sign_(0), ...(lab.branch.length > 1 ? [sign_(1)] : []),
       ...(four ? [button("fix the next link", "fix the next link, and drive the one after it (inversion)", () => {
         rememberLab();
         if (invert()) { buildBench(); relabbed(); }
@@ -153,7 +153,7 @@ function buildBench() {
       "Drag to turn the crank" + (four ? "; drag the coupler point M to place it" : "") +
         ". ← → turn the crank, with Shift " +
       "finely; space runs and pauses. Solid: the path of the traced point; dashed: on the other branch; dotted: " +
-      "before the change. One turn a second, shown four times slower."));
+      "before the change. Speeds and accelerations are those at one turn a second; 0.25 × shows it four times slower."));
 }
 
 function toggleRun() {

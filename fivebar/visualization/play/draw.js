@@ -4,7 +4,7 @@ const DASHES2 = {stretched: [7, 3], folded: [9, 3, 2, 3], "self-motion": [2, 3]}
 const NAMES2 = {stretched: "Type 2: distal bars stretched", folded: "Type 2: distal bars folded",
   "self-motion": "Type 2: elbows coincide"};
 const ALL_MODES = [[1, 1], [1, -1], [-1, 1], [-1, -1]];
-const task = new View(document.getElementById("plane")), joints = new View(document.getElementById("joints"));
+const task = new View(byId("plane")), joints = new View(byId("joints"));
 // parts: of the workspace in this working mode; aspect: the shaded one of them; disc: its largest.
 let loci = null, parts = null, aspect = null, disc = null, trail = [], sketch = [], checked = null;
 const shown = {ellipses: false, others: true};

@@ -3,7 +3,6 @@
 const force = {angle: Math.PI / 2}, past = [];
 let wanted = content.wanted, wantsDisc = false;  // radius of a disc, m, and whether it is to be checked
 let dirty = {back: true, joints: true, front: true}, timer = 0, flying = null, lastWords = 0;
-const byId = id => document.getElementById(id);
 const costs = new Float64Array(4096);  // ms of the last frames' drawing, for benchmarks
 let costCount = 0;
 

@@ -180,9 +180,7 @@ const goButton = button("Let go", "Let go: the robot moves by itself (key G)", (
   if (flying) halt(); else release();
 });
 goButton.id = "go";
-const paces = [["1", "real time"], ["0.3", "0.3 × real time"], ["0.1", "0.1 × real time"]];
-const paceInput = element("select", {"aria-label": "speed of the motion"},
-  ...paces.map(([value, text]) => element("option", {value}, text)));
+const paceInput = speedChoice([0.1, 0.25, 0.5, 1], "speed of the motion");
 const throws = check("throw: released while it moves, the end-effector keeps its velocity", false);
 const throwing = throws.input;
 

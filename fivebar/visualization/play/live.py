@@ -18,7 +18,6 @@ from ...linkages import FourBar, SixBarPress, SliderCrank
 from ...models.geometry import Pose, dgm, igm
 from ...models.named_robots import ROBOTS
 from ...models.robots import FiveBar
-from .. import pages
 from ..document import WebPage, as_json, document, script
 from ..style import LEGS, LINKS
 from .functions import BEYOND, INERTIAS, LENGTHS, models
@@ -208,11 +207,9 @@ def _start(robot):
 @lru_cache(maxsize=4)
 def _page(content, title):
     """Return the page around this JSON; only a script of this very text is run by the browser."""
-    shared = Path(pages.__file__).parent
     parts = (
         "",
-        '"use strict";',
-        script(shared, "common"),
+        script(HERE.parent, "parts"),
         models(),
         script(HERE, *PARTS),
         "",
