@@ -127,7 +127,9 @@ def test_the_live_page_computes_here_too(firefox, tmp_path):
     firefox.evaluate("(wake(), 1)")
     now = firefox.evaluate("({xi: pose.xi, q: pose.q})")
     np.testing.assert_allclose(now["q"], fb.igm(ROBOT, now["xi"]).q, atol=1e-14)
-    assert "radius of 78.72 mm" in firefox.evaluate("document.getElementById('verdict').textContent")
+    assert "radius of 78.72 mm" in firefox.evaluate(
+        "document.getElementById('verdict').textContent"
+    )
     found = firefox.evaluate(
         """(() => { modes = [1, -1]; take(igm([0.01, 0.12], modes, p)); letGo([0.02, -0.3], {tau: [0, 0]});
             return [flow(2), ...motion.seen.xi]; })()"""
