@@ -231,11 +231,9 @@ def _print_ranges(result, ranges):
     if result.lock:
         angles = ", ".join(f"{angle:.6f}" for angle in np.degrees(np.atleast_1d(result.lock[0])))
         print(f"the run ends before the lock at {angles} deg, {result.lock[1]:.6f} s")
-    known = {name: pair for name, pair in ranges.items() if pair[0] is not None}
-    size: dict[str, float] = {}
-    for name, pair in known.items():
-        size[unit(name)] = max(size.get(unit(name), 0.0), *map(abs, pair))
-    for name, pair in known.items():
-        smallest = 1e-9 * size[unit(name)]  # below it is rounding error
-        least, largest = (0.0 if abs(x) <= smallest else x for x in pair)
-        print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(unit(name))}")
+    rows = [(name, unit(name), *ends) for name, ends in ranges.items() if None not in ends]
+    for name, own, *ends in rows:
+        size = max(max(-low, high) for _, other, low, high in rows if other == own)
+        # Beside quantities of the same unit less than that is rounding error.
+        least, largest = (0.0 if abs(x) <= 1e-9 * size else x for x in ends)
+        print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(own)}")

@@ -87,9 +87,12 @@ class Task:
     _given: tuple = field(default=(), repr=False)
 
     def __repr__(self) -> str:
-        return one_line(
-            "Task", *(f"{name} = {_short(value)}" for name, value in self.about.items())
-        )
+        about = self.about
+        if self.motor:
+            usual = {field.name: field.default for field in fields(Motor)}
+            motor = asdict(self.motor).items()
+            about["motor"] = {name: x for name, x in motor if x != usual[name]}
+        return one_line("Task", *(f"{name} = {_short(value)}" for name, value in about.items()))
 
     @cached_property
     def nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -32,13 +32,6 @@ PARTS = (
     " linkage bench bench_controls bench_hands start"
 ).split()
 
-# As the tabs of the page call them.
-TITLES = {
-    FourBar: "Four-bar, live",
-    SliderCrank: "Slider-crank, live",
-    SixBarPress: "Press, live",
-}
-
 
 @dataclass(frozen=True, eq=False)
 class LivePage(WebPage):
@@ -62,8 +55,8 @@ class LivePage(WebPage):
         """The page, complete."""
         if self.pose is not None:
             return _page(as_json(_content(self.subject, self.pose, "")), "Five-bar, live")
-        title = TITLES[type(self.subject)]
-        return _page(as_json(_content(FiveBar(), _start(FiveBar()), self.fragment)), title)
+        content = _content(FiveBar(), _start(FiveBar()), self.fragment)
+        return _page(as_json(content), "Linkage, live")  # its script says which
 
 
 @takes(

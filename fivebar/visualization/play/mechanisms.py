@@ -96,7 +96,6 @@ KINDS = [Kind("four", "four-bar", _SIDES | _POINT, _four_bar, "rocker", True)]
 for _held in HELD:
     _out = "slide" if _held in ("guide", "slider") else "guide"
     _title = f"slider-crank, {_held} fixed"
-    _turns = _held in ("crank", "rod")
     KINDS.append(
         Kind(
             f"slider_{_held}",
@@ -104,7 +103,7 @@ for _held in HELD:
             _SLIDER,
             _slider(_held),
             _out,
-            _turns,
+            _held in ("crank", "rod"),
         )
     )
 KINDS.append(Kind("press", "six-bar press", _BARS, _press, "S6_down", False, 2))
