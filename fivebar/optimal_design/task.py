@@ -87,12 +87,9 @@ class Task:
     _given: tuple = field(default=(), repr=False)
 
     def __repr__(self) -> str:
-        about = self.about
-        if self.motor:
-            usual = {field.name: field.default for field in fields(Motor)}
-            motor = asdict(self.motor).items()
-            about["motor"] = {name: x for name, x in motor if x != usual[name]}
-        return one_line("Task", *(f"{name} = {_short(value)}" for name, value in about.items()))
+        return one_line(
+            "Task", *(f"{name} = {_short(value)}" for name, value in self.about.items())
+        )
 
     @cached_property
     def nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -146,7 +143,7 @@ def _sha256(array):
 
 def _short(value):
     if isinstance(value, dict):
-        return f"({', '.join(f'{name} {_short(part)}' for name, part in value.items())})"
+        return f"({', '.join(f'{name} {_short(part)}' for name, part in value.items() if part)})"
     if isinstance(value, list):
         return f"({', '.join(map(_short, value))})"
     if isinstance(value, float):
@@ -201,10 +198,7 @@ def _disc(value, name):
 
 
 def _poses(value, name):
-    if is_number(value):
-        pair = (value, value)
-    else:
-        pair = _items(value, name, (2,))
+    pair = (value, value) if is_number(value) else _items(value, name, (2,))
     return tuple(whole(2, 10**4)(count, name) for count in pair)
 
 

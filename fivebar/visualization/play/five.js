@@ -179,17 +179,18 @@ function speedsOf([[a, b], [c, d]]) {
 
 function showNumbers() {
   const size = sizeOf(), {J, torque} = gains(pose.xi, modes, [Math.cos(force.angle), Math.sin(force.angle)], p);
-  const torqueText = values => values.every(Number.isFinite)
+  const singular = Math.abs(pose.parallel) < 5e-5;  // its four decimals are 0
+  const torqueText = values => !singular && values.every(Number.isFinite)
     ? `${values.map(x => number(zeroBelow(x, size), 3)).join(", ")} N m` : "∞: Type 2";
   const [slow, fast] = speedsOf(J).map(x => zeroBelow(x, size));
   put("x, y", `${pose.xi.map(x => number(1e3 * zeroBelow(x, size))).join(", ")} mm`);
   put("q1, q2", pose.q.map(angleText).join(", "));
-  put("sin q12, sin q22 (0: Type 1)", pose.serial.map(x => number(zeroBelow(x, 1), 3)).join(", "));
-  put("det A (0: Type 2)", number(zeroBelow(pose.parallel, 1), 3));
-  put("transmission angle", angleText(pose.transmission));
+  put("sin q12, sin q22 (0: Type 1)", pose.serial.map(x => decimals(x, 4)).join(", "));
+  put("det A (0: Type 2)", decimals(pose.parallel, 4));
+  put("transmission angle", `${decimals(pose.transmission * 180 / Math.PI, 2)}°`);
   put("area of the workspace", areaText(parts.regions.reduce((sum, region) => sum + region.area, 0), 3));
   put("area of this aspect", aspect ? areaText(aspect.area, 3) : "none: at a singularity");
-  put("speed at motor speed 1 rad/s", Number.isFinite(fast) ? `${number(slow, 3)} to ${number(fast, 3)} m/s`
+  put("speed at motor speed 1 rad/s", !singular && Number.isFinite(fast) ? `${number(slow, 3)} to ${number(fast, 3)} m/s`
     : "∞: Type 2");
   put("motor torques for a force of 1 N", torqueText(torque));
   put("motor torques against gravity", robot.gravity.some(Boolean) && (robot.m || isHeavy())
