@@ -194,7 +194,11 @@ def _table(value, name):
 
 def _disc(value, name):
     x, y, radius = (0.0, 0.0, value) if is_number(value) else _items(value, name, (3,))
-    return number(x, name), number(y, name), positive(radius, name)
+    return (
+        number(x, name),
+        number(y, name),
+        positive(radius, name),
+    )
 
 
 def _poses(value, name):
