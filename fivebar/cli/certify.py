@@ -116,9 +116,11 @@ def _check(file):
 
 def _tolerances(words):
     """Return tolerances by length: of one number for all lengths, of NAME=M for one."""
+    from ..paths.certificates.checker import LENGTHS
+
     tolerances = {}
     for word in words:
         name, _, value = word.rpartition("=")
-        names = [name] if name else ("l11", "l12", "l21", "l22", "d")
+        names = [name] if name else LENGTHS
         tolerances |= dict.fromkeys(names, number(value, "--tolerance"))
     return tolerances

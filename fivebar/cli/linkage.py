@@ -28,6 +28,7 @@ from ..linkages.drives import DRIVES
 from ..linkages.quantities import unit
 from ..linkages.six_bar_press import SPEED
 from ..models.robots import FiveBar
+from ..singularities.degenerate import NAMES as LENGTHS
 from .options import (
     JSON,
     add_options,
@@ -39,7 +40,6 @@ from .options import (
     used_options,
 )
 
-LENGTHS = ("l11", "l12", "l21", "l22", "d")
 PRESS_LENGTHS = ("l2", "l3", "l4", "l5", "l11", "l12")
 
 STUDY = {
@@ -72,32 +72,32 @@ def add_parsers(commands: _SubParsersAction) -> None:
     kinds = linkage.add_subparsers(dest="kind", required=True, metavar="KIND")
 
     four_bar = _kind(kinds, "four-bar", "four-bar A B C D: lengths in m", _four_bar)
-    for name in ("ground", "crank", "coupler", "rocker"):
-        four_bar.add_argument(name, type=float, metavar=name.upper(), help="m")
+    _add_lengths(four_bar, "ground", "crank", "coupler", "rocker")
     add_options(four_bar, FOUR_BAR)
 
     slider = _kind(kinds, "slider-crank", "slider-crank: lengths in m", _slider_crank)
-    for name in ("crank", "rod"):
-        slider.add_argument(name, type=float, metavar=name.upper(), help="m")
+    _add_lengths(slider, "crank", "rod")
     add_options(slider, SLIDER_CRANK)
 
     words = "six-bar press of Wang, Chen and Deng 2019"
     press = _kind(kinds, "six-bar-press", words, _press, branches=2)
     words = "repaired (default) or printed"
     press.add_argument("set", nargs="?", metavar="NAME", default="repaired", help=words)
-    for name in PRESS_LENGTHS:
-        add_options(press, {f"--{name} M": "in place of the set's"})
-    add_options(press, PRESS)
+    add_options(press, {f"--{name} M": "in place of the set's" for name in PRESS_LENGTHS} | PRESS)
 
     five = _kind(kinds, "five-bar", "five-bar with its motors at any two joints", _five_bar)
-    for name in LENGTHS:
-        add_options(five, {f"--{name} M": "default: the AMORO robot's"})
+    add_options(five, {f"--{name} M": "default: the AMORO robot's" for name in LENGTHS})
     words = "joints 1 to 5 from base to base"
     five.add_argument("--motors", nargs=2, type=int, default=(1, 5), metavar="JOINT", help=words)
 
     words = "evans, chebyshev, watt, hoeken or roberts"
     straight = _kind(kinds, "straight-line", words, _straight_line)
     straight.add_argument("name", metavar="NAME")
+
+
+def _add_lengths(parser, *names):
+    for name in names:
+        parser.add_argument(name, type=float, metavar=name.upper(), help="m")
 
 
 def _kind(kinds, name, words, build, branches=None):
@@ -112,12 +112,11 @@ def _kind(kinds, name, words, build, branches=None):
 def _run(arguments, build):
     with usage_errors(ValueError):
         linkage, options, extra = build(arguments)
-        usual = options.pop("branch", None)
-        branch = check_branch(linkage, usual if arguments.branch is None else arguments.branch)
+        options |= used_options(arguments, "branch", "speed", "turns", "drive")
+        branch = check_branch(linkage, options.pop("branch", None))
         check_positive(arguments, "turns")
         if arguments.speed is not None and not 0 < abs(arguments.speed) < math.inf:
             raise UsageError(f"--speed must be finite and not 0, not {arguments.speed:g}")
-        options |= used_options(arguments, "speed", "turns", "drive")
         if options.get("drive", "turn") not in DRIVES:
             known = ", ".join(DRIVES)
             raise UsageError(f"no drive {options['drive']!r}; the known ones are {known}")
@@ -156,8 +155,7 @@ def _live(linkage, branch, path):
 
 def _four_bar(arguments):
     linkage = FourBar(arguments.ground, arguments.crank, arguments.coupler, arguments.rocker)
-    if arguments.held != "ground":
-        linkage = linkage.inversion(arguments.held)
+    linkage = linkage.inversion(arguments.held)
     if arguments.point is not None:
         linkage = replace(linkage, point=tuple(arguments.point))
     return linkage, {}, []
@@ -175,9 +173,8 @@ def _press(arguments):
         "speed": SPEED,
         "turns": 3.0,
         "gravity": (0.0, 0.0) if arguments.no_gravity else GRAVITY,
+        "load": {"E": (0.0, arguments.load)},
     }
-    if arguments.load:
-        options["load"] = {"E": (0.0, arguments.load)}
     linkage = replace(linkage, **used_options(arguments, *PRESS_LENGTHS))
     return linkage, options, [f"source of the set: {source}"]
 
@@ -190,11 +187,11 @@ def _five_bar(arguments):
 def _straight_line(arguments):
     mechanism = straight_line(arguments.name)
     ends, how = sorted(mechanism.stroke), straightness(mechanism)
-    first, last = (f"{math.degrees(end):.6f}" for end in ends)
+    first, last = map(math.degrees, ends)
     extra = [
-        f"straight stroke {how.stroke:.6g} m with the crank from {first} to {last} deg: off the"
-        f" line by at most {how.deviation:.6g} m, band {how.band:.6g} m, {100 * how.ratio:.4g} % of"
-        " the stroke",
+        f"straight stroke {how.stroke:.6g} m with the crank from {first:.6f} to {last:.6f} deg: off"
+        f" the line by at most {how.deviation:.6g} m, band {how.band:.6g} m,"
+        f" {100 * how.ratio:.4g} % of the stroke",
         f"source: {mechanism.source}",
     ]
     drive = "turn" if crank_range(mechanism.linkage).full else "swing"
@@ -219,8 +216,8 @@ def _ranges(result):
     """Return {quantity: [least, largest]} of finite values, [None, None] where there is none."""
     ranges = {}
     for name, values in result.columns.items():
-        finite = values[np.isfinite(values)]
-        ranges[name] = [float(finite.min()), float(finite.max())] if len(finite) else [None, None]
+        finite = values[np.isfinite(values)].tolist() or [None]
+        ranges[name] = [min(finite), max(finite)]
     return ranges
 
 
@@ -229,8 +226,12 @@ def _print_ranges(result, ranges):
 
     print(f"{len(result.t)} samples over {result.t[-1]:.6g} s, least and largest:")
     if result.lock:
-        angles = ", ".join(f"{angle:.6f}" for angle in np.degrees(np.atleast_1d(result.lock[0])))
-        print(f"the run ends before the lock at {angles} deg, {result.lock[1]:.6f} s")
-    for name, (least, largest) in ranges.items():
-        if least is not None:
-            print(f"  {name:<24} {least + 0.0:>14.6g} {largest + 0.0:>14.6g} {of_unit(unit(name))}")
+        angles, time = result.lock
+        angles = ", ".join(f"{angle:.6f}" for angle in np.degrees(np.atleast_1d(angles)))
+        print(f"the run ends before the lock at {angles} deg, {time:.6f} s")
+    rows = [(name, unit(name), *ends) for name, ends in ranges.items() if None not in ends]
+    for name, own, *ends in rows:
+        size = max(max(-low, high) for _, other, low, high in rows if other == own)
+        # Beside quantities of the same unit less than that is rounding error.
+        least, largest = (0.0 if abs(x) <= 1e-9 * size else x for x in ends)
+        print(f"  {name:<24} {least:>14.6g} {largest:>14.6g} {of_unit(own)}")

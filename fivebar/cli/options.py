@@ -71,7 +71,7 @@ def _type_of(value):
 def used_options(arguments: Namespace, *names: str) -> dict[str, Any]:
     """Return those options that were used, by name."""
     values = {name: getattr(arguments, name) for name in names}
-    return {name: value for name, value in values.items() if value is not None and value != []}
+    return {name: value for name, value in values.items() if value not in (None, [])}
 
 
 @contextmanager

@@ -143,7 +143,7 @@ def _sha256(array):
 
 def _short(value):
     if isinstance(value, dict):
-        return f"({', '.join(f'{name} {_short(part)}' for name, part in value.items())})"
+        return f"({', '.join(f'{name} {_short(part)}' for name, part in value.items() if part)})"
     if isinstance(value, list):
         return f"({', '.join(map(_short, value))})"
     if isinstance(value, float):
@@ -194,14 +194,15 @@ def _table(value, name):
 
 def _disc(value, name):
     x, y, radius = (0.0, 0.0, value) if is_number(value) else _items(value, name, (3,))
-    return number(x, name), number(y, name), positive(radius, name)
+    return (
+        number(x, name),
+        number(y, name),
+        positive(radius, name),
+    )
 
 
 def _poses(value, name):
-    if is_number(value):
-        pair = (value, value)
-    else:
-        pair = _items(value, name, (2,))
+    pair = (value, value) if is_number(value) else _items(value, name, (2,))
     return tuple(whole(2, 10**4)(count, name) for count in pair)
 
 

@@ -15,11 +15,12 @@ import fivebar as fb
 
 from .browsing import chromium, settle, until
 
-SIZE, SCALE, COLOURS, PERIOD = (1200, 660), 1, 96, 90  # pixels; ms from frame to frame
+SIZE, SCALE, COLOURS, AREAS, PERIOD = (1200, 660), 1, 80, 40, 90  # pixels; ms from frame to frame
 
 
 def scenes(page):
     """Does what is shown, and says when a frame is to be taken."""
+    page.evaluate("showGuide(GUIDE.length); wanted = 0.1; discCheck.input.click()")
     slide = "([k, value]) => { sliders[k].range.value = 1e6 * value / slidingTop; sliders[k].range.oninput(); }"
     for share in (1 - np.cos(np.linspace(0, np.pi, 16))) / 2:
         page.evaluate(slide, [0, 0.09 + 0.035 * share])
@@ -34,11 +35,10 @@ def scenes(page):
             [0.10 * np.cos(angle), 0.13 + 0.10 * np.sin(angle)],
         )
         yield
-    page.evaluate(
-        "release(); paceInput.value = ''"
-    )  # its own clock stands: the frames are told apart
-    for _ in range(22):
-        page.evaluate("flow(0.06); pose = poseOfMotion(); moved()")
+    # its own clock stands: the frames are told apart
+    page.evaluate("release([0.5, -0.9]); paceInput.value = ''")
+    for _ in range(26):
+        page.evaluate("flow(0.03); pose = poseOfMotion(); moved()")
         yield
 
 
@@ -57,12 +57,14 @@ def main(out):
         for _ in scenes(page):
             settle(page)
             frames.append(Image.open(BytesIO(page.screenshot())).convert("RGB"))
-    whole = Image.new("RGB", (SIZE[0], 3 * SIZE[1]))
-    for k, frame in enumerate(frames[:: len(frames) // 3][:3]):
+    whole = Image.new("RGB", (SIZE[0], 6 * SIZE[1]))
+    for k, frame in enumerate(frames[:: len(frames) // 6][:6]):
         whole.paste(frame, (0, k * SIZE[1]))
-    palette = whole.quantize(
-        COLOURS, method=Image.Quantize.MAXCOVERAGE
-    )  # thin bars keep their hues
+    # Large areas keep their colours exactly, thin bars their hues.
+    areas = sorted(whole.getcolors(whole.width * whole.height), reverse=True)[:AREAS]
+    thin = whole.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE).getpalette()[: 3 * COLOURS]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([value for _, colour in areas for value in colour] + thin)
     images = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     durations = [PERIOD] * (len(images) - 1) + [1500]
     images[0].save(

@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -288,6 +289,19 @@ def run_cli(argv, monkeypatch):
     linkage_cli.add_parsers(parser.add_subparsers(dest="command", required=True))
     monkeypatch.setattr(cli, "_parser", lambda asked: parser)
     return cli.main(["linkage", *argv])
+
+
+@pytest.mark.parametrize(
+    "argv", [["slider-crank", "0.05", "0.15"], ["slider-crank", "7e-6", "2e-5"], ["six-bar-press"]]
+)
+def test_cli_shows_no_rounding_error(argv, monkeypatch, capsys, tmp_path):
+    """Nothing below 1e-9 of the largest quantity of its unit: along its guide a slider has y = 0."""
+    assert run_cli([*argv, "--csv", str(tmp_path / "a.csv")], monkeypatch) == 0
+    lines = re.findall(r"(?m)^  (\S+) +(\S+) +(\S+) (.*)$", capsys.readouterr().out)
+    assert len(lines) > 15
+    for _, low, high, own in lines:
+        size = max(abs(float(x)) for _, *ends, other in lines for x in ends if other == own)
+        assert all(x == 0 or abs(x) > 1e-9 * size for x in map(float, (low, high)))
 
 
 def test_cli_verdict_alone(monkeypatch, capsys):

@@ -167,6 +167,7 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
         and heads[-1] == "active constraints"
     )
     assert "motor = (stall_torque 3.4, no_load_speed 3.14159" in page
+    assert "largest_torque" not in page  # what was not given is not said
     assert "poses = (9, 7), table = (-0.1, 0.1, -0.075, 0.075)" in page
     assert (tmp_path / "front" / "play.html").stat().st_size > 100_000
     with pytest.raises(ValueError, match="holds no designs"):

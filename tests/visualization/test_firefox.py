@@ -93,7 +93,7 @@ def test_joints_are_round(firefox, pages):
 def test_a_scene_is_drawn_without_webgl(firefox, pages):
     """Between its motor and its elbow each proximal bar has its own colour, where the model says that it is."""
     firefox.open(pages["scene"], **SIZE)
-    assert "no WebGL" in firefox.evaluate("$('notes').textContent") and firefox.errors == []
+    assert "no WebGL" in firefox.evaluate("byId('notes').textContent") and firefox.errors == []
     for seconds in (0, 1.5):
         firefox.evaluate(f"(player.pause(), player.seek({seconds}), {DRAWN})")
         picture = firefox.picture()
@@ -103,7 +103,7 @@ def test_a_scene_is_drawn_without_webgl(firefox, pages):
         ):
             x, y = 0.5 * (np.array([base, 0.0]) + elbow)
             where = firefox.evaluate(
-                f"""(() => {{ const pane = $("pane"), place = viewer.camera.position.clone().set({x}, {y}, 0);
+                f"""(() => {{ const pane = byId("pane"), place = viewer.camera.position.clone().set({x}, {y}, 0);
                     find("m0/still").localToWorld(place).project(viewer.camera);
                     return [(1 + place.x) / 2 * pane.clientWidth,
                         pane.getBoundingClientRect().top + (1 - place.y) / 2 * pane.clientHeight]; }})()"""
@@ -127,7 +127,9 @@ def test_the_live_page_computes_here_too(firefox, tmp_path):
     firefox.evaluate("(wake(), 1)")
     now = firefox.evaluate("({xi: pose.xi, q: pose.q})")
     np.testing.assert_allclose(now["q"], fb.igm(ROBOT, now["xi"]).q, atol=1e-14)
-    assert "radius of 78.7 mm" in firefox.evaluate("document.getElementById('verdict').textContent")
+    assert "radius of 78.72 mm" in firefox.evaluate(
+        "document.getElementById('verdict').textContent"
+    )
     found = firefox.evaluate(
         """(() => { modes = [1, -1]; take(igm([0.01, 0.12], modes, p)); letGo([0.02, -0.3], {tau: [0, 0]});
             return [flow(2), ...motion.seen.xi]; })()"""

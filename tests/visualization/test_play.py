@@ -412,6 +412,58 @@ def test_it_moves_until_touched_then_guides(opened, path):  # noqa: F811
     until(page, "document.getElementById('guide').hidden")
 
 
+def test_who_wants_little_motion_is_guided_too(page):
+    assert page.evaluate("idle") is None
+    assert page.locator("#guide").text_content().startswith("1 of 3. Drag the pink point")
+    page.evaluate("showGuide(GUIDE.length)")
+    assert not page.locator("#guide").is_visible()
+
+
+def test_the_place_is_said_once(opened, path):  # noqa: F811
+    """While the robot moves its place in the sentence and in the numbers are of one moment."""
+    page = opened(path)
+    until(page, "performance.now() - idle.began > 300")
+    for _ in range(20):
+        said, numbers = page.evaluate(
+            "[byId('said').textContent, document.querySelector('#numbers dd').textContent]"
+        )
+        assert f"({numbers.removesuffix(' mm')}) mm" in said
+        page.wait_for_timeout(30)
+
+
+def test_two_radii_that_differ_are_shown_apart(page):
+    page.get_by_label("robot by name").select_option("reprapfirmware")  # its largest has 127.5 mm
+    page.evaluate("wantsDisc = true")
+    for wanted, words in [
+        (0.1275, "✓ A disc of radius 127.5 mm fits in this aspect: .* has 127.5 mm"),
+        (0.12751, "✗ A disc of radius 127.51 mm does not fit in this aspect: .* has 127.5 mm"),
+        (0.12, "✓ A disc of radius 120 mm fits in this aspect: .* has 127.5 mm"),
+    ]:
+        page.evaluate("value => { wanted = value; ask(); }", wanted)
+        settle(page)
+        assert re.fullmatch(words + r"\.", page.locator("#verdict").text_content())
+
+
+@pytest.mark.parametrize("width, height", [(390, 844), (1440, 900)])
+def test_the_radius_is_not_behind_a_bar(opened, path, width, height):  # noqa: F811
+    """Its middle is 10 px and more from all bars, wherever the robot is in its aspect."""
+    page = opened(path, width, height, **STILL)
+    far = page.evaluate(
+        """() => { const own = CanvasPen.prototype.words; let at = null;
+            CanvasPen.prototype.words = function (text, place, look) { if (look.ink === "c3") at = place; };
+            const all = [];
+            for (let k = 0; k < 60; k++) {
+                moveTo([0.08 * Math.cos(k / 3), 0.09 + 0.06 * Math.sin(k / 3)], 0.002); moved(); drawTaskFront();
+                const [left, right] = [-p[4] / 2, p[4] / 2].map(x => [x, 0]), [e1, e2] = pose.elbows;
+                all.push(Math.min(...[[left, e1], [e1, pose.xi], [right, e2], [e2, pose.xi]].map(bar =>
+                    distanceToBar([at[0], at[1] - 4], bar.map(end => task.at(end))))));
+            }
+            CanvasPen.prototype.words = own;
+            return Math.min(...all); }"""
+    )
+    assert far > 10
+
+
 @pytest.mark.deep
 def test_let_go_keeps_up_and_its_energy_stays_bounded(page):
     """At its own torques and friction, 60 s: computed in less time, energy as after 10 s."""

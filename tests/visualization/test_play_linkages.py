@@ -196,6 +196,26 @@ def test_a_page_for_a_linkage(opened, tmp_path, capsys):  # noqa: F811
         fb.play(LINKAGES[0][2], fb.igm(fb.FiveBar(), (0.0, 0.1)))
 
 
+@pytest.mark.parametrize("width, height", [(390, 844), (1440, 900)])
+@pytest.mark.parametrize("number", range(len(LINKAGES)))
+def test_arrows_and_title_of_a_linkage(opened, tmp_path, number, width, height):  # noqa: F811
+    """At each crank angle all arrows are inside the plane; the title names the linkage."""
+    fb.play(LINKAGES[number][2]).save(tmp_path / "live.html")
+    page = opened(tmp_path / "live.html", width, height)
+    assert page.evaluate(
+        "document.querySelector('[aria-selected=true]').textContent + ', live'"
+    ) == (page.title())
+    assert page.locator("h1").text_content() == page.title()
+    low, high, right, bottom, longest = page.evaluate(
+        """() => { const tips = lab.sweep.rows.filter(Boolean).flatMap(row => arrowsAt(row).map(([, x, y]) => {
+            const [x0, y0] = bench.at(row.points[wordsOf().traced]); return [x0 + x, y0 + y, Math.hypot(x, y)]; }));
+            const [xs, ys, lengths] = [0, 1, 2].map(k => tips.map(tip => tip[k]));
+            return [Math.min(...xs, ...ys), Math.max(...lengths) - 0.22 * Math.min(bench.width, bench.height),
+                Math.max(...xs) - bench.width, Math.max(...ys) - bench.height, Math.max(...lengths)]; }"""
+    )
+    assert low > 10 and high < 1e-9 and right < -10 and bottom < -10 and longest > 40
+
+
 @pytest.mark.deep
 def test_two_studies_on_one_page(opened, tmp_path):  # noqa: F811
     slow, fast = (linkages.study(LINKAGES[0][2], speed=speed) for speed in (3.0, 6.0))

@@ -95,15 +95,15 @@ PARTS = """([lengths, working, point, sign]) => {
     const region = regionAt(parts, point, sign), holes = loci.holes.filter(hole => inMode(hole, working));
     const disc = largestDisc(region, holes, true), areas = parts.regions.map(({area}) => area);
     return {areas, area: region.area, shown: areaText(region.area, 3), radius: disc.radius,
-        shownRadius: lengthText(disc.radius, 3)};
+        middle: [disc.x, disc.y], shownRadius: lengthText(disc.radius)};
 }"""
 UNITS = {"m²": 1, "cm²": 1e-4, "mm²": 1e-6, "m": 1, "mm": 1e-3, "µm": 1e-6}
 
 
-def is_rounded(shown, exact):
-    """Return whether three digits with a unit are the exact value, rounded."""
+def is_rounded(shown, exact, count):
+    """Return whether so many digits with a unit are the exact value, rounded."""
     digits, unit = shown.split()
-    last = 10.0 ** (np.floor(np.log10(exact / UNITS[unit])) - 2)
+    last = 10.0 ** (np.floor(np.log10(exact / UNITS[unit])) + 1 - count)
     return abs(float(digits) - exact / UNITS[unit]) <= 0.51 * last
 
 
@@ -118,9 +118,14 @@ def compare(page, robot, aspects, chosen):
         theirs = sorted(area for area in exact if area > least)
         np.testing.assert_allclose(mine, theirs, rtol=1e-6, err_msg=str(robot))
         disc = fb.largest_disc(aspect)
-        assert is_rounded(found["shown"], aspect.area), (robot, aspect, found)
-        larger = found["radius"] > disc.radius  # then it must be free of singularities, too
-        assert larger or is_rounded(found["shownRadius"], disc.radius), (robot, aspect, found)
+        assert is_rounded(found["shown"], aspect.area, 3), (robot, aspect, found)
+        largest = disc.radius
+        if found["radius"] > largest:  # then that disc must be free of singularities, too
+            distance, _ = fb.locus_distance(robot, found["middle"], aspect.working)
+            assert fb.singularity(fb.igm(robot, found["middle"], aspect.working)) == 0
+            assert largest <= distance * (1 + 1e-9), (robot, aspect, found)
+            largest = float(distance)
+        assert is_rounded(found["shownRadius"], largest, 4), (robot, aspect, found)
 
 
 @pytest.mark.deep
@@ -216,6 +221,7 @@ def test_let_go_is_the_exact_motion(page):
 @pytest.mark.deep
 def test_a_drawn_path_is_checked_at_once(page):
     page.get_by_label("draw a path").check()
+    page.evaluate("scrollTo(0, 0)")
     drag(page, (0.03, 0.1), (-0.02, 0.02), (-0.02, -0.06), (-0.02, -0.25))
     words, checked = page.locator("#said").text_content(), page.evaluate("checked")
     assert "crosses Type 2 once" in words and "leaves the workspace after" in words

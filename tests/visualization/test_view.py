@@ -27,7 +27,7 @@ HOSTILE = (
 SIZE = {"width": 640, "height": 480}
 # Pixels in the pane: 40 % along each bar.
 ON_BARS = """[0, 1].map(bar => {
-    const length = [0.09, 0.06][bar], body = find(`m0/moving/bars/${bar}`), pane = $("pane");
+    const length = [0.09, 0.06][bar], body = find(`m0/moving/bars/${bar}`), pane = byId("pane");
     const place = body.localToWorld(viewer.camera.position.clone().set(0.4 * length, 0, 0)).project(viewer.camera);
     return [(1 + place.x) / 2 * pane.clientWidth, (1 - place.y) / 2 * pane.clientHeight];
 })"""
@@ -196,7 +196,7 @@ def test_page_fits_phones_and_dark_rooms(opened, run, width, height, scheme):
         ("button", "play"),
         ("slider", "time"),
         ("combobox", "speed"),
-        ("button", "fit the view"),
+        ("button", "fit the view (F)"),
     ]:
         box = page.get_by_role(role, name=name, exact=True).bounding_box()
         assert (
@@ -219,7 +219,7 @@ def test_page_fits_phones_and_dark_rooms(opened, run, width, height, scheme):
 @pytest.mark.parametrize("start", [7.0])
 def test_motion_plays_in_real_time_and_over_again(opened, start):
     page = opened(two_bar_scene(np.linspace(0, 2, 301) + start))
-    assert page.evaluate("[data.duration, data.start]") == pytest.approx([2, start])
+    assert page.evaluate("[content.duration, content.start]") == pytest.approx([2, start])
     assert page.get_by_role("slider").get_attribute("max") == "2"
 
     def after(milliseconds, time, loop="true"):
@@ -361,7 +361,7 @@ def test_each_item_appears_and_can_be_hidden(opened, run):
     along = run.xi[k + 1] - run.xi[k - 1]
     assert tip == pytest.approx([*run.xi[k], np.arctan2(along[1], along[0])], abs=1e-3)
     drawn = page.evaluate(
-        "data.bands.map(path => find(path + '/band/<object>').geometry.drawRange.count / 6 / data.pieces)"
+        "content.bands.map(path => find(path + '/band/<object>').geometry.drawRange.count / 6 / content.pieces)"
     )
     sweeps = np.abs(run.tau[k]) / np.abs(run.tau).max() * np.radians(300)
     np.testing.assert_allclose(drawn, sweeps, atol=np.radians(2.6))
@@ -408,7 +408,7 @@ def test_two_runs_side_by_side(opened, run):
         ROBOT, fb.PD(ROBOT, 1.0, 0.1), fb.line((0.09, 0.06796322535018479), (0.0, 0.1), 0.5)
     )
     page = opened(view.scene(ROBOT, run, second=short, names=["left <b>", "right"]))
-    assert page.evaluate("data.duration") == pytest.approx(4)
+    assert page.evaluate("content.duration") == pytest.approx(4)
     for seconds in (0.25, 0.5, 3.0):  # the shorter one stays where it ends
         seek(page, seconds)
         for root, motion in (("m0", run), ("m1", short)):
@@ -467,7 +467,7 @@ def test_everything_goes_by_keyboard(opened):
     assert page.get_by_role("button", name="over and over").get_attribute("aria-pressed") == "false"
     for key, speed in [("+", 2), ("+", 4), ("+", 4), ("-", 2), ("-", 1), ("-", 0.5)]:
         press(key)
-        assert page.evaluate("[player.speed, +$('speed').value]") == [speed, speed]
+        assert page.evaluate("[player.speed, +byId('speed').value]") == [speed, speed]
     page.locator("#time").focus()
     press("ArrowRight")
     assert at() == pytest.approx(1 / 60)
@@ -558,7 +558,7 @@ def lacking(browser, tmp_path):
 
 def test_a_browser_too_old_is_told(lacking):
     page = lacking("delete window.DecompressionStream")
-    until(page, "$('banner').textContent != ''")
+    until(page, "byId('banner').textContent != ''")
     assert (
         page.locator("#banner")
         .text_content()

@@ -1,32 +1,8 @@
-"use strict";
-// What every page needs: its content, elements, colours by theme, numbers as text, files to save.
-
-const content = JSON.parse(document.getElementById("content").textContent, (key, value) =>
-  typeof value?.f8 === "string" ? numbers(value.f8, Float64Array) :
-  typeof value?.f4 === "string" ? numbers(value.f4, Float32Array) : value);
-
-function numbers(base64, Kind) {
-  const text = atob(base64), bytes = new Uint8Array(text.length);
-  for (let k = 0; k < bytes.length; k++) bytes[k] = text.charCodeAt(k);
-  return new Kind(bytes.buffer);
-}
-
-// Text goes in as text nodes only, so that no name is ever read as HTML.
-function element(tag, attributes = {}, ...children) {
-  const svg = ["svg", "g", "line", "path", "text", "circle"].includes(tag);
-  const made = svg ? document.createElementNS("http://www.w3.org/2000/svg", tag) : document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes))
-    name.startsWith("on") ? made.addEventListener(name.slice(2), value) : made.setAttribute(name, value);
-  made.append(...children);
-  return made;
-}
+// What linked pages need: dashes, numbers as text, arrays, the page as one picture.
 
 const DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3], [14, 5], [5, 5]];
 const dash = k => DASHES[k % DASHES.length];
 const colour = k => theme("--c" + k);
-const theme = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const dark = matchMedia("(prefers-color-scheme: dark)");
-
 // Rounding error, next to values of this size, is 0.
 const settled = (value, size) => Math.abs(value) < 1e-9 * size ? 0 : value;
 
@@ -37,17 +13,6 @@ function readable(value, largest = NaN) {
   const size = Math.abs(value), decimals = 4 - Math.floor(Math.log10(largest));
   const text = decimals >= 0 && decimals <= 7 ? value.toFixed(decimals).replace(/^-([0.]+)$/, "$1") : size !== 0 && (size < 1e-3 || size >= 1e6) ? value.toExponential(3) : String(+value.toPrecision(5));
   return text.replaceAll("-", "−");
-}
-
-// Index of the value nearest to x in an increasing or decreasing array.
-function nearest(values, x) {
-  const sign = values[0] <= values[values.length - 1] ? 1 : -1;
-  let low = 0, high = values.length - 1;
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (sign * values[middle] <= sign * x) low = middle; else high = middle;
-  }
-  return Math.abs(x - values[low]) <= Math.abs(values[high] - x) ? low : high;
 }
 
 // [least, largest] of the finite ones of those numbers.
@@ -61,54 +26,6 @@ function extent(arrays, first = 0, last = Infinity) {
       }
   return low <= high ? [low, high] : [0, 1];
 }
-
-// At most one drawing per frame, however many events there are.
-function oncePerFrame(draw) {
-  let asked = false;
-  return () => {
-    if (asked) return;
-    asked = true;
-    requestAnimationFrame(() => { asked = false; draw(); });
-  };
-}
-
-let waiting;
-function announce(text) {  // once the state has come to rest, or a screen reader would never end
-  clearTimeout(waiting);
-  waiting = setTimeout(() => { document.getElementById("status").textContent = text(); }, 400);
-}
-
-function save(blob, ending) {
-  const name = document.title.normalize("NFKD").replace(/[^\w]+/g, "-").replace(/^-+|-+$/g, "").slice(0, 60);
-  const link = element("a", {href: URL.createObjectURL(blob), download: (name || "fivebar") + ending});
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-}
-
-// Numbers as Python reads them, with all digits; text in quotes where it needs them.
-function cell(value) {
-  const text = String(value).replace(/^NaN$/, "nan").replace(/^(-?)Infinity$/, "$1inf");
-  return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
-}
-
-function saveCsv(first, rows) {
-  const lines = [`# ${first.replace(/\s+/g, " ")}`, ...rows.map(row => Array.from(row, cell).join(","))];
-  save(new Blob(lines.map(line => line + "\n"), {type: "text/csv"}), ".csv");
-}
-
-function button(text, label, action) {
-  return element("button", {type: "button", title: label, "aria-label": label, onclick: action}, text);
-}
-
-// A line of one colour, or of several one after the other; each a name of the theme, or a colour.
-function swatch(inks, width, dashes = []) {
-  return element("svg", {width: 30, height: 10, "aria-hidden": "true"}, ...[inks].flat().map((ink, k, {length}) =>
-    element("line", {x1: 1 + 28 * k / length, x2: 1 + 28 * (k + 1) / length, y1: 5, y2: 5, "stroke-width": width,
-      "stroke-dasharray": dashes.join(" "), style: `stroke: ${ink.startsWith("#") ? ink : `var(${ink})`}`})));
-}
-
-// A line of a legend: its sign, its text.
-const entry = (...parts) => element("li", {}, element("span", {class: "entry"}, ...parts));
 
 // The page as one picture on the page's own paper: its scenes with the state, then each plot with title, legend, cursor.
 async function savePng(scenes, state, plots) {
@@ -176,5 +93,5 @@ async function savePng(scenes, state, plots) {
 }
 
 function readNotes() {
-  document.getElementById("notes").append(...content.notes.map(note => element("li", {}, note)));
+  byId("notes").append(...content.notes.map(note => element("li", {}, note)));
 }

@@ -1,75 +1,40 @@
 // The controls and keys of a page of motions, and what is drawn and said of the sample at hand.
 
-const play = button("Play", "play", () => { playing ? pause() : start(); });
-const slider = element("input",
-  {type: "range", min: 0, max: clock.length - 1, step: 1, value: 0, "aria-label": axis.name});
-const output = element("output", {id: "clock"});
-const linkToMoment = element("a", {id: "moment"}, "Link");
-const speed = element("select", {"aria-label": "speed"}, ...[0.1, 0.25, 0.5, 1, 2, 4].map(factor =>
-  element("option", {value: factor, ...(factor === 1 ? {selected: ""} : {})}, `${factor} ×`)));
-slider.oninput = () => go(+slider.value);
-document.getElementById("controls").append(play, slider, output, speed,
+const player = new Player({
+  duration: times[times.length - 1] - times[0], start: times[0], loop: !content.plays,
+  show(time) {
+    at = nearest(times, times[0] + time);
+    draw();
+  },
+  text: clockText, words: where,
+});
+byId("controls").append(...player.controls(),
   button("−", "zoom out", () => zoom(2)), button("+", "zoom in", () => zoom(0.5)),
-  button("All", "show all", () => zoom(0)), linkToMoment,
+  button("All", "show all", () => zoom(0)),
   button("PNG", "save this page as a picture (PNG)", () => savePng(pictures.map(({svg}) => svg), state.textContent, plots)),
   button("CSV", `save the samples of this page as CSV; ${content.source} writes all`, table),
   element("details", {}, element("summary", {}, "More"),
     "Point at a plot or at the path, or drag: the mechanism is shown in that state. ← → move on (with Shift by one " +
-    "sample), Page Up and Page Down by a tenth, Home and End to the ends, Space plays, + − 0 zoom. Shift and drag " +
-    "zooms into a stretch, Ctrl and wheel zooms at the pointer, a double click shows all. Link is the address of " +
-    "the moment shown: open it, or copy it."));
+    "sample), Page Up and Page Down by a tenth, Home and End to the ends, Space plays, L over and over, + − 0 zoom. " +
+    "Shift and drag zooms into a stretch, Ctrl and wheel zooms at the pointer, a double click shows all. Link is the " +
+    "address of the moment shown: open it, or copy it."));
 
-function start(once = false) {
-  playing = true;
-  if (at === clock.length - 1) go(0, true);
-  moment = times[at];
-  let before = performance.now();
-  play.textContent = "Pause";
-  play.setAttribute("aria-label", "pause");
-  const next = now => {
-    if (!playing) return;
-    moment += Math.max(0, now - before) / 1000 * +speed.value;
-    before = now;
-    if (moment >= times[times.length - 1] && once) {
-      pause();
-      return go(clock.length - 1);
-    }
-    if (moment >= times[times.length - 1]) moment = times[0];
-    go(nearest(times, moment), true);
-    requestAnimationFrame(next);
-  };
-  requestAnimationFrame(next);
-}
-
-function pause() {
-  playing = false;
-  play.textContent = "Play";
-  play.setAttribute("aria-label", "play");
-}
-
-function go(index, ownMotion = false) {
-  if (!ownMotion && playing) pause();
+function go(index) {
   const next = Math.min(Math.max(index, 0), clock.length - 1);
-  if (next === at && slider.value === String(at)) return;
-  at = next;
-  draw();
+  if (next !== at || player.playing) player.go(times[next] - times[0]);
 }
 
-addEventListener("keydown", event => {
-  const {key, target} = event, tag = target.tagName;
-  if (event.ctrlKey || event.metaKey || event.altKey || tag === "SELECT") return;
+onKeys(({shiftKey, target}) => {
   const right = clock[0] <= clock[clock.length - 1] ? 1 : -1, seen = (time.end - time.start) / (whole[1] - whole[0]);
-  const step = event.shiftKey ? 1 : Math.max(1, Math.round(seen * clock.length / 400));
-  const tenth = Math.max(1, Math.round(seen * clock.length / 10));
-  const actions = {
-    ArrowRight: () => go(at + right * step), ArrowUp: () => tag === "INPUT" && go(at + step),
-    ArrowLeft: () => go(at - right * step), ArrowDown: () => tag === "INPUT" && go(at - step),
+  const step = shiftKey ? 1 : Math.max(1, Math.round(seen * clock.length / 400));
+  const tenth = Math.max(1, Math.round(seen * clock.length / 10)), inField = target.tagName === "INPUT";
+  return {
+    ...player.keys(),
+    ArrowRight: () => go(at + right * step), ArrowUp: () => inField && go(at + step),
+    ArrowLeft: () => go(at - right * step), ArrowDown: () => inField && go(at - step),
     PageUp: () => go(at + right * tenth), PageDown: () => go(at - right * tenth),
-    Home: () => go(0), End: () => go(clock.length - 1),
-    "+": () => zoom(0.5), "=": () => zoom(0.5), "-": () => zoom(2), 0: () => zoom(0), " ": () => play.click(),
+    "+": () => zoom(0.5), "=": () => zoom(0.5), "-": () => zoom(2), 0: () => zoom(0),
   };
-  if (!(key in actions) || (key === " " && ["BUTTON", "SUMMARY"].includes(tag))) return;
-  if (actions[key]() !== false) event.preventDefault();
 });
 
 // What is seen ----------------------------------------------------------------------------------------------------
@@ -92,12 +57,8 @@ const draw = oncePerFrame(() => {
       plot.outputs[k].textContent = readable(plot.values[k][shownAt(subjects[curve.subject])], plot.largest);
     });
   });
-  slider.value = at;
-  slider.setAttribute("aria-valuetext", where());
-  output.textContent = clockText();
-  pointTo(linkToMoment, times[at]);
   state.textContent = missing.length ? `no pose here${several ? ": " + missing.join(", ") : ""}` : where();
-  if (!playing) announce(summary);
+  if (!player.playing) announce(summary);
 });
 
 const summary = () => `${where()}. ` + panels.map((panel, number) => `${panel.title}: ` + panel.curves.map((curve, k) =>
@@ -133,7 +94,6 @@ async function begin() {
   plots.forEach(plot => plot.layGlass());
   draw();
   requestAnimationFrame(() => requestAnimationFrame(() => { document.body.dataset.ready = "yes"; }));
-  follow(t => go(nearest(times, t)));
-  if (content.plays && Number.isNaN(momentInAddress()) && !matchMedia("(prefers-reduced-motion: reduce)").matches) start(true);
+  player.begin(content.plays);
 }
 begin();

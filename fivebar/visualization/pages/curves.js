@@ -8,7 +8,7 @@ const plots = panels.map((panel, number) => {
   const legend = element("ul", {class: "legend", "aria-label": `curves of ${panel.title}`});
   const heading = element("h2", {}, panel.title, element("small", {}, unit));
   const parent = element("figure", {}, element("figcaption", {}, heading, legend));
-  document.getElementById("plots").append(parent);
+  byId("plots").append(parent);
   const plot = new Plot(parent, {
     height: last ? 196 : 168, min_border_left: 70, min_border_right: 10, min_border_top: 4,
     x_axis_label: last ? `${axis.name} (${axis.unit})` : null,

@@ -47,7 +47,7 @@ def make_page(
         / "js"
     )
     parts = (
-        script(HERE.parent, "moment"),
+        script(HERE.parent, "parts", "timeline"),
         script(HERE, "common", "picture", "plot"),
         models,
         script(HERE, *CODE[code]),

@@ -48,7 +48,7 @@ def save_page(front: Front, path: Path) -> None:
     page = report(
         "designs",
         title,
-        notes=html.escape(repr(first.task)[1:-1]),
+        notes=html.escape(f"{repr(first.task)[1:-1]}; SI units."),
         picture=picture(png.getvalue(), f"{title}, and robots along it"),
         table=table("designs", [*heads, "active constraints"], rows),
     )

@@ -19,7 +19,7 @@ const kindOfMode = task ? "working modes" : "assembly mode";
 
 // The picture -----------------------------------------------------------------------------------------------------
 
-const frame = document.getElementById("picture");
+const frame = byId("picture");
 const discs = robot.drives.map(([x, y, length], k) => [x, y, length + robot.distal[k]]);
 const most = (low, high) => [Math.max(...discs.map(low)), Math.min(...discs.map(high))];  // what both legs reach
 const elbowsReach = k => robot.drives.flatMap(drive => [drive[k] - drive[2], drive[k] + drive[2]]);
@@ -28,7 +28,7 @@ const bounds = robot.turns
   ? around([[...most(([x, , r]) => x - r, ([x, , r]) => x + r), ...elbowsReach(0)]],
     [[...most(([, y, r]) => y - r, ([, y, r]) => y + r), ...elbowsReach(1)]])
   : around([feet.flatMap((x, k) => [x - robot.distal[k], x + robot.distal[k]])], [robot.rail]);
-const scene = new Picture(document.getElementById("scenes"), bounds, "the robot at the point");
+const scene = new Picture(byId("scenes"), bounds, "the robot at the point");
 if (!robot.turns) for (const x of feet) scene.path([x, x], robot.rail, "--line", 6);
 const machine = opacity => scene.mechanism({...content.body, opacity, ...(opacity < 1 ? {pins: [], actuated: []} : {})});
 // Base joint, elbow, end-effector, elbow, base joint; with sliders foot, end-effector, foot.
@@ -51,7 +51,7 @@ const spans = scaled.map(values => {
 });
 const heading = element("h2"), legend = element("ul", {class: "legend", "aria-label": "singularity loci"});
 const parent = element("figure", {class: "map"}, element("figcaption", {}, heading, legend));
-const plotSection = document.getElementById("plots");
+const plotSection = byId("plots");
 plotSection.append(parent);
 const ranges = {x: new Range(spans[0]), y: new Range(spans[1])};
 const plot = new Plot(parent, {

@@ -23,7 +23,7 @@ const fields = axes.map(([name, unit, scale], k) => {
 const largest = scaled.map(values => Math.max(...extent([values]).map(Math.abs)));
 const place = k => settled(axes[k][2] * at[k], largest[k]);
 const hold = element("button", {type: "button", "aria-pressed": "false", onclick: () => keep(!held)}, "Keep this point");
-document.getElementById("controls").append(
+byId("controls").append(
   ...fields.flatMap(input => [element("span", {"aria-hidden": "true"}, input.getAttribute("aria-label")), input]), hold,
   button("−", "zoom out", () => zoom(2)), button("+", "zoom in", () => zoom(0.5)),
   button("All", "show all", () => zoom(0)),
@@ -60,21 +60,17 @@ function listen() {
   }, {passive: false});
 }
 
-addEventListener("keydown", event => {
-  const {key, target} = event;
-  if (event.ctrlKey || event.metaKey || event.altKey || target.type === "number") return;
-  const step = (event.shiftKey ? 1 / 2000 : 1 / 100) * (ranges.x.end - ranges.x.start);
+onKeys(({shiftKey, target}) => {
+  const step = (shiftKey ? 1 / 2000 : 1 / 100) * (ranges.x.end - ranges.x.start);
   const move = (dx, dy) => { keep(true); go([at[0] + dx * step / scaleX, at[1] + dy * step / scaleY]); };
   const pick = layer => { if (layer < layers.length) choose(layer); };
-  const actions = {
-    ArrowRight: () => move(1, 0), ArrowLeft: () => move(-1, 0), ArrowUp: () => move(0, 1), ArrowDown: () => move(0, -1),
+  return {
+    ...(target.type === "radio" ? {} : {ArrowRight: () => move(1, 0), ArrowLeft: () => move(-1, 0),
+      ArrowUp: () => move(0, 1), ArrowDown: () => move(0, -1)}),
     1: () => pick(0), 2: () => pick(1), 3: () => pick(2), 4: () => pick(3), h: () => keep(!held),
     Escape: () => keep(false),
     "+": () => zoom(0.5), "=": () => zoom(0.5), "-": () => zoom(2), 0: () => zoom(0),
   };
-  if (!(key in actions) || (target.type === "radio" && key.startsWith("Arrow"))) return;
-  actions[key]();
-  event.preventDefault();
 });
 
 // What is seen ----------------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ for (const subject of subjects) subject.x ??= subject.t;
 // The times of all subjects, those that differ by rounding once; a single subject's own abscissa.
 const clock = several ? union(subjects.map(subject => subject.t)) : subjects[0].x;
 const times = several ? clock : subjects[0].t;
-let at = 0, playing = false, moment = times[0];
+let at = 0;
 
 function union(arrays) {
   const all = Float64Array.from(arrays.flatMap(values => [...values])).sort(), [low, high] = extent(arrays);
@@ -36,11 +36,11 @@ const columnsOf = (of, k) => of.flatMap(subject =>
 const look = k => several || subjects[0].names.length ? [0, 1, 3, 4, 5, 2][k % 6] : k % 6;
 
 // All subjects in one picture, or each in its own, apart, in the colours of its links.
-const frame = document.getElementById("picture"), {apart} = content, together = several && !apart;
+const frame = byId("picture"), {apart} = content, together = several && !apart;
 const bounds = around(columnsOf(subjects, 0), columnsOf(subjects, 1));  // of all: pictures apart have one scale
 const pictures = (apart ? subjects : [{}]).map(({name}) => {
   const own = element("div", {}, ...(apart ? [element("h2", {title: name}, name)] : []));
-  document.getElementById("scenes").append(own);
+  byId("scenes").append(own);
   return new Picture(own, bounds, name || content.title);
 });
 const scene = pictures[0], sceneOf = k => pictures[apart ? k : 0];

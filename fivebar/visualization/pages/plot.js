@@ -20,11 +20,7 @@ class Range {
   }
 }
 
-for (const event of ["beforeprint", "afterprint"])  // on paper all is as in the light, and so painted once more
-  addEventListener(event, () => {
-    document.documentElement.classList.toggle("printed", event === "beforeprint");
-    dark.dispatchEvent(new Event("change"));
-  });
+paintForPaper();
 
 const FONT = "system-ui, sans-serif";
 

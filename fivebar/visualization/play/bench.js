@@ -2,6 +2,7 @@
 
 const bench = new View(byId("bench")), plots = new View(byId("curves"));
 const arrows = {velocity: true, acceleration: true};
+const benchPace = speedChoice([0.1, 0.25, 0.5, 1], "speed of the motion", 0.25);
 let benchBefore = 0;
 
 function benchBounds() {
@@ -12,10 +13,30 @@ function benchBounds() {
   return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
 }
 
+// The arrows at a pose, in pixels from its traced point: [name, x, y to the right and down, colour].
+function arrowsAt({velocity, acceleration, tangential}) {
+  const room = 0.22 * Math.min(bench.width, bench.height), size = Math.hypot(...velocity);
+  const along = velocity.map(x => size ? tangential * x / size : 0), across = acceleration.map((x, k) => x - along[k]);
+  const [fastest, strongest] = lab.most;
+  return [["velocity", velocity, "ink", fastest], ["acceleration", along, "c5", strongest],
+    ["acceleration", across, "c4", strongest]].map(([name, [x, y], ink, most]) => {
+    const scale = room / Math.max(most, Math.hypot(x, y));  // near a lock they grow without bound
+    return [name, scale * x, -scale * y, ink];
+  }).filter(([name, x, y]) => arrows[name] && Number.isFinite(x + y));
+}
+
+// The linkage on both branches, and its arrows, which are as long on the screen at any scale.
 function fitBench() {
   bench.measure();
   plots.measure();
-  bench.fit(benchBounds(), 34);
+  const [x0, y0, x1, y1] = benchBounds(), rows = lab.sweep.rows.filter(Boolean), {traced} = wordsOf();
+  bench.fit([x0, y0, x1, y1], 34);
+  for (let pass = 0; pass < 3; pass++) {
+    const tips = rows.flatMap(row => arrowsAt(row).map(([, right, down]) =>
+      [row.points[traced][0] + right / bench.scale, row.points[traced][1] - down / bench.scale]));
+    const [xs, ys] = [0, 1].map(k => tips.map(tip => tip[k]));
+    bench.fit([Math.min(x0, ...xs), Math.min(y0, ...ys), Math.max(x1, ...xs), Math.max(y1, ...ys)], 34);
+  }
 }
 
 const runsOf = (rows, place) => {
@@ -51,13 +72,8 @@ function drawBench(pen = bench.front, alone = true) {
       : actuated.includes(k) ? {fill: "ink"} : {fill: "paper", ink: "ink", width: 2});
     pen.words(letters[k], [on[k][0] + 10, on[k][1] - 8], {size: 13});
   }
-  const room = 0.22 * Math.min(bench.width, bench.height), size = Math.hypot(...now.velocity);
-  const [ux, uy] = size ? now.velocity.map(x => x / size) : [0, 0], along = now.tangential;
-  const across = [now.acceleration[0] - along * ux, now.acceleration[1] - along * uy];
-  for (const [name, [x, y], ink, most] of [["velocity", now.velocity, "ink", lab.most[0]],
-    ["acceleration", [along * ux, along * uy], "c5", lab.most[1]], ["acceleration", across, "c4", lab.most[1]]])
-    if (arrows[name] && Number.isFinite(x + y))
-      drawArrow(pen, on[traced], [on[traced][0] + room / most * x, on[traced][1] - room / most * y], ink, 2.6);
+  const [x, y] = on[traced];
+  for (const [, right, down, ink] of arrowsAt(now)) drawArrow(pen, [x, y], [x + right, y + down], ink, 2.6);
 }
 
 // Three plots over the crank angle, the cursor at the one at hand.
@@ -72,7 +88,7 @@ function drawCurves() {
       [row => row.normal / lab.most[1], "c4", [2, 3]]]},
     {title: "transmission angle (deg)", curves: [[row => row.transmission * 180 / Math.PI, "c3", []]], range: [0, 180]},
   ];
-  const height = plots.height / panels.length, left = 44, wide = plots.width - left - 8;
+  const height = (plots.height - 14) / panels.length, left = 44, wide = plots.width - left - 8;
   panels.forEach(({title, curves, range}, n) => {
     const values = curves.flatMap(([of]) => rows.filter(Boolean).map(of)).filter(Number.isFinite);
     const [low, high] = range ?? [Math.min(...values), Math.max(...values)], span = high - low || 1;
@@ -90,13 +106,15 @@ function drawCurves() {
     const at = left + wide * (lab.q + Math.PI) / TURN;
     pen.lines([[[at, top], [at, top + tall]]], {ink: "ink", width: 1.5});
   });
+  for (const [text, share, align] of [["−180°", 0, "left"], ["crank 0°", 0.5, "center"], ["180°", 1, "right"]])
+    pen.words(text, [left + wide * share, plots.height - 5], {ink: "quiet", size: 11, align});
 }
 
 const benchFrame = oncePerFrame(() => {
   if (byId("linkage").hidden) return;
   const now = performance.now();
   if (lab.running) {
-    const step = lab.way * lab.speed * Math.min(now - benchBefore, 40) / 1000 * 0.25;
+    const step = lab.way * lab.speed * Math.min(now - benchBefore, 40) / 1000 * +benchPace.value;
     if (!stepCrank(step)) lab.way = -lab.way;
     benchFrame();
   }

@@ -56,6 +56,12 @@ function chooseKind(kind, values = kinds[kind].parameters.map(({value}) => value
   return true;
 }
 
+function arrowCheck(name, text, inks) {
+  const made = check(text, arrows[name], on => { arrows[name] = on; fitBench(); benchFrame(); });
+  made.text.append(...inks.flatMap(([ink, word]) => [" ", swatch(ink, 3), ` ${word}`]));
+  return made.label;
+}
+
 function buildBench() {
   const {parameters, title} = wordsOf();
   const rows = parameters.map(({name, signed}, k) => {
@@ -90,7 +96,7 @@ function buildBench() {
   run.id = "run";
   const four = lab.kind === "four", slider_ = lab.kind.startsWith("slider");
   const preset = element("select", {"aria-label": "linkage by name"}, element("option", {value: ""}, "named linkages …"),
-    ...[...Object.keys(straight), "crank-rocker (MechAnalyzer's)"].map(name => element("option", {value: name}, name)));
+    ...[...Object.keys(straight), "crank-rocker"].map(name => element("option", {value: name}, name)));
   preset.onchange = () => {
     const own = straight[preset.value];
     rememberLab();
@@ -130,16 +136,14 @@ function buildBench() {
     field_(`${title[0].toUpperCase()}${title.slice(1)}, lengths in mm`,
       ...(four ? [element("div", {class: "row"}, preset)] : []),
       ...(slider_ ? [element("div", {class: "row"}, element("span", {}, "fixed link:"), ...held)] : []), ...rows),
-    field_("Motion", element("div", {class: "row"}, run, sign_(0), ...(lab.branch.length > 1 ? [sign_(1)] : []),
+    field_("Motion", element("div", {class: "row"}, run, benchPace, sign_(0), ...(lab.branch.length > 1 ? [sign_(1)] : []),
       ...(four ? [button("fix the next link", "fix the next link, and drive the one after it (inversion)", () => {
         rememberLab();
         if (invert()) { buildBench(); relabbed(); }
       })] : []), ...(lab.kind === "press" ? [printed] : []),
       button("Clear trace", "clear the trace", () => { lab.trail = []; benchFrame(); }))),
-    field_("Arrows", check("velocity of the point (black or white)", arrows.velocity, on => { arrows.velocity = on; benchFrame();
-      }).label,
-      check("its acceleration: tangential (yellow), normal (pink)", arrows.acceleration, on =>
-        { arrows.acceleration = on; benchFrame(); }).label),
+    field_("Arrows", arrowCheck("velocity", "velocity of the point", [["--ink", ""]]),
+      arrowCheck("acceleration", "its acceleration:", [["--c5", "tangential"], ["--c4", "normal"]])),
     element("div", {class: "row"}, button("Undo", "undo (Ctrl Z)", undoLab),
       button("PNG", "save the linkage's picture as PNG", () => benchPicture(true)),
       button("SVG", "save the linkage's picture as SVG", () => benchPicture(false)),
@@ -149,7 +153,7 @@ function buildBench() {
       "Drag to turn the crank" + (four ? "; drag the coupler point M to place it" : "") +
         ". ← → turn the crank, with Shift " +
       "finely; space runs and pauses. Solid: the path of the traced point; dashed: on the other branch; dotted: " +
-      "before the change. One turn a second, shown four times slower."));
+      "before the change. Speeds and accelerations are those at one turn a second; 0.25 × shows it four times slower."));
 }
 
 function toggleRun() {

@@ -42,19 +42,8 @@ for (const end of ["pointerup", "pointercancel"]) bench.box.addEventListener(end
   if (benchPointer === "point") { lab.ghost = null; buildBench(); relabbed(); }
   benchPointer = null;
 });
-addEventListener("keydown", event => {
-  const {key, target} = event;
-  if (byId("linkage").hidden) return;
-  if ((event.ctrlKey || event.metaKey) && key.toLowerCase() === "z") {
-    event.preventDefault();
-    return undoLab();
-  }
-  if (event.ctrlKey || event.metaKey || event.altKey) return;
-  if (["INPUT", "SELECT", "BUTTON", "SUMMARY"].includes(target.tagName)) return;
-  const step = (event.shiftKey ? 0.2 : 1) * Math.PI / 180;
-  const actions = {ArrowLeft: () => turnCrank(lab.q + step), ArrowRight: () => turnCrank(lab.q - step), " ": toggleRun};
-  if (!actions[key]) return;
-  event.preventDefault();
-  actions[key]();
-  benchFrame();
+onKeys(({shiftKey, target}) => {
+  if (byId("linkage").hidden || ["INPUT", "BUTTON", "SUMMARY"].includes(target.tagName)) return {};
+  const step = (shiftKey ? 0.2 : 1) * Math.PI / 180, turn = by => { turnCrank(lab.q + by); benchFrame(); };
+  return {ArrowLeft: () => turn(step), ArrowRight: () => turn(-step), " ": toggleRun};
 });

@@ -4,7 +4,7 @@ const DASHES2 = {stretched: [7, 3], folded: [9, 3, 2, 3], "self-motion": [2, 3]}
 const NAMES2 = {stretched: "Type 2: distal bars stretched", folded: "Type 2: distal bars folded",
   "self-motion": "Type 2: elbows coincide"};
 const ALL_MODES = [[1, 1], [1, -1], [-1, 1], [-1, -1]];
-const task = new View(document.getElementById("plane")), joints = new View(document.getElementById("joints"));
+const task = new View(byId("plane")), joints = new View(byId("joints"));
 // parts: of the workspace in this working mode; aspect: the shaded one of them; disc: its largest.
 let loci = null, parts = null, aspect = null, disc = null, trail = [], sketch = [], checked = null;
 const shown = {ellipses: false, others: true};
@@ -77,9 +77,7 @@ const shownTrail = () => motion ? trail.filter(({t}) => t > motion.t - 1) : trai
 function drawTaskFront(pen = task.front, alone = true) {
   if (alone) task.begin(pen);
   if (disc) {
-    const middle = task.at([disc.x, disc.y]), radius = disc.radius * task.scale;
-    pen.circle(middle, radius, {ink: "c3", width: 2.2});
-    pen.words(radiusText(), [middle[0], middle[1] + 4], {ink: "c3", align: "center"});
+    pen.circle(task.at([disc.x, disc.y]), disc.radius * task.scale, {ink: "c3", width: 2.2});
   }
   pen.lines([shownTrail().map(({xi}) => task.at(xi))], {ink: "c5", width: 1.8});
   drawSketch(pen);
@@ -103,7 +101,29 @@ function drawTaskFront(pen = task.front, alone = true) {
   for (const joint of [left, right]) pen.circle(joint, 7, {fill: "ink"});
   for (const elbow of [e1, e2]) pen.circle(elbow, 7, {fill: "paper", ink: "ink", width: 2.5});
   pen.circle(end, 9, {fill: "c4", ink: "ink", width: 2.5});
-  if (idle && alone) pen.words("Drag the pink point", [end[0] + 16, end[1] - 12], {size: 15});
+  if (disc) labelDisc(pen, [[left, e1], [e1, end], [right, e2], [e2, end]]);
+  if (idle && alone) {
+    const right = end[0] < task.width / 2;  // on the side with more room
+    pen.words("Drag the pink point", [end[0] + (right ? 16 : -16), end[1] - 12],
+      {size: 15, align: right ? "left" : "right"});
+  }
+}
+
+// The radius, inside of the disc or, if it is small, above or below it: where it is farthest from all bars.
+function labelDisc(pen, bars) {
+  const [x, y] = task.at([disc.x, disc.y]), radius = disc.radius * task.scale, far = Math.abs(radius - 14);
+  const places = [[x, y - far], [x, y + far]];
+  if (radius < 30) places.splice(0, 2, [x, y - radius - 14], [x, y + radius + 14]);
+  else if (radius > 60) places.push([x, y], [x - radius + 34, y], [x + radius - 34, y]);
+  const clear = place => Math.min(...bars.map(bar => distanceToBar(place, bar)));
+  const [u, v] = places.reduce((best, place) => clear(place) > clear(best) ? place : best);
+  pen.words(radiusText(), [u, v + 4], {ink: "c3", align: "center"});
+}
+
+function distanceToBar([x, y], [[x0, y0], [x1, y1]]) {
+  const dx = x1 - x0, dy = y1 - y0, along = ((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy || 1);
+  const share = Math.min(Math.max(along, 0), 1);
+  return Math.hypot(x - x0 - share * dx, y - y0 - share * dy);
 }
 
 // A rim in the colour of the text sets a bar off from every ground.

@@ -2,8 +2,7 @@
 
 const force = {angle: Math.PI / 2}, past = [];
 let wanted = content.wanted, wantsDisc = false;  // radius of a disc, m, and whether it is to be checked
-let dirty = {back: true, joints: true, front: true}, timer = 0, flying = null, lastNumbers = 0;
-const byId = id => document.getElementById(id);
+let dirty = {back: true, joints: true, front: true}, timer = 0, flying = null, lastWords = 0;
 const costs = new Float64Array(4096);  // ms of the last frames' drawing, for benchmarks
 let costCount = 0;
 
@@ -130,7 +129,7 @@ function stateWords(now) {
     `${modes.map(sign).join(", ")}, assembly mode ${sign(pose.assembly)}.`;
 }
 
-const radiusText = () => `${disc.fine ? "" : "≈ "}${lengthText(disc.radius, 3)}`;
+const radiusText = (digits = 4) => disc.fine ? lengthText(disc.radius, digits) : `≈ ${lengthText(disc.radius, 3)}`;
 
 function verdictWords() {
   if (flying) return "";
@@ -138,24 +137,24 @@ function verdictWords() {
     return "Every pose of this working mode is Type 2: both legs coincide. Choose another mode.";
   if (!parts.regions.length) return "These bars close in single points only: the workspace has no area.";
   if (!disc) return "The robot is at a singularity: move it away to see its aspect.";
-  const radius = radiusText();
-  if (!wantsDisc) return `The largest disc free of singularities in this aspect has a radius of ${radius}.`;
+  if (!wantsDisc) return `The largest disc free of singularities in this aspect has a radius of ${radiusText()}.`;
   const fits = disc.radius >= wanted * (1 - 1e-9);
-  return `${fits ? "✓" : "✗"} A disc of radius ${lengthText(wanted)} ${fits ? "fits" : "does not fit"} in this ` +
-    `aspect: the largest free of singularities has ${radius}.`;
+  // As many digits as tell the two radii apart.
+  const digits = [4, 5, 6, 7].find(count => lengthText(wanted, count) !== lengthText(disc.radius, count)) ?? 4;
+  return `${fits ? "✓" : "✗"} A disc of radius ${lengthText(wanted, digits)} ${fits ? "fits" : "does not fit"} in ` +
+    `this aspect: the largest free of singularities has ${radiusText(digits)}.`;
 }
 
 function words(now) {
+  guideOn();
+  if (now - lastWords <= 90 && (flying || pointer || idle)) return;  // all of them at once, or they would differ
+  lastWords = now;
   const line = byId("said"), state = stateWords(now), verdict = byId("verdict"), text = verdictWords();
   if (line.textContent !== state) line.textContent = state;
   line.classList.toggle("warned", Boolean(said));
   if (verdict.textContent !== text) verdict.textContent = text;
-  if (now - lastNumbers > 90 || !flying && !pointer && !idle) {
-    lastNumbers = now;
-    showNumbers();
-    if (equationsBox.open) showEquations();
-  }
-  guideOn();
+  showNumbers();
+  if (equationsBox.open) showEquations();
   if (!flying && !idle) announce(() => `${state} ${text}`);
 }
 
@@ -180,17 +179,18 @@ function speedsOf([[a, b], [c, d]]) {
 
 function showNumbers() {
   const size = sizeOf(), {J, torque} = gains(pose.xi, modes, [Math.cos(force.angle), Math.sin(force.angle)], p);
-  const torqueText = values => values.every(Number.isFinite)
+  const singular = Math.abs(pose.parallel) < 5e-5;  // its four decimals are 0
+  const torqueText = values => !singular && values.every(Number.isFinite)
     ? `${values.map(x => number(zeroBelow(x, size), 3)).join(", ")} N m` : "∞: Type 2";
   const [slow, fast] = speedsOf(J).map(x => zeroBelow(x, size));
   put("x, y", `${pose.xi.map(x => number(1e3 * zeroBelow(x, size))).join(", ")} mm`);
   put("q1, q2", pose.q.map(angleText).join(", "));
-  put("sin q12, sin q22 (0: Type 1)", pose.serial.map(x => number(zeroBelow(x, 1), 3)).join(", "));
-  put("det A (0: Type 2)", number(zeroBelow(pose.parallel, 1), 3));
-  put("transmission angle", angleText(pose.transmission));
+  put("sin q12, sin q22 (0: Type 1)", pose.serial.map(x => decimals(x, 4)).join(", "));
+  put("det A (0: Type 2)", decimals(pose.parallel, 4));
+  put("transmission angle", `${decimals(pose.transmission * 180 / Math.PI, 2)}°`);
   put("area of the workspace", areaText(parts.regions.reduce((sum, region) => sum + region.area, 0), 3));
   put("area of this aspect", aspect ? areaText(aspect.area, 3) : "none: at a singularity");
-  put("speed at motor speed 1 rad/s", Number.isFinite(fast) ? `${number(slow, 3)} to ${number(fast, 3)} m/s`
+  put("speed at motor speed 1 rad/s", !singular && Number.isFinite(fast) ? `${number(slow, 3)} to ${number(fast, 3)} m/s`
     : "∞: Type 2");
   put("motor torques for a force of 1 N", torqueText(torque));
   put("motor torques against gravity", robot.gravity.some(Boolean) && (robot.m || isHeavy())

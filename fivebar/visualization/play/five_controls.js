@@ -111,13 +111,14 @@ const preset = element("select", {"aria-label": "robot by name"}, element("optio
   ...Object.keys(content.presets).map(name => element("option", {value: name}, name)));
 const source = element("p", {class: "source"});
 
+const sentence = text => text[0].toUpperCase() + text.slice(1).replace(/\.$/, "");
 let presetName = "";  // of the robot at hand, "" for one without a name
 
 function namePreset(name) {
   preset.value = presetName = name;
   const known = content.presets[name];
   const dry = known?.robot.dry ? " Its dry friction is left out here." : "";
-  source.textContent = known ? `${known.source.replace(/\.$/, "")}.${dry}` : "";
+  source.textContent = known ? `${sentence(known.source)}.${dry}` : "";
 }
 
 preset.onchange = () => {
@@ -179,9 +180,7 @@ const goButton = button("Let go", "Let go: the robot moves by itself (key G)", (
   if (flying) halt(); else release();
 });
 goButton.id = "go";
-const paces = [["1", "real time"], ["0.3", "0.3 × real time"], ["0.1", "0.1 × real time"]];
-const paceInput = element("select", {"aria-label": "speed of the motion"},
-  ...paces.map(([value, text]) => element("option", {value}, text)));
+const paceInput = speedChoice([0.1, 0.25, 0.5, 1], "speed of the motion");
 const throws = check("throw: released while it moves, the end-effector keeps its velocity", false);
 const throwing = throws.input;
 
@@ -204,7 +203,10 @@ const inertias = ["zz1", "zz2", "m"].map(name => {
   const input = element("input", {type: "number", step: "any", min: 0, "aria-label": `${name} (${unit})`});
   input.onchange = () => {
     const value = +input.value;
-    if (input.value !== "" && value >= 0 && value <= 1e6) return changeParameters(() => { robot[name] = value; });
+    if (input.value !== "" && value >= 0 && value <= 1e6) return changeParameters(() => {
+      robot[name] = value;
+      if (torqueInputs.every(torque => +torque.value === 0)) suggestTorques();
+    });
     said = `${name} must be between 0 and 10⁶ ${unit}: kept as it was.`;
     input.value = robot[name];
     ask();
@@ -312,7 +314,8 @@ byId("more").append(
     legendEntry("--ink", 2, [], "Type 1: a leg in line", "Type 1"),
     ...Object.entries(DASHES2).map(([kind, dash_]) =>
       legendEntry("--c4", 2.2, dash_, NAMES2[kind], kind === "self-motion" ? kind : "Type 2")),
-    legendEntry("--c3", 2.2, [], "largest disc, in the shaded aspect", "largest disc"),
+    legendEntry("--c3", 2.2, [], "largest disc, in the shaded aspect (green)", "largest disc"),
+    element("li", {}, "grey: other aspects, darker where det A > 0"),
     legendEntry("--c5", 2, [], "trace")),
   element("div", {class: "row"},
     button("Clear path", "Clear path that was drawn", () => { sketch = []; checked = null; ask(); }),

@@ -14,7 +14,8 @@ const GUIDE = [
 let guideModes = "";
 
 function beginIdle() {
-  if (!aspect || matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+  if (!aspect) return;
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches) return showGuide(0);
   const [x, y] = pose.xi, radius = 0.4 * clearanceAt(wallsOf(aspect), x, y);
   const away = Math.atan2(disc.y - y, disc.x - x);
   if (radius > 0)

@@ -85,28 +85,24 @@ for (const view of [task, joints]) {
   }, {passive: false});
 }
 
-addEventListener("keydown", event => {
-  const {key, target} = event;
-  if (byId("five").hidden) return;
-  if ((event.ctrlKey || event.metaKey) && key.toLowerCase() === "z") {
-    event.preventDefault();
-    return undo();
-  }
-  if (event.ctrlKey || event.metaKey || event.altKey || ["INPUT", "SELECT",
-    "TEXTAREA"].includes(target.tagName)) return;
+onKeys(event => {
+  const {target: {tagName}, target} = event, arrowsToo = !["BUTTON", "SUMMARY", "PRE"].includes(tagName);
+  if (byId("five").hidden || tagName === "INPUT") return {};
   const fine = event.shiftKey ? 0.2 : 1, step = 4 * fine / task.scale, turn = 0.02 * fine;
   const held = action => () => { wake(); halt(); if (!event.repeat) remember(); action(); moved(); };
   const move = (x, y) => held(() => target === joints.box ? turnTowards([pose.q[0] + x * turn, pose.q[1] + y * turn])
     : moveTo([pose.xi[0] + x * step, pose.xi[1] + y * step], step));
   const motors = (left, right) => held(() => turnTowards([pose.q[0] + left * turn, pose.q[1] + right * turn]));
-  const actions = {
-    ArrowRight: move(1, 0), ArrowLeft: move(-1, 0), ArrowUp: move(0, 1), ArrowDown: move(0, -1),
+  return {
+    ...(arrowsToo ? {ArrowRight: move(1, 0), ArrowLeft: move(-1, 0), ArrowUp: move(0, 1), ArrowDown: move(0, -1)} : {}),
     q: motors(1, 0), a: motors(-1, 0), w: motors(0, 1), s: motors(0, -1), u: undo,
     ...Object.fromEntries(ALL_MODES.map((mode, k) => [k + 1, held(() => toModes(mode))])),
     0: held(() => toAssembly(-pose.assembly)), g: () => flying ? halt() : release(), t: () => { trail = []; ask(); },
   };
-  const action = actions[key.length === 1 ? key.toLowerCase() : key];
-  if (!action || (key.startsWith("Arrow") && ["BUTTON", "SUMMARY", "PRE"].includes(target.tagName))) return;
+});
+
+addEventListener("keydown", event => {
+  if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
   event.preventDefault();
-  action();
+  if (byId("five").hidden) undoLab(); else undo();
 });

@@ -18,7 +18,6 @@ from ...linkages import FourBar, SixBarPress, SliderCrank
 from ...models.geometry import Pose, dgm, igm
 from ...models.named_robots import ROBOTS
 from ...models.robots import FiveBar
-from .. import pages
 from ..document import WebPage, as_json, document, script
 from ..style import LEGS, LINKS
 from .functions import BEYOND, INERTIAS, LENGTHS, models
@@ -55,8 +54,9 @@ class LivePage(WebPage):
     def html(self) -> str:
         """The page, complete."""
         if self.pose is not None:
-            return _page(as_json(_content(self.subject, self.pose, "")))
-        return _page(as_json(_content(FiveBar(), _start(FiveBar()), self.fragment)))
+            return _page(as_json(_content(self.subject, self.pose, "")), "Five-bar, live")
+        content = _content(FiveBar(), _start(FiveBar()), self.fragment)
+        return _page(as_json(content), "Linkage, live")  # its script says which
 
 
 @takes(
@@ -131,7 +131,6 @@ def _content(robot, pose, opening):
     rows = {"A": [row[:k].tolist() for k, row in enumerate(DOP853.A[:12])]}
     rows |= {name: getattr(DOP853, name).tolist() for name in ("B", "E3", "E5")}
     return {
-        "title": "Five-bar, live",
         "opening": opening,
         "tableau": rows | {"C": DOP853.C[:12].tolist()},
         "presets": _presets(),
@@ -199,17 +198,15 @@ def _start(robot):
 
 
 @lru_cache(maxsize=4)
-def _page(content):
+def _page(content, title):
     """Return the page around this JSON; only a script of this very text is run by the browser."""
-    shared = Path(pages.__file__).parent
     parts = (
         "",
-        '"use strict";',
-        script(shared, "common"),
+        script(HERE.parent, "parts"),
         models(),
         script(HERE, *PARTS),
         "",
     )
     code = "\n".join(parts)
     policy = f"'sha256-{b64encode(hashlib.sha256(code.encode()).digest()).decode()}'"
-    return document(HERE, "Five-bar, live", policy, content=content, code=code)
+    return document(HERE, title, policy, content=content, code=code)

@@ -82,7 +82,7 @@ def _slider(held):
     return lambda values: _of_symbols(SliderCrank, **dict(zip(_SLIDER, values)), held=held)
 
 
-# MechAnalyzer's crank-rocker
+# The crank-rocker in Table 2 of the MechAnalyzer paper
 _SIDES = dict(
     ground=(0.2, False),
     crank=(0.06, False),
@@ -95,8 +95,7 @@ _BARS = {name: (getattr(_PRESS, name), False) for name in ("l2", "l3", "l4", "l5
 KINDS = [Kind("four", "four-bar", _SIDES | _POINT, _four_bar, "rocker", True)]
 for _held in HELD:
     _out = "slide" if _held in ("guide", "slider") else "guide"
-    _title = f"slider-crank, {_held} held"
-    _turns = _held in ("crank", "rod")
+    _title = f"slider-crank, {_held} fixed"
     KINDS.append(
         Kind(
             f"slider_{_held}",
@@ -104,7 +103,7 @@ for _held in HELD:
             _SLIDER,
             _slider(_held),
             _out,
-            _turns,
+            _held in ("crank", "rod"),
         )
     )
 KINDS.append(Kind("press", "six-bar press", _BARS, _press, "S6_down", False, 2))

@@ -23,6 +23,7 @@ const lengthText = inUnits("0 mm", ["km", 1e3, 1e3], ["m", 1, 10], ["mm", 1e-3, 
 const areaText = inUnits("0 cm²", ["m²", 1, 1], ["cm²", 1e-4, 1e-4], ["mm²", 1e-6, 1e-12]);
 const energyText = inUnits("0 mJ", ["J", 1, 1], ["mJ", 1e-3, 1e-3], ["µJ", 1e-6, 1e-9]);
 const angleText = x => `${number(zeroBelow(x, 1) * 180 / Math.PI)}°`;
+const decimals = (x, count) => String(+x.toFixed(count)).replaceAll("-", "−");
 const sign = x => x > 0 ? "+1" : x < 0 ? "−1" : "0";
 
 // By how much a closed chain of these lengths cannot close, and why; "" where it can.

@@ -10,7 +10,10 @@ function showTab(id) {
   halt();
   byId("five").hidden = id !== "five";
   byId("linkage").hidden = id === "five";
-  tabs.forEach(([own], k) => tabButtons[k].setAttribute("aria-selected", own === id));
+  tabs.forEach(([own, text], k) => {
+    tabButtons[k].setAttribute("aria-selected", own === id);
+    if (own === id) document.title = document.querySelector("h1").textContent = `${text}, live`;
+  });
   if (id === "five") resized(); else showLinkage(id);
 }
 

@@ -104,10 +104,10 @@ def page(scene: Scene) -> str:
         HERE,
         scene.title,
         notes="".join(f"<p>{html.escape(note)}</p>" for note in notes),
-        data=as_json(data),
+        content=as_json(data),
         viewer=_packed_viewer(viewer),
         scene=_in_letters(packed, 6),
-        script=script(HERE.parent, "moment") + script(HERE, "page", "flat"),
+        script=script(HERE.parent, "parts", "timeline") + "\n" + script(HERE, "page", "flat"),
         licences=html.escape(licences),
     )
 
