@@ -22,9 +22,13 @@ import sys
 import tempfile
 import tokenize
 import tomllib
+from bisect import bisect
 from collections import Counter
 from fnmatch import fnmatchcase
+from itertools import accumulate
 from pathlib import Path
+
+import pytest
 
 from . import DATA, ROOT
 
@@ -91,7 +95,31 @@ FILES = {"grading": ["judge.py", "values.py", "relations.py", "results.py", "exe
 COPIED = ["labs", "notebooks", "README.md", ".readme", ".ci"]
 ARGUMENTS = ["-m", "", "-p", "no:cacheprovider", "-p", "tests.helpers.mutation"]  # deep tests, too
 TABLE = DATA / "mutants.toml"
-MUTMUT = [sys.executable, "-m", "mutmut"]
+# Mutmut without its second run of all tests, and without its first of one that must fail: the first run, which measures
+# their times, has passed or ended it all.
+MUTMUT = [
+    sys.executable, "-c",
+    "from mutmut.__main__ import cli\n"
+    "from mutmut.runners.harness import ListAllTestsResult, collected_test_names\n"
+    "from mutmut.workers.isolation import ForkServerRunner as runner\n"
+    "runner.run_clean_tests, runner.run_forced_fail = lambda self, tests: 0, lambda self: 1\n"
+    "runner.list_all_tests = lambda self: ListAllTestsResult(ids=collected_test_names())\n"
+    "cli()",
+]  # fmt: skip
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list) -> None:
+    """The fastest tests first, by the times that mutmut has measured, until these come to `--seconds`."""
+    stored = Path("mutmut-stats.json")
+    if not stored.exists():
+        return
+    times = json.loads(stored.read_text("utf-8"))["duration_by_test"]
+    # Of about one time those of a file stay together: their fixtures are made once.
+    items.sort(key=lambda item: bisect([0.1, 1.0], times.get(item.nodeid, 0.0)))
+    spent = accumulate(times.get(item.nodeid, 0.0) for item in items)
+    seconds = float(os.environ.get("MUTATION_SECONDS", "inf"))
+    items[:] = [item for item, sum in zip(items, spent) if sum <= seconds]
 
 
 def pytest_runtest_setup() -> None:
@@ -102,13 +130,14 @@ def pytest_runtest_setup() -> None:
                 each.cache_clear()
 
 
-def copied(room: str, folder: Path) -> None:
+def copied(room: str, folder: Path, arguments: list[str]) -> None:
     """The tracked files, with mutmut's settings for a room; of a copy that is there what has changed."""
     settings = {
         "source_paths": ["fivebar"], "only_mutate": [f"fivebar/{room}/{name}" for name in FILES.get(room, ["*"])],
         "also_copy": COPIED,
-        "pytest_add_cli_args": ARGUMENTS, "pytest_add_cli_args_test_selection": list(ROOMS[room]),
+        "pytest_add_cli_args": arguments, "pytest_add_cli_args_test_selection": list(ROOMS[room]),
         "timeout_multiplier": 5.0,  # a mutant that hangs costs five times its tests in place of fifteen
+        "timeout_constant": 8.0,  # and on a busy machine pytest alone takes seconds to begin
         "process_isolation": "forkserver",  # from a process in which no test has run
     }  # fmt: skip
     own = "\n[tool.mutmut]\nuse_setproctitle = false\n"
@@ -210,9 +239,16 @@ def main() -> None:
     parser.add_argument(
         "--files", nargs="+", help="draw from these files of the room, as regions disc"
     )
+    parser.add_argument(
+        "--fast", action="store_true", help="by the fast tests alone, without deep and slow ones"
+    )
+    parser.add_argument(
+        "--seconds", default="inf", help="of tests at most for each mutant, the fastest"
+    )
     options = parser.parse_args()
+    os.environ["MUTATION_SECONDS"] = options.seconds
     folder = options.keep or Path(tempfile.mkdtemp(prefix="fivebar-mutation-"))
-    copied(options.room, folder)
+    copied(options.room, folder, [*ARGUMENTS, *["-m", "not deep"] * options.fast])
     every = [
         name for name in names(folder) if not options.files or name.split(".")[2] in options.files
     ]
@@ -235,12 +271,12 @@ def main() -> None:
         )
     table, found = tomllib.loads(TABLE.read_text("utf-8"))["justified"], Counter()
     for name in drawn:
-        outcome = "killed" if status.get(name) == "timeout" else status.get(name, "not run")
-        if outcome != "killed":
+        outcome = status.get(name, "not run")
+        if outcome not in ("killed", "timeout"):
             was, now = lines(folder, name)
             if why := reason(table, name, was, now):
                 outcome = "justified"
-            elif killed_by(SLOW.get(options.room, ()), name, folder):
+            elif not options.fast and killed_by(SLOW.get(options.room, ()), name, folder):
                 found["killed"] += 1
                 continue
             print(
@@ -251,7 +287,7 @@ def main() -> None:
                 flush=True,
             )
         found[outcome] += 1
-    share = (found["killed"] + found["justified"]) / len(drawn)
+    share = sum(found[way] for way in ("killed", "timeout", "justified")) / len(drawn)
     print(
         f"{options.room}: of {len(every)} mutants {len(drawn)} drawn, {share:.1%} killed or justified",
         dict(found),
