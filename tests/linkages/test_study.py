@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -144,6 +145,13 @@ def test_a_crank_that_locks_says_where_and_when():
     assert run.lock[1] == pytest.approx(0.497896784) and np.isfinite(run["link 2.angle"]).all()
 
 
+def test_a_press_whose_bar_is_too_short_closes_nowhere():
+    press = replace(REPAIRED, l5=0.01)
+    for asked in (lambda: study(press), lambda: move(press, 1.0)):
+        with pytest.raises(fb.UnreachableError, match="on this branch no angle of the crank clos"):
+            asked()
+
+
 def test_swings_stay_inside_and_strokes_are_whole():
     run = study(TABLE_2.inversion("rocker"), drive="swing")
     low, high = np.radians([27.6604499, 78.463041])
@@ -151,6 +159,9 @@ def test_swings_stay_inside_and_strokes_are_whole():
     watt = straight_line("watt")
     run = study(watt.linkage, drive="swing", between=tuple(sorted(watt.stroke)), branch=watt.branch)
     assert [run["M.y"].min(), run["M.y"].max()] == pytest.approx([-0.25, 0.25], rel=1e-9)
+    run = study(PRINTED, drive="swing")
+    low, high = np.radians([45.1749929, 336.825007])
+    assert low < run.q.min() < low + 0.15 and high - 0.15 < run.q.max() < high
     with pytest.raises(ValueError, match="turns fully: it has no range"):
         study(TABLE_2, drive="swing")
 
