@@ -173,7 +173,7 @@ def test_swings_stay_inside_and_strokes_are_whole():
         (fb.FiveBar(l11=0.1), (2, 4), 0.2),
         (fb.FiveBar(0.09, 0.03, 0.03, 0.09, 0.118), (1, 5), 1.0),
         (fb.FiveBar(0.09, 0.03, 0.03, 0.09, 0.118), (1, 5), 0.2),
-        (fb.FiveBar(0.09, 0.012, 0.012, 0.09, 0.1), (1, 5), 1.0),
+        (fb.FiveBar(0.09, 0.03, 0.02, 0.08, 0.12), (1, 5), 0.2),
     ],
 )
 def test_two_motors_swing_a_quarter_period_apart_as_far_as_closes(robot, motors, turns):

@@ -51,6 +51,19 @@ def test_an_effort_beyond_its_range(effort):
         fb.design("workspace_area", LENGTHS, effort=effort)
 
 
+def test_a_search_that_does_not_settle_ends_by_its_effort():
+    """Of what is noise no generation is the last by itself."""
+
+    def calls_with(effort):
+        seen = []
+        noise = np.random.default_rng(0)
+        goal = {lambda robot: seen.append(robot) or noise.uniform(): "min"}
+        fb.design(goal, {"l1": (0.1, 0.2)}, effort=effort)
+        return len(seen)
+
+    assert calls_with(0.02) - calls_with(0.01) == 3 * 20  # three generations of twenty
+
+
 @pytest.mark.parametrize(
     "limit,words",
     [
@@ -70,6 +83,16 @@ def test_designs_say_what_they_are():
     assert (
         repr(fb.optimal_design.grid(l1=[0.1, 0.2], d=[0.0, 0.1, 0.2])) == "<Designs: l1, d, 6 rows>"
     )
+
+
+@pytest.mark.parametrize("robot", [fb.FiveBar(l12=0.11), fb.Biglide()])
+def test_a_design_comes_back_from_its_file(robot, tmp_path):
+    name = next(iter(robot.parameters))
+    value = getattr(robot, name)
+    found = fb.design(lambda one: getattr(one, name), {name: value}, robot=robot)
+    found.save(tmp_path / "one.json")
+    again = fb.optimal_design.Design.load(tmp_path / "one.json")
+    assert again.as_json() == found.as_json() and again.robot == robot
 
 
 @pytest.mark.parametrize(
