@@ -10,6 +10,7 @@ from fivebar.base import shards
 from fivebar.models.motors import MOTORS, Motor
 from fivebar.optimal_design.closed_forms import _lens
 from fivebar.optimal_design.evolution import refine, thinned
+from fivebar.optimal_design.optimum import DesignProblem
 from fivebar.optimal_design.results import plain_parameters, robot_of_plain
 from fivebar.optimal_design.task import task_of
 
@@ -49,6 +50,16 @@ def test_choices_that_do_not_go(choice, words):
 def test_an_effort_beyond_its_range(effort):
     with pytest.raises((ValueError, TypeError), match="^effort must be"):
         fb.design("workspace_area", LENGTHS, effort=effort)
+
+
+def test_a_table_out_of_reach_counts_by_how_far_it_is():
+    task = task_of({"table": (0.2, 0.1), "poses": 5})
+    bounds = {"l1": (0.01, 0.3), "l2": (0.01, 0.3), "d": 0.1}
+    problem = DesignProblem("bars", bounds, {}, fb.FiveBar(), None, task, None)
+    for leg in (0.02, 0.04, 0.06):
+        _, violation = problem(np.array([[leg / 2, leg / 2, 0.1]]))
+        farthest = np.hypot(0.1 + 0.05, 0.05)  # a corner from the other base joint
+        assert violation[0] == pytest.approx(1 + (farthest - leg) / 0.2, rel=1e-12)
 
 
 def test_a_search_that_does_not_settle_ends_by_its_effort():
