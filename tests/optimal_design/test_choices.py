@@ -56,7 +56,7 @@ def test_a_table_out_of_reach_counts_by_how_far_it_is():
     task = task_of({"table": (0.2, 0.1), "poses": 5})
     bounds = {"l1": (0.01, 0.3), "l2": (0.01, 0.3), "d": 0.1}
     problem = DesignProblem("bars", bounds, {}, fb.FiveBar(), None, task, None)
-    for leg in (0.02, 0.04, 0.06):
+    for leg in (0.06, 0.08, 0.1):
         _, violation = problem(np.array([[leg / 2, leg / 2, 0.1]]))
         farthest = np.hypot(0.1 + 0.05, 0.05)  # a corner from the other base joint
         assert violation[0] == pytest.approx(1 + (farthest - leg) / 0.2, rel=1e-12)
