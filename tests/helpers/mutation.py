@@ -318,10 +318,12 @@ def outcome_of(each: Mutant, tests: dict, seconds: float, longest: float, slow: 
     outcome = "survived" if asked else "no tests"
     for chosen, most in ((asked, 20 + 5 * total), (slow, 1000.0)):
         code = in_a_child(lambda chosen=chosen: run(chosen), most) if chosen else 0
-        if code:
-            return "killed"
         if code is None:
             return "timeout"
+        if code == pytest.ExitCode.TESTS_FAILED:
+            return "killed"
+        if code:
+            raise RuntimeError(f"pytest ended with {code} on {each.name}: {chosen}")
     return outcome
 
 

@@ -12,6 +12,7 @@ from scipy.special import beta
 import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Arc, Line
+from fivebar.paths.timing.jerk import refuse_kinks
 from tests.helpers.paths_to_time import (
     ELBOWS,
     ROBOTS,
@@ -152,6 +153,15 @@ def test_a_path_through_type_2_is_replayed_within_its_torques():
     )
     assert np.linalg.norm(run.error, axis=-1).max() < 1e-4
     assert np.abs(run.tau).max() < 0.02
+
+
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
+def test_curvature_jumps_or_does_not_whatever_the_size(size):
+    corners = size * np.array([(0, 0), (1, 0), (1, 1), (2, 1.5)])
+    refuse_kinks(fb.path(corners, deviation=0.05 * size, curvature=True))
+    quarter = Arc((size, size), size, -math.pi / 2, 0.0)
+    with pytest.raises(ValueError, match="curvature does not jump, as it does at s = "):
+        refuse_kinks(Path((Line((0.0, 0.0), (size, 0.0)), quarter)))
 
 
 def test_paths_along_the_bars_cross_without_a_criterion_or_not_at_all():
