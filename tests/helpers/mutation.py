@@ -244,8 +244,11 @@ class Watch:
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_runtest_call(self, item):
-        def leave(*_):
-            pytest.skip("it takes too long")
+        def leave(_, frame):
+            while frame and frame.f_code.co_filename != str(item.path):
+                frame = frame.f_back
+            if frame:  # what is about a test may not be left
+                pytest.skip("it takes too long")
 
         signal.signal(signal.SIGPROF, leave)
         signal.setitimer(signal.ITIMER_PROF, self.longest)
@@ -287,12 +290,14 @@ def measured(mutants: list[Mutant], arguments: list[str], longest: float) -> dic
     def run():
         watch = Watch(longest)
         watch.reach(mutants)
-        pytest.main(arguments, plugins=[watch])
+        code = pytest.main(arguments, plugins=[watch])
         tests = {name: each for name, each in watch.tests.items() if name not in watch.failed}
         file.write_text(json.dumps([tests, sorted(watch.failed)]), "utf-8")
-        return 0
+        return code
 
-    in_a_child(run, 36000.0)
+    code = in_a_child(run, 36000.0)
+    if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
+        raise RuntimeError(f"pytest ended with {code} without a mutant")
     tests, failed = json.loads(file.read_text("utf-8"))
     file.unlink()
     if failed:
