@@ -2,6 +2,7 @@
 
 import re
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import fivebar as fb
 from fivebar.estimation.calibration.fit import spectrum
 from fivebar.estimation.calibration.measured_robot import NEUTRAL, stretched
 from fivebar.estimation.calibration.poses import _exchanged
+from fivebar.estimation.calibration.report import _table
 from fivebar.estimation.identification.filtering import RegressionRows
 from fivebar.estimation.identification.regression import fit, triangle
 from fivebar.estimation.logs.replays import _smooth
@@ -131,3 +133,17 @@ def test_measurement_poses_say_how_many_modes_they_have():
         for working, assembly in zip(poses.working.tolist(), poses.assembly.tolist())
     }
     assert f"12 poses, {len(modes)} modes" in repr(poses)
+
+
+@pytest.mark.parametrize("size", 10.0 ** np.arange(-13, 3))
+def test_a_report_shows_two_digits_of_what_is_uncertain_and_nine_decimals_at_most(size):
+    sd = 2.345 * size / 1000  # m; it is shown in millimetres
+    found = SimpleNamespace(
+        values={"l11": 0.09}, sd={"l11": sd}, start=np.full(len(NEUTRAL), 0.08),
+        intervals=lambda: {"l11": (0.09 - 2 * sd, 0.09 + 2 * sd)},
+    )  # fmt: skip
+    cells = list(_table(found))[1].split()
+    assert cells[:2] == ["l11", "mm"] and len(cells) == 7
+    decimals = {len(cell.partition(".")[2]) for cell in cells[2:]}
+    assert len(decimals) == 1 and max(decimals) <= 9
+    assert float(cells[4]) == pytest.approx(2.345 * size, rel=0.05, abs=6e-10)
