@@ -9,6 +9,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.estimation.calibration.fit import spectrum
+from fivebar.estimation.calibration.indistinguishable import combination
 from fivebar.estimation.calibration.measured_robot import NEUTRAL, stretched
 from fivebar.estimation.calibration.poses import _exchanged, _modes
 from fivebar.estimation.calibration.profile import profile
@@ -133,7 +134,8 @@ def test_measurement_poses_say_how_many_modes_they_have():
         (*working, assembly)
         for working, assembly in zip(poses.working.tolist(), poses.assembly.tolist())
     }
-    assert f"12 poses, {len(modes)} modes" in repr(poses)
+    worst = f"tip within {poses.worst_tip:.3g} sigma"
+    assert repr(poses) == f"<MeasurementPoses: 12 poses, {len(modes)} modes, tip, {worst}>"
 
 
 @pytest.mark.parametrize("size", 10.0 ** np.arange(-13, 3))
@@ -188,3 +190,23 @@ def test_a_profile_ends_where_its_sum_of_squares_has_risen_or_where_nothing_clos
         roots = np.roots([0.05 * sign, 1.0, 0.0, -far * far])
         risen = min(root.real for root in roots if abs(root.imag) < 1e-9 and root.real > 0)
         assert sign * (end - value) / sd == pytest.approx(min(risen, wall), rel=2e-6)
+
+
+@pytest.mark.parametrize(
+    "share, words",
+    [
+        (1.0, "only by their difference, l11 - l12"),
+        (-1.0, "only by their sum, l11 + l12"),
+        (
+            0.5,
+            "only together: nothing measured changes if l11 grows by 1 mm and l12 grows by 0.5 mm",
+        ),
+        (
+            -0.25,
+            "only together: nothing measured changes if l11 grows by 1 mm and l12 falls by 0.25 mm",
+        ),
+    ],
+)
+def test_what_two_lengths_leave_untold(share, words):
+    told = combination(np.array([0.5, 0.5 * share]), ("l11", "l12"), np.ones(2), NEUTRAL)
+    assert told == f"l11 and l12 {words}"
