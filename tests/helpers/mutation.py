@@ -244,16 +244,21 @@ class Watch:
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_runtest_call(self, item):
+        left = []
+
         def leave(_, frame):
             while frame and frame.f_code.co_filename != str(item.path):
                 frame = frame.f_back
             if frame:  # what is about a test may not be left
-                pytest.skip("it takes too long")
+                left.append(pytest.skip.Exception("it takes too long"))
+                raise left[0]
 
         signal.signal(signal.SIGPROF, leave)
         signal.setitimer(signal.ITIMER_PROF, self.longest)
-        yield
+        outcome = yield
         signal.setitimer(signal.ITIMER_PROF, 0.0)
+        if left and outcome.excinfo:  # which CasADi makes a KeyboardInterrupt
+            outcome.force_exception(left[0])
 
     def pytest_runtest_logreport(self, report):
         if report.failed:
