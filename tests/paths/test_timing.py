@@ -179,7 +179,7 @@ def test_paths_along_the_bars_cross_without_a_criterion_or_not_at_all():
     with pytest.raises(fb.SingularityError, match=r"along the distal bars .* at s = 0\.02 m"):
         fb.time_path(ROBOT, almost_along_the_bars(0.0), constraints=fb.Constraints(**limits))
     graze = Path((Line(tuple(CROSSING - 0.02 * across), tuple(CROSSING + 0.015 * across)),))
-    with pytest.raises(fb.SingularityError, match=r"grazes Type 2 .* at s = 0\.0(2|1999)"):
+    with pytest.raises(fb.SingularityError, match=r"grazes Type 2 .* at s = 0\.0(2|19999\d*) m"):
         fb.time_path(ROBOT, graze, constraints=fb.Constraints(**limits))
     rests = Path((Line(HOME, CROSSING), Line(CROSSING, (-0.09, 0.1))))
     with pytest.raises(fb.SingularityError, match="rests on Type 2 at s = "):

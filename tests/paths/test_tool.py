@@ -265,6 +265,23 @@ def test_placing_finds_the_clearance_it_says():
         fb.place(robot, path, tool=tool, working=MODES, turn=0.0, scale=9.0)
 
 
+def test_the_largest_scale_keeps_the_clearance_and_a_larger_one_does_not():
+    tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
+    path = fb.path(SQUARE, deviation=2e-4)
+    asked = dict(tool=tool, working=MODES, turn=0.0, constraints=fb.Constraints(clearance=4e-3))
+    placed = fb.place(robot, path, scale=None, **asked)
+    points = placed.path.drawn(np.linspace(0, placed.path.length, 400))[0]
+    assert np.ptp(points, axis=0) == pytest.approx(
+        placed.scale * np.ptp(path(np.linspace(0, path.length, 400))[0], axis=0), rel=1e-9
+    )
+    loci = np.concatenate([locus.points for locus in tool.loci(robot, MODES)])
+    loci = loci[np.isfinite(loci).all(axis=1)]
+    nearest = np.linalg.norm(points[:, None] - loci, axis=-1).min()
+    assert nearest > 4e-3 - 1e-5 and placed.clearance < 4e-3 + 1e-4
+    with pytest.raises(ValueError, match="does not fit at scale"):
+        fb.place(robot, path, scale=1.03 * placed.scale, **asked)
+
+
 def test_regions_of_a_tool_in_the_joint_are_the_aspects():
     robot = fb.FiveBar()
     regions = tool_regions(fb.Tool(1), robot, (-1, -1))
