@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.estimation.calibration import rows
 from fivebar.estimation.calibration.fit import spectrum
 from fivebar.estimation.calibration.indistinguishable import combination
 from fivebar.estimation.calibration.measured_robot import NEUTRAL, stretched
@@ -210,3 +211,11 @@ def test_a_profile_ends_where_its_sum_of_squares_has_risen_or_where_nothing_clos
 def test_what_two_lengths_leave_untold(share, words):
     told = combination(np.array([0.5, 0.5 * share]), ("l11", "l12"), np.ones(2), NEUTRAL)
     assert told == f"l11 and l12 {words}"
+
+
+def test_weights_are_squares_of_what_a_row_is_sure_of():
+    """As relative deviations: four times the weight is half of the deviation."""
+    data = {"q1": [2.0, 2.1, 2.2], "q2": [1.0, 1.1, 1.2], "x": [0.0, 0.01, 0.02], "y": [0.1] * 3}
+    weights = np.array([4.0, 1.0, 0.25])
+    by_weights = rows.rows_of(data, weights=weights)
+    assert by_weights.sigma == pytest.approx(rows.rows_of(data | {"sigma": [0.5, 1.0, 2.0]}).sigma)
