@@ -20,24 +20,25 @@ def profile(found: Calibration, name: str, far: float) -> tuple[float, float]:
     value, step = found.values[name], found.sd[name]
     if not np.isfinite(step):
         return -np.inf, np.inf
-    limit = far * far * found.variance
-
-    def excess(at):
-        return found.refit({name: at}) - found.chi2 - limit
+    exact = 1e-6 * step
+    limit = found.chi2 + far * far * found.variance
 
     def side(sign):
+        def excess(way):
+            return found.refit({name: value + sign * way}) - limit
+
         near, wall, reach = 0.0, np.inf, far * step
         for _ in range(60):
-            risen = excess(value + sign * reach)
+            risen = excess(reach)
             if 0 < risen < np.inf:
-                return brentq(excess, value + sign * near, value + sign * reach, xtol=1e-6 * step)
-            if np.isinf(risen):  # beyond what the robot reaches
+                return value + sign * brentq(excess, near, reach, xtol=exact)
+            if risen > 0:  # beyond what the robot reaches
                 wall = reach
             else:
                 near = reach
-            if wall - near < 1e-6 * step:
-                return value + sign * wall
+            if wall - near < exact:
+                break
             reach = min(1.5 * reach, (near + wall) / 2)
-        return sign * np.inf
+        return value + sign * wall
 
     return side(-1), side(1)
