@@ -21,11 +21,11 @@ def profile(found: Calibration, name: str, far: float) -> tuple[float, float]:
     if not np.isfinite(step):
         return -np.inf, np.inf
     exact = 1e-6 * step
-    limit = found.chi2 + far * far * found.variance
+    limit = far * far * found.variance
 
     def side(sign):
         def excess(way):
-            return found.refit({name: value + sign * way}) - limit
+            return found.refit({name: value + sign * way}) - found.chi2 - limit
 
         near, wall, reach = 0.0, np.inf, far * step
         for _ in range(60):

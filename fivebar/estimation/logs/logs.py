@@ -297,7 +297,10 @@ def evenly(t: ndarray, pairs: Mapping[str, ndarray], step: float) -> tuple[ndarr
             dict(pairs),
             distance,
         )
-    before = np.minimum(np.searchsorted(t, even, side="right") - 1, len(t) - 2)
+    before = np.minimum(
+        np.searchsorted(t, even, side="right") - 1,
+        len(t) - 2,
+    )
     lost = np.diff(t)[before] > LATE * step
     moved = {}
     for name, pair in pairs.items():

@@ -143,7 +143,10 @@ class Clock:
     def _plain(self, t):
         begins = self._starts[:-1]
         taken = self.taken
-        k = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
+        k = np.maximum(
+            np.searchsorted(begins, t, side="right") - 1,
+            0,
+        )
         dt = np.clip(
             t - begins[k],
             0.0,
