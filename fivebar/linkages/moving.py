@@ -106,7 +106,8 @@ def _refuse_open(motion):
     def at(values):
         return float(np.broadcast_to(values, np.shape(found))[index])
 
-    gap = max(at(_gap(dyad)) for dyad in motion.chain.dyads)
+    # Behind an open dyad all gaps are nan, which max() passes over after a number.
+    gap = max(at(-np.minimum.reduce(dyad.clearances)) for dyad in motion.chain.dyads)
     where = f"{count} of {np.size(found)} poses, the first at index {index}: " if index else ""
     angles = [math.degrees(at(q)) for q in motion._moving_in]
     degrees = ", ".join(f"{angle:.9g}" for angle in angles)
@@ -127,9 +128,3 @@ def _reason(linkage, branch, degrees, gap):
         f"the {linkage.driven} cannot stand at {degrees:.9g} deg {gap}; the nearest allowed angle"
         f" is {nearest:.9g} deg; it may turn {allowed}"
     )
-
-
-def _gap(dyad):
-    """Return by how many metres a dyad's bars cannot meet, -inf behind an open one."""
-    gap = -np.minimum.reduce(dyad.clearances)
-    return np.where(np.isnan(gap), -np.inf, gap)

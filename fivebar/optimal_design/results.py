@@ -113,7 +113,6 @@ class Design(Plotted, Paged):
         return {
             "parameters": dict(self.parameters),
             "robot": plain_parameters(self.robot),
-            "kind": type(self.robot).__name__,
             "values": dict(self.values),
             "goals": dict(self.goals),
             "units": dict(self.units),

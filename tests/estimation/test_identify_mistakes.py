@@ -65,6 +65,19 @@ def test_gravity_that_the_robot_does_not_have_is_named():
         fb.identify(replace(ROBOT, gravity=(0.0, 0.0)), LOG)
 
 
+def test_logs_together_say_what_one_says():
+    """Cut in two unequal parts, whose ends are filtered otherwise."""
+    parts = [
+        {name: values[part] for name, values in LOG.items()}
+        for part in (slice(0, 5000), slice(5000, None))
+    ]
+    whole, both = fb.identify(ROBOT, LOG), fb.identify(ROBOT, parts)
+    assert both.chosen == whole.chosen
+    for name in whole.chosen:
+        assert both.values[name] == pytest.approx(whole.values[name], abs=3 * whole.sd[name])
+        assert 0.5 < both.sd[name] / whole.sd[name] < 2
+
+
 @pytest.mark.parametrize("every", [100, 300])
 def test_too_slow_a_log_is_refused(every):
     with pytest.raises(ValueError, match="sampling rate cannot follow|are left"):

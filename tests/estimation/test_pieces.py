@@ -2,14 +2,19 @@
 
 import re
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.estimation.calibration import rows
 from fivebar.estimation.calibration.fit import spectrum
+from fivebar.estimation.calibration.indistinguishable import combination
 from fivebar.estimation.calibration.measured_robot import NEUTRAL, stretched
-from fivebar.estimation.calibration.poses import _exchanged
+from fivebar.estimation.calibration.poses import _exchanged, _modes
+from fivebar.estimation.calibration.profile import profile
+from fivebar.estimation.calibration.report import _table
 from fivebar.estimation.identification.filtering import RegressionRows
 from fivebar.estimation.identification.regression import fit, triangle
 from fivebar.estimation.logs.replays import _smooth
@@ -130,4 +135,87 @@ def test_measurement_poses_say_how_many_modes_they_have():
         (*working, assembly)
         for working, assembly in zip(poses.working.tolist(), poses.assembly.tolist())
     }
-    assert f"12 poses, {len(modes)} modes" in repr(poses)
+    worst = f"tip within {poses.worst_tip:.3g} sigma"
+    assert repr(poses) == f"<MeasurementPoses: 12 poses, {len(modes)} modes, tip, {worst}>"
+
+
+@pytest.mark.parametrize("size", 10.0 ** np.arange(-13, 3))
+def test_a_report_shows_two_digits_of_what_is_uncertain_and_nine_decimals_at_most(size):
+    sd = 2.345 * size / 1000  # m; it is shown in millimetres
+    found = SimpleNamespace(
+        values={"l11": 0.09}, sd={"l11": sd}, start=np.full(len(NEUTRAL), 0.08),
+        intervals=lambda: {"l11": (0.09 - 2 * sd, 0.09 + 2 * sd)},
+    )  # fmt: skip
+    cells = list(_table(found))[1].split()
+    assert cells[:2] == ["l11", "mm"] and len(cells) == 7
+    decimals = {len(cell.partition(".")[2]) for cell in cells[2:]}
+    assert len(decimals) == 1 and max(decimals) <= 9
+    assert float(cells[4]) == pytest.approx(2.345 * size, rel=0.05, abs=6e-10)
+
+
+def test_poses_for_the_tip_leave_it_a_smaller_error():
+    tip, volume = (fb.measurement_poses(LAB, n=12, criterion=name) for name in ("tip", "D"))
+    assert tip.worst_tip < volume.worst_tip
+
+
+@pytest.mark.parametrize("pairs", [[], [(1, 0)], [(1, 1), (2, -1)], [(1, -1), (1, 1, 1)], (1,)])
+def test_modes_to_measure_in_are_pairs_of_signs(pairs):
+    with pytest.raises((ValueError, TypeError), match="working"):
+        _modes(pairs)
+    assert _modes((1, -1)) == [(1, -1)] and _modes([(1, -1), (1, 1), (1, -1)]) == [(1, -1), (1, 1)]
+
+
+@pytest.mark.parametrize("rank, words", [(5, ""), (3, ", 2 not told")])
+def test_a_calibration_says_in_one_line_what_it_left(rank, words):
+    found = SimpleNamespace(
+        unknown=range(5), rank=rank, rows=range(40), rms_before=2e-3, rms=1e-5, fits=True
+    )
+    line = f"<Calibration: 5 unknowns, 40 rows, RMS 2 -> 0.01 mm{words}>"
+    assert fb.Calibration.__repr__(found) == line
+
+
+@pytest.mark.parametrize("wall", [np.inf, 1.7, 3.9, 1.0001])
+@pytest.mark.parametrize("far", [1.0, 1.96, 3.0])
+def test_a_profile_ends_where_its_sum_of_squares_has_risen_or_where_nothing_closes(far, wall):
+    """Of a cubic beside the square; beyond `wall` times the deviation there is no robot."""
+    value, sd, variance = 0.09, 2e-4, 1e-10
+
+    def refit(held):
+        u = (held["l11"] - value) / sd
+        return np.inf if abs(u) > wall else 7.0 + variance * (u * u + 0.05 * u**3)
+
+    found = SimpleNamespace(
+        values={"l11": value}, sd={"l11": sd}, variance=variance, chi2=7.0, refit=refit
+    )
+    for sign, end in zip((-1, 1), profile(found, "l11", far)):
+        roots = np.roots([0.05 * sign, 1.0, 0.0, -far * far])
+        risen = min(root.real for root in roots if abs(root.imag) < 1e-9 and root.real > 0)
+        assert sign * (end - value) / sd == pytest.approx(min(risen, wall), rel=2e-6)
+
+
+@pytest.mark.parametrize(
+    "share, words",
+    [
+        (1.0, "only by their difference, l11 - l12"),
+        (-1.0, "only by their sum, l11 + l12"),
+        (
+            0.5,
+            "only together: nothing measured changes if l11 grows by 1 mm and l12 grows by 0.5 mm",
+        ),
+        (
+            -0.25,
+            "only together: nothing measured changes if l11 grows by 1 mm and l12 falls by 0.25 mm",
+        ),
+    ],
+)
+def test_what_two_lengths_leave_untold(share, words):
+    told = combination(np.array([0.5, 0.5 * share]), ("l11", "l12"), np.ones(2), NEUTRAL)
+    assert told == f"l11 and l12 {words}"
+
+
+def test_weights_are_squares_of_what_a_row_is_sure_of():
+    """As relative deviations: four times the weight is half of the deviation."""
+    data = {"q1": [2.0, 2.1, 2.2], "q2": [1.0, 1.1, 1.2], "x": [0.0, 0.01, 0.02], "y": [0.1] * 3}
+    weights = np.array([4.0, 1.0, 0.25])
+    by_weights = rows.rows_of(data, weights=weights)
+    assert by_weights.sigma == pytest.approx(rows.rows_of(data | {"sigma": [0.5, 1.0, 2.0]}).sigma)

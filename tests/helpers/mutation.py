@@ -1,30 +1,38 @@
-"""Mutation testing of a room by mutmut: which small changes of its source no test notices.
+"""Mutation testing of a room: which small changes of its source no test notices.
 
-    pip install mutmut && python -m tests.helpers.mutation models --count 150 --seed 1 --keep mutation-models
+    pip install mutmut && python -m tests.helpers.mutation models --count 150 --seed 1
 
-mutates a copy of the tracked files, draws mutants at random, runs for each the tests that come to its function (without
-the slowest, which `ROOMS` names; the fastest first, until one fails), and prints the share killed or justified and the
-lines of each that is left. `tests/data/mutants.toml` has the justified ones, each with its reason. A kept copy is
-brought up to date. Not drawn: mutants that differ in the letters of a text only, which are words of messages; mutmut
-leaves decorated functions alone.
+draws mutants at random among those that mutmut's operators make, puts the code of each into the imported function of a
+forked process, and runs there the tests that come to that function (without the slowest, which `ROOMS` names; the
+fastest first, until one fails). It prints the share killed or justified and the lines of each that is left.
+`tests/data/mutants.toml` has the justified ones, each with its reason. Not drawn: mutants that differ in the letters of
+a text only, which are words of messages, and defaults.
 """
 
 import argparse
-import contextlib
+import ast
+import difflib
+import importlib
 import io
 import json
 import os
 import random
-import re
-import shutil
-import subprocess
+import resource
+import signal
 import sys
 import tempfile
+import time
 import tokenize
 import tomllib
+from bisect import bisect
 from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
+from types import CodeType
+
+import pytest
 
 from . import DATA, ROOT
 
@@ -88,76 +96,8 @@ SLOW = {
 }  # fmt: skip
 # Of grading what gives the points: the rest is about processes, files and words.
 FILES = {"grading": ["judge.py", "values.py", "relations.py", "results.py", "exercise.py"]}
-COPIED = ["labs", "notebooks", "README.md", ".readme", ".ci"]
-ARGUMENTS = ["-m", "", "-p", "no:cacheprovider", "-p", "tests.helpers.mutation"]  # deep tests, too
+ARGUMENTS = ["-q", "-p", "no:cacheprovider", "-p", "no:randomly", "--tb=no"]
 TABLE = DATA / "mutants.toml"
-MUTMUT = [sys.executable, "-m", "mutmut"]
-
-
-def pytest_runtest_setup() -> None:
-    """Each test starts with empty caches: what they keep may have been made by another function than the mutant."""
-    for module in [module for name, module in sys.modules.items() if name.startswith("fivebar.")]:
-        for each in vars(module).values():
-            if hasattr(each, "cache_clear"):
-                each.cache_clear()
-
-
-def copied(room: str, folder: Path) -> None:
-    """The tracked files, with mutmut's settings for a room; of a copy that is there what has changed."""
-    settings = {
-        "source_paths": ["fivebar"], "only_mutate": [f"fivebar/{room}/{name}" for name in FILES.get(room, ["*"])],
-        "also_copy": COPIED,
-        "pytest_add_cli_args": ARGUMENTS, "pytest_add_cli_args_test_selection": list(ROOMS[room]),
-        "timeout_multiplier": 5.0,  # a mutant that hangs costs five times its tests in place of fifteen
-        "process_isolation": "forkserver",  # from a process in which no test has run
-    }  # fmt: skip
-    own = "\n[tool.mutmut]\nuse_setproctitle = false\n"
-    own += "".join(f"{name} = {json.dumps(value)}\n" for name, value in settings.items())
-    changed = False
-    for name in subprocess.check_output(["git", "ls-files", "-z"], cwd=ROOT, text=True).split("\0")[
-        :-1
-    ]:
-        if (ROOT / name).is_symlink():
-            continue
-        there, text = (
-            folder / name,
-            (ROOT / name).read_bytes() + own.encode() * (name == "pyproject.toml"),
-        )
-        if not there.exists() or there.read_bytes() != text:
-            there.parent.mkdir(parents=True, exist_ok=True)
-            there.write_bytes(text)
-            shutil.copymode(ROOT / name, there)
-            changed = True
-    if not changed:
-        return
-    (folder / "mutants/mutmut-stats.json").unlink(
-        missing_ok=True
-    )  # which tests come to which function
-    # mutmut makes its mutants before it finds that none of them is asked for.
-    subprocess.run([*MUTMUT, "run", "none of them"], cwd=folder, capture_output=True)
-    if not (folder / "mutants/fivebar/_labs").exists():
-        (folder / "mutants/fivebar/_labs").symlink_to("../labs")
-
-
-def names(folder: Path) -> list[str]:
-    """The mutants' names, in a fixed order."""
-    found = sorted((folder / "mutants").rglob("*.meta"))
-    return [
-        name for path in found for name in json.loads(path.read_text("utf-8"))["exit_code_by_key"]
-    ]
-
-
-def lines(folder: Path, name: str) -> tuple[str, str]:
-    """What stood there, and what stands there now."""
-    from mutmut.mutation.diff_apply import get_diff_for_mutant
-
-    with contextlib.chdir(folder):
-        shown = get_diff_for_mutant(name)
-    parts = [
-        [li[1:] for li in shown.splitlines() if re.match(rf"\{sign}(?!\{sign}\{sign})", li)]
-        for sign in "-+"
-    ]
-    return "\n".join(parts[0]), "\n".join(parts[1])
 
 
 def without_texts(source: str) -> list[str]:
@@ -173,9 +113,7 @@ def without_texts(source: str) -> list[str]:
 
 def reason(table: list, name: str, was: str, now: str) -> str | None:
     """Why a mutant need not be killed: of the first entry of which it takes the one text and brings the other."""
-    function = re.sub(
-        r"^fivebar\.|\bx_|__mutmut_\d+$", "", name.replace("xǁ", "").replace("ǁ", ".")
-    )
+    function = name.removeprefix("fivebar.").rpartition(":")[0]
     for pattern, gone, come, why in table:
         brings = not come or now.count(come) > was.count(come)
         if fnmatchcase(function, pattern) and was.count(gone) > now.count(gone) and brings:
@@ -183,17 +121,220 @@ def reason(table: list, name: str, was: str, now: str) -> str | None:
     return None
 
 
-def killed_by(tests: tuple[str, ...], name: str, folder: Path) -> bool:
-    """Whether a slow test fails with this mutant."""
-    run = [sys.executable, "-m", "pytest", "-xq", *ARGUMENTS, *tests]
-    environment = {**os.environ, "MUTANT_UNDER_TEST": name}
-    return (
-        bool(tests)
-        and subprocess.run(
-            run, cwd=folder / "mutants", capture_output=True, env=environment
-        ).returncode
-        == 1
-    )
+@dataclass
+class Mutant:
+    """A changed function: its module and name in it, its code, and the lines that stood and stand there."""
+
+    name: str
+    module: str
+    function: str
+    code: CodeType
+    was: str
+    now: str
+
+
+def functions_in(code: CodeType) -> dict[str, CodeType]:
+    """The functions and methods of a module, by their qualified names, in their order."""
+    found = {}
+    for each in code.co_consts:
+        if isinstance(each, CodeType):
+            if each.co_flags & 1:  # it has locals of its own: no class
+                found[each.co_qualname] = each
+            else:
+                found |= functions_in(each)
+    return found
+
+
+def mutant(path: Path, source: str, changed: str, number: int) -> Mutant | None:
+    """The mutant of two texts of a module; None where no function's own code is another."""
+    before, after = (functions_in(compile(text, path, "exec")) for text in (source, changed))
+    function = next((name for name in before if before[name] != after.get(name)), None)
+    if function is None or function not in after:
+        return None
+    old, new = before[function], after[function]
+    if (old.co_code, old.co_consts, old.co_names) == (new.co_code, new.co_consts, new.co_names):
+        return None  # a default
+    module = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    shown = list(difflib.unified_diff(source.splitlines(), changed.splitlines(), n=0, lineterm=""))
+    was, now = ("\n".join(line[1:] for line in shown[2:] if line[0] == sign) for sign in "-+")
+    if without_texts(was) == without_texts(now):
+        return None
+    return Mutant(f"{module}.{function}:{number}", module, function, new, was, now)
+
+
+def mutants_of(room: str, files: list[str] | None) -> Iterator[tuple[Path, int, Callable]]:
+    """File, number and maker of each mutant of a room."""
+    import libcst
+    from mutmut.mutation.file_mutation import MutationVisitor, deep_replace
+    from mutmut.mutation.mutators import mutation_operators
+    from mutmut.mutation.pragma_handling import IgnoredCode
+
+    class Visitor(MutationVisitor):
+        def _skip_node_and_children(self, node):
+            # Code is changed below what decorates it, which mutmut by itself cannot do.
+            decorated = isinstance(node, libcst.FunctionDef) and node.decorators
+            return not decorated and super()._skip_node_and_children(node)
+
+    for path in sorted((ROOT / "fivebar" / room).rglob("*.py")):
+        if path.name in FILES.get(room, [path.name]) and path.stem in (files or [path.stem]):
+            source = path.read_text("utf-8")
+            visitor = Visitor(mutation_operators, IgnoredCode(set(), set(), set()))
+            module = libcst.MetadataWrapper(libcst.parse_module(source)).visit(visitor)
+            for number, each in enumerate(visitor.mutations):
+                if each.contained_by_top_level_function:
+
+                    def make(path=path, source=source, module=module, number=number, each=each):
+                        changed = deep_replace(module, each.original_node, each.mutated_node).code
+                        return mutant(path, source, changed, number)
+
+                    yield path, number, make
+
+
+def function_of(module: str, name: str):
+    """The function itself, below what decorates it."""
+    found = importlib.import_module(module)
+    for part in name.split("."):
+        found = vars(found)[part]
+    for inner in ("fget", "func", "__func__", "__wrapped__", "__wrapped__"):
+        found = getattr(found, inner, found)
+    return found
+
+
+class Watch:
+    """Which tests come to which functions, and what each takes of a processor.
+
+    A test that takes longer than `longest` is left where it is then; 0: never.
+    """
+
+    def __init__(self, longest: float):
+        self.longest = longest
+        self.reached: set[str] = set()
+        self.tests: dict[str, tuple[float, list[str]]] = {}
+        self.failed: set[str] = set()
+
+    def reach(self, mutants: list[Mutant]) -> None:
+        """Let each mutant's function, unchanged else, say that it was called."""
+        for each in mutants:
+            function = function_of(each.module, each.function)
+            tree = ast.parse(Path(function.__code__.co_filename).read_text("utf-8"))
+            node = tree
+            for part in each.function.split("."):
+                node = next(n for n in node.body if getattr(n, "name", None) == part)
+            mark = f"{each.module}.{each.function}"
+            node.body.insert(0, ast.parse(f"__reach__({mark!r})").body[0])
+            code = compile(ast.fix_missing_locations(tree), function.__code__.co_filename, "exec")
+            function.__globals__["__reach__"] = self.reached.add
+            function.__code__ = functions_in(code)[each.function]
+
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_runtest_protocol(self, item):
+        self.reached.clear()
+        start = time.process_time()
+        yield
+        self.tests[item.nodeid] = time.process_time() - start, sorted(self.reached)
+
+    def pytest_runtest_setup(self):
+        """Each test starts with empty caches: what they keep may have been made by another function than the mutant."""
+        for module in [
+            module for name, module in sys.modules.items() if name.startswith("fivebar.")
+        ]:
+            for each in vars(module).values():
+                if hasattr(each, "cache_clear"):
+                    each.cache_clear()
+
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_runtest_call(self, item):
+        left = []
+
+        def leave(_, frame):
+            while frame and frame.f_code.co_filename != str(item.path):
+                frame = frame.f_back
+            if frame:  # what is about a test may not be left
+                left.append(pytest.skip.Exception("it takes too long"))
+                raise left[0]
+
+        signal.signal(signal.SIGPROF, leave)
+        signal.setitimer(signal.ITIMER_PROF, self.longest)
+        outcome = yield
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        if left and outcome.excinfo:  # which CasADi makes a KeyboardInterrupt
+            outcome.force_exception(left[0])
+
+    def pytest_runtest_logreport(self, report):
+        if report.failed:
+            self.failed.add(report.nodeid)
+
+
+def in_a_child(run: Callable[[], int], seconds: float) -> int | None:
+    """The exit code of what runs in a forked process, silently; None where it takes longer than that of a processor."""
+    child = os.fork()
+    if not child:
+        sys.stdout.flush()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        os.dup2(1, 2)
+        limit = int(time.process_time() + seconds) + 1
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
+        try:
+            code = int(run())
+        finally:
+            os._exit(code if "code" in locals() else 99)
+    end = time.monotonic() + 20 * seconds + 60
+    while True:
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            return os.waitstatus_to_exitcode(status) if os.WIFEXITED(status) else None
+        if time.monotonic() > end:
+            os.kill(child, signal.SIGKILL)
+        time.sleep(0.05)
+
+
+def measured(mutants: list[Mutant], arguments: list[str], longest: float) -> dict:
+    """Each test's time and the functions that it comes to; without those that fail as it is."""
+    file = Path(tempfile.gettempdir()) / f"mutation-{os.getpid()}.json"
+
+    def run():
+        watch = Watch(longest)
+        watch.reach(mutants)
+        code = pytest.main(arguments, plugins=[watch])
+        tests = {name: each for name, each in watch.tests.items() if name not in watch.failed}
+        file.write_text(json.dumps([tests, sorted(watch.failed)]), "utf-8")
+        return code
+
+    code = in_a_child(run, 36000.0)
+    if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
+        raise RuntimeError(f"pytest ended with {code} without a mutant")
+    tests, failed = json.loads(file.read_text("utf-8"))
+    file.unlink()
+    if failed:
+        print("left out, as they fail without a mutant:", *failed, sep="\n  ")
+    return tests
+
+
+def outcome_of(each: Mutant, tests: dict, seconds: float, longest: float, slow: list[str]) -> str:
+    mark = f"{each.module}.{each.function}"
+    times = {name: spent for name, (spent, reached) in tests.items() if mark in reached}
+    # Of about one time those of a file stay together: their fixtures are made once.
+    order = sorted(times, key=lambda name: bisect([0.1, 1.0], times[name]))
+    asked, total = [], 0.0
+    for name in order:
+        total += times[name]
+        if total <= seconds or not asked:
+            asked.append(name)
+
+    def run(tests):
+        function_of(each.module, each.function).__code__ = each.code
+        return pytest.main([*ARGUMENTS, "-m", "", "-x", *tests], plugins=[Watch(longest)])
+
+    outcome = "survived" if asked else "no tests"
+    for chosen, most in ((asked, 20 + 5 * total), (slow, 1000.0)):
+        code = in_a_child(lambda chosen=chosen: run(chosen), most) if chosen else 0
+        if code is None:
+            return "timeout"
+        if code == pytest.ExitCode.TESTS_FAILED:
+            return "killed"
+        if code:
+            raise RuntimeError(f"pytest ended with {code} on {each.name}: {chosen}")
+    return outcome
 
 
 def main() -> None:
@@ -203,55 +344,49 @@ def main() -> None:
     parser.add_argument("room", choices=ROOMS)
     parser.add_argument("--count", type=int, default=150, help="mutants drawn")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument(
-        "--keep", type=Path, help="the copy's folder, which is used again where it is there"
-    )
     parser.add_argument("--only", nargs="+", help="these mutants in place of drawn ones")
+    parser.add_argument("--tests", nargs="+", help="these tests in place of the room's")
     parser.add_argument(
         "--files", nargs="+", help="draw from these files of the room, as regions disc"
     )
-    options = parser.parse_args()
-    folder = options.keep or Path(tempfile.mkdtemp(prefix="fivebar-mutation-"))
-    copied(options.room, folder)
-    every = [
-        name for name in names(folder) if not options.files or name.split(".")[2] in options.files
-    ]
-    drawn, wanted = options.only or [], 0 if options.only else options.count
-    for name in random.Random(options.seed).sample(every, len(every)):
-        if len(drawn) >= wanted:
-            break
-        if len(set(map(tuple, map(without_texts, lines(folder, name))))) == 2:
-            drawn.append(name)
-    subprocess.run(
-        [*MUTMUT, "run", *drawn, "--max-children", "1"], cwd=folder, stdout=subprocess.DEVNULL
+    parser.add_argument(
+        "--fast", action="store_true", help="by the fast tests alone, without deep and slow ones"
     )
-    report = subprocess.run(
-        [*MUTMUT, "results", "--all", "true"], cwd=folder, capture_output=True, text=True
-    ).stdout
-    status = dict(re.findall(r"^\s*(\S+): (.+)$", report, re.MULTILINE))
-    if {status.get(name, "not checked") for name in drawn} == {"not checked"}:
-        sys.exit(
-            "no mutant was tried: the tests fail without one, as `mutmut run` in the copy's folder says"
-        )
+    parser.add_argument(
+        "--seconds", type=float, default=1e9, help="of tests at most for each mutant, the fastest"
+    )
+    parser.add_argument(
+        "--longest", type=float, default=0.0, help="seconds for one test at most; 0: as it takes"
+    )
+    options = parser.parse_args()
+    every = list(mutants_of(options.room, options.files))
+    drawn: list[Mutant] = []
+    for path, number, make in random.Random(options.seed).sample(every, len(every)):
+        if len(drawn) >= (len(options.only) if options.only else options.count):
+            break
+        module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        wanted = options.only or [f"{module}.:{number}"]
+        near = any(w.startswith(module) and w.endswith(f":{number}") for w in wanted)
+        made = make() if near else None
+        if made and (not options.only or made.name in options.only):
+            drawn.append(made)
+    selection = options.tests or ROOMS[options.room]
+    arguments = [*ARGUMENTS, "-m", "not deep" if options.fast else "", *selection]
+    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
+    pytest.main([*arguments, "--collect-only", "-qq"])  # all is imported before the first fork
+    tests = measured(drawn, arguments, options.longest)
+    slow = [] if options.fast else list(SLOW.get(options.room, ()))
     table, found = tomllib.loads(TABLE.read_text("utf-8"))["justified"], Counter()
-    for name in drawn:
-        outcome = "killed" if status.get(name) == "timeout" else status.get(name, "not run")
-        if outcome != "killed":
-            was, now = lines(folder, name)
-            if why := reason(table, name, was, now):
-                outcome = "justified"
-            elif killed_by(SLOW.get(options.room, ()), name, folder):
-                found["killed"] += 1
-                continue
-            print(
-                f"{name}: {outcome}{f', {why}' * bool(why)}",
-                was,
-                now,
-                sep=os.linesep + "  ",
-                flush=True,
-            )
+    for each in drawn:
+        why = reason(table, each.name, each.was, each.now)
+        outcome = outcome_of(each, tests, options.seconds, options.longest, [] if why else slow)
+        print(end=".", file=sys.stderr, flush=True)
+        if outcome not in ("killed", "timeout"):
+            outcome = "justified" if why else outcome
+            print(f"{each.name}: {outcome}{f', {why}' * bool(why)}")
+            print(f"- {each.was}\n+ {each.now}", flush=True)
         found[outcome] += 1
-    share = (found["killed"] + found["justified"]) / len(drawn)
+    share = sum(found[way] for way in ("killed", "timeout", "justified")) / len(drawn)
     print(
         f"{options.room}: of {len(every)} mutants {len(drawn)} drawn, {share:.1%} killed or justified",
         dict(found),

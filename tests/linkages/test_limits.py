@@ -24,6 +24,7 @@ from fivebar.linkages import (
     type_2_curves,
     verdict,
 )
+from fivebar.linkages.four_bar import _wrap
 from fivebar.linkages.straight_line import roberts
 from fivebar.singularities.loci import singularity_loci
 from fivebar.singularities.margins import Singularity
@@ -101,6 +102,11 @@ def test_grashof_turning_links_against_full_turns():
                     way = np.unwrap(motion.angle(name))
                     turns[name] |= bool(np.ptp(way) > 2 * np.pi - 1e-3)
         assert tuple(name for name, full in turns.items() if full) == four_bar.turning, four_bar
+
+
+def test_angles_of_dead_centres_are_in_one_turn():
+    for angle, one in ((-math.pi, math.pi), (3 * math.pi, math.pi), (7.0, 7.0 - 2 * math.pi)):
+        assert _wrap(angle) == pytest.approx(one, abs=1e-15)
 
 
 def test_dead_centres_and_transmission_of_any_four_bar():

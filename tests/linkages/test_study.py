@@ -4,6 +4,7 @@ import argparse
 import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -69,6 +70,7 @@ def test_csv_and_back(name, tmp_path):
     run.to_csv(tmp_path / "run.csv")
     again = Study.from_csv(tmp_path / "run.csv")
     assert again.linkage == linkage and list(again.columns) == list(run.columns)
+    assert not {"G", "H", "K", "L"} & {column.partition(".")[0] for column in run.columns}
     for column in run.columns:
         assert np.array_equal(again[column], run[column], equal_nan=True), column
     assert np.array_equal(again.t, run.t) and np.array_equal(again.points(), run.points())
@@ -111,6 +113,7 @@ def test_any_quantity_can_be_asked_for():
         gravity=(0.0, -9.81),
     )
     assert list(run.columns) == ["M.speed", "inertia", "torque"] and len(run.t) == 73
+    assert repr(run) == "<Study: FourBar, 4.18879 s in 73 rows, 3 quantities>"
     for name in known(run.motion):
         assert run[name].shape == (73,) and unit(name)
     assert run["M.speed"] == pytest.approx(np.hypot(run["M.vx"], run["M.vy"]), rel=1e-12)
@@ -143,6 +146,13 @@ def test_a_crank_that_locks_says_where_and_when():
     assert run.lock[1] == pytest.approx(0.497896784) and np.isfinite(run["link 2.angle"]).all()
 
 
+def test_a_press_whose_bar_is_too_short_closes_nowhere():
+    press = replace(REPAIRED, l5=0.01)
+    for asked in (lambda: study(press), lambda: move(press, 1.0)):
+        with pytest.raises(fb.UnreachableError, match="on this branch no angle of the crank clos"):
+            asked()
+
+
 def test_swings_stay_inside_and_strokes_are_whole():
     run = study(TABLE_2.inversion("rocker"), drive="swing")
     low, high = np.radians([27.6604499, 78.463041])
@@ -150,8 +160,39 @@ def test_swings_stay_inside_and_strokes_are_whole():
     watt = straight_line("watt")
     run = study(watt.linkage, drive="swing", between=tuple(sorted(watt.stroke)), branch=watt.branch)
     assert [run["M.y"].min(), run["M.y"].max()] == pytest.approx([-0.25, 0.25], rel=1e-9)
+    run = study(PRINTED, drive="swing")
+    low, high = np.radians([45.1749929, 336.825007])
+    assert low < run.q.min() < low + 0.15 and high - 0.15 < run.q.max() < high
     with pytest.raises(ValueError, match="turns fully: it has no range"):
         study(TABLE_2, drive="swing")
+
+
+@pytest.mark.parametrize(
+    "robot, motors, turns",
+    [
+        (fb.FiveBar(), (1, 5), 1.0),
+        (fb.FiveBar(l11=0.1), (2, 4), 0.2),
+        (fb.FiveBar(0.09, 0.03, 0.03, 0.09, 0.118), (1, 5), 1.0),
+        (fb.FiveBar(0.09, 0.03, 0.03, 0.09, 0.118), (1, 5), 0.2),
+        (fb.FiveBar(0.09, 0.03, 0.02, 0.08, 0.12), (1, 5), 0.2),
+    ],
+)
+def test_two_motors_swing_a_quarter_period_apart_as_far_as_closes(robot, motors, turns):
+    linkage = FiveBarLinkage(robot, motors)
+    run = study(linkage, [1.5, -3.0], drive="swing", turns=turns)
+    start = np.array([linkage.home[k] for k in motors])
+    arm = run.q - start
+    amplitude = np.hypot(*arm[0])
+    assert arm[0] == pytest.approx([0.0, amplitude], abs=1e-12)
+    assert np.hypot(*arm.T) == pytest.approx(amplitude, rel=1e-12)
+    assert np.stack(run.motion.q_dot, axis=-1) == pytest.approx(
+        3.0 * arm[:, ::-1] * (1, -1), rel=1e-12, abs=1e-12
+    )
+    assert np.stack(run.motion.q_ddot, axis=-1) == pytest.approx(-9.0 * arm, rel=1e-12, abs=1e-12)
+    halved = round(math.log2(0.4 / amplitude))
+    assert amplitude == pytest.approx(0.4 / 2**halved, rel=1e-12) and 0 <= halved < 5
+    wider = move(linkage, start + 2 * arm, unreachable="nan").position("joint 3")
+    assert halved == 0 or np.isnan(wider).any()
 
 
 @pytest.mark.parametrize(

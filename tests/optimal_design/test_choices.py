@@ -10,6 +10,7 @@ from fivebar.base import shards
 from fivebar.models.motors import MOTORS, Motor
 from fivebar.optimal_design.closed_forms import _lens
 from fivebar.optimal_design.evolution import refine, thinned
+from fivebar.optimal_design.optimum import DesignProblem
 from fivebar.optimal_design.results import plain_parameters, robot_of_plain
 from fivebar.optimal_design.task import task_of
 
@@ -51,6 +52,29 @@ def test_an_effort_beyond_its_range(effort):
         fb.design("workspace_area", LENGTHS, effort=effort)
 
 
+def test_a_table_out_of_reach_counts_by_how_far_it_is():
+    task = task_of({"table": (0.2, 0.1), "poses": 5})
+    bounds = {"l1": (0.01, 0.3), "l2": (0.01, 0.3), "d": 0.1}
+    problem = DesignProblem("bars", bounds, {}, fb.FiveBar(), None, task, None)
+    for leg in (0.06, 0.08, 0.1):
+        _, violation = problem(np.array([[leg / 2, leg / 2, 0.1]]))
+        farthest = np.hypot(0.1 + 0.05, 0.05)  # a corner from the other base joint
+        assert violation[0] == pytest.approx(1 + (farthest - leg) / 0.2, rel=1e-12)
+
+
+def test_a_search_that_does_not_settle_ends_by_its_effort():
+    """Of what is noise no generation is the last by itself."""
+
+    def calls_with(effort):
+        seen = []
+        noise = np.random.default_rng(0)
+        goal = {lambda robot: seen.append(robot) or noise.uniform(): "min"}
+        fb.design(goal, {"l1": (0.1, 0.2)}, effort=effort)
+        return len(seen)
+
+    assert calls_with(0.02) - calls_with(0.01) == 3 * 20  # three generations of twenty
+
+
 @pytest.mark.parametrize(
     "limit,words",
     [
@@ -70,6 +94,16 @@ def test_designs_say_what_they_are():
     assert (
         repr(fb.optimal_design.grid(l1=[0.1, 0.2], d=[0.0, 0.1, 0.2])) == "<Designs: l1, d, 6 rows>"
     )
+
+
+@pytest.mark.parametrize("robot", [fb.FiveBar(l12=0.11), fb.Biglide()])
+def test_a_design_comes_back_from_its_file(robot, tmp_path):
+    name = next(iter(robot.parameters))
+    value = getattr(robot, name)
+    found = fb.design(lambda one: getattr(one, name), {name: value}, robot=robot)
+    found.save(tmp_path / "one.json")
+    again = fb.optimal_design.Design.load(tmp_path / "one.json")
+    assert again.as_json() == found.as_json() and again.robot == robot
 
 
 @pytest.mark.parametrize(

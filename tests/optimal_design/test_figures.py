@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.optimal_design.task import SAMPLES
+from fivebar.optimal_design.batch import robots_of_designs
+from fivebar.optimal_design.task import SAMPLES, task_of
 from tests.helpers import DATA
 
 D = fb.optimal_design
@@ -110,6 +111,38 @@ def test_where_the_table_is_not_reached_or_a_singularity_crosses_it(swept):
         if name != "reach":
             worst = 0.0 if D.FIGURES[name].better == "large" else np.inf
             assert (done[name][out | crossed] == worst).all(), name
+
+
+def test_no_robot_passes_a_bound(swept):
+    done, _ = swept
+    names = ("l11", "l12", "l21", "l22", "d")
+    rows = np.array([[getattr(done.robot_at(k), name) for name in names] for k in range(0, 400, 8)])
+    robots = robots_of_designs(names, rows, fb.FiveBar())
+    bounded = [name for name in NAMES if D.FIGURES[name].bound]
+    assert len(bounded) == 7
+    for name in bounded:
+        figure = D.FIGURES[name]
+        sign = 1 if figure.better == "large" else -1
+        bound = figure.bound(robots, task_of(TASK))
+        assert (sign * done[name][::8] <= sign * bound * (1 + sign * 1e-12)).all(), name
+
+
+def test_where_both_legs_are_stretched_nothing_is_warned_of():
+    """Of 3-4-5 triangles to the last bit: both columns of J are 0, the compliance is 0 / 0 of nothing."""
+    lengths = {"l1": [2.0], "l2": [3.0], "d": [6.0], "task_y": [3.5]}
+    task = dict(table=(1.0, 1.0), poses=3, motor=(1.0, 1.0), stiffness=1.0, tolerances={"q": 1e-3})
+    done = fb.sweep(["stiffness", "tip_force", "worst_tip_error", "reach"], lengths, **task)
+    assert done["reach"][0] < 0 and not done.errors
+    assert [done[n][0] for n in ("stiffness", "tip_force", "worst_tip_error")] == [0, 0, np.inf]
+
+
+def test_a_table_of_four_poses_has_its_corners():
+    done = fb.sweep("det_A", {"l1": [0.1]}, table=(0.06, 0.04), poses=2)
+    corners = np.array([(x, y) for x in (-0.03, 0.03) for y in (-0.02, 0.02)]) + done.place_at(0)
+    pose = fb.igm(done.robot_at(0), corners, (1, -1), unreachable="nan")
+    low, high = np.sort(pose.det_A)[[0, -1]]
+    expected = np.abs(pose.det_A).min() if low * high > 0 else 0.0
+    assert done["det_A"][0] == pytest.approx(expected, rel=1e-12)
 
 
 def test_liu_measures_are_plain_polar_means():
@@ -268,6 +301,7 @@ def test_functions_of_ones_own_and_what_they_raise():
         and np.isnan(done["odd"][1:]).all()
         and np.isnan(done["text"]).all()
     )
+    assert done.best("odd").tolist() == [0]
     notes = dict(enumerate([[text for k, text in done.errors if k == n] for n in range(4)]))
     assert notes[0] == ["text: TypeError: it must give one number, not 'long'"]
     assert notes[1][0] == "odd: KeyError: 'too long'" and notes[2][0].startswith(

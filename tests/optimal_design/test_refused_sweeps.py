@@ -168,6 +168,9 @@ def test_a_file_of_designs_that_is_wrong_says_where(tmp_path):
     file.write_text("l1,d\n0.1\n", encoding="utf-8")
     with pytest.raises(ValueError, match="designs.csv, line 2: "):
         fb.sweep("bars", file)
+    np.savez(tmp_path / "designs.npz", l1=[0.1, 0.2], d=[0.1])
+    with pytest.raises(ValueError, match="designs.npz: .*d"):
+        fb.sweep("bars", tmp_path / "designs.npz")
     file.write_text("", encoding="utf-8")
     with pytest.raises(ValueError, match="designs.csv"):
         fb.sweep("bars", file)

@@ -2,6 +2,7 @@
 
 import time
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 import fivebar as fb
 from fivebar.paths.curve import Path
-from fivebar.paths.fit import Bezier, Ellipse, fitted
+from fivebar.paths.fit import Bezier, Ellipse, _Beziers, fitted
 from fivebar.paths.pieces import Arc, Line, Polynomial
 
 
@@ -157,3 +158,24 @@ def test_a_thousand_corners_take_no_second():
     began = time.process_time()
     path(np.linspace(0, path.length, 100_000))
     assert time.process_time() - began < 1.0
+
+
+@pytest.mark.parametrize("t", [0.0, 0.3, 1.0])
+def test_direction_and_bend_of_a_curve_are_the_derivatives_by_its_length(t):
+    """By de Casteljau's points at 50 digits: xi_ss = (z'' - (z''.u) u) / |z'|^2."""
+    rng = np.random.default_rng(8)
+    controls = rng.normal(size=(3, 4)) + 1j * rng.normal(size=(3, 4))
+    _, tangent, bend = _Beziers([Bezier(p) for p in controls]).end(np.arange(3), np.full(3, t), 1)
+    for k, control in enumerate(controls):
+
+        def at(x, control=control):
+            points = [mpmath.mpmathify(complex(p)) for p in control]
+            while len(points) > 1:
+                points = [a + x * (b - a) for a, b in zip(points, points[1:])]
+            return points[0]
+
+        with mpmath.workdps(50):
+            first, second = mpmath.diff(at, mpmath.mpf(t)), mpmath.diff(at, mpmath.mpf(t), 2)
+            u = first / abs(first)
+            across = (second - mpmath.re(second * mpmath.conj(u)) * u) / abs(first) ** 2
+        assert [tangent[k], bend[k]] == pytest.approx([complex(u), complex(across)], rel=1e-12)

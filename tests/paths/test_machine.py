@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import fivebar as fb
 from fivebar.cli import main
+from fivebar.paths.machine import machine_of
 from tests.helpers.twins import LAB, measured, robot_of, twin
 
 CONSTRAINTS = fb.Constraints(
@@ -75,6 +76,15 @@ def write_data(path, data):
     rows = zip(*data.values())
     lines = [",".join(data), *(",".join(map(repr, map(float, row))) for row in rows)]
     path.write_text("\n".join(lines) + "\n", "utf-8")
+
+
+def test_units_of_readings():
+    machine = machine_of(LAB, {})
+    for unit, per_turn, turn in (("deg", None, 360), ("turns", None, 1), ("counts", 4096, 4096)):
+        assert machine.scale(unit, per_turn) * 2 * math.pi == pytest.approx(turn, rel=1e-15)
+    assert machine.scale("rad") == 1.0
+    with pytest.raises(ValueError, match="^unit must be one of rad, "):
+        machine.scale("grad")
 
 
 def test_a_calibrated_robot_draws_where_it_is_told(tmp_path, capsys):

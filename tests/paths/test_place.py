@@ -1,11 +1,15 @@
 """Places of paths: closed forms, symmetric robots, exact rooms, and what does not fit."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.paths.placing.branch_and_bound import BranchAndBound
+from fivebar.paths.placing.clearance import Clearance
+from fivebar.paths.placing.search import _lattice
 
 ROBOT = fb.FiveBar()
 RECTANGLE = fb.path([(0, 0), (0.06, 0), (0.06, 0.04), (0, 0.04), (0, 0)])
@@ -27,6 +31,41 @@ def test_room_is_exact_and_a_shift_aside_has_less():
         moved = fb.Placement(tuple(shift))(placed.path)
         xi = moved(np.linspace(0, moved.length, 800))[0]
         assert fb.locus_distance(ROBOT, xi, placed.working)[0].min() < placed.clearance + 1e-6
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+@pytest.mark.parametrize("scale", [1.0, None])
+def test_the_first_cells_hold_every_placement_once(scale, mixed):
+    rooms = [(-0.1 - 0.05j, 0.2 + 0.1j), (0.1 + 0.1j, 0.3 + 0.2j)]
+    clearances = [SimpleNamespace(low=low, high=high) for low, high in rooms]
+    search = SimpleNamespace(clearances=clearances, size=0.05, turn=None, margin=0.0)
+    cells = BranchAndBound(search, scale, mixed)._first()
+    rng = np.random.default_rng(3)
+    for k in rng.integers(2, size=100):
+        low, high = rooms[k]
+        span = high - low
+        x, y = low.real + rng.uniform() * span.real, low.imag + rng.uniform() * span.imag
+        wanted = np.array([x, y, rng.uniform(0, 2 * np.pi), scale or rng.uniform(0.1, 3.0)])
+        off = cells.middle - wanted[:, None]
+        off[2] = (off[2] + np.pi) % (2 * np.pi) - np.pi
+        holds = (np.abs(off) <= cells.half).all(axis=0) & ((cells.region == k) | mixed)
+        assert holds.sum() == 1, wanted
+
+
+def test_points_of_a_page_are_in_the_middles_of_its_even_parts():
+    points = _lattice((0.3, 0.2), 4)
+    parts = np.floor(points.real / 0.075) + 4 * np.floor(points.imag / 0.05)
+    assert sorted(parts) == list(range(16)) and points.mean() == pytest.approx(0.15 + 0.1j)
+
+
+def test_a_grid_of_clearances_holds_the_whole_border():
+    for part in fb.aspects(ROBOT)[:3]:
+        room = Clearance(part)
+        for low, high, along in (
+            (room.low.real, room.high.real, room.border.real),
+            (room.low.imag, room.high.imag, room.border.imag),
+        ):
+            assert low < along.min() < along.max() < high
 
 
 def test_a_point_like_path_lies_where_the_largest_disc_does():

@@ -36,6 +36,16 @@ def test_closer_bounds_lie_between_wide_ones(name):
     assert (x <= wide.ceiling[1:-1] * (1 + 1e-9)).all()
 
 
+@pytest.mark.parametrize("curvature", [-1e4, -1.0, 1e-6, 1e3])
+def test_a_parabola_of_squared_speed_is_bent_as_it_is(curvature):
+    """The second difference of a parabola is exact on any nodes; where it changes its sign there is none."""
+    s = np.cumsum(np.random.default_rng(7).uniform(0.01, 0.3, 30))
+    bent = timing_solve._bent(5.0 + 2 * s + curvature * s**2, np.diff(s))
+    assert bent == pytest.approx(np.full(29, curvature), rel=1e-3)
+    bent = timing_solve._bent(curvature * np.abs(s - s[15]) ** 3 * np.sign(s - s[15]), np.diff(s))
+    assert (bent[[14, 15]] == 0).any() and (bent[[0, -1]] != 0).all()
+
+
 def test_the_work_that_is_done_ends_the_search(monkeypatch):
     monkeypatch.setattr(timing_solve, "LOOKS", 2000)
     path, given = (

@@ -2,6 +2,8 @@
 
 import json
 from functools import partial
+from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ import fivebar as fb
 from fivebar.cli import main
 from fivebar.paths.certificates import checker
 from fivebar.paths.machine import machine_of
-from fivebar.paths.placing.with_tool import tool_regions
+from fivebar.paths.placing.with_tool import largest_upright, tool_regions
 from fivebar.paths.tool import MountedTool
 
 NAMED = {
@@ -263,6 +265,23 @@ def test_placing_finds_the_clearance_it_says():
         fb.place(robot, path, tool=tool, working=MODES, turn=0.0, scale=9.0)
 
 
+def test_the_largest_scale_keeps_the_clearance_and_a_larger_one_does_not():
+    tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
+    path = fb.path(SQUARE, deviation=2e-4)
+    asked = dict(tool=tool, working=MODES, turn=0.0, constraints=fb.Constraints(clearance=4e-3))
+    placed = fb.place(robot, path, scale=None, **asked)
+    points = placed.path.drawn(np.linspace(0, placed.path.length, 400))[0]
+    assert np.ptp(points, axis=0) == pytest.approx(
+        placed.scale * np.ptp(path(np.linspace(0, path.length, 400))[0], axis=0), rel=1e-9
+    )
+    loci = np.concatenate([locus.points for locus in tool.loci(robot, MODES)])
+    loci = loci[np.isfinite(loci).all(axis=1)]
+    nearest = np.linalg.norm(points[:, None] - loci, axis=-1).min()
+    assert nearest > 4e-3 - 1e-5 and placed.clearance < 4e-3 + 1e-4
+    with pytest.raises(ValueError, match="does not fit at scale"):
+        fb.place(robot, path, scale=1.03 * placed.scale, **asked)
+
+
 def test_regions_of_a_tool_in_the_joint_are_the_aspects():
     robot = fb.FiveBar()
     regions = tool_regions(fb.Tool(1), robot, (-1, -1))
@@ -302,3 +321,33 @@ def test_the_map_of_a_tool(tmp_path, capsys):
     assert capsys.readouterr().out.splitlines()[1].split()[:2] == ["1", "+-"]
     assert (tmp_path / "map.png").stat().st_size > 10000
     assert main(["map", "--robot", "plotclock", "--det-A", "0.1"]) == 2
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_largest_upright_box_is_that_of_all_boxes(seed):
+    """Of each pair of columns and of rows on a small grid, with spots in the way."""
+    rng = np.random.default_rng(seed)
+    free = rng.uniform(size=(9, 12)) < 0.9
+    size, step, low = np.array([0.03, 0.05]), 0.01, np.array([0.1, -0.2])
+    asked = []
+
+    def at(points):
+        asked.append(points)
+        return np.arange(len(points))
+
+    region = SimpleNamespace(clearance=np.where(free, 0.0, -1.0), step=step, low=low, at=at)
+    scale, middle = largest_upright(region, size, 0.0)
+    largest = max(
+        min((b - a) / size[0], (d - c) / size[1]) * step
+        for a, b in combinations(range(9), 2)
+        for c, d in combinations(range(12), 2)
+        if free[a : b + 1, c : d + 1].all()
+    )
+    assert scale == pytest.approx(largest, rel=1e-9) and (middle == asked[0][-1]).all()
+    first, last = np.rint(((middle + np.outer((-1, 1), scale * size / 2)) - low) / step * 2) / 2
+    inside = free[
+        int(np.ceil(first[0])) : int(last[0]) + 1, int(np.ceil(first[1])) : int(last[1]) + 1
+    ]
+    assert inside.size and inside.all()
+    none = SimpleNamespace(clearance=np.full((4, 4), -1.0), step=step, low=low, at=at)
+    assert largest_upright(none, size, 0.0)[0] == 0.0

@@ -12,31 +12,33 @@ if TYPE_CHECKING:
 
 
 def profile(found: Calibration, name: str, far: float) -> tuple[float, float]:
-    """Return (low, high) where chi2 has risen by far^2 times the variance; inf where it never does.
+    """Return (low, high): where chi2 has risen by far^2 times the variance, or the robot no
+    longer closes; inf where neither is.
 
     Bates and Watts, Nonlinear Regression Analysis and Its Applications, 1988, ch. 6.
     """
     value, step = found.values[name], found.sd[name]
     if not np.isfinite(step):
         return -np.inf, np.inf
+    exact = 1e-6 * step
     limit = far * far * found.variance
 
-    def excess(at):
-        return found.refit({name: at}) - found.chi2 - limit
-
     def side(sign):
-        near, reach = value, far * step
+        def excess(way):
+            return found.refit({name: value + sign * way}) - found.chi2 - limit
+
+        near, wall, reach = 0.0, np.inf, far * step
         for _ in range(60):
-            end = value + sign * reach
-            risen = excess(end)
-            if np.isinf(risen):  # beyond what the robot reaches: nearer
-                reach = (reach + abs(near - value)) / 2
-                if abs(reach - abs(near - value)) < 1e-9 * reach:
-                    return end
-            elif risen > 0:
-                return brentq(excess, near, end, xtol=1e-6 * step)
+            risen = excess(reach)
+            if 0 < risen < np.inf:
+                return value + sign * brentq(excess, near, reach, xtol=exact)
+            if risen > 0:  # beyond what the robot reaches
+                wall = reach
             else:
-                near, reach = end, 1.5 * reach
-        return sign * np.inf
+                near = reach
+            if wall - near < exact:
+                break
+            reach = min(1.5 * reach, (near + wall) / 2)
+        return value + sign * wall
 
     return side(-1), side(1)

@@ -297,9 +297,8 @@ def evenly(t: ndarray, pairs: Mapping[str, ndarray], step: float) -> tuple[ndarr
             dict(pairs),
             distance,
         )
-    before = np.clip(
+    before = np.minimum(
         np.searchsorted(t, even, side="right") - 1,
-        0,
         len(t) - 2,
     )
     lost = np.diff(t)[before] > LATE * step

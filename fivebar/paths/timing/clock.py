@@ -143,10 +143,9 @@ class Clock:
     def _plain(self, t):
         begins = self._starts[:-1]
         taken = self.taken
-        k = np.clip(
+        k = np.maximum(
             np.searchsorted(begins, t, side="right") - 1,
             0,
-            len(begins) - 1,
         )
         dt = np.clip(
             t - begins[k],
