@@ -49,14 +49,6 @@ class Slip:
         """Return the misconception of who makes this slip and no other."""
         return Misconception(self.name, self.hint, partial(derivation, **self.steps))
 
-    def together(self, other: Slip) -> Slip | None:
-        """Return both slips, None where they are about the same step."""
-        if self.steps.keys() & other.steps.keys():
-            return None
-        return Slip(
-            f"{self.name}; and {other.name}", f"{self.hint} {other.hint}", self.steps | other.steps
-        )
-
 
 @dataclass(frozen=True)
 class Exercise:
@@ -68,8 +60,7 @@ class Exercise:
         shape of the returned names that are no plain numbers.
     guessable: few values are possible,
         so that all rows must be right to earn anything. derivation: the right model step
-    by step, derivation(robot, *columns, **steps); slips: what can go wrong in its steps,
-        alone or two together.
+    by step, derivation(robot, *columns, **steps); slips: what can go wrong in its steps.
     """
 
     signature: str

@@ -19,7 +19,7 @@ from .program import Program
 from .relations import MODES
 from .worker.live import Live
 from .worker.replies import Reply
-from .worker.student import LIMIT
+from .worker.student import LIMIT, Tried
 
 MOST_ASKED, MOST_KEPT, ASKED = (
     30_000,
@@ -45,7 +45,7 @@ class Helped:
     Student.
 
     rows: what the program asked of each, and for which robot; constants_of: the file's name for a
-    number -> the robot's, where they differ.
+    number -> the robot's, where they differ; change: one that is made in the program, too.
     """
 
     student: Any
@@ -54,13 +54,21 @@ class Helped:
     constants_of: dict[str, tuple[str, ...]] = field(default_factory=dict)
     rows: dict[str, tuple[Robot, list]] = field(default_factory=dict)
     count: int = 0
+    change: Tried | None = None
 
     names = property(lambda self: self.student.names)
     constants = property(lambda self: self.student.constants)
     outline = property(lambda self: self.student.outline)
 
+    changes = property(lambda self: self.student.changes)
+
     def ask(
-        self, function: str, rows: list, constants: dict | None = None, limit: float | None = None
+        self,
+        function: str,
+        rows: list,
+        constants: dict | None = None,
+        limit: float | None = None,
+        tried: Tried | None = None,
     ) -> list[Reply]:
         known = self.robot.parameters
         changed: dict = {}
@@ -69,7 +77,13 @@ class Helped:
             changed |= {owner: value for owner in owners if owner in known}
         robot = replace(self.robot, **changed)
         given = {name: self._right(name, robot) for name in self.exercises}
-        return self.student.ask(function, rows, constants, PATIENCE * (limit or LIMIT), given)
+        patience, tried = PATIENCE * (limit or LIMIT), tried or self._tried(rows)
+        return self.student.ask(function, rows, constants, patience, given, tried)
+
+    def _tried(self, rows):
+        """Return the change, if any, with which all rows are asked."""
+        change = self.change
+        return change and replace(change, numbers=(change.numbers or []) * len(rows))
 
     def _right(self, name, robot):
         exercise = self.exercises[name]
@@ -114,11 +128,15 @@ def helped(
     exercises: dict[str, Exercise],
     robot: Robot,
     constants_of: dict[str, tuple[str, ...]],
+    change: Tried | None = None,
 ) -> Iterator[Program]:
-    """Yield the program in a process of its own, in which these functions are the right ones."""
+    """Yield the program in a process of its own, in which these functions are the right ones;
+    change: the number of one that is made in it, too.
+    """
     live = isinstance(program.student, Live)
     with nullcontext(program.student) if live else program.again() as student:
-        yield replace(program, student=Helped(student, exercises, robot, constants_of), again=None)
+        other = Helped(student, exercises, robot, constants_of, change=change)
+        yield replace(program, student=other, again=None)
 
 
 def reached(outline: dict, function: str) -> set[str]:

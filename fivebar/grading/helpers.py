@@ -54,7 +54,7 @@ def wrong_helpers(program: Program, lab: Lab) -> dict[str, Helper]:
             continue
         replies = student.ask(name, rows_from(candidates[0][1]))
         judged = [
-            Helper(exercise, judge(exercise, robot, tuple(columns), formed, TOLERANCE, deep=False))
+            Helper(exercise, judge(exercise, robot, tuple(columns), formed, TOLERANCE))
             for exercise, columns in candidates
             if (formed := _in_the_form_of(exercise, replies))
         ]

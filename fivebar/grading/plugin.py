@@ -13,6 +13,7 @@ from collections.abc import Generator
 from dataclasses import replace
 from functools import partial
 from inspect import signature
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +27,20 @@ from .following import NEVER, helped, may_help, reached, remark
 from .helpers import wrong_helpers
 from .judge import Verdict
 from .labs import Lab
+from .mends import MOST_FUNCTIONS, find_mend
 from .program import Job, Program
-from .report.text import check_lines, number
-from .results import checked
+from .report.text import check_lines, not_started, number
+from .results import Check, checked
 from .variants import PUBLIC_SEED, robot_for
 from .worker.sandbox import IsolationError, KilledError
 
 _ASK = pytest.StashKey[Ask]()
+MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
+
+
+def may_be_mended(check: Check) -> bool:
+    """Return whether a check got wrong answers from a function that is written."""
+    return check.reason in MENDED and not check.spot and not not_started(check)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -92,6 +100,8 @@ class Checks:
         self._known: dict = {}  # of all checks; the latter: diagnoses by function
         self._helpers: dict | None = None  # wrong ones
         self._verdicts: dict = {}  # function -> place in `found` -> Verdict
+        self._asks: list[Ask] = []
+        self._failed: dict = {}  # name -> a test that failed, what it asked first, its arguments
         self._payers: dict = {}  # helper -> the functions that lose points for it
 
     def pytest_configure(self, config: pytest.Config) -> None:
@@ -116,6 +126,7 @@ class Checks:
         lab, order = Lab(request.path.parent), self._drawn("order", request.node)
         ask = Ask(self.program, lab, self._hopeless, order, self._known)
         request.node.stash[_ASK] = ask
+        self._asks.append(ask)
         return ask
 
     @pytest.hookimpl(wrapper=True)
@@ -135,6 +146,7 @@ class Checks:
         The first function that a wrong helper spoils pays for it: it is told, and keeps its points.
         """
         lab, first = Lab(item.path.parent), item.stash[_ASK]
+        self._failed[item.name] = item, first, dict(item.funcargs)
         before = error.verdict if isinstance(error, Wrong) else Verdict(0.0, "value")
         if before.reason in NEVER or "RecursionError" in before.text:
             raise error
@@ -189,17 +201,18 @@ class Checks:
         names.sort(key=lambda name: len(reached(outline, name)))
         return {name: self._helpers[name] for name in names}
 
-    def _again(self, item, lab, given, deep):
+    def _again(self, item, lab, given, deep, change=None):
         """Return the Ask of a check run with the right ones of these functions, the share of its
-        points that it earns, and what is wrong, None where nothing is; deep: as in Ask.
+        points that it earns, and what is wrong, None where nothing is; deep: as in Ask; change: of
+        the program, made in it, too.
         """
         robot = self.program.robot_in(lab)
-        with helped(self.program, given, robot, lab.constants()) as program:
+        with helped(self.program, given, robot, lab.constants(), change) as program:
             ask = Ask(program, lab, {}, self._drawn("order", item))
             ask.deep = deep
             arguments = {"ask": ask, "draw": self._drawn("", item)}
             for name in signature(item.obj).parameters:
-                arguments.setdefault(name, item.funcargs.get(name))
+                arguments.setdefault(name, self._failed[item.name][2].get(name))
             wanted = signature(item.obj).parameters
             share, left = 1.0, None
             try:
@@ -283,6 +296,55 @@ class Checks:
     def _rename(self, place, mistake):
         found = replace(self.found[place], misconception=mistake.name, hint=mistake.hint)
         self.found[place] = found
+
+    def tell_mends(self, lab: Lab) -> None:
+        """Tell where one change makes a function right; what else builds on the function that is
+        changed is judged with the change.
+        """
+        if self.program is None or self.program.again is None:
+            return
+        asked: dict = {check.function: [] for check in self.found if may_be_mended(check)}
+        for rows in chain.from_iterable(ask.rows_asked for ask in self._asks):
+            if rows.exercise.name in asked:
+                asked[rows.exercise.name].append(rows)
+        known: list = []
+        for function, rows in [*asked.items()][:MOST_FUNCTIONS]:
+            places = [k for k, check in enumerate(self.found) if check.function == function]
+            if not any(may_be_mended(self.found[k]) for k in places):
+                continue  # it was judged with a change found before
+            wrong = {check.function for check in self.found if check.share < 1}
+            mend = find_mend(self.program, lab, function, rows, wrong, known)
+            if mend is None:
+                continue
+            known.append(mend.change)
+            spot = mend.spot(self.program.where(mend.change.line))
+            for k in places:
+                if self.found[k].share == 1:
+                    continue
+                name = self.found[k].misconception
+                told = {"spot": spot}
+                if not name or name.endswith("which is wrong"):
+                    told |= {"misconception": mend.name, "hint": mend.hint}
+                self.found[k] = replace(self.found[k], **told)
+            self._judge_with(mend, lab)
+
+    def _judge_with(self, mend, lab):
+        """Judge the other functions that call the one that is to be mended with the change made."""
+        outline, helper = self.program.student.outline, mend.change.function
+        for k, check in enumerate(self.found):
+            failed = self._failed.get(check.name)
+            if failed is None or check.share == 1 or check.function == mend.function:
+                continue
+            item, asked = failed[0], failed[1].asked
+            if not any(helper in reached(outline, name) for name in asked):
+                continue
+            given = self._called(lab, asked)
+            ask, share, left = self._again(item, lab, given, True, mend.made)
+            if share > check.share:
+                ask.remark(
+                    f"judged with one change in your {helper}, for which {mend.function} pays"
+                )
+                self.found[k] = checked(check.name, check.title, check.max_points, ask.record, left)
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:

@@ -34,7 +34,9 @@ LOST = (
 
 @dataclass(frozen=True, eq=False)
 class AskedRows:
-    """Rows of questions: columns, tolerance and refuse (n,), and the constants set in the file."""
+    """Rows of questions: columns, tolerance and refuse (n,), and the constants set in the file;
+    good: (n,), which were answered rightly.
+    """
 
     exercise: Exercise
     robot: Robot
@@ -42,6 +44,7 @@ class AskedRows:
     tolerance: np.ndarray
     refuse: np.ndarray
     constants: dict
+    good: np.ndarray
 
 
 class Questions:
@@ -88,7 +91,7 @@ class Questions:
         exercise, wanted = self._exercises[name], self._set_for(robot)
         rows, tolerance = with_answers(exercise, robot, columns), np.max(tolerance)
         replies = self._replies(name, rows_from(rows), wanted, None)
-        verdict = judge(exercise, robot, rows, replies, tolerance, deep=True)
+        verdict = judge(exercise, robot, rows, replies, tolerance)
         return self._settled(
             verdict, rows_of(exercise, robot, rows, tolerance, None, wanted), replies, None
         )
@@ -119,18 +122,16 @@ class Questions:
         1/m are the same.
         """
         exercise, columns = rows.exercise, rows.columns
-        other, wanted = self._with_others()
+        other, wanted = self.with_others()
         outcomes = [
             exercise.outcome(exercise.answer, robot, columns) for robot in (rows.robot, other)
         ]
         if np.array_equal(*outcomes, equal_nan=True):
             return None
         replies = self._replies(exercise.name, rows_from(columns), wanted, limit)
-        return judge(
-            exercise, other, columns, replies, rows.tolerance, rows.refuse, deep=False
-        ).diagnosis
+        return judge(exercise, other, columns, replies, rows.tolerance, rows.refuse).diagnosis
 
-    def _with_others(self, longer=False):
+    def with_others(self, longer=False):
         """Return the robot with other masses and inertias, or with longer bars, and the file's
         constants for it: those that it gives a number.
         """
@@ -179,7 +180,9 @@ def rows_of(exercise, robot, columns, tolerance, refuse, constants):
     """Return what was asked, with a tolerance and a refuse for each row."""
     n = len(columns[0])
     refuse = np.zeros(n, bool) if refuse is None else np.asarray(refuse)
-    return AskedRows(exercise, robot, columns, np.broadcast_to(tolerance, n), refuse, constants)
+    good = np.ones(n, bool)
+    tolerance = np.broadcast_to(tolerance, n)
+    return AskedRows(exercise, robot, columns, tolerance, refuse, constants, good)
 
 
 def with_answers(exercise, robot, columns):
