@@ -180,7 +180,8 @@ class Ask(Questions):
             raise ValueError(f"a verdict's share must lie in 0..1, not {share!r}")
         off = None if off is None else float(off)
         kind = "" if share == 1 else "value"
-        self._keep(Asked(Verdict(share, kind, reason, asked=asked, came=came, off=off)))
+        name = next(iter(self.asked)) if len(self.asked) == 1 else ""
+        self._keep(Asked(Verdict(share, kind, reason, asked=asked, came=came, off=off), name))
 
     def _keep(self, asked):
         __tracebackhide__ = True

@@ -59,7 +59,8 @@ class Exercise:
     wrong: the Misconceptions. angles: returned names compared modulo one turn. shapes: name ->
         shape of the returned names that are no plain numbers.
     guessable: few values are possible,
-        so that all rows must be right to earn anything. derivation: the right model step
+        so that all rows must be right to earn anything. of_lists: its arguments are lists, and
+        answer(robot, *arguments) answers one call. derivation: the right model step
     by step, derivation(robot, *columns, **steps); slips: what can go wrong in its steps.
     """
 
@@ -69,6 +70,7 @@ class Exercise:
     angles: tuple[str, ...] = ()
     shapes: dict[str, tuple[int, ...]] = field(default_factory=dict)
     guessable: bool = False
+    of_lists: bool = False
     derivation: Any = field(default=None, repr=False)
     slips: tuple[Slip, ...] = field(default=(), repr=False)
 

@@ -93,7 +93,9 @@ class Helped:
             self.count += 1
             answer = _answer(exercise, robot, row) if self.count <= MOST_ASKED else None
             kept = self.rows.setdefault(name, (robot, []))
-            if answer is not None and kept[0] == robot and len(kept[1]) < MOST_KEPT:
+            if exercise.of_lists:
+                kept[1].append(row)
+            elif answer is not None and kept[0] == robot and len(kept[1]) < MOST_KEPT:
                 kept[1].append(row)
             return answer
 
@@ -102,6 +104,8 @@ class Helped:
 
 def _answer(exercise, robot, row):
     """Return the right answer to one row as lists, None where there is none."""
+    if exercise.of_lists:
+        return _answer_to_lists(exercise, robot, row)
     plain = len(row) == len(exercise.arguments) and all(
         type(v) in (int, float) and abs(v) < 1e6 for v in row
     )
@@ -120,6 +124,17 @@ def _answer(exercise, robot, row):
         if np.isfinite(numbers).all()
         else None
     )
+
+
+def _answer_to_lists(exercise, robot, row):
+    """Return the right answer to lists of numbers, None where there is none."""
+    try:
+        with np.errstate(all="ignore"):
+            given = [np.asarray(part, float) for part in row]
+            numbers = exercise.answer(robot, *given)
+    except (ValueError, TypeError, np.linalg.LinAlgError):
+        return None
+    return [float(number) for number in numbers] if np.isfinite(numbers).all() else None
 
 
 @contextmanager

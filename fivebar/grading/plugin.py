@@ -303,6 +303,7 @@ class Checks:
         """
         if self.program is None or self.program.again is None:
             return
+        told_at_all = lab.spots_from() is not None
         asked: dict = {check.function: [] for check in self.found if may_be_mended(check)}
         for rows in chain.from_iterable(ask.rows_asked for ask in self._asks):
             if rows.exercise.name in asked:
@@ -322,7 +323,7 @@ class Checks:
                 if self.found[k].share == 1:
                     continue
                 name = self.found[k].misconception
-                told = {"spot": spot}
+                told = {"spot": spot} if told_at_all else {}
                 if not name or name.endswith("which is wrong"):
                     told |= {"misconception": mend.name, "hint": mend.hint}
                 self.found[k] = replace(self.found[k], **told)

@@ -18,11 +18,13 @@ from .judge import Verdict, judge
 from .labs import Lab
 from .program import Program
 from .second_look import CHANGES, changing, typed
+from .values import Unfit, read
 from .worker.replies import Reply
 
 CLOSE = (
     1e-6  # of the largest right answer: what is no further off spoils no function that builds on it
 )
+CALL_LIMIT = 10.0  # s, for a call that is asked about a list of measurements
 LOST = (
     "timeout",
     "memory",
@@ -148,11 +150,15 @@ class Questions:
         """Return those of these functions that answer the rows wrongly, each with its mistake; none
         where one is no model.
         """
+        rows = {name: given for name, given in rows.items() if given[1]}
+        of_lists = {name for name in rows if self._exercises[name].of_lists}
         found = {
             name: self.judged(name, robot, some(asked), CLOSE)
             for name, (robot, asked) in rows.items()
-            if asked
+            if name not in of_lists
         }
+        for name in of_lists:
+            found[name] = self._judged_by_calls(self._exercises[name], *rows[name])
         wrong = {name: verdict for name, verdict in found.items() if verdict.share < 1}
         kept = all(map(modelled, wrong.values()))
         return (
@@ -160,6 +166,22 @@ class Questions:
             if kept
             else {}
         )
+
+    def _judged_by_calls(self, exercise, robot, rows):
+        """Return the verdict on a function of lists; its wrong answers are a model if they change
+        with what it is asked.
+        """
+        rows = [rows[0], rows[-1]]
+        came, right = [], [exercise.answer(robot, *row) for row in rows]
+        plain = [[np.asarray(part).tolist() for part in row] for row in rows]
+        for reply in self._replies(exercise.name, plain, {}, CALL_LIMIT):
+            try:
+                came.append(read(exercise, reply.value)[0])
+            except Unfit:
+                return Verdict(0.0, "value")
+        good = np.allclose(came, right, rtol=CLOSE, atol=CLOSE)
+        changes = bool(np.isfinite(came).all() and np.ptp(came, axis=0).any())
+        return Verdict(float(good), rows=len(rows), related=changes)
 
     def _set_for(self, robot):
         """Return the constants to be set for a robot that is not the student's own."""

@@ -77,9 +77,9 @@ def c_compiler():
     )
 
 
-def cache_folder():
-    """Return where compiled models are kept: the variable FIVEBAR_CACHE, or `fivebar` in the user's
-    cache folder.
+def cache_folder() -> Path:
+    """Return where compiled models and other files of fivebar are kept: the variable FIVEBAR_CACHE,
+    or `fivebar` in the user's cache folder.
     """
     if chosen := os.environ.get("FIVEBAR_CACHE"):
         return Path(chosen)
@@ -91,7 +91,7 @@ def cache_folder():
         return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fivebar"
     except RuntimeError:  # of a user without an account, as in many containers
         raise OSError(
-            "this user has no home to keep compiled models in; set FIVEBAR_CACHE to a folder"
+            "this user has no home to keep files of fivebar in; set FIVEBAR_CACHE to a folder"
         ) from None
 
 

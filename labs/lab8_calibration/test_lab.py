@@ -12,7 +12,7 @@ from fivebar.grading.values import Unfit, read
 BUILT = run_path(str(Path(__file__).parent / "exercises.py"))
 NOMINAL, as_drawn, rows_of = BUILT["NOMINAL"], BUILT["as_drawn"], BUILT["rows_of"]
 
-FOUND = Exercise("calibrate() -> l11, l12, l21, l22, d, offset1, offset2", None)
+FOUND = BUILT["CALIBRATE"]
 OWN = Exercise("own_robot(q, xi) -> l11, l12, l21, l22, d", None)
 NAMES = FOUND.returns
 FAR = 0.5  # m: no step from the drawing's numbers goes so far
