@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .following import Helped, helped, may_help
+from .following import Helped, helped, may_help, reached
 from .judge import rows_right
 from .labs import Lab
 from .program import Program
@@ -20,6 +20,7 @@ from .worker.wire import Change
 NO_CHANGE = -1
 MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 3  # rows that the others must have right first
+MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
 HINTS = {
     "a sign": "Go through the signs of your formula: which terms add, and which subtract?",
@@ -68,19 +69,22 @@ def find_mend(
     program: Program,
     lab: Lab,
     function: str,
-    asked: list[AskedRows],
+    asked: dict[str, list[AskedRows]],
     wrong: set[str],
     known: list[Change],
 ) -> Mend | None:
     """Return the change that makes a function right, None where there is none.
 
-    asked: what the checks asked of it; wrong: the wrong functions of the lab, of which right ones
-    stand in for those that are called; known: changes that are tried first.
+    asked: what the checks asked of all functions: what is right stays right; wrong: the wrong
+    functions of the lab, of which right ones stand in for those that are called; known: changes
+    that are tried first.
     """
     called = may_help(program.student.outline, lab, {function}) & wrong
     given = {name: lab.exercises()[name] for name in called}
     with helped(program, given, program.robot_in(lab), lab.constants()) as other:
-        search = _Search(other, lab, function, asked)
+        search = _Search(other, lab, function, asked[function])
+        for name in asked.keys() - wrong:
+            search.keep(name, asked[name])
         number = search.number(known)
     if number is None:
         return None
@@ -96,6 +100,16 @@ class _Search:
         self.student: Helped = program.student
         questions = Questions(program, lab, {}, np.random.default_rng(0))
         self.asked = [rows for each in asked for rows in _answerable(each, questions)]
+        self.kept: list[tuple[set[str], AskedRows]] = []
+
+    def keep(self, name: str, asked: list[AskedRows]) -> None:
+        """Let a right function stay right where it calls the one that is changed."""
+        called = reached(self.student.outline, name)
+        for rows in asked:
+            places = np.arange(len(rows.good))[:: max(1, len(rows.good) // MOST_KEPT)]
+            answered = places[~rows.refuse[places]]
+            if len(answered):
+                self.kept.append((called, _part(rows, answered)))
 
     def number(self, known: list[Change]) -> int | None:
         """Return the first change after which all rows are right; known: tried before others."""
@@ -106,7 +120,9 @@ class _Search:
         changes = self.student.changes
         likely = [k for k, change in enumerate(changes) if change in known]
         for k in (*likely, *self._sieved(first, range(len(changes)))):
-            if all(self._right(rows, [k])[0] for rows in self.asked):
+            inside = changes[k].function
+            kept = [rows for called, rows in self.kept if inside in called]
+            if all(self._right(rows, [k])[0] for rows in (*self.asked, *kept)):
                 return k
         return None
 
@@ -133,7 +149,7 @@ class _Search:
             return []
         many = plain * len(changes)
         tried = replace(self.tried, numbers=[k for k in changes for _ in plain])
-        replies = self.student.ask(self.function, many, rows.constants, tried=tried)
+        replies = self.student.ask(rows.exercise.name, many, rows.constants, tried=tried)
         columns = tuple(np.tile(column, len(changes)) for column in rows.columns)
         tolerance = np.tile(rows.tolerance, len(changes))
         right = rows_right(rows.exercise, rows.robot, columns, replies, tolerance)

@@ -304,17 +304,17 @@ class Checks:
         if self.program is None or self.program.again is None:
             return
         told_at_all = lab.spots_from() is not None
-        asked: dict = {check.function: [] for check in self.found if may_be_mended(check)}
+        asked: dict = {}
         for rows in chain.from_iterable(ask.rows_asked for ask in self._asks):
-            if rows.exercise.name in asked:
-                asked[rows.exercise.name].append(rows)
+            asked.setdefault(rows.exercise.name, []).append(rows)
         known: list = []
-        for function, rows in [*asked.items()][:MOST_FUNCTIONS]:
+        written = {check.function: None for check in self.found if may_be_mended(check)}
+        for function in [name for name in written if name in asked][:MOST_FUNCTIONS]:
             places = [k for k, check in enumerate(self.found) if check.function == function]
             if not any(may_be_mended(self.found[k]) for k in places):
                 continue  # it was judged with a change found before
             wrong = {check.function for check in self.found if check.share < 1}
-            mend = find_mend(self.program, lab, function, rows, wrong, known)
+            mend = find_mend(self.program, lab, function, asked, wrong, known)
             if mend is None:
                 continue
             known.append(mend.change)
@@ -324,7 +324,8 @@ class Checks:
                     continue
                 name = self.found[k].misconception
                 told = {"spot": spot} if told_at_all else {}
-                if not name or name.endswith("which is wrong"):
+                blamed = name.startswith("consistent with your")
+                if not name or (blamed and mend.change.function not in name):
                     told |= {"misconception": mend.name, "hint": mend.hint}
                 self.found[k] = replace(self.found[k], **told)
             self._judge_with(mend, lab)
