@@ -126,9 +126,10 @@ def changes(source: str, function: str, apart: list[str]) -> list[Change]:
         seen.append(name)
         node = defined[name]
         waiting += [part.id for part in ast.walk(node) if isinstance(part, ast.Name)]
-        for place in _places(node):
+        for place in _places(node, constants):
             for rank, kind, new in _alternatives(place, constants):
-                key = (kind, _leg_free(place.node), _leg_free(new), _leg_free(place.parent))
+                parts = (place.node, new, place.parent)
+                key = kind, _leg_free("; ".join(map(ast.unparse, parts)))
                 found.setdefault(key, []).append((rank, kind, place, new))
     return _ordered(found.values())
 
@@ -137,6 +138,7 @@ def _ordered(groups):
     """Return the changes, of one place and of all places alike, by rank."""
     ranked = []
     for group in groups:
+        group.sort(key=lambda one: (one[2].node.lineno, one[2].node.col_offset))
         sets = [[one] for one in group] + ([group] if len(group) > 1 else [])
         for members in sets:
             rank, kind, first, new = members[0]
@@ -146,7 +148,7 @@ def _ordered(groups):
                 kind,
                 first.function.name,
                 _text(first.node),
-                _text(new),
+                _text(new) + (f", in {len(members)} places" if len(members) > 1 else ""),
                 {id(place.node): other for _, _, place, other in members},
                 tuple(functions.values()),
             )
@@ -176,10 +178,23 @@ def _copied(value, swaps):
     return value
 
 
-def _leg_free(node):
-    """Return the text of a node without the leg's number: q11 and q21, u[0] and u[1] read alike."""
-    text = re.sub(r"([A-Za-z_])[12]", r"\1#", ast.unparse(node))
-    return re.sub(r"\[[01]\]", "[#]", re.sub("left|right", "#", text))
+_LEG = re.compile(r"(?<=[A-Za-z_])[12]|(?<=\[)[01](?=\])|left|right")
+_LEGS = {"1": 1, "0": 1, "left": 1, "2": 2, "right": 2}
+
+
+def _leg_free(text):
+    """Return a text with the own leg and the other one for the legs' numbers, so that q12 + q11
+    and q22 + q21 read alike; of u[0] and u[1], left and right as well.
+    """
+    first = _LEG.search(text)
+    own = first and _leg_of(first)
+    return _LEG.sub(lambda found: "own" if _leg_of(found) == own else "other", text)
+
+
+def _leg_of(found):
+    """Return the leg that a match means: in brackets the first one is number 0."""
+    bracket = found.string[found.start() - 1] == "["
+    return int(found[0]) + 1 if bracket else _LEGS[found[0]]
 
 
 @dataclass(frozen=True)
@@ -208,13 +223,13 @@ def _bare(name):
     return re.sub(r"^v", "u", re.sub(r"^y", "x", re.sub(r"\d", "", name)))
 
 
-def _places(function: ast.FunctionDef) -> Iterator[Place]:
+def _places(function: ast.FunctionDef, constants: list[str]) -> Iterator[Place]:
     """Yield the expressions of a function that may be changed: not those that guard it, and no
     condition of a loop, which might then not end.
     """
     arguments = {part.arg for part in ast.walk(function) if isinstance(part, ast.arg)}
     used = {part.id for part in ast.walk(function) if isinstance(part, ast.Name)}
-    names = frozenset(arguments | used)
+    names = frozenset(arguments | used | set(constants))
     waiting: list[tuple[ast.AST, bool]] = [(node, True) for node in reversed(function.body)]
     while waiting:
         parent, _ = waiting.pop()
@@ -276,10 +291,25 @@ def _alternatives(place: Place, constants: list[str]) -> Iterator[tuple[int, str
         yield from _of_subscript(node)
     elif isinstance(node, ast.Tuple | ast.List) and len(node.elts) == 2:
         yield 1, "the order", type(node)(node.elts[::-1], node.ctx)
+    if isinstance(place.parent, ast.stmt) and place.term:
+        yield from _exchanged(node)
     if isinstance(node, _VALUES) and not _is_called_name(place):
         given = isinstance(node, ast.Name) and node.id in place.arguments
         for rank, kind, new in _added(place, constants):
             yield rank + given, kind, new  # an argument itself is seldom what is wrong
+
+
+def _exchanged(node):
+    """Yield a whole formula with sine and cosine, or both legs, in each other's place."""
+    text = ast.unparse(node)
+    pairs = (
+        ("a function", {"sin": "cos", "cos": "sin"}, r"\b(sin|cos)\b"),
+        ("a variable", {"1": "2", "2": "1"}, r"(?<=[A-Za-z_])[12](?=\d|D|\b)"),
+    )
+    for kind, others, pattern in pairs:
+        changed = re.sub(pattern, lambda found, others=others: others[found[0]], text)
+        if changed != text:
+            yield 2, kind, ast.parse(changed, mode="eval").body
 
 
 def _is_called_name(place):
@@ -393,6 +423,8 @@ def _added(place, constants):
 
     if not isinstance(node, ast.Constant):
         yield 3, "a square", with_(ast.Pow(), ast.Constant(2))
+        if place.term or isinstance(node, ast.Call):
+            yield 3, "a root", with_(ast.Pow(), ast.Constant(0.5))
     matrices = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult)
     if matrices or (isinstance(parent, ast.Call) and not isinstance(node, ast.Constant)):
         yield 3, "a transpose", ast.Attribute(node, "T", ast.Load())
@@ -406,7 +438,6 @@ def _added(place, constants):
     if not place.term:
         return
     yield 3, "a sign", ast.UnaryOp(ast.USub(), node)
-    yield 3, "a root", with_(ast.Pow(), ast.Constant(0.5))
     yield 4, "a factor", with_(ast.Div(), ast.Constant(2))
     yield 4, "a factor", with_(ast.Mult(), ast.Constant(2))
     yield 5, "a term", with_(ast.Add(), ast.Constant(1))
