@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...models.robots import Robot
 from ..columns import Array, Columns
-from ..exercise import Exercise, Misconception, Slip
+from ..exercise import Exercise, Misconception
 from . import right
 from .end_slips import (
     DKM2_ENDS,
@@ -93,11 +93,8 @@ def _table(kind: Kind) -> dict[str, tuple]:
     """Return of each function its derivation, and the slips in it."""
     AB, d = (*A_slips(kind), *B_slips(kind)), d_slips(kind)
     bars = [slip for key in ("base", "bars") for slip in _in_step(key, dgm_slips(kind))]
-    often = "How often does the term come out of the derivative?"
     second = (
         *d,
-        Slip("d twice", often, {"of_d": lambda near, far: -2 * (near + far)}),
-        Slip("half of d", often, {"of_d": lambda near, far: -(near + far) / 2}),
         *AB,
         *(() if kind.turns else lengths_changed(kind)),
     )
