@@ -159,7 +159,7 @@ class Checks:
             judged = {name: rows for name, rows in ask.rows.items() if name in called}
             wrong = first.mistakes(judged) if after > before.share else {}
             used = any(rows for _, rows in judged.values())
-            wrong |= {name: helpers[name].mistake for name in paid if wrong or not used}
+            wrong |= {name: "" for name in paid if wrong or not used}
             if after > before.share and wrong:
                 item.stash[_ASK] = ask
                 ask.remark(remark(wrong))
@@ -172,7 +172,7 @@ class Checks:
                 continue
             _, after, left = self._again(item, lab, given | {name: helper.exercise}, False)
             if after > share:
-                guilty[name], share, last = helper.mistake, after, left
+                guilty[name], share, last = "", after, left
                 given[name] = helper.exercise
         if guilty:
             self._payers |= dict.fromkeys(guilty, payer)
@@ -324,8 +324,7 @@ class Checks:
                     continue
                 name = self.found[k].misconception
                 told = {"spot": spot} if told_at_all else {}
-                blamed = name.startswith("consistent with your")
-                if not name or (blamed and mend.change.function not in name):
+                if not name or name.startswith("consistent with your"):
                     told |= {"misconception": mend.name, "hint": mend.hint}
                 self.found[k] = replace(self.found[k], **told)
             self._judge_with(mend, lab)

@@ -84,11 +84,6 @@ def pivots(robot: Robot, q11: Array, q21: Array, **pivot_steps: Any) -> list[Arr
     return points
 
 
-def elbow_steps(robot: Robot, q11: Array, q21: Array, **pivot_steps: Any) -> Columns:
-    left, right = pivots(robot, q11, q21, **pivot_steps)
-    return left.real, left.imag, right.real, right.imag
-
-
 def dgm_steps(
     robot: Robot,
     q11: Array,

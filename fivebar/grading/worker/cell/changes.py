@@ -50,15 +50,8 @@ _FUNCTIONS = {
     "max": ("min",),
 }
 _ATAN = {"atan": "atan2", "arctan": "arctan2"}
-_NUMBERS: dict[object, tuple] = {
-    0: (1,),
-    1: (0, 2, 0.5, 3),
-    2: (1, 4, 3, 0.5),
-    3: (2, 4),
-    4: (2, 1),
-    0.5: (1, 0.25, 2),
-    0.25: (0.5, 1),
-}
+_FACTORS = (1, 2, 0.5, 0.25)  # tried in the place of another number
+MOST_WHOLE = 20  # of whole numbers that may be off by 1
 _INVERSE = "__import__('numpy').linalg.inv"
 _VALUES = ast.BinOp | ast.Call | ast.Name | ast.Subscript | ast.Attribute | ast.Constant
 _GROUPS = ast.Mult | ast.Div | ast.MatMult | ast.Pow
@@ -282,9 +275,7 @@ def _alternatives(place: Place, constants: list[str]) -> Iterator[tuple[int, str
     elif isinstance(node, ast.Attribute):
         yield from _of_attribute(node)
     elif isinstance(node, ast.Constant):
-        if type(node.value) in (int, float):
-            for other in _NUMBERS.get(node.value, ()):
-                yield 1, "a number", ast.Constant(other)
+        yield from _of_number(node.value)
     elif isinstance(node, ast.Call):
         yield from _of_call(node)
     elif isinstance(node, ast.Subscript):
@@ -337,6 +328,10 @@ def _of_operation(node):
         yield 2, kind, right
     if isinstance(op, ast.Sub):
         yield 1, "a sign", ast.UnaryOp(ast.USub(), ast.BinOp(left, ast.Add(), right))
+    if isinstance(op, ast.Div) and isinstance(left, ast.Constant):
+        yield 2, "an inverse", _inverse_of(right)
+    if isinstance(op, ast.Pow) and isinstance(right, ast.UnaryOp):
+        yield 2, "an inverse", _inverse_of(left)
     if not isinstance(op, ast.Add | ast.Mult):
         yield 1, "the order", ast.BinOp(right, op, left)
     yield from ((1, "a bracket", new) for new in _brackets(left, op, right))
@@ -356,9 +351,23 @@ def _brackets(left, op, right):
         yield ast.Call(left.func, [*left.args[:-1], inner], left.keywords)
 
 
+def _of_number(value):
+    if type(value) not in (int, float) or abs(value) > MOST_WHOLE:
+        return
+    near = (value - 1, value + 1) if type(value) is int else ()
+    for other in dict.fromkeys((*near, *_FACTORS)):
+        if other != value:
+            yield 1, "a number", ast.Constant(other)
+
+
+def _inverse_of(node):
+    return ast.Call(ast.parse(_INVERSE, mode="eval").body, [node], [])
+
+
 def _of_attribute(node):
     if node.attr == "T":
         yield 0, "a transpose", node.value
+        yield 2, "an inverse", _inverse_of(node.value)
     for other in _FUNCTIONS.get(node.attr, ()):
         yield 0, "a function", ast.Attribute(node.value, other, ast.Load())
 
@@ -428,8 +437,7 @@ def _added(place, constants):
     matrices = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult)
     if matrices or (isinstance(parent, ast.Call) and not isinstance(node, ast.Constant)):
         yield 3, "a transpose", ast.Attribute(node, "T", ast.Load())
-        inverse = ast.parse(_INVERSE, mode="eval").body
-        yield 3, "an inverse", ast.Call(inverse, [node], [])
+        yield 3, "an inverse", _inverse_of(node)
     if isinstance(node, ast.Name):
         for name in place.arguments:
             if _kind(name) == _kind(node.id) and name != node.id:
@@ -442,10 +450,12 @@ def _added(place, constants):
     yield 4, "a factor", with_(ast.Mult(), ast.Constant(2))
     yield 5, "a term", with_(ast.Add(), ast.Constant(1))
     yield 5, "a term", with_(ast.Sub(), ast.Constant(1))
-    for name in constants:
+    modes = [name for name in place.arguments if re.match("assembly|gamma|branch", name)]
+    for name in (*constants, *modes):
         yield 4, "a factor", with_(ast.Mult(), _name(name))
         yield 4, "a factor", with_(ast.Div(), _name(name))
     if isinstance(parent, ast.Return | ast.Tuple | ast.List):
+        yield 3, "a transpose", ast.Attribute(node, "T", ast.Load())
         for name in place.arguments:
             yield 5, "a term", with_(ast.Add(), _name(name))
             yield 5, "a term", with_(ast.Sub(), _name(name))
