@@ -38,6 +38,12 @@ _ASK = pytest.StashKey[Ask]()
 MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
 
 
+def is_named(check: Check) -> bool:
+    """Return whether it is known what is wrong, not only in which function."""
+    name = check.misconception
+    return bool(name) and not name.startswith("consistent with your")
+
+
 def may_be_mended(check: Check) -> bool:
     """Return whether a check got wrong answers from a function that is written."""
     return check.reason in MENDED and not check.spot and not not_started(check)
@@ -311,9 +317,12 @@ class Checks:
         written = {check.function: None for check in self.found if may_be_mended(check)}
         for function in [name for name in written if name in asked][:MOST_FUNCTIONS]:
             places = [k for k, check in enumerate(self.found) if check.function == function]
+            wrong = {check.function for check in self.found if check.share < 1}
             if not any(may_be_mended(self.found[k]) for k in places):
                 continue  # it was judged with a change found before
-            wrong = {check.function for check in self.found if check.share < 1}
+            named = all(is_named(self.found[k]) for k in places if self.found[k].share < 1)
+            if named and not self._shares_helpers(function, wrong, lab):
+                continue
             mend = find_mend(self.program, lab, function, asked, wrong, known)
             if mend is None:
                 continue
@@ -322,12 +331,17 @@ class Checks:
             for k in places:
                 if self.found[k].share == 1:
                     continue
-                name = self.found[k].misconception
                 told = {"spot": spot} if told_at_all else {}
-                if not name or name.startswith("consistent with your"):
+                if not is_named(self.found[k]):
                     told |= {"misconception": mend.name, "hint": mend.hint}
                 self.found[k] = replace(self.found[k], **told)
             self._judge_with(mend, lab)
+
+    def _shares_helpers(self, function, wrong, lab):
+        """Return whether another wrong function calls a helper that this one calls."""
+        outline, tasks = self.program.student.outline, lab.exercises().keys()
+        own = reached(outline, function) - tasks
+        return any(own & reached(outline, other) for other in wrong - {function})
 
     def _judge_with(self, mend, lab):
         """Judge the other functions that call the one that is to be mended with the change made."""

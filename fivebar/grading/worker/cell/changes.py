@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-MOST_CHANGES = 2_500
+MOST_CHANGES = 2_000
 MOST_TEXT = 60  # characters quoted
 _OPERATORS: dict[type, tuple] = {
     ast.Add: ((ast.Sub, "a sign"), (ast.Mult, "an operator")),
@@ -205,6 +205,12 @@ class Place:
     @property
     def arguments(self) -> list[str]:
         return [argument.arg for argument in self.function.args.args]
+
+    @property
+    def stored(self) -> list[str]:
+        """Names to which the function itself gives a value."""
+        parts = [part for part in ast.walk(self.function) if isinstance(part, ast.Name)]
+        return sorted({part.id for part in parts if isinstance(part.ctx, ast.Store)})
 
     def like(self, name: str) -> list[str]:
         """Return names that are taken for this one by mistake: other digits, u and v, x and y."""
@@ -451,9 +457,11 @@ def _added(place, constants):
     yield 5, "a term", with_(ast.Add(), ast.Constant(1))
     yield 5, "a term", with_(ast.Sub(), ast.Constant(1))
     modes = [name for name in place.arguments if re.match("assembly|gamma|branch", name)]
-    for name in (*constants, *modes):
-        yield 4, "a factor", with_(ast.Mult(), _name(name))
-        yield 4, "a factor", with_(ast.Div(), _name(name))
+    known = (*constants, *modes)
+    for name in (*known, *(name for name in place.stored if name not in known)):
+        rank = 4 if name in known else 5
+        yield rank, "a factor", with_(ast.Mult(), _name(name))
+        yield rank, "a factor", with_(ast.Div(), _name(name))
     if isinstance(parent, ast.Return | ast.Tuple | ast.List):
         yield 3, "a transpose", ast.Attribute(node, "T", ast.Load())
         for name in place.arguments:
