@@ -449,6 +449,10 @@ def _added(place, constants):
             if _kind(name) == _kind(node.id) and name != node.id:
                 yield 4, "a term", with_(ast.Add(), _name(name))
                 yield 4, "a term", with_(ast.Sub(), _name(name))
+        for name in place.stored:
+            if name != node.id:
+                yield 6, "a term", with_(ast.Add(), _name(name))
+                yield 6, "a term", with_(ast.Sub(), _name(name))
     if not place.term:
         return
     yield 3, "a sign", ast.UnaryOp(ast.USub(), node)
