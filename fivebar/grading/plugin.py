@@ -162,7 +162,8 @@ class Checks:
         given = called | {name: helpers[name].exercise for name in paid}
         if given:
             ask, after, left = self._again(item, lab, given, True)
-            judged = {name: rows for name, rows in ask.rows.items() if name in called}
+            doubtful = called.keys() - self._right()
+            judged = {name: rows for name, rows in ask.rows.items() if name in doubtful}
             wrong = first.mistakes(judged) if after > before.share else {}
             used = any(rows for _, rows in judged.values())
             wrong |= {name: "" for name in paid if wrong or not used}
@@ -189,13 +190,14 @@ class Checks:
     def _called(self, lab, asked):
         """Return the lab's functions that those asked may call, none where all are right."""
         names = may_help(self.program.student.outline, lab, asked)
-        shares: dict[str, set] = {name: set() for name in names}
-        for check in self.found:
-            if check.function in shares:
-                shares[check.function].add(check.share)
-        if all(found == {1} for found in shares.values()):
+        if names <= self._right():
             return {}
         return {name: lab.exercises()[name] for name in names}
+
+    def _right(self):
+        """Return the functions of which all checks so far are right."""
+        wrong = {check.function for check in self.found if check.share < 1}
+        return {check.function for check in self.found} - wrong
 
     def _helpers_of(self, lab, asked):
         """Return the wrong helpers that those asked call, first those that call the fewest."""

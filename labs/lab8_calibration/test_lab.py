@@ -27,7 +27,7 @@ def some_rows(draw, n=12):
 
 def numbers(ask, exercise, *row, limit=None):
     """The numbers that one call gives, as an array; a verdict where it gives others."""
-    value = ask.call(exercise.name, *row)
+    value = ask.call(exercise.name, *row, limit=limit)
     try:
         found = read(exercise, value)[0]
     except Unfit as unfit:
