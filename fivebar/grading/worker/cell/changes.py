@@ -121,8 +121,8 @@ def changes(source: str, function: str, apart: list[str]) -> list[Change]:
         waiting += [part.id for part in ast.walk(node) if isinstance(part, ast.Name)]
         for place in _places(node, constants):
             for rank, kind, new in _alternatives(place, constants):
-                parts = (place.node, new, place.parent)
-                key = kind, _leg_free("; ".join(map(ast.unparse, parts)))
+                change = _leg_free(f"{ast.unparse(place.node)}; {ast.unparse(new)}")
+                key = kind, change, _LEG.sub("", ast.unparse(place.parent))
                 found.setdefault(key, []).append((rank, kind, place, new))
     return _ordered(found.values())
 
@@ -301,7 +301,7 @@ def _exchanged(node):
     text = ast.unparse(node)
     pairs = (
         ("a function", {"sin": "cos", "cos": "sin"}, r"\b(sin|cos)\b"),
-        ("a variable", {"1": "2", "2": "1"}, r"(?<=[A-Za-z_])[12](?=\d|D|\b)"),
+        ("a variable", {"1": "2", "2": "1"}, r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)"),
     )
     for kind, others, pattern in pairs:
         changed = re.sub(pattern, lambda found, others=others: others[found[0]], text)
