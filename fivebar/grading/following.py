@@ -71,14 +71,15 @@ class Helped:
         tried: Tried | None = None,
     ) -> list[Reply]:
         known = self.robot.parameters
-        changed: dict = {}
+        set_: dict = {}
         for name, value in (constants or {}).items():
             owners = self.constants_of.get(name, (name,))
-            changed |= {owner: value for owner in owners if owner in known}
-        robot = replace(self.robot, **changed)
+            set_ |= {owner: value for owner in owners if owner in known}
+        robot = replace(self.robot, **set_)
         given = {name: self._right(name, robot) for name in self.exercises}
         patience, tried = PATIENCE * (limit or LIMIT), tried or self._tried(rows)
-        return self.student.ask(function, rows, constants, patience, given, tried)
+        changed = {"tried": tried} if tried else {}  # a session's functions cannot be changed
+        return self.student.ask(function, rows, constants, patience, given, **changed)
 
     def _tried(self, rows):
         """Return the change, if any, with which all rows are asked."""
