@@ -173,7 +173,7 @@ class Questions:
         """
         rows = [rows[0], rows[-1]]
         came, right = [], [exercise.answer(robot, *row) for row in rows]
-        plain = [[np.asarray(part).tolist() for part in row] for row in rows]
+        plain = [list(map(_as_lists, row)) for row in rows]
         for reply in self._replies(exercise.name, plain, {}, CALL_LIMIT):
             try:
                 came.append(read(exercise, reply.value)[0])
@@ -191,6 +191,10 @@ class Questions:
             if robot is self._robot
             else {k: v for k, v in robot.parameters.items() if k in known}
         )
+
+
+def _as_lists(part):
+    return np.asarray(part).tolist()
 
 
 def rows_from(columns: Sequence) -> list[tuple]:

@@ -77,7 +77,7 @@ def c_compiler():
     )
 
 
-def cache_folder() -> Path:
+def cache_folder():
     """Return where compiled models and other files of fivebar are kept: the variable FIVEBAR_CACHE,
     or `fivebar` in the user's cache folder.
     """

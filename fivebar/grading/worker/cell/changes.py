@@ -171,7 +171,8 @@ def _copied(value, swaps):
     return value
 
 
-_LEG = re.compile(r"(?<=[A-Za-z_])[12]|(?<=\[)[01](?=\])|left|right")
+_LEG = re.compile(r"(?<=[A-Za-z_])[12]|left|right")
+_INDEX = re.compile(r"(?<=\[)[01](?=\])")  # is the leg where no name has its number
 _LEGS = {"1": 1, "0": 1, "left": 1, "2": 2, "right": 2}
 
 
@@ -179,9 +180,10 @@ def _leg_free(text):
     """Return a text with the own leg and the other one for the legs' numbers, so that q12 + q11
     and q22 + q21 read alike; of u[0] and u[1], left and right as well.
     """
-    first = _LEG.search(text)
+    pattern = _LEG if _LEG.search(text) else _INDEX
+    first = pattern.search(text)
     own = first and _leg_of(first)
-    return _LEG.sub(lambda found: "own" if _leg_of(found) == own else "other", text)
+    return pattern.sub(lambda found: "own" if _leg_of(found) == own else "other", text)
 
 
 def _leg_of(found):
@@ -288,7 +290,7 @@ def _alternatives(place: Place, constants: list[str]) -> Iterator[tuple[int, str
         yield from _of_subscript(node)
     elif isinstance(node, ast.Tuple | ast.List) and len(node.elts) == 2:
         yield 1, "the order", type(node)(node.elts[::-1], node.ctx)
-    if isinstance(place.parent, ast.stmt) and place.term:
+    if isinstance(place.parent, ast.stmt) or isinstance(node, ast.Call):
         yield from _exchanged(node)
     if isinstance(node, _VALUES) and not _is_called_name(place):
         given = isinstance(node, ast.Name) and node.id in place.arguments
