@@ -190,6 +190,7 @@ UNSEEN = Exercise(
     shapes={"v": (8,)},
 )
 
+
 def calibrate(robot, q, xi):
     """The seven numbers of the robot that was measured, by Newton's steps of least squares."""
     poses = np.hstack([np.reshape(q, (-1, 2)), np.reshape(xi, (-1, 2))]).T

@@ -41,7 +41,9 @@ def test_a_hand_in(case, tmp_path):
     report = graded(case, tmp_path)
     named, false, lost = outcome(case, report)
     assert not report.faults and false == set() and lost == 0
-    assert set(case.truths) - named <= {
+    # A function that is right but for a helper that another one pays for needs no name.
+    wrong = {check.function for check in report.checks if check.share < 1}
+    assert (set(case.truths) - named) & wrong <= {
         function for title, function in NOT_NAMED if title == case.title
     }
     if not case.truths:
