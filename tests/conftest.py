@@ -30,6 +30,13 @@ hypothesis.settings.load_profile("fivebar")
 UNEQUAL = fb.FiveBar(l11=0.11, l12=0.14, l21=0.08, l22=0.12, d=0.09, zz1=0.003, zz2=0.0015, m=0.7)
 
 
+@pytest.fixture(autouse=True, scope="session")
+def cache_folder_of_the_tests(tmp_path_factory):
+    """A cache of the tests' own: what they check is no try of whoever runs them."""
+    if "FIVEBAR_CACHE" not in os.environ:
+        os.environ["FIVEBAR_CACHE"] = str(tmp_path_factory.mktemp("cache"))
+
+
 @pytest.fixture(scope="session")
 def five_bar_numbers():
     return json.loads((DATA / "five_bar.json").read_text("utf-8"))

@@ -168,6 +168,7 @@ def _graded(arguments, lab, how, home=False):
     from ..grading.intake.hand_in import ProgramFile, beside, choose, look_into, named_for
     from ..grading.program import Job
     from ..grading.results import joined
+    from ..grading.tries import with_try_counted
     from ..grading.worker.submission import SubmissionError
 
     path = arguments.file
@@ -206,6 +207,8 @@ def _graded(arguments, lab, how, home=False):
         ]
         reports = [grade(each, job, home=home, watched=True) for job in jobs]
         best.append(max(reports, key=lambda report: report.points))
+        if home:
+            best[-1] = with_try_counted(best[-1], each, path)
     if not home:
         best += [grade(each, Job(path, trouble=t, **how(each))) for each, t in troubles.items()]
     return joined(best)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..models.robots import Robot
 from .exercise import Exercise, Misconception
 from .judge import TOLERANCE, Verdict, came_text, judge
-from .questions import Questions, rows_from, rows_of, with_answers
+from .questions import AskedRows, Questions, rows_from, rows_of, with_answers
 
 
 class Wrong(AssertionError):
@@ -44,7 +44,8 @@ class Ask(Questions):
         super().__init__(*questions)
         self.record: list = []
         self.asked: set = set()
-        self.deep = True  # whether two mistakes together, and answers to more questions, are told
+        self.rows_asked: list[AskedRows] = []
+        self.deep = True  # whether answers to more questions are told
 
     def __call__(
         self,
@@ -94,11 +95,14 @@ class Ask(Questions):
                 tolerance,
                 refuse,
                 threshold,
-                self.deep and probe is None,
             )
-            best = verdict if best is None or verdict.share > best.share else best
+            if best is None or verdict.share > best.share:
+                best, best_robot = verdict, also
             if best.share == 1:
                 break
+        rows = rows_of(exercise, best_robot, columns, tolerance, refuse, wanted | (constants or {}))
+        good = rows.good if best.answers is None else best.answers.good
+        self.rows_asked.append(replace(rows, good=good))
         unsettled = self.deep and best.reason in ("value", "nan", "exception")
         if probe is not None and unsettled:
             if name not in self._known:
@@ -107,8 +111,7 @@ class Ask(Questions):
                 )
             best = replace(best, diagnosis=self._known[name] or best.diagnosis)
         if unsettled:
-            rows = rows_of(exercise, robot, columns, tolerance, refuse, wanted | (constants or {}))
-            best = self._settled(best, rows, replies, limit)
+            best = self._settled(best, replace(rows, robot=robot), replies, limit)
         self._keep(Asked(best, name, exercise, robot))
 
     def remark(self, text: str) -> None:
@@ -125,12 +128,10 @@ class Ask(Questions):
         no number came, longer bars may give one.
         """
         known = [(robot, {}) for robot in dict.fromkeys((self._robot, *self._also))]
-        for robot, constants in (self._with_others(silent), *known):
+        for robot, constants in (self.with_others(silent), *known):
             kept = with_answers(exercise, robot, columns)
             replies = self._replies(exercise.name, rows_from(kept), constants, limit)
-            found = judge(
-                exercise, robot, kept, replies, tolerance, deep=robot is self._robot
-            ).diagnosis
+            found = judge(exercise, robot, kept, replies, tolerance).diagnosis
             if found is not None:
                 return found
         return None
@@ -179,7 +180,8 @@ class Ask(Questions):
             raise ValueError(f"a verdict's share must lie in 0..1, not {share!r}")
         off = None if off is None else float(off)
         kind = "" if share == 1 else "value"
-        self._keep(Asked(Verdict(share, kind, reason, asked=asked, came=came, off=off)))
+        name = next(iter(self.asked)) if len(self.asked) == 1 else ""
+        self._keep(Asked(Verdict(share, kind, reason, asked=asked, came=came, off=off), name))
 
     def _keep(self, asked):
         __tracebackhide__ = True

@@ -1,4 +1,4 @@
-"""Which mistake gives the student's numbers: a known one, two of them, a plain relation.
+"""Which mistake gives the student's numbers: a known one, or a plain relation.
 
 Nothing is guessed: a mistake is named only if it gives all answers, right and wrong ones, within
     the tolerance.
@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain, combinations, islice, product
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from .exercise import Exercise, Misconception
 from .misconceptions.of_any import arguments_exchanged, in_degrees, returned_in_degrees
 from .relations import constant, largest, relation
 
-MOST_PAIRS = 3_000
 EXACT = 1e-9  # of a wrong model's largest answer
 
 
@@ -28,10 +26,6 @@ class Answers:
     """What was asked and came, (n, k): expected nan where no answer exists; good, refused: (n,)
     bool.
 
-    raised: whether every row ended in an exception; deep: whether to look for two mistakes
-    together, too. own(follow) -> arrays (n, *shape) that the student's function of this name gives
-    for the same rows, or None. modelled(follow): whether those are a model with a mistake that can
-    be named.
     """
 
     exercise: Exercise
@@ -42,7 +36,6 @@ class Answers:
     limits: np.ndarray
     good: np.ndarray
     refused: np.ndarray
-    deep: bool = True
 
     @property
     def none(self) -> np.ndarray:
@@ -105,7 +98,6 @@ def diagnose(answers: Answers) -> Misconception | None:
         or relation(answers)
         or _single(answers, arguments_exchanged(exercise))
         or _in_parts(answers)
-        or (_pair(answers) if answers.deep else None)
     )
 
 
@@ -132,10 +124,6 @@ def explains(misconception: Misconception, answers: Answers | None) -> bool:
         return False
     outcome = answers.outcome(misconception.model)
     return answers.fits(outcome, answers.alike(outcome, misconception.turn))
-
-
-def _with(exercise, steps):
-    return lambda robot, *columns: exercise.derivation(robot, *columns, **steps)
 
 
 def consistent(names: str, mistake: str = "") -> Misconception:
@@ -193,28 +181,3 @@ def _right_parts(answers, starts):
 def _by_parts(true, starts):
     """Return per part whether all its numbers (n, numbers) are true in all rows."""
     return np.logical_and.reduceat(np.all(true, axis=0), starts)
-
-
-def _pair(answers):
-    """Return two slips in different steps, first those of which one explains a part of the answer
-    already.
-    """
-    exercise, starts = answers.exercise, _starts(answers)
-    if not exercise.slips:
-        return None
-    wrong = ~_right_parts(answers, starts)
-    promising = [
-        slip
-        for slip in exercise.slips
-        if np.any(
-            wrong
-            & _by_parts(answers.alike(answers.outcome(slip.of(exercise.derivation).model)), starts)
-        )
-    ]
-    twos = chain(product(promising, exercise.slips), combinations(exercise.slips, 2))
-    pairs = (one.together(other) for one, other in twos)
-    for pair in islice(filter(None, pairs), MOST_PAIRS):
-        outcome = answers.outcome(_with(exercise, pair.steps))
-        if answers.fits(outcome, answers.alike(outcome)):
-            return Misconception(pair.name, pair.hint, _with(exercise, pair.steps))
-    return None

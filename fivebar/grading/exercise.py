@@ -49,14 +49,6 @@ class Slip:
         """Return the misconception of who makes this slip and no other."""
         return Misconception(self.name, self.hint, partial(derivation, **self.steps))
 
-    def together(self, other: Slip) -> Slip | None:
-        """Return both slips, None where they are about the same step."""
-        if self.steps.keys() & other.steps.keys():
-            return None
-        return Slip(
-            f"{self.name}; and {other.name}", f"{self.hint} {other.hint}", self.steps | other.steps
-        )
-
 
 @dataclass(frozen=True)
 class Exercise:
@@ -67,9 +59,9 @@ class Exercise:
     wrong: the Misconceptions. angles: returned names compared modulo one turn. shapes: name ->
         shape of the returned names that are no plain numbers.
     guessable: few values are possible,
-        so that all rows must be right to earn anything. derivation: the right model step
-    by step, derivation(robot, *columns, **steps); slips: what can go wrong in its steps,
-        alone or two together.
+        so that all rows must be right to earn anything. of_lists: its arguments are lists, and
+        answer(robot, *arguments) answers one call. derivation: the right model step
+    by step, derivation(robot, *columns, **steps); slips: what can go wrong in its steps.
     """
 
     signature: str
@@ -78,6 +70,7 @@ class Exercise:
     angles: tuple[str, ...] = ()
     shapes: dict[str, tuple[int, ...]] = field(default_factory=dict)
     guessable: bool = False
+    of_lists: bool = False
     derivation: Any = field(default=None, repr=False)
     slips: tuple[Slip, ...] = field(default=(), repr=False)
 

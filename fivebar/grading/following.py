@@ -19,7 +19,7 @@ from .program import Program
 from .relations import MODES
 from .worker.live import Live
 from .worker.replies import Reply
-from .worker.student import LIMIT
+from .worker.student import LIMIT, Tried
 
 MOST_ASKED, MOST_KEPT, ASKED = (
     30_000,
@@ -45,7 +45,7 @@ class Helped:
     Student.
 
     rows: what the program asked of each, and for which robot; constants_of: the file's name for a
-    number -> the robot's, where they differ.
+    number -> the robot's, where they differ; change: one that is made in the program, too.
     """
 
     student: Any
@@ -54,22 +54,37 @@ class Helped:
     constants_of: dict[str, tuple[str, ...]] = field(default_factory=dict)
     rows: dict[str, tuple[Robot, list]] = field(default_factory=dict)
     count: int = 0
+    change: Tried | None = None
 
     names = property(lambda self: self.student.names)
     constants = property(lambda self: self.student.constants)
     outline = property(lambda self: self.student.outline)
 
+    changes = property(lambda self: self.student.changes)
+
     def ask(
-        self, function: str, rows: list, constants: dict | None = None, limit: float | None = None
+        self,
+        function: str,
+        rows: list,
+        constants: dict | None = None,
+        limit: float | None = None,
+        tried: Tried | None = None,
     ) -> list[Reply]:
         known = self.robot.parameters
-        changed: dict = {}
+        set_: dict = {}
         for name, value in (constants or {}).items():
             owners = self.constants_of.get(name, (name,))
-            changed |= {owner: value for owner in owners if owner in known}
-        robot = replace(self.robot, **changed)
+            set_ |= {owner: value for owner in owners if owner in known}
+        robot = replace(self.robot, **set_)
         given = {name: self._right(name, robot) for name in self.exercises}
-        return self.student.ask(function, rows, constants, PATIENCE * (limit or LIMIT), given)
+        patience, tried = PATIENCE * (limit or LIMIT), tried or self._tried(rows)
+        changed = {"tried": tried} if tried else {}  # a session's functions cannot be changed
+        return self.student.ask(function, rows, constants, patience, given, **changed)
+
+    def _tried(self, rows):
+        """Return the change, if any, with which all rows are asked."""
+        change = self.change
+        return change and replace(change, numbers=(change.numbers or []) * len(rows))
 
     def _right(self, name, robot):
         exercise = self.exercises[name]
@@ -79,7 +94,9 @@ class Helped:
             self.count += 1
             answer = _answer(exercise, robot, row) if self.count <= MOST_ASKED else None
             kept = self.rows.setdefault(name, (robot, []))
-            if answer is not None and kept[0] == robot and len(kept[1]) < MOST_KEPT:
+            if exercise.of_lists:
+                kept[1].append(row)
+            elif answer is not None and kept[0] == robot and len(kept[1]) < MOST_KEPT:
                 kept[1].append(row)
             return answer
 
@@ -88,6 +105,8 @@ class Helped:
 
 def _answer(exercise, robot, row):
     """Return the right answer to one row as lists, None where there is none."""
+    if exercise.of_lists:
+        return _answer_to_lists(exercise, robot, row)
     plain = len(row) == len(exercise.arguments) and all(
         type(v) in (int, float) and abs(v) < 1e6 for v in row
     )
@@ -108,17 +127,32 @@ def _answer(exercise, robot, row):
     )
 
 
+def _answer_to_lists(exercise, robot, row):
+    """Return the right answer to lists of numbers, None where there is none."""
+    try:
+        with np.errstate(all="ignore"):
+            given = [np.asarray(part, float) for part in row]
+            numbers = exercise.answer(robot, *given)
+    except (ValueError, TypeError, np.linalg.LinAlgError):
+        return None
+    return [float(number) for number in numbers] if np.isfinite(numbers).all() else None
+
+
 @contextmanager
 def helped(
     program: Program,
     exercises: dict[str, Exercise],
     robot: Robot,
     constants_of: dict[str, tuple[str, ...]],
+    change: Tried | None = None,
 ) -> Iterator[Program]:
-    """Yield the program in a process of its own, in which these functions are the right ones."""
+    """Yield the program in a process of its own, in which these functions are the right ones;
+    change: the number of one that is made in it, too.
+    """
     live = isinstance(program.student, Live)
     with nullcontext(program.student) if live else program.again() as student:
-        yield replace(program, student=Helped(student, exercises, robot, constants_of), again=None)
+        other = Helped(student, exercises, robot, constants_of, change=change)
+        yield replace(program, student=other, again=None)
 
 
 def reached(outline: dict, function: str) -> set[str]:

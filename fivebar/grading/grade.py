@@ -50,6 +50,7 @@ def run_checks(lab: Lab, program: Program, seed: str, watched: bool = False) -> 
         raise KeyboardInterrupt
     if checks.killed:
         raise checks.killed
+    checks.tell_mends(lab)
     if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED) and not checks.trouble:
         checks.trouble.append(f"pytest ended with {code!r}: are there tests in {lab.tests.name}?")
     return checks

@@ -36,10 +36,6 @@ class Helper:
     exercise: Exercise
     verdict: Verdict
 
-    @property
-    def mistake(self) -> str:
-        return self.verdict.diagnosis.name if self.verdict.diagnosis else ""
-
 
 def wrong_helpers(program: Program, lab: Lab) -> dict[str, Helper]:
     """Return the wrong helpers of a program by name, where it can be told what they should give."""
@@ -54,13 +50,13 @@ def wrong_helpers(program: Program, lab: Lab) -> dict[str, Helper]:
             continue
         replies = student.ask(name, rows_from(candidates[0][1]))
         judged = [
-            Helper(exercise, judge(exercise, robot, tuple(columns), formed, TOLERANCE, deep=False))
+            Helper(exercise, judge(exercise, robot, tuple(columns), formed, TOLERANCE))
             for exercise, columns in candidates
             if (formed := _in_the_form_of(exercise, replies))
         ]
         models = [helper for helper in judged if _is_model(helper)]
         if len(found) < MOST and models and all(helper.verdict.share < 1 for helper in judged):
-            found[name] = max(models, key=lambda helper: bool(helper.mistake))
+            found[name] = models[0]
     return found
 
 
@@ -101,16 +97,15 @@ def _called(role, name, arguments, keys):
     """
 
     def on_row(model):
-        def with_own_arguments(robot, *columns, **steps):
+        def with_own_arguments(robot, *columns):
             given = dict(zip(keys, columns))
             row = (given.get(key, 0.0 * columns[0]) for key in role.arguments)
-            return model(robot, *row, **steps)
+            return model(robot, *row)
 
         return with_own_arguments
 
     signature = f"{name}({', '.join(arguments)}) -> {', '.join(role.returns)}"
-    derivation = role.derivation and on_row(role.derivation)
-    return replace(role, signature=signature, answer=on_row(role.answer), derivation=derivation)
+    return replace(role, signature=signature, answer=on_row(role.answer))
 
 
 def _in_the_form_of(exercise, replies):

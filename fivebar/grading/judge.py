@@ -79,14 +79,13 @@ def judge(
     tolerance: ArrayLike = TOLERANCE,
     refuse: np.ndarray | None = None,
     threshold: tuple[float, Callable] | None = None,
-    deep: bool = True,
 ) -> Verdict:
     """Return the verdict on the replies to one call per row of the columns, each (n,).
 
     tolerance: of the largest right answer, a number or (n,). refuse: (n,) bool, the rows in which
     no answer exists and the function shall raise or give nan; they earn only if some of the others
     are right. threshold: the mean error that the lab's own test lets pass, and what it compares,
-    (n, 2), of all numbers (n, k). deep: of `Answers`.
+    (n, 2), of all numbers (n, k).
     """
     n = len(columns[0])
     refuse = np.zeros(n, bool) if refuse is None else np.asarray(refuse)
@@ -128,7 +127,6 @@ def judge(
         limits,
         good,
         refused,
-        deep,
     )
     # A refusal that is only not counted tells less than a wrong answer.
     wrong = np.flatnonzero(~good).tolist()

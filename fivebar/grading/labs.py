@@ -105,6 +105,13 @@ class Lab:
         """
         return str(self._content().get("HINTS_FROM", ""))
 
+    def spots_from(self) -> int | None:
+        """Return the wrong try at home from which the line and the change are told that give right
+        answers: SPOTS_FROM of exercises.py, 2 where there is none; None: never, in a grading as
+        well.
+        """
+        return self._content().get("SPOTS_FROM", 2)
+
     def _content(self):
         path = self.folder / "exercises.py"
         if not path.exists():

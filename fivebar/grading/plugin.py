@@ -13,6 +13,7 @@ from collections.abc import Generator
 from dataclasses import replace
 from functools import partial
 from inspect import signature
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +27,26 @@ from .following import NEVER, helped, may_help, reached, remark
 from .helpers import wrong_helpers
 from .judge import Verdict
 from .labs import Lab
+from .mends import MOST_FUNCTIONS, find_mend
 from .program import Job, Program
-from .report.text import check_lines, number
-from .results import checked
+from .report.text import check_lines, not_started, number
+from .results import Check, checked
 from .variants import PUBLIC_SEED, robot_for
 from .worker.sandbox import IsolationError, KilledError
 
 _ASK = pytest.StashKey[Ask]()
+MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
+
+
+def is_named(check: Check) -> bool:
+    """Return whether it is known what is wrong, not only in which function."""
+    name = check.misconception
+    return bool(name) and not name.startswith("consistent with your")
+
+
+def may_be_mended(check: Check) -> bool:
+    """Return whether a check got wrong answers from a function that is written."""
+    return check.reason in MENDED and not check.spot and not not_started(check)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -92,6 +106,8 @@ class Checks:
         self._known: dict = {}  # of all checks; the latter: diagnoses by function
         self._helpers: dict | None = None  # wrong ones
         self._verdicts: dict = {}  # function -> place in `found` -> Verdict
+        self._asks: list[Ask] = []
+        self._failed: dict = {}  # name -> a test that failed, what it asked first, its arguments
         self._payers: dict = {}  # helper -> the functions that lose points for it
 
     def pytest_configure(self, config: pytest.Config) -> None:
@@ -116,6 +132,7 @@ class Checks:
         lab, order = Lab(request.path.parent), self._drawn("order", request.node)
         ask = Ask(self.program, lab, self._hopeless, order, self._known)
         request.node.stash[_ASK] = ask
+        self._asks.append(ask)
         return ask
 
     @pytest.hookimpl(wrapper=True)
@@ -135,6 +152,7 @@ class Checks:
         The first function that a wrong helper spoils pays for it: it is told, and keeps its points.
         """
         lab, first = Lab(item.path.parent), item.stash[_ASK]
+        self._failed[item.name] = item, first, dict(item.funcargs)
         before = error.verdict if isinstance(error, Wrong) else Verdict(0.0, "value")
         if before.reason in NEVER or "RecursionError" in before.text:
             raise error
@@ -144,10 +162,11 @@ class Checks:
         given = called | {name: helpers[name].exercise for name in paid}
         if given:
             ask, after, left = self._again(item, lab, given, True)
-            judged = {name: rows for name, rows in ask.rows.items() if name in called}
+            doubtful = called.keys() - self._right()
+            judged = {name: rows for name, rows in ask.rows.items() if name in doubtful}
             wrong = first.mistakes(judged) if after > before.share else {}
             used = any(rows for _, rows in judged.values())
-            wrong |= {name: helpers[name].mistake for name in paid if wrong or not used}
+            wrong |= {name: "" for name in paid if wrong or not used}
             if after > before.share and wrong:
                 item.stash[_ASK] = ask
                 ask.remark(remark(wrong))
@@ -160,7 +179,7 @@ class Checks:
                 continue
             _, after, left = self._again(item, lab, given | {name: helper.exercise}, False)
             if after > share:
-                guilty[name], share, last = helper.mistake, after, left
+                guilty[name], share, last = "", after, left
                 given[name] = helper.exercise
         if guilty:
             self._payers |= dict.fromkeys(guilty, payer)
@@ -171,13 +190,14 @@ class Checks:
     def _called(self, lab, asked):
         """Return the lab's functions that those asked may call, none where all are right."""
         names = may_help(self.program.student.outline, lab, asked)
-        shares: dict[str, set] = {name: set() for name in names}
-        for check in self.found:
-            if check.function in shares:
-                shares[check.function].add(check.share)
-        if all(found == {1} for found in shares.values()):
+        if names <= self._right():
             return {}
         return {name: lab.exercises()[name] for name in names}
+
+    def _right(self):
+        """Return the functions of which all checks so far are right."""
+        wrong = {check.function for check in self.found if check.share < 1}
+        return {check.function for check in self.found} - wrong
 
     def _helpers_of(self, lab, asked):
         """Return the wrong helpers that those asked call, first those that call the fewest."""
@@ -189,17 +209,18 @@ class Checks:
         names.sort(key=lambda name: len(reached(outline, name)))
         return {name: self._helpers[name] for name in names}
 
-    def _again(self, item, lab, given, deep):
+    def _again(self, item, lab, given, deep, change=None):
         """Return the Ask of a check run with the right ones of these functions, the share of its
-        points that it earns, and what is wrong, None where nothing is; deep: as in Ask.
+        points that it earns, and what is wrong, None where nothing is; deep: as in Ask; change: of
+        the program, made in it, too.
         """
         robot = self.program.robot_in(lab)
-        with helped(self.program, given, robot, lab.constants()) as program:
+        with helped(self.program, given, robot, lab.constants(), change) as program:
             ask = Ask(program, lab, {}, self._drawn("order", item))
             ask.deep = deep
             arguments = {"ask": ask, "draw": self._drawn("", item)}
             for name in signature(item.obj).parameters:
-                arguments.setdefault(name, item.funcargs.get(name))
+                arguments.setdefault(name, self._failed[item.name][2].get(name))
             wanted = signature(item.obj).parameters
             share, left = 1.0, None
             try:
@@ -283,6 +304,64 @@ class Checks:
     def _rename(self, place, mistake):
         found = replace(self.found[place], misconception=mistake.name, hint=mistake.hint)
         self.found[place] = found
+
+    def tell_mends(self, lab: Lab) -> None:
+        """Tell where one change makes a function right; what else builds on the function that is
+        changed is judged with the change.
+        """
+        if self.program is None or self.program.again is None:
+            return
+        told_at_all = lab.spots_from() is not None
+        asked: dict = {}
+        for rows in chain.from_iterable(ask.rows_asked for ask in self._asks):
+            asked.setdefault(rows.exercise.name, []).append(rows)
+        known: list = []
+        written = {check.function: None for check in self.found if may_be_mended(check)}
+        for function in [name for name in written if name in asked][:MOST_FUNCTIONS]:
+            places = [k for k, check in enumerate(self.found) if check.function == function]
+            wrong = {check.function for check in self.found if check.share < 1}
+            if not any(may_be_mended(self.found[k]) for k in places):
+                continue  # it was judged with a change found before
+            named = all(is_named(self.found[k]) for k in places if self.found[k].share < 1)
+            if named and not self._shares_helpers(function, wrong, lab):
+                continue
+            mend = find_mend(self.program, lab, function, asked, wrong, known)
+            if mend is None:
+                continue
+            known.append(mend.change)
+            spot = mend.spot(self.program.where(mend.change.line))
+            for k in places:
+                if self.found[k].share == 1:
+                    continue
+                told = {"spot": spot} if told_at_all else {}
+                if not is_named(self.found[k]):
+                    told |= {"misconception": mend.name, "hint": mend.hint}
+                self.found[k] = replace(self.found[k], **told)
+            self._judge_with(mend, lab)
+
+    def _shares_helpers(self, function, wrong, lab):
+        """Return whether another wrong function calls a helper that this one calls."""
+        outline, tasks = self.program.student.outline, lab.exercises().keys()
+        own = reached(outline, function) - tasks
+        return any(own & reached(outline, other) for other in wrong - {function})
+
+    def _judge_with(self, mend, lab):
+        """Judge the other functions that call the one that is to be mended with the change made."""
+        outline, helper = self.program.student.outline, mend.change.function
+        for k, check in enumerate(self.found):
+            failed = self._failed.get(check.name)
+            if failed is None or check.share == 1 or check.function == mend.function:
+                continue
+            item, asked = failed[0], failed[1].asked
+            if not any(helper in reached(outline, name) for name in asked):
+                continue
+            given = self._called(lab, asked)
+            ask, share, left = self._again(item, lab, given, True, mend.made)
+            if share > check.share:
+                ask.remark(
+                    f"judged with one change in your {helper}, for which {mend.function} pays"
+                )
+                self.found[k] = checked(check.name, check.title, check.max_points, ask.record, left)
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:

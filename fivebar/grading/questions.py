@@ -18,11 +18,13 @@ from .judge import Verdict, judge
 from .labs import Lab
 from .program import Program
 from .second_look import CHANGES, changing, typed
+from .values import Unfit, read
 from .worker.replies import Reply
 
 CLOSE = (
     1e-6  # of the largest right answer: what is no further off spoils no function that builds on it
 )
+CALL_LIMIT = 10.0  # s, for a call that is asked about a list of measurements
 LOST = (
     "timeout",
     "memory",
@@ -34,7 +36,9 @@ LOST = (
 
 @dataclass(frozen=True, eq=False)
 class AskedRows:
-    """Rows of questions: columns, tolerance and refuse (n,), and the constants set in the file."""
+    """Rows of questions: columns, tolerance and refuse (n,), and the constants set in the file;
+    good: (n,), which were answered rightly.
+    """
 
     exercise: Exercise
     robot: Robot
@@ -42,6 +46,7 @@ class AskedRows:
     tolerance: np.ndarray
     refuse: np.ndarray
     constants: dict
+    good: np.ndarray
 
 
 class Questions:
@@ -88,7 +93,7 @@ class Questions:
         exercise, wanted = self._exercises[name], self._set_for(robot)
         rows, tolerance = with_answers(exercise, robot, columns), np.max(tolerance)
         replies = self._replies(name, rows_from(rows), wanted, None)
-        verdict = judge(exercise, robot, rows, replies, tolerance, deep=True)
+        verdict = judge(exercise, robot, rows, replies, tolerance)
         return self._settled(
             verdict, rows_of(exercise, robot, rows, tolerance, None, wanted), replies, None
         )
@@ -119,18 +124,16 @@ class Questions:
         1/m are the same.
         """
         exercise, columns = rows.exercise, rows.columns
-        other, wanted = self._with_others()
+        other, wanted = self.with_others()
         outcomes = [
             exercise.outcome(exercise.answer, robot, columns) for robot in (rows.robot, other)
         ]
         if np.array_equal(*outcomes, equal_nan=True):
             return None
         replies = self._replies(exercise.name, rows_from(columns), wanted, limit)
-        return judge(
-            exercise, other, columns, replies, rows.tolerance, rows.refuse, deep=False
-        ).diagnosis
+        return judge(exercise, other, columns, replies, rows.tolerance, rows.refuse).diagnosis
 
-    def _with_others(self, longer=False):
+    def with_others(self, longer=False):
         """Return the robot with other masses and inertias, or with longer bars, and the file's
         constants for it: those that it gives a number.
         """
@@ -147,11 +150,15 @@ class Questions:
         """Return those of these functions that answer the rows wrongly, each with its mistake; none
         where one is no model.
         """
+        rows = {name: given for name, given in rows.items() if given[1]}
+        of_lists = {name for name in rows if self._exercises[name].of_lists}
         found = {
             name: self.judged(name, robot, some(asked), CLOSE)
             for name, (robot, asked) in rows.items()
-            if asked
+            if name not in of_lists
         }
+        for name in of_lists:
+            found[name] = self._judged_by_calls(self._exercises[name], *rows[name])
         wrong = {name: verdict for name, verdict in found.items() if verdict.share < 1}
         kept = all(map(modelled, wrong.values()))
         return (
@@ -159,6 +166,22 @@ class Questions:
             if kept
             else {}
         )
+
+    def _judged_by_calls(self, exercise, robot, rows):
+        """Return the verdict on a function of lists; its wrong answers are a model if they change
+        with what it is asked.
+        """
+        rows = [rows[0], rows[-1]]
+        came, right = [], [exercise.answer(robot, *row) for row in rows]
+        plain = [list(map(_as_lists, row)) for row in rows]
+        for reply in self._replies(exercise.name, plain, {}, CALL_LIMIT):
+            try:
+                came.append(read(exercise, reply.value)[0])
+            except Unfit:
+                return Verdict(0.0, "value")
+        good = np.allclose(came, right, rtol=CLOSE, atol=CLOSE)
+        changes = bool(np.isfinite(came).all() and np.ptp(came, axis=0).any())
+        return Verdict(float(good), rows=len(rows), related=changes)
 
     def _set_for(self, robot):
         """Return the constants to be set for a robot that is not the student's own."""
@@ -170,6 +193,10 @@ class Questions:
         )
 
 
+def _as_lists(part):
+    return np.asarray(part).tolist()
+
+
 def rows_from(columns: Sequence) -> list[tuple]:
     """Return the rows of columns as tuples of plain numbers."""
     return list(zip(*(np.asarray(column).tolist() for column in columns)))
@@ -179,7 +206,9 @@ def rows_of(exercise, robot, columns, tolerance, refuse, constants):
     """Return what was asked, with a tolerance and a refuse for each row."""
     n = len(columns[0])
     refuse = np.zeros(n, bool) if refuse is None else np.asarray(refuse)
-    return AskedRows(exercise, robot, columns, np.broadcast_to(tolerance, n), refuse, constants)
+    good = np.ones(n, bool)
+    tolerance = np.broadcast_to(tolerance, n)
+    return AskedRows(exercise, robot, columns, tolerance, refuse, constants, good)
 
 
 def with_answers(exercise, robot, columns):

@@ -18,7 +18,8 @@ class Check:
     remarks: as in Verdict, of what was asked first and was not right; place: the line in its
         author's words;
     function: whose answers were judged; beside: what the lab's own test says of them;
-        misconception, hint: "" where none.
+        misconception, hint: "" where none; spot: the line, what stands there and what would be
+        right, "" where that was not found.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Check:
     line: int | None = None
     source: str = ""
     place: str = ""
+    spot: str = ""
     remarks: tuple[str, ...] = ()
     beside: str = ""
     figure: str = field(default="", repr=False)  # SVG, for pages only
@@ -94,6 +96,7 @@ def checked(
         v.line,
         v.source,
         f"line {v.line}" if v.line else "",
+        "",
         remarks,
         v.beside,
         figure,

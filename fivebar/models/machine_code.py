@@ -74,8 +74,8 @@ def c_compiler():
 
 
 def cache_folder():
-    """Return where compiled models are kept: the variable FIVEBAR_CACHE, or `fivebar` in the user's
-    cache folder.
+    """Return where compiled models and other files of fivebar are kept: the variable FIVEBAR_CACHE,
+    or `fivebar` in the user's cache folder.
     """
     if chosen := os.environ.get("FIVEBAR_CACHE"):
         return Path(chosen)
@@ -87,7 +87,7 @@ def cache_folder():
         return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fivebar"
     except RuntimeError:  # of a user without an account, as in many containers
         raise OSError(
-            "this user has no home to keep compiled models in; set FIVEBAR_CACHE to a folder"
+            "this user has no home to keep files of fivebar in; set FIVEBAR_CACHE to a folder"
         ) from None
 
 

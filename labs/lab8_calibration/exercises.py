@@ -14,6 +14,7 @@ NOMINAL = (
     0.0,
     0.0,
 )  # what the drawing says: lengths, m, and offsets, rad
+STEPS = 12  # of Newton: more change nothing from a robot as it may have been built
 NOISE = 2e-5  # m, of a measured coordinate
 ROWS = 24
 LENGTHS = "l11, l12, l21, l22, d, offset1, offset2"
@@ -189,8 +190,24 @@ UNSEEN = Exercise(
     shapes={"v": (8,)},
 )
 
-EXERCISES = [MISSES, DERIVATIVES, UNSEEN]
-USES = {"calibrate": ("misses", "derivatives"), "own_robot": ("misses", "derivatives")}
+
+def calibrate(robot, q, xi):
+    """The seven numbers of the robot that was measured, by Newton's steps of least squares."""
+    poses = np.hstack([np.reshape(q, (-1, 2)), np.reshape(xi, (-1, 2))]).T
+    found = np.array(NOMINAL)
+    for _ in range(STEPS):
+        row = *np.broadcast_to(found[:, None], (7, poses.shape[1])), *poses
+        e, J = np.transpose(misses(robot, *row)), derivatives(robot, *row)
+        found = found - np.linalg.lstsq(J.reshape(-1, 7), e.ravel(), rcond=None)[0]
+    return tuple(found)
+
+
+CALIBRATE = Exercise(f"calibrate(q, xi) -> {LENGTHS}", calibrate, of_lists=True)
+EXERCISES = [MISSES, DERIVATIVES, UNSEEN, CALIBRATE]
+USES = {
+    "calibrate": ("misses", "derivatives"),
+    "own_robot": ("misses", "derivatives", "calibrate"),
+}
 
 
 def as_drawn(draw):

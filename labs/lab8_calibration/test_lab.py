@@ -12,7 +12,7 @@ from fivebar.grading.values import Unfit, read
 BUILT = run_path(str(Path(__file__).parent / "exercises.py"))
 NOMINAL, as_drawn, rows_of = BUILT["NOMINAL"], BUILT["as_drawn"], BUILT["rows_of"]
 
-FOUND = Exercise("calibrate() -> l11, l12, l21, l22, d, offset1, offset2", None)
+FOUND = BUILT["CALIBRATE"]
 OWN = Exercise("own_robot(q, xi) -> l11, l12, l21, l22, d", None)
 NAMES = FOUND.returns
 FAR = 0.5  # m: no step from the drawing's numbers goes so far
@@ -27,7 +27,7 @@ def some_rows(draw, n=12):
 
 def numbers(ask, exercise, *row, limit=None):
     """The numbers that one call gives, as an array; a verdict where it gives others."""
-    value = ask.call(exercise.name, *row)
+    value = ask.call(exercise.name, *row, limit=limit)
     try:
         found = read(exercise, value)[0]
     except Unfit as unfit:

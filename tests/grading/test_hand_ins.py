@@ -10,9 +10,8 @@ from tests.helpers.hand_ins import graded, hand_ins, outcome
 from tests.helpers.mutants import tried
 
 CASES = [*hand_ins("cases.txt"), *hand_ins("others.txt")]
-# Points that right functions of fresh/ lose: inv() and solve() answer at a singularity, and lab 8's own_robot is
-# built on calibrate, which is not replaced.
-OF_ALL = {"lab2": 0.7, "lab6": 3, "lab7": 0.5, "lab8": 10}
+# Points that right functions of fresh/ lose: inv() and solve() answer at a singularity.
+OF_ALL = {"lab2": 0.7, "lab7": 0.5}
 # Changes that no derivation with a slip gives.
 NOT_NAMED = {
     ("the mass of the feet, and a minus", "dynamic_model"),  # two changes in one product
@@ -42,7 +41,9 @@ def test_a_hand_in(case, tmp_path):
     report = graded(case, tmp_path)
     named, false, lost = outcome(case, report)
     assert not report.faults and false == set() and lost == 0
-    assert set(case.truths) - named == {
+    # A function that is right but for a helper that another one pays for needs no name.
+    wrong = {check.function for check in report.checks if check.share < 1}
+    assert (set(case.truths) - named) & wrong <= {
         function for title, function in NOT_NAMED if title == case.title
     }
     if not case.truths:

@@ -5,6 +5,10 @@ import pytest
 
 import fivebar as fb
 from fivebar.cli import main
+from fivebar.grading.grade import grade
+from fivebar.grading.labs import find_lab
+from fivebar.grading.program import Job
+from tests.helpers import DATA
 from tests.helpers.lab_session import FOLDERS, SOLUTIONS, load, results
 
 RIGHT = (SOLUTIONS / "lab8.py").read_text("utf-8")
@@ -92,3 +96,38 @@ def test_what_falls_short_is_said(function, old, new, words):
     assert any(words in verdict.text for _, verdict in found.values()), [
         verdict.text for _, verdict in found.values()
     ]
+
+
+OWN = """
+
+def own_robot(q, xi):
+    q, xi = np.asarray(q), np.asarray(xi)
+    best = None
+    for k in range(len(q)):
+        keep = np.arange(len(q)) != k
+        p = calibrate(q[keep].tolist(), xi[keep].tolist())
+        cost = np.sum(rows(p, q[keep], xi[keep])[0] ** 2)
+        if best is None or cost < best[1]:
+            best = p, cost
+    return tuple(best[0][:5])
+"""
+RETURNED = "    p, _ = fit(q, xi)\n    return tuple(p)\n"
+
+
+@pytest.mark.parametrize(
+    ("returned", "points"),
+    [
+        (RETURNED, 20),
+        # Two mistakes that no single change mends: own_robot is judged with the right calibrate.
+        ("    p, _ = fit(q[:-4], xi[:-4])\n    return p[1], p[0], 1.01 * p[2], *p[3:]\n", 14),
+        # Numbers that do not depend on what was measured are no calibration.
+        ("    return 0.09, 0.09, 0.09, 0.09, 0.118, 0.0, 0.0\n", 10),
+    ],
+    ids=["right", "wrong", "constant"],
+)
+def test_own_robot_does_not_pay_for_a_wrong_calibrate(tmp_path, returned, points):
+    source = (DATA / "hand_ins/fresh/lab8_gauss.py").read_text("utf-8")
+    source = source[: source.index("\n\ndef own_robot")] + OWN
+    path = tmp_path / "student.py"
+    path.write_text(source.replace(RETURNED, returned), "utf-8")
+    assert grade(find_lab("lab8"), Job(path)).points == points

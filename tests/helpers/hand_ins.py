@@ -60,8 +60,9 @@ def outcome(case, report):
     named, false, lost = set(), set(), 0
     for check in report.checks:
         true = case.truths.get(check.function)
-        notes = " ".join((check.misconception, check.text, *check.remarks))
-        if true is not None and re.search(true, notes, re.DOTALL):
+        notes = " ".join((check.misconception, check.spot, check.text, *check.remarks))
+        # A change that was tried is true in whichever words it is told.
+        if true is not None and (check.spot or re.search(true, notes, re.DOTALL)):
             named.add(check.function)
         elif check.misconception and not re.match(
             "(consistent with|fails in) your", check.misconception

@@ -73,7 +73,7 @@ class Ask:
         except Exception as error:
             return Reply("exception", text=f"{type(error).__name__}: {error}")
 
-    def call(self, name, *row):
+    def call(self, name, *row, limit=None):
         reply = self.reply(self.robot, None, name, row)
         if reply.kind != "value":
             self.give(Verdict(0.0, reply.kind, reply.text))

@@ -84,11 +84,6 @@ def pivots(robot: Robot, q11: Array, q21: Array, **pivot_steps: Any) -> list[Arr
     return points
 
 
-def elbow_steps(robot: Robot, q11: Array, q21: Array, **pivot_steps: Any) -> Columns:
-    left, right = pivots(robot, q11, q21, **pivot_steps)
-    return left.real, left.imag, right.real, right.imag
-
-
 def dgm_steps(
     robot: Robot,
     q11: Array,
@@ -122,26 +117,6 @@ SQUARES = (
         "a factor 2 in place of the square in the root",
         "l**2 is the square of l. What is l*2?",
         lambda bar, along: np.sqrt(bar * 2 - along * 2),
-    ),
-    (
-        "a factor 2 in place of the bar's square in the root",
-        "l**2 is the square of l. What is l*2?",
-        lambda bar, along: np.sqrt(bar * 2 - along**2),
-    ),
-    (
-        "a factor 2 in place of the second square in the root",
-        "a**2 is the square of a. What is a*2?",
-        lambda bar, along: np.sqrt(bar**2 - along * 2),
-    ),
-    (
-        "sum of squares in the root",
-        "Which side of the right-angled triangle is the longest one?",
-        lambda bar, along: np.sqrt(bar**2 + along**2),
-    ),
-    (
-        "root forgotten",
-        "Which unit does your height have? Pythagoras gives its square.",
-        lambda bar, along: bar**2 - along**2,
     ),
     (
         "root of an absolute value",
@@ -214,8 +189,6 @@ def lengths_changed(kind: Kind) -> tuple[Slip, ...]:
         like(
             "proximal and distal bars exchanged", which, l11="l12", l12="l11", l21="l22", l22="l21"
         ),
-        like("bars exchanged in the left leg", which, l11="l12", l12="l11"),
-        like("bars exchanged in the right leg", which, l21="l22", l22="l21"),
         like("distal bars exchanged", which, l12="l22", l22="l12"),
         like("l11 for l12 and l21 for l22", which, l12="l11", l22="l21"),
         *(
@@ -244,11 +217,6 @@ def bases_moved(kind: Kind, key: str = "base") -> tuple[Slip, ...]:
             {key: lambda robot, leg: base_x(robot, leg) + robot.d / 2},
         ),
         *each_leg(f"{word} forgotten", where, **{key: at(0)}),
-        *each_leg(
-            "d / 2 * l where d / (2 * l) is meant",
-            "Python divides by 2 and multiplies by l. What do you want to divide by?",
-            **{key: lambda robot, leg: base_x(robot, leg) * robot.distal[leg] ** 2},
-        ),
         Slip(f"sign of the {word}'s x", where, {key: at(-1)}),
         Slip("the right arm's offset used for the left arm", where, {key: (at(-1), None)}),
         Slip("the left arm's offset used for the right arm", where, {key: (None, at(-1))}),
@@ -267,11 +235,6 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
             "H forgotten in the sum",
             "The way leads over H: from A22 to H, from H to the end-effector.",
             {"to_h": lambda h, line: 0 * h},
-        ),
-        Slip(
-            "H not in the middle: the factor 1/2 forgotten",
-            "H is in the middle of what?",
-            {"to_h": lambda h, line: line},
         ),
         Slip(
             "stops at H",
@@ -333,16 +296,6 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
             },
         )
     )
-    line = "From which of the two points to which one does your line of the pivots go?"
-    slips += in_step(
-        "ahead",
-        (
-            "atan2 with x before y for the line of the pivots",
-            "atan2 of a point on the x axis is 0. Try yours on (1, 0).",
-            lambda half, a, e: (a * 1j * e.conj(), 1j * e.conj()),
-        ),
-        ("the line of the pivots the other way round", line, lambda half, a, e: (-a * e, -e)),
-    )
     if kind.turns:
         swapped = "The bar at angle 0 points along x: what does yours?"
         slips += [
@@ -350,11 +303,6 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
                 "sine and cosine exchanged in the proximal bar",
                 swapped,
                 bars=lambda robot, leg, q: 1j * proximal(robot, leg, q).conj(),
-            ),
-            *each_leg(
-                "length of the proximal bar forgotten",
-                "cos q11 has no unit.",
-                bars=lambda robot, leg, q: np.exp(1j * q),
             ),
             Slip(
                 "angles taken as degrees",

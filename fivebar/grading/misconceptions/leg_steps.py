@@ -85,50 +85,6 @@ def igm_steps(
     return tuple(found)
 
 
-def _cosines():
-    """Return (name, hint, foot(robot, leg, line)) of what becomes of the law of cosines."""
-    order = "Python computes from left to right: put the product under the line into brackets."
-    law = "Write down the law of cosines: which side is opposite to the angle that you look for?"
-
-    def bars(robot, leg):
-        return robot.drives[leg].length, robot.distal[leg]
-
-    def cosine(robot, leg, line):
-        return leg_foot(robot, leg, line) / bars(robot, leg)[0]
-
-    return (
-        (
-            "r / 2 * l where r / (2 * l) is meant",
-            order,
-            lambda robot, leg, line: np.abs(line) / 2 * bars(robot, leg)[0] ** 2,
-        ),
-        (
-            "/ 2 * l * r where / (2 * l * r) is meant",
-            order,
-            lambda robot, leg, line: (
-                cosine(robot, leg, line) * bars(robot, leg)[0] ** 3 * np.abs(line) ** 2
-            ),
-        ),
-        (
-            "divided by the distal bar in the law of cosines",
-            law,
-            lambda robot, leg, line: (
-                leg_foot(robot, leg, line) * bars(robot, leg)[0] / bars(robot, leg)[1]
-            ),
-        ),
-        (
-            "law of cosines with the other sign",
-            law,
-            lambda robot, leg, line: -leg_foot(robot, leg, line),
-        ),
-        (
-            "squares of the bars exchanged in the law of cosines",
-            law,
-            lambda robot, leg, line: np.abs(line) - leg_foot(robot, leg, line),
-        ),
-    )
-
-
 def igm_slips(kind: Kind) -> tuple[Slip, ...]:
     gamma = (
         "gamma1 belongs to the left leg, gamma2 to the right one. Change one alone: what changes?"
@@ -141,11 +97,6 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
             gamma,
             {"sign": lambda leg, g1, g2: g1},
         ),
-        Slip(
-            "the right leg's mode, gamma2, used for both legs",
-            gamma,
-            {"sign": lambda leg, g1, g2: g2},
-        ),
         Slip("working modes swapped", gamma, {"sign": lambda leg, g1, g2: (g2, g1)[leg]}),
         *each_leg(
             "other working mode",
@@ -153,7 +104,6 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
             sign=lambda leg, g1, g2: -own_mode(leg, g1, g2),
         ),
         *each_leg("working mode always -1", gamma, sign=lambda leg, g1, g2: -1 + 0 * g1),
-        *each_leg("working mode always +1", gamma, sign=lambda leg, g1, g2: 1 + 0 * g1),
     ]
     if not kind.turns:
         up = "Lift the robot by 0.1 m: how do the feet move, and what do your answers do?"
@@ -184,13 +134,11 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
         elbow=lambda m, up, robot, leg: up,
     )
     slips += each_leg(
-        "asin for acos in the triangle: its two legs are exchanged",
-        "Which side of the triangle lies beside the angle at the base joint?",
-        elbow=lambda m, up, robot, leg: m / abs(m) * abs(up) + up / abs(up) * abs(m),
+        "squares of the bars exchanged in the law of cosines",
+        "Write down the law of cosines: which side is opposite to the angle that you look for?",
+        foot=lambda robot, leg, line: np.abs(line) - leg_foot(robot, leg, line),
+        **AHEAD[2],
     )
-    slips += [
-        s for name, hint, find in _cosines() for s in each_leg(name, hint, foot=find, **AHEAD[2])
-    ]
     slips += each_leg(
         "base offset counted again in the elbow (subtracted once more)",
         once,
@@ -204,24 +152,9 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
             {"to_m": lambda m, line: line, "elbow": lambda m, up, robot, leg: m},
         ),
         *each_leg(
-            "elbow's height subtracted",
-            "On which side of the line is the elbow when gamma = -1?",
-            elbow=lambda m, up, robot, leg: m - up,
-        ),
-        *each_leg(
             "atan for atan2",
             "Some of your angles are off by half a turn. What does y / x forget?",
             read=lambda z: np.arctan(z.imag / z.real),
-        ),
-        *each_leg(
-            "asin for atan2",
-            "Where an elbow is left of its base joint: does its height alone tell the angle?",
-            read=lambda z: np.arcsin(z.imag / np.abs(z)),
-        ),
-        *each_leg(
-            "acos for atan2",
-            "Where an elbow is below its base joint: does its x alone tell the angle?",
-            read=lambda z: np.arccos(z.real / np.abs(z)),
         ),
         *each_leg(
             "atan2 with x before y",
@@ -232,11 +165,6 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
             "sign of x in atan2",
             "Which way does your vector point?",
             read=lambda z: np.angle(-z.conj()),
-        ),
-        *each_leg(
-            "sign of y in atan2",
-            "Which way does your vector point?",
-            read=lambda z: np.angle(z.conj()),
         ),
     ]
     return tuple(slips)
@@ -271,7 +199,6 @@ def passive_steps(
 
 def passive_slips(kind: Kind) -> tuple[Slip, ...]:
     ends = "From which end to which do you read the bar? At home both bars point up."
-    where = "The bar begins where the proximal one ends. Which point do you subtract?"
     slips = [*bases_moved(kind), *lengths_changed(kind)]
     slips += [
         Slip(
@@ -298,7 +225,6 @@ def passive_slips(kind: Kind) -> tuple[Slip, ...]:
             read=lambda z: np.pi / 2 - np.angle(z),
         ),
         *each_leg("bar read from its end to its beginning", ends, read=lambda z: np.angle(-z)),
-        *each_leg("sign of y in atan2", ends, read=lambda z: np.angle(z.conj())),
         *each_leg("sign of x in atan2", ends, read=lambda z: np.angle(-z.conj())),
     ]
     if not kind.turns:
@@ -322,11 +248,6 @@ def passive_slips(kind: Kind) -> tuple[Slip, ...]:
             off=lambda robot, angle, q, other: angle + q,
         ),
         *each_leg(
-            "the other leg's active angle subtracted",
-            turn,
-            off=lambda robot, angle, q, other: angle - other,
-        ),
-        *each_leg(
             "sense of rotation reversed",
             "All angles grow counter-clockwise.",
             off=lambda robot, angle, q, other: q - angle,
@@ -335,16 +256,6 @@ def passive_slips(kind: Kind) -> tuple[Slip, ...]:
             "sine and cosine exchanged in the proximal bar",
             "The bar at angle 0 points along x.",
             bars=lambda robot, leg, q: 1j * proximal(robot, leg, q).conj(),
-        ),
-        *each_leg(
-            "proximal bar added instead of subtracted",
-            where,
-            bars=lambda robot, leg, q: -proximal(robot, leg, q),
-        ),
-        *each_leg(
-            "length of the proximal bar forgotten",
-            "You subtract a number without unit from a length in metres.",
-            bars=lambda robot, leg, q: np.exp(1j * q),
         ),
     ]
     return tuple(slips)

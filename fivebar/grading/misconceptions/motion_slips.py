@@ -43,16 +43,6 @@ def angle_slips(kind: Kind) -> tuple[Slip, ...]:
             hint,
             {"angles": lambda q: (q[0], q[1], q[2], q[3] - q[2])},
         ),
-        Slip(
-            "passive angle subtracted instead of added",
-            "The distal bar's direction is q11 + q12.",
-            {"angles": lambda q: (q[0], -q[1], q[2], -q[3])},
-        ),
-        Slip(
-            "q12 in both legs",
-            "The right leg has its own passive angle.",
-            {"angles": lambda q: (q[0], q[1], q[2], q[1])},
-        ),
     )
 
 
@@ -124,21 +114,11 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
         ),
         *in_step(
             "b",
-            (
-                "the left leg's entry of B used for both legs",
-                "The right leg has its own bars.",
-                lambda j: entry(j)[:, [0, 0]],
-            ),
         ),
         Slip(
             "B multiplied by the distal bar",
             "Which length did the vectors have that you multiplied with?",
             {"b": lambda j: entry(j) * j.distal},
-        ),
-        Slip(
-            "absolute value in B",
-            "Does B keep its sign in all working modes?",
-            {"b": lambda j: abs(entry(j))},
         ),
     ]
     if kind.turns:
@@ -151,18 +131,6 @@ def B_slips(kind: Kind) -> tuple[Slip, ...]:
                     v1,
                     "b",
                     lambda j: j.proximal * dot(j.u2, j.u1),
-                ),
-                (
-                    "v of the other leg's proximal bar in B",
-                    v1,
-                    "b",
-                    lambda j: j.proximal * dot(j.u2, j.v1[:, ::-1]),
-                ),
-                (
-                    "minus sign of v forgotten in B",
-                    "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?",
-                    "b",
-                    lambda j: j.proximal * dot(j.u2, j.v1 * [-1, 1]),
                 ),
             ),
             Slip(
@@ -206,16 +174,6 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
             {"of_d": lambda near, far: 0 * far},
         ),
         Slip("d of the wrong sign", sign, {"of_d": lambda near, far: near + far}),
-        Slip(
-            "legs exchanged in d",
-            "The first row belongs to the left leg.",
-            {"of_d": lambda near, far: (-near - far)[:, ::-1]},
-        ),
-        Slip(
-            "the left leg's part of d used for both legs",
-            "The second row belongs to the right leg.",
-            {"of_d": lambda near, far: (-near - far)[:, [0, 0]]},
-        ),
         *in_legs(
             bias,
             (
@@ -259,14 +217,6 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
     fixed = "How fast does the distal bar turn against the fixed frame?"
     slips += [
         Slip(
-            "lengths forgotten in d",
-            unit_,
-            {
-                "near": lambda j, rate: rate**2 * dot(j.u2, j.u1),
-                "far": lambda j, squared: squared + 0 * j.distal,
-            },
-        ),
-        Slip(
             "rates not squared in d",
             square,
             {
@@ -276,18 +226,6 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
         ),
         *in_legs(
             bias,
-            (
-                "rate of the proximal bar not squared in d",
-                square,
-                "near",
-                lambda j, rate: j.proximal * rate * dot(j.u2, j.u1),
-            ),
-            (
-                "length of the proximal bar forgotten in d",
-                unit_,
-                "near",
-                lambda j, rate: rate**2 * dot(j.u2, j.u1),
-            ),
             (
                 "centripetal term of the proximal bar missing",
                 "Differentiate l11 q11' v11 once more.",
@@ -324,18 +262,6 @@ def d_slips(kind: Kind) -> tuple[Slip, ...]:
                 "(a + b)^2 has a third term.",
                 "square",
                 lambda rate, own, passive: own**2 + passive**2,
-            ),
-            (
-                "only q12' squared where the sum q11' + q12' is squared",
-                "Python squares what stands directly before **. Where do the brackets belong?",
-                "square",
-                lambda rate, own, passive: own + passive**2,
-            ),
-            (
-                "length of the proximal bar at the distal bar's term",
-                "Which bar turns at q11' + q12'?",
-                "far",
-                lambda j, squared: j.proximal * squared,
             ),
         ),
     ]

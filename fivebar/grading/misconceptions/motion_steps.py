@@ -99,16 +99,6 @@ def B_steps(robot: Robot, *q: Array, **steps: Any) -> Array:
     return parts_of(robot, *q, **steps)[1]
 
 
-def jacobian_steps(
-    robot: Robot, *q: Array, J: Callable = lambda A, B: inverse(A) @ B, **steps: Any
-) -> Array:
-    return J(*parts_of(robot, *q, **steps)[:2])
-
-
-def velocity_steps(robot: Robot, *row: Array, angles: Callable = same, **steps: Any) -> Array:
-    return bias(Joints(robot, *angles(row[:4])), row[4:8], **steps)
-
-
 def first_order(robot: Robot, *row: Array, solve: Callable, **steps: Any) -> Columns:
     A, B, _ = parts_of(robot, *row[:4], **steps)
     return times(solve(A, B), *row[4:])

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from ...models.robots import Robot
-from ..columns import Array, Columns
-from ..exercise import Exercise, Misconception, Slip
+from ..exercise import Exercise, Misconception
 from . import right
 from .end_slips import (
     DKM2_ENDS,
@@ -15,7 +13,7 @@ from .end_slips import (
     MISUSED,
     dynamic_slips,
 )
-from .geometry_steps import dgm_slips, dgm_steps, elbow_steps, lengths_changed
+from .geometry_steps import dgm_slips, dgm_steps, lengths_changed
 from .leg_steps import igm_slips, igm_steps, passive_steps
 from .leg_steps import passive_slips as angle_slips
 from .motion_slips import A_slips, B_slips, d_slips
@@ -27,10 +25,7 @@ from .motion_steps import (
     dynamic_steps,
     ikm2_steps,
     ikm_steps,
-    jacobian_steps,
-    parts_of,
     passive_motion,
-    velocity_steps,
 )
 from .passive_slips import passive_slips
 from .right import Kind
@@ -73,31 +68,11 @@ HELPERS = (
 )
 
 
-def A_B_steps(robot: Robot, *q: Array, **steps) -> Columns:
-    return parts_of(robot, *q, **steps)[:2]
-
-
-def B_A_steps(robot: Robot, *q: Array, **steps) -> Columns:
-    return parts_of(robot, *q, **steps)[1::-1]
-
-
-def left_elbow_steps(robot: Robot, q11: Array, **steps) -> Columns:
-    return elbow_steps(robot, q11, q11, **steps)[:2]
-
-
-def right_elbow_steps(robot: Robot, q21: Array, **steps) -> Columns:
-    return elbow_steps(robot, q21, q21, **steps)[2:]
-
-
 def _table(kind: Kind) -> dict[str, tuple]:
     """Return of each function its derivation, and the slips in it."""
     AB, d = (*A_slips(kind), *B_slips(kind)), d_slips(kind)
-    bars = [slip for key in ("base", "bars") for slip in _in_step(key, dgm_slips(kind))]
-    often = "How often does the term come out of the derivative?"
     second = (
         *d,
-        Slip("d twice", often, {"of_d": lambda near, far: -2 * (near + far)}),
-        Slip("half of d", often, {"of_d": lambda near, far: -(near + far) / 2}),
         *AB,
         *(() if kind.turns else lengths_changed(kind)),
     )
@@ -107,13 +82,6 @@ def _table(kind: Kind) -> dict[str, tuple]:
         "dgm_passive": (passive_steps, angle_slips(kind)),
         "A": (A_steps, AB),
         "B": (B_steps, AB),
-        "compute_A_B": (A_B_steps, AB),
-        "B_A": (B_A_steps, AB),
-        "jacobian": (jacobian_steps, (*_in_step("J", dynamic_slips(kind)), *AB)),
-        "velocity_terms": (velocity_steps, d),
-        "elbows": (elbow_steps, bars),
-        "left_elbow": (left_elbow_steps, bars),
-        "right_elbow": (right_elbow_steps, bars),
         "dkm": (dkm_steps, (*DKM_ENDS, *AB)),
         "ikm": (ikm_steps, (*IKM_ENDS, *AB)),
         "dkm_passive": (passive_motion, passive_slips(kind, False)),
@@ -121,13 +89,7 @@ def _table(kind: Kind) -> dict[str, tuple]:
         "ikm2": (ikm2_steps, (*IKM2_ENDS, *second)),
         "dkm2_passive": (passive_motion, passive_slips(kind, True)),
         "dynamic_model": (dynamic_steps, (*dynamic_slips(kind), *d, *AB)),
-        "inverse_dynamics": (None, ()),
-        "forward_dynamics": (None, ()),
     }
-
-
-def _in_step(key, slips):
-    return [slip for slip in slips if slip.steps.keys() == {key}]
 
 
 def exercises_on(kind: Kind, *names: str, **wrong: tuple[Misconception, ...]) -> list[Exercise]:
@@ -152,7 +114,7 @@ def exercises_on(kind: Kind, *names: str, **wrong: tuple[Misconception, ...]) ->
     table, exercises = _table(kind), []
     known = MISUSED | {"dkm": (LOCKED,)} if kind.turns else {}
     for name in names:
-        derivation, slips = table[name]
+        derivation, slips = table.get(name, (None, ()))
         returns = SIGNATURES[name].split(" -> ")[1].split(", ")
         turning = name == "dgm_passive" or name == "igm" and kind.turns
         exercises.append(

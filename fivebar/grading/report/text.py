@@ -85,6 +85,8 @@ def facts(check: Check) -> Iterator[tuple[str, str]]:
     if check.misconception:
         yield "looks like", check.misconception
         yield "hint", check.hint
+    if check.spot:
+        yield "in detail", check.spot
 
 
 def told(check: Check) -> Iterator[tuple[str, str]]:
@@ -108,6 +110,8 @@ def told(check: Check) -> Iterator[tuple[str, str]]:
         if check.misconception:
             yield "looks like", _without_numbers(check.misconception)
             yield "hint", check.hint
+        if check.spot:
+            yield "in detail", check.spot
 
 
 def _without_numbers(name):

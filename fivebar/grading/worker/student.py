@@ -10,7 +10,7 @@ import secrets
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from inspect import getsource
 from math import isfinite
 
@@ -21,7 +21,7 @@ from .places import bwrap_trouble
 from .replies import KINDS, Reply
 from .sandbox import MOST_OUTPUT, IsolationError, KilledError, Lost, SandboxWorker
 from .submission import Submission
-from .wire import Garbled, clean, outlined, place, reply, value
+from .wire import Change, Garbled, clean, outlined, place, reply, told, value
 
 MOST_LOSSES = 3  # workers that one function, or the file, may cost
 MOST_KILLED = 5  # workers of a submission that something else may kill
@@ -30,6 +30,17 @@ MOST_NAMES = 1000  # of functions listed
 MOST_CALLS = 60
 LIMIT = 2.0  # s, for one call
 LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
+
+
+@dataclass(frozen=True)
+class Tried:
+    """Changes of a program to be tried: of each row that is asked, the number of its change, in the
+    list for this function; apart: functions that are not changed.
+    """
+
+    function: str = ""
+    apart: tuple[str, ...] = ()
+    numbers: list[int] | None = None
 
 
 class Student:
@@ -83,6 +94,8 @@ class Student:
         self.names = ()
         self.constants: dict = {}
         self.outline: dict = {}
+        self.changes: list[Change] = []
+        self._tried = Tried()
         self.trouble = None
         self.notes = ()
         self.mended: list[Reply] = []
@@ -115,6 +128,7 @@ class Student:
         constants: dict | None = None,
         limit: float | None = None,
         given: dict[str, Callable] | None = None,
+        tried: Tried | None = None,
     ) -> list[Reply]:
         """Return a Reply for each row of `function(*row)`; after three lost workers the rest get
         the same kind unasked.
@@ -123,9 +137,11 @@ class Student:
             seconds for one call.
         given: name -> right(row), which stands in for the program's own function, as in `StandIn`;
         for good, so that nothing else should be asked of this Student.
+        tried: the changes of the file with which the rows are asked; `changes` is then filled.
         What only today's NumPy refuses is asked again as it ran before; `mended` holds the first
         refusal.
         """
+        self._tried = tried or Tried()
         replies = self._ask(function, rows, constants, limit, given or {})
         refused = [
             reply
@@ -191,13 +207,16 @@ class Student:
 
     def _batch(self, function, rows, constants, limit, end, replies, given):
         """Append a Reply per row as they come, until the time `end`. Raises Lost, Garbled."""
-        nonce = secrets.token_hex(8)
+        nonce, tried = secrets.token_hex(8), self._tried
         request = {
             "n": nonce,
             "function": function,
             "rows": rows,
             "constants": constants,
             "given": [*given],
+            "changes": tried.numbers and tried.numbers[len(replies) :],
+            "changes_of": tried.function,
+            "apart": [*tried.apart],
         }
         self._worker.send(request, limit)
         data = self._worker.receive(
@@ -206,6 +225,7 @@ class Student:
         if data.get("k") == "missing":
             replies += [self._missing(function, data.get("absent"))] * len(rows)
             return
+        self.changes = told(data["changes"]) if data.get("changes") else self.changes
         for _ in rows:
             until = min(time.monotonic() + limit, end)
             while (data := self._worker.receive(nonce, until - time.monotonic())).get(

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -72,6 +73,33 @@ def outlined(data: object) -> dict[str, tuple[list[str], list[str]]]:
     words = [word for part in lists if isinstance(part, list) for word in part]
     whole = len(lists) == 2 * len(data) and all(isinstance(word, str) for word in [*words])
     return {name: (first, rest) for name, (first, rest) in data.items()} if whole else {}
+
+
+@dataclass(frozen=True)
+class Change:
+    """A change of a student's program that a worker can try: its line, what it is about, the
+    function that it is in, what stands there and what would.
+    """
+
+    line: int
+    kind: str
+    function: str
+    old: str
+    new: str
+
+
+def told(data: object) -> list[Change]:
+    """Return the changes that a worker tells. Raises Garbled."""
+    if not isinstance(data, list):
+        raise Garbled("changes that are no list")
+    changes = []
+    for row in data:
+        if not isinstance(row, list) or len(row) != 5 or type(row[0]) is not int:
+            raise Garbled("a change that is none")
+        if not all(isinstance(part, str) for part in row[1:]):
+            raise Garbled("a change that is none")
+        changes.append(Change(row[0], *map(clean, row[1:])))
+    return changes
 
 
 def value(data: object, depth: int = 0) -> object:

@@ -17,11 +17,13 @@ import types
 from collections.abc import Callable
 
 from answers import call, plain
+from changes import changes
 from confine import confine
 from loading import FILE, Siblings, load, methods, outline, own_values
 from stand_in import StandIn
 
 MOST_LINE = 1_000_000  # bytes of a message
+NO_CHANGE = -1  # number of the program as it is
 SPARE = b'{"n": "%s", "k": "memory", "t": ""}\n'  # of no new objects but one
 
 
@@ -116,6 +118,8 @@ def main() -> None:
     loaded = {"names": names, "trouble": trouble, "numbers": numbers, "outline": functions}
     send({"n": nonce, "k": "loaded", **loaded})
 
+    changed: dict = {}  # function and those left as they are -> its changes
+
     while True:
         request = receive()
         nonce, constants = request["n"], request["constants"]
@@ -146,9 +150,25 @@ def main() -> None:
                     own.ask = ask
                 elif callable(own):
                     vars(space)[name] = StandIn(own, ask)
-        send({"n": nonce, "k": "asked"})
-        for row in request["rows"]:
+        known: list = []
+        if request["changes"] is not None:
+            key = request["changes_of"], *request["apart"]
+            if key not in changed:
+                changed[key] = changes(file[0], request["changes_of"], request["apart"])
+            known = changed[key]
+        wanted = known if set(request["changes"] or ()) == {NO_CHANGE} else []
+        told = [[each.line, each.kind, each.function, each.old, each.new] for each in wanted]
+        send({"n": nonce, "k": "asked", "changes": told})
+        for place, row in enumerate(request["rows"]):
+            number = request["changes"][place] if known else NO_CHANGE
+            kept: dict = {}
+            if number != NO_CHANGE:
+                made = known[number].made(vars(asked))
+                kept = {name: vars(asked)[name] for name in made}
+                vars(asked).update(made)
+                function = vars(asked)[request["function"]]
             answer = call(function, row, FILE)
+            vars(asked).update(kept)
             answer["n"] = nonce
             try:
                 send(answer)

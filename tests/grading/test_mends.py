@@ -1,0 +1,139 @@
+"""The one change that makes a function right: tried in the student's own process, and told if it holds."""
+
+import ast
+import sys
+
+import pytest
+
+from fivebar.grading.grade import grade
+from fivebar.grading.labs import find_lab
+from fivebar.grading.program import Job
+from fivebar.grading.worker import places
+from fivebar.grading.worker.wire import Garbled, told
+from tests.helpers.hand_ins import FOLDER, hand_ins
+
+sys.path.insert(0, str(places.CELL))
+from changes import changes  # noqa: E402
+
+sys.path.remove(str(places.CELL))
+
+FRAMES = (FOLDER / "fresh/amoro_frames.py").read_text("utf-8")
+
+
+def outcomes(source, function, *row):
+    """old -> new of the changes after which the function gives what the source below gives."""
+    right, wrong, space = source[0], source[1], {}
+    exec(right, space)
+    wanted = space[function](*row)
+    found, own = [], {}
+    exec(wrong, own)
+    for change in changes(wrong, function, []):
+        kept = dict(own)
+        own.update(change.made(own))
+        try:
+            if own[function](*row) == pytest.approx(wanted, rel=1e-12):
+                found.append((change.kind, change.old, change.new))
+        except Exception:  # noqa: S110  most changes make no sense
+            pass
+        own.clear()
+        own.update(kept)
+    return found
+
+
+TRIED = {
+    "a sign": ("return a - b * l", "return a + b * l"),
+    "a square": ("return a**2 + l", "return a * 2 + l"),
+    "a bracket": ("return a / (2 * b)", "return a / 2 * b"),
+    "a factor": ("return l * a + b", "return a + b"),
+    "a root": ("return sqrt(a * a + b)", "return a * a + b"),
+    "a function": ("return l * sin(a) + b", "return l * cos(a) + b"),
+    "a number": ("return 6 * a + b", "return 5 * a + b"),
+    "a variable": (
+        "q11, q21 = a, b\n    return q11 + 3 * q21",
+        "q11, q21 = a, b\n    return q11 + 3 * q11",
+    ),
+    "an index": ("p = [a, b]\n    return p[1] * l", "p = [a, b]\n    return p[0] * l"),
+    "the order": ("return atan2(a, b)", "return atan2(b, a)"),
+    "a term": ("return a * l + b", "return a * l"),
+    "an inverse": ("return (inv(A(a, b)) @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),
+    "a transpose": ("return (A(a, b).T @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),
+}
+HEAD = """from math import atan2, cos, sin, sqrt
+from numpy import array
+from numpy.linalg import inv
+l = 0.09
+
+
+def A(a, b):
+    return array([[1.0, a], [a * b, 3.0]])
+
+
+def f(a, b):
+    """
+
+
+@pytest.mark.parametrize(("right", "wrong"), TRIED.values(), ids=TRIED)
+def test_each_kind_of_slip_is_undone_by_a_change(right, wrong):
+    assert outcomes((HEAD + right, HEAD + wrong), "f", 0.37, 0.61)
+
+
+def test_a_change_is_made_in_both_legs_alike():
+    wrong = FRAMES.replace("u1 = rot(q11 + q12)", "u1 = rot(q12)")
+    wrong = wrong.replace("u2 = rot(q21 + q22)", "u2 = rot(q22)")
+    found = [c for c in changes(wrong, "rows", []) if (c.old, c.kind) == ("q12", "a term")]
+    both = next(c for c in found if c.new.startswith("q12 + q11") and len(c.swaps) > 1)
+    assert both.new == "q12 + q11, in 2 places"
+    assert "rot(q12)" in ast.unparse(ast.Module([*both.functions], []))
+    assert both.made({}).keys() == {"rows"}
+
+
+def test_loops_and_guards_are_left_alone():
+    source = (
+        "def f(a):\n    while a > 3:\n        a = a - 6\n"
+        "    if a > 7:\n        raise ValueError(a)\n    return a\n"
+    )
+    assert {change.line for change in changes(source, "f", [])} == {6}
+
+
+def test_a_source_that_cannot_be_read_has_no_changes():
+    assert changes("def f(:\n", "f", []) == [] == changes("x = 1", "f", [])
+
+
+@pytest.mark.parametrize(
+    "data", [None, [1], [[1, "a"]], [["1", "a", "f", "x", "y"]], [[1, 2, 3, 4, 5]]]
+)
+def test_what_is_no_list_of_changes_is_refused(data):
+    with pytest.raises(Garbled):
+        told(data)
+
+
+def report(tmp_path, title, file="fresh/third.txt"):
+    (case,) = (c for c in hand_ins(file) if c.title == title)
+    path = tmp_path / "my.py"
+    path.write_text(case.source, "utf-8")
+    return grade(find_lab(case.lab), Job(path, seed="mends"))
+
+
+def test_a_slip_in_a_helper_is_told_once_and_the_others_keep_their_points(tmp_path):
+    found = report(tmp_path, "speed not squared")
+    wrong = [check for check in found.checks if check.share < 1]
+    assert found.points == 18 and {check.function for check in wrong} == {"dkm2"}
+    assert {check.misconception for check in wrong} == {
+        "right but for one thing: a bracket, in your squares"
+    }
+    assert all("(l * (q11D + q12D)) ** 2" in check.spot for check in wrong)
+
+
+def test_a_helper_of_lab_8_is_paid_for_once(tmp_path):
+    assert report(tmp_path, "offset taken off").points == 17
+
+
+def test_what_cannot_be_mended_in_one_place_is_not_told_so(tmp_path):
+    path = tmp_path / "my.py"
+    wrong = FRAMES.replace(
+        "return la.solve(J1, v)[0], la.solve(J2, v)[0]", "return 3 * xD, xD + yD"
+    )
+    path.write_text(wrong, "utf-8")
+    found = grade(find_lab("amoro"), Job(path, seed="mends"))
+    assert found.points == 18
+    assert not any(c.spot or c.misconception for c in found.checks if c.function == "ikm")
