@@ -418,10 +418,15 @@ class Calibration(Plotted):
 
     @cached_property
     def machine(self) -> Machine:
-        """The robot with the offsets and ratios of its readings, and the measuring frame."""
+        """The robot with the offsets and ratios of its readings, the measuring frame, and the modes
+        of the rows.
+        """
         offset1, offset2, ratio1, ratio2, x0, y0, turn, scale = self.p[5:].tolist()
         frame = Placement((x0, y0), turn, scale)
-        return Machine(self.robot, (offset1, offset2), (ratio1, ratio2), frame)
+        modes = np.column_stack([self.working, self.assembly]).astype(int)
+        in_order = sorted(map(tuple, np.unique(modes[modes.all(axis=1)], axis=0).tolist()))
+        offset, ratio = (offset1, offset2), (ratio1, ratio2)
+        return Machine(self.robot, offset, ratio, frame, measured=tuple(in_order))
 
     def to_json(self, path: TextFile) -> None:
         """Write all of it; `from_json` reads it back."""
