@@ -46,6 +46,8 @@ SPEED = {
     "--joint-speed-limit RAD/S": "of either joint",
     "--duration S": "asked for instead of the least",
     "--pen-time S": (0.0, "of rest where the pen goes down or up, at both ends too"),
+    "--lead M": "of run-up and run-out in the air, so that strokes begin and end in motion, as with"
+    " a laser: no rest there",
 }
 DRIVES = {
     "--counts-per-turn N": "of the encoders: what the simulated controller reads",
@@ -104,13 +106,20 @@ def _draw(arguments):
     counts = arguments.counts_per_turn
     if arguments.angles == "counts" and counts is None:
         raise UsageError("--angles counts needs --counts-per-turn")
+    if arguments.lead is not None and (arguments.pen_time or dialect is not None):
+        words = "a pen that needs time rests, and firmware rests for M3 and M5"
+        raise UsageError(f"--lead goes without --pen-time and --format gcode: {words}")
     with usage_errors(ValueError):
         resolution = None if counts is None else 2 * np.pi / positive(counts, "--counts-per-turn")
         pen_time = not_negative(arguments.pen_time, "--pen-time")
+        if arguments.lead is not None:
+            positive(arguments.lead, "--lead")
         backlash = not_negative(arguments.backlash or 0.0, "--backlash")
     path = _read(arguments)
     print_notes(arguments.drawing, path.notes)
     path, working, share, page = placed(arguments, machine, path)
+    if arguments.lead is not None:
+        path = strokes.with_leads(path, arguments.lead)
     path = strokes.with_pen_time(path, pen_time) if pen_time else path
     check = _checked(arguments, machine, path, working)
     proof = _proved(arguments, machine.robot, path, working) if check.singularity_free else None
