@@ -112,7 +112,7 @@ def test_setpoints_are_those_of_the_motion(tmp_path):
     table.to_csv(tmp_path / "deg.csv", "deg")
     rows = np.loadtxt(tmp_path / "deg.csv", delimiter=",", skiprows=2)
     np.testing.assert_allclose(
-        np.radians(rows[:, 3:]), np.hstack([table.q, table.q_dot]), atol=1e-15
+        np.radians(rows[:, 3:7]), np.hstack([table.q, table.q_dot]), atol=1e-15
     )
     whole = setpoints(ROBOT, fb.line((0.0, 0.1), (0.05, 0.12), 1.0), 100.0)
     assert len(whole.t) == 101 and whole.t[-1] == 1.0
