@@ -190,7 +190,7 @@ def _as_json(result, profiles):
         "rms_m": result.rms,
         "rms_before_m": result.rms_before,
         "leave_one_out_m": result.leave_one_out,
-        "fewer_unknowns": result.fewer_unknowns,
+        "advised_priors": result.advised_priors,
         "chi2": result.chi2 if result.absolute else None,
         "residuals_m": result.residuals,
     }
