@@ -86,7 +86,7 @@ def _write_sheet(arguments, machine):
     with locked_folder(folder):
         drawn.drawing_to_csv(drawing)
         drawn.distances_to_csv(table)
-    x, y = bounds(drawn.path).mean(axis=0)
+    x, y = bounds(drawn.path).mean(axis=0).round(6) + 0.0  # -0 is 0
     signs = " ".join(map(str, drawn.working))
     robot = f"--robot {arguments.robot}"
     print(f"{drawing}\n{table}")

@@ -131,7 +131,7 @@ def _draw(arguments):
         "measured_modes": says_other_modes(arguments, machine, motion),
         "largest_scale": share,
         "page": None if page is None else machine.frame(page).tolist(),
-        "middle": machine.frame(bounds(path).mean(axis=0)).tolist(),
+        "middle": (machine.frame(bounds(path).mean(axis=0)).round(12) + 0.0).tolist(),
         "duration_s": motion.duration,
         "lower_bound_s": motion.lower_bound,
         "smallest_margin": check.min_margin,
