@@ -86,7 +86,7 @@ def _write_sheet(arguments, machine):
     with locked_folder(folder):
         drawn.drawing_to_csv(drawing)
         drawn.distances_to_csv(table)
-    x, y = bounds(drawn.path).mean(axis=0)
+    x, y = bounds(drawn.path).mean(axis=0).round(6) + 0.0  # -0 is 0
     signs = " ".join(map(str, drawn.working))
     robot = f"--robot {arguments.robot}"
     print(f"{drawing}\n{table}")
@@ -190,7 +190,7 @@ def _as_json(result, profiles):
         "rms_m": result.rms,
         "rms_before_m": result.rms_before,
         "leave_one_out_m": result.leave_one_out,
-        "fewer_unknowns": result.fewer_unknowns,
+        "advised_priors": result.advised_priors,
         "chi2": result.chi2 if result.absolute else None,
         "residuals_m": result.residuals,
     }

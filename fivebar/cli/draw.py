@@ -8,17 +8,16 @@ import sys
 from argparse import _SubParsersAction
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..base.checks import not_negative, positive
-from ..base.errors import UnreachableError, UsageError
+from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from .draw_gcode import GCODE, Drawn, dialect_of, machine_of_axes, written_gcode
+from .draw_place import PLACE, may_cross, page_row, placed, says_other_modes
 from .options import (
     JSON,
-    WORKING,
     add_options,
     print_files,
     print_json,
@@ -29,7 +28,6 @@ from .options import (
 )
 from .robot_options import add_robot_options, chosen_machine
 
-MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
 USUAL = {"acceleration": 0.5, "speed": 0.1}  # m/s^2, m/s: where no limit is given
 LARGE_ERROR = 0.01  # of a drawing's size: beyond, it is not what was asked for
 STEP = 1e-3  # s, of the simulation
@@ -38,14 +36,6 @@ DRAWING = {
     "--example": "the word fivebar, shipped with this package",
     "--units UNIT": "of a file that does not name them: mm, in, px, m",
     "--deviation M": (2e-5, "within which corners are rounded"),
-}
-PLACE = {
-    "--at X Y": "where the drawing's middle goes, m",
-    "--turn-deg DEG": (0.0, "to the left"),
-    "--scale K": "of the drawing (default: 1)",
-    "--fit": "as large as it fits",
-    "--margin M": (0.005, "from singularities"),
-    WORKING: "working modes, as -1 -1",
 }
 SPEED = {
     "--motor NAME": "of both joints, by its torque-speed line: a name of `fivebar sweep --list`",
@@ -56,6 +46,8 @@ SPEED = {
     "--joint-speed-limit RAD/S": "of either joint",
     "--duration S": "asked for instead of the least",
     "--pen-time S": (0.0, "of rest where the pen goes down or up, at both ends too"),
+    "--lead M": "of run-up and run-out in the air, so that strokes begin and end in motion, as with"
+    " a laser: no rest there",
 }
 DRIVES = {
     "--counts-per-turn N": "of the encoders: what the simulated controller reads",
@@ -87,7 +79,10 @@ def add_parsers(commands: _SubParsersAction) -> None:
     words = "an SVG, G-code (.nc, .gcode, ...) or a CSV of x, y"
     draw.add_argument("drawing", nargs="?", metavar="FILE", help=words)
     add_options(draw, DRAWING)
-    words = "default: the middle of the largest rectangle of an aspect, in true size"
+    words = (
+        "default: in true size, in the middle of the largest rectangle of its shape in an aspect;"
+        " of a calibrated robot in the modes in which it was measured, if it fits there"
+    )
     add_options(draw, PLACE, "place", words)
     words = "least time under these limits; default: 0.1 m/s and 0.5 m/s²"
     add_options(draw, SPEED, "speed", words)
@@ -111,13 +106,20 @@ def _draw(arguments):
     counts = arguments.counts_per_turn
     if arguments.angles == "counts" and counts is None:
         raise UsageError("--angles counts needs --counts-per-turn")
+    if arguments.lead is not None and (arguments.pen_time or dialect is not None):
+        words = "a pen that needs time rests, and firmware rests for M3 and M5"
+        raise UsageError(f"--lead goes without --pen-time and --format gcode: {words}")
     with usage_errors(ValueError):
         resolution = None if counts is None else 2 * np.pi / positive(counts, "--counts-per-turn")
         pen_time = not_negative(arguments.pen_time, "--pen-time")
+        if arguments.lead is not None:
+            positive(arguments.lead, "--lead")
         backlash = not_negative(arguments.backlash or 0.0, "--backlash")
     path = _read(arguments)
     print_notes(arguments.drawing, path.notes)
-    path, working, share = _placed(arguments, machine, path)
+    path, working, share, page = placed(arguments, machine, path)
+    if arguments.lead is not None:
+        path = strokes.with_leads(path, arguments.lead)
     path = strokes.with_pen_time(path, pen_time) if pen_time else path
     check = _checked(arguments, machine, path, working)
     proof = _proved(arguments, machine.robot, path, working) if check.singularity_free else None
@@ -126,8 +128,10 @@ def _draw(arguments):
         "strokes": len(strokes.runs(np.array(path.pen))),
         "drawn_m": sum(piece.length for piece, pen in zip(path.pieces, path.pen) if pen),
         "working": list(working),
+        "measured_modes": says_other_modes(arguments, machine, motion),
         "largest_scale": share,
-        "middle": machine.frame(bounds(path).mean(axis=0)).tolist(),
+        "page": None if page is None else machine.frame(page).tolist(),
+        "middle": (machine.frame(bounds(path).mean(axis=0)).round(12) + 0.0).tolist(),
         "duration_s": motion.duration,
         "lower_bound_s": motion.lower_bound,
         "smallest_margin": check.min_margin,
@@ -146,7 +150,7 @@ def _draw(arguments):
     with locked_folder(arguments.out):
         if dialect is None:
             files = [*_setpoints(arguments, machine, motion), *files]
-        files.insert(0, _picture(arguments, machine, motion, drawn))
+        files.insert(0, _picture(arguments, machine, motion, drawn, page))
         certificate = arguments.out / "proof.json"
         certificate.unlink(missing_ok=True)  # that of an earlier drawing would be false
         if figures["certified"]:
@@ -232,78 +236,6 @@ def _read(arguments):
         return path(arguments.drawing, deviation=arguments.deviation, units=arguments.units)
 
 
-def _placed(arguments, machine, path):
-    """Return the path in its place in the robot's frame, the working modes, and the largest scale
-    known to fit, or None.
-    """
-    from ..paths.placement import Placement
-    from ..paths.placing.fitting_in import bounds, fitted_in
-
-    if arguments.fit and (arguments.scale or arguments.at):
-        raise UsageError("--fit chooses scale and place: it goes without --scale and --at")
-    robot = machine.robot
-    to_robot = machine.frame.inverse
-    turn = np.deg2rad(arguments.turn_deg) + to_robot.turn
-    scale = (arguments.scale or 1.0) * to_robot.scale
-    if arguments.at is not None:
-        first = Placement((0.0, 0.0), turn, scale)(path)
-        shift = to_robot(arguments.at) - bounds(first).mean(axis=0)
-        placed = Placement(tuple(shift.tolist()))(first)
-        working = _modes(arguments, machine, placed)
-        return _led(machine, placed, working), working, None
-    if not robot.turns:
-        raise UsageError("a biglide's aspects have no ends to fit into: say where with --at X Y")
-    scale = None if arguments.fit else scale
-    kept = replace(_on_poses(machine), clearance=arguments.margin)
-    fit = fitted_in(robot, path, turn, scale, arguments.working, kept, machine.tool)
-    working = fit.aspect.working
-    placed = _led(machine, fit.placement(path), working)
-    return placed, working, fit.scale * machine.frame.scale
-
-
-def _led(machine, path, working):
-    """Return the path of joint C that leads the machine's tool along a path."""
-    return path if machine.tool is None else machine.tool.path(machine.robot, path, working)
-
-
-def _on_poses(machine):
-    """Return the constraints on poses of the robot's file."""
-    from ..constraints.constraints import ON_POSES, Constraints
-
-    return Constraints(**{name: getattr(machine.constraints, name) for name in ON_POSES})
-
-
-def _modes(arguments, machine, path):
-    """Return the working modes in which the path keeps farthest from singularities."""
-    from ..constraints.path_check import check_path
-
-    modes = [tuple(arguments.working)] if arguments.working else MODES
-    robot, kept = machine.robot, _on_poses(machine)
-    checks = {}
-    refused: Any = None
-    for mode in modes:
-        try:
-            led = _led(machine, path, mode).at_unit_speed
-        except UnreachableError as error:  # of a tool
-            refused = error
-            continue
-        checks[mode] = check_path(robot, led, mode, None, kept)
-    if not checks:
-        raise refused
-    free = {mode: check for mode, check in checks.items() if not check.broken}
-    margins = {mode: check.min_margin for mode, check in free.items() if check.singularity_free}
-    possible = [mode for mode, check in free.items() if _may_cross(arguments, check)]
-    # `_checked` says what is in the way where no mode is possible.
-    return max(margins, key=margins.get) if margins else [*possible, *modes][0]
-
-
-def _may_cross(arguments, check):
-    """Return whether a path may go on where it meets the first singularity; whether it can,
-    `time_path` finds.
-    """
-    return arguments.through and check.leaves is None and int(check.type) == 2
-
-
 def _met(machine, path, check):
     """Return in words where a path meets the first singularity."""
     s = check.leaves if check.time is None else check.time
@@ -358,8 +290,8 @@ def _checked(arguments, machine, path, working):
     """
     from ..constraints.path_check import check_path
 
-    check = check_path(machine.robot, path.at_unit_speed, working, None, _on_poses(machine))
-    if not (check.singularity_free or _may_cross(arguments, check)):
+    check = check_path(machine.robot, path.at_unit_speed, working, None, machine.on_poses)
+    if not (check.singularity_free or may_cross(arguments, check)):
         where = f"in working modes {working} {_met(machine, path, check)}"
         raise ValueError(f"{arguments.drawing}: it cannot be drawn there: {where}")
     for each in check.broken[:1]:
@@ -414,7 +346,7 @@ def _setpoints(arguments, machine, motion):
     return files
 
 
-def _picture(arguments, machine, motion, drawn):
+def _picture(arguments, machine, motion, drawn, page):
     """Write the picture and return its file."""
     from ..base.tables import saved
     from ..paths import strokes
@@ -433,6 +365,7 @@ def _picture(arguments, machine, motion, drawn):
         title,
         machine.tool,
         "the G-code" if arguments.format == "gcode" else "the simulated robot",
+        page,
     )
     file = arguments.out / "drawing.png"
     saved(picture, file, dpi=150)
@@ -454,6 +387,7 @@ def _print(arguments, machine, figures):
     rows = [
         ("drawn", f"{drawn:.4g} mm in {figures['strokes']} strokes"),
         ("middle of it", f"({x:.4g}, {y:.4g}) mm"),
+        *page_row(figures["page"]),
         ("working modes", ", ".join(f"{sign:+d}" for sign in figures["working"])),
         ("time", f"{figures['duration_s']:.4f} s{near}"),
         ("smallest margin", f"{figures['smallest_margin']:.4f} (sine of a leg, or det A)"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import _SubParsersAction
+from contextlib import suppress
 from pathlib import Path
 
 from ..base.errors import UsageError
@@ -29,7 +30,8 @@ OPTIONS = JSON | {
     "--nodes N": (401, "nodes of the grid on each side"),
     "--det-A NUMBER": "show dexterous regions with at least this |det A|",
     "--sin SINE": "show dexterous regions with at least this |sin q_i2|",
-    "--fits X Y": "whether an upright board of this size, m, fits in an aspect's largest rectangle",
+    "--fits X Y": "whether an upright board of this size, m, fits in an aspect, and the largest of"
+    " its shape",
     "--path PATH.csv": "a path t (s), x, y (m) to draw and to check",
     "--units UNIT ...": "units of the path's columns, as mm or t=ms x=mm",
     "--out FILE": (Path("map.png"), "PNG, SVG or PDF"),
@@ -92,7 +94,7 @@ def _map(arguments):
         write(arguments.data)
     if arguments.page:
         map_page(data, arguments.page, along=points, regions=regions)
-    board = None if arguments.fits is None else _board(parts, arguments.fits)
+    board = None if arguments.fits is None else _board(machine, parts, arguments.fits)
     if arguments.json:
         result = _as_json(parts, checks, regions, levels)
         print_json(result if board is None else result | {"board": board})
@@ -107,27 +109,37 @@ def _map(arguments):
         width, height = (1e3 * size for size in board["rectangle_m"])
         verb = "fits" if board["fits"] else "does not fit"
         x, y = (1e3 * size for size in arguments.fits)
+        left, below = (1e3 * size for size in board["corner_m"])
         print(
-            f"a board of {x:.4g} x {y:.4g} mm {verb} in the largest free rectangle of {width:.4g} x"
-            f" {height:.4g} mm, in aspect {board['aspect']}: there by scale {board['scale']:.4g}"
+            f"a board of {x:.4g} x {y:.4g} mm {verb}: the largest of its shape is {width:.4g} x"
+            f" {height:.4g} mm, scale {board['scale']:.4g}, in aspect {board['aspect']}, its lower"
+            f" left corner at ({left:.4g}, {below:.4g}) mm"
         )
     for mode, check in checks:
         print(f"path in working mode {_signs(mode)}: {_verdict(check)}")
     print_files(used_options(arguments, "out", "graph", "data", "page").values())
 
 
-def _board(parts, size):
-    """Return the aspect whose largest rectangle holds a board of this size (2,) m largest."""
+def _board(machine, parts, size):
+    """Return the aspect that holds a board of this shape (2,) m largest."""
     from ..constraints.rectangle import largest_rectangle
 
     found = []
     for part in parts:
-        rectangle = largest_rectangle(part)
-        sides = rectangle.x_max - rectangle.x_min, rectangle.y_max - rectangle.y_min
-        scale = min(side / wanted for side, wanted in zip(sides, size))
-        found.append((round(scale, 6), -part.number, scale, sides))
-    _, number, scale, sides = max(found)
-    return {"fits": scale >= 1, "scale": scale, "rectangle_m": sides, "aspect": -number}
+        with suppress(ValueError):  # no rectangle of that shape is found there
+            rectangle = largest_rectangle(part, machine.on_poses, size[0] / size[1])
+            scale = (rectangle.x_max - rectangle.x_min) / size[0]
+            found.append((round(scale, 6), -part.number, scale, rectangle))
+    if not found:
+        raise ValueError("no aspect holds a board of this shape")
+    _, number, scale, rectangle = max(found)
+    return {
+        "fits": scale >= 1,
+        "scale": scale,
+        "rectangle_m": [scale * side for side in size],
+        "corner_m": [rectangle.x_min, rectangle.y_min],
+        "aspect": -number,
+    }
 
 
 def _map_of_tool(arguments, machine):

@@ -170,9 +170,18 @@ CHECKS: dict[str, Callable] = {
     "gear": positive,
     "efficiency": share,
 }
+# Stall torque and no-load speed at 12 V as printed, both at the horn, behind the gear. The makers
+# print no rotor inertia and no efficiency; they advise a load of a fifth of the stall torque.
+MANUAL = "ROBOTIS e-Manual, emanual.robotis.com/docs/en/dxl/"
 MOTORS = {
-    "ax-12a": Motor(1.5, 59 * RPM, source="ROBOTIS e-Manual, at 12 V"),
-    "xh430-w350": Motor(3.4, 30 * RPM, source="ROBOTIS e-Manual, at 12 V"),
-    "xl430-w250": Motor(1.5, 61 * RPM, source="ROBOTIS e-Manual, at 12 V"),
-    "xm540-w270": Motor(10.6, 30 * RPM, source="ROBOTIS e-Manual, at 12 V"),
+    "ax-12a": Motor(1.5, 59 * RPM, source=MANUAL + "ax/ax-12a, at 12 V and 1.5 A, gear 254 : 1"),
+    "xh430-w350": Motor(
+        3.4, 30 * RPM, source=MANUAL + "x/xh430-w350, at 12 V and 1.3 A, gear 353.5 : 1"
+    ),
+    "xl430-w250": Motor(
+        1.5, 61 * RPM, source=MANUAL + "x/xl430-w250, at 12 V and 1.4 A, gear 258.5 : 1"
+    ),
+    "xm540-w270": Motor(
+        10.6, 30 * RPM, source=MANUAL + "x/xm540-w270, at 12 V and 4.4 A, gear 272.5 : 1"
+    ),
 }

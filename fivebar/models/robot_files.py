@@ -14,7 +14,7 @@ from .robots import Biglide, FiveBar
 
 READERS = {".toml": tomllib.loads, ".json": json.loads}
 KINDS: dict[str, type] = {"five-bar": FiveBar, "biglide": Biglide}
-SECTIONS = "readings", "frame", "constraints", "tool"  # of a `Machine`, beside its robot
+SECTIONS = "readings", "frame", "constraints", "tool", "measured"  # of a `Machine`
 LENGTHS = {"l1", "l2"}
 OF_BIGLIDES = {field.name for field in fields(Biglide)} - {field.name for field in fields(FiveBar)}
 

@@ -59,6 +59,8 @@ class Path(Plotted):
         them: `Tool.path`.
     stops : tuple of Stop
         Where a motion must come to rest: (s, seconds).
+    rests_for_pen : bool
+        Whether it rests where the pen goes down or up.
 
     Raises
     ------
@@ -82,6 +84,7 @@ class Path(Plotted):
     notes: tuple[str, ...] = ()
     lines: tuple[int | None, ...] = None  # type: ignore[assignment]  # as above
     tool: MountedTool | None = None
+    rests_for_pen: bool = True
     stops: tuple[Stop, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -289,7 +292,7 @@ class Path(Plotted):
         return arcs, tables, np.array([p.length for p in others]), is_arc, own
 
     def _rests(self):
-        """s where the pen changes, or xi_s jumps."""
+        """s where xi_s jumps, or the pen changes, if the motion rests for that."""
         n = len(self.pieces)
         before = np.arange(n - 1)
         after = np.arange(1, n)
@@ -298,7 +301,8 @@ class Path(Plotted):
             self._on_pieces(after, np.zeros(n - 1))[1] - self._on_pieces(before, lengths[:-1])[1],
             axis=-1,
         )
-        return self._edges[1:-1][(jump > SMOOTH) | (np.diff(self.pen) != 0)]
+        changes = (np.diff(self.pen) != 0) & self.rests_for_pen
+        return self._edges[1:-1][(jump > SMOOTH) | changes]
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.checks import instance, one_of, positive, robot, two_numbers
+from ..base.checks import instance, one_of, positive, robot, shown, two_numbers
 from ..base.representation import one_line, vector
 from ..base.tables import TextFile
-from ..constraints.constraints import Constraints
+from ..constraints.constraints import ON_POSES, Constraints
 from ..constraints.link_collisions import LinkCollisions
 from ..models.robot_files import SECTIONS, read_robot
 from ..models.robot_writing import write_robot
@@ -52,6 +52,9 @@ class Machine:
         What all motions keep.
     tool : Tool, optional
         What draws, where that is not the joint of the distal bars.
+    measured : (n, 3)
+        Modes in which it was calibrated, each (left working, right working, assembly), +1 or -1;
+        () where that is not known. In other modes it goes less exactly where it should.
 
     Raises
     ------
@@ -73,6 +76,7 @@ class Machine:
     frame: Placement = Placement()
     constraints: Constraints = field(default_factory=Constraints)
     tool: Tool | None = None
+    measured: tuple[tuple[int, int, int], ...] = ()
 
     def __post_init__(self) -> None:
         robot(self.robot, "Machine: robot")
@@ -88,6 +92,7 @@ class Machine:
             tool = instance(Tool)(self.tool, "Machine: tool")
             robot_: Any = self.robot
             MountedTool(tool, robot_, (-1, -1))
+        object.__setattr__(self, "measured", tuple(map(_signs, self.measured)))
 
     def __repr__(self) -> str:
         words = [self.robot.words.title]
@@ -101,7 +106,26 @@ class Machine:
             words.append(str(self.constraints))
         if self.tool is not None:
             words.append(str(self.tool))
+        if self.measured:
+            words.append(f"calibrated in {self.measured_words}")
         return one_line("Machine", *words)
+
+    @property
+    def measured_words(self) -> str:
+        """The modes in which it was calibrated, in words."""
+        modes = []
+        for left, right, assembly in self.measured:
+            modes.append(f"working modes {left:+d} {right:+d} with assembly mode {assembly:+d}")
+        return ", ".join(modes)
+
+    @property
+    def on_poses(self) -> Constraints:
+        """Its constraints on poses."""
+        return Constraints(**{name: getattr(self.constraints, name) for name in ON_POSES})
+
+    def is_measured(self, working: tuple[int, int], assembly: int) -> bool:
+        """Return whether it was calibrated in these modes; True where that is not known."""
+        return not self.measured or (*working, assembly) in self.measured
 
     @property
     def reads_otherwise(self) -> bool:
@@ -190,6 +214,8 @@ class Machine:
             tables["constraints"] = limits
         if self.tool is not None:
             tables["tool"] = asdict(self.tool)
+        if self.measured:
+            tables["measured"] = {"modes": self.measured}
         write_robot(
             path,
             self.robot,
@@ -197,6 +223,17 @@ class Machine:
             comments,
             tables,
         )
+
+
+def _signs(modes):
+    """Return the working modes and the assembly mode of a measurement, as plain ints."""
+    signs = tuple(modes) if isinstance(modes, tuple | list) else ()
+    if len(signs) != 3 or not set(signs) <= {-1, 1}:
+        raise ValueError(
+            "Machine: measured modes must be three signs, +1 or -1: left working, right working,"
+            f" assembly, not {shown(modes)}"
+        )
+    return tuple(map(int, signs))
 
 
 def _given(motor):
@@ -212,7 +249,7 @@ def load_machine(path: TextFile) -> Machine:
     path : path or open file
         A .toml or .json file: a robot, as `load_robot` reads it, and perhaps the tables readings
         (offset, ratio), frame (shift, turn, scale), constraints (those of `Constraints`; a joint
-        without a range has []) and tool (leg, along, across).
+        without a range has []), tool (leg, along, across) and measured (modes).
 
     Returns
     -------
@@ -254,6 +291,7 @@ def machine_of(robot: FiveBar | Biglide, sections: Mapping[str, Any]) -> Machine
         _names(Placement),
         _names(Constraints),
         _names(Tool),
+        {"modes"},
     ]
     for name, known in zip(SECTIONS, parts):
         table = sections.get(name, {})
@@ -275,6 +313,7 @@ def machine_of(robot: FiveBar | Biglide, sections: Mapping[str, Any]) -> Machine
         frame=frame,
         constraints=limits,
         tool=tool,
+        measured=sections.get("measured", {}).get("modes", ()),
         **readings,
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,9 @@ from ..base.tables import TextFile, write, written
 from ..models.geometry import igm
 from ..models.kinematics import ikm
 from ..models.robots import Robot
+from ..planning.samples import SLOPES
 from .machine import Machine
+from .placement import Placement
 
 MOST_ROWS = 10**7
 COLUMNS = {"rad": "", "deg": "_deg", "counts": "_counts", "turns": "_turns"}  # endings of columns
@@ -43,17 +45,31 @@ DRIVES = {
 
 @dataclass(frozen=True, eq=False)
 class Setpoints:
-    """t (n,) s, even steps from the first instant to the last or the first row after it; xi (n, 2)
-    m, of the tool where there is one; q, q_dot (n, 2) rad, rad/s (m, m/s where a foot slides),
-    continuous; pen (n,), True where it is down, or None.
+    """Joint coordinates of a motion at a steady rate, from `setpoints`.
+
+    Attributes
+    ----------
+    t : (n,)
+        s, even steps from the first instant to the last or the first row after it.
+    xi, xi_dot, xi_ddot : (n, 2)
+        m, m/s, m/s^2, of the tool where there is one.
+    q, q_dot : (n, 2)
+        rad, rad/s (m, m/s where a foot slides), continuous.
+    pen : (n,) or None
+        True where it is down.
+    working : (2,) or None
+        None where they change.
     """
 
     robot: Robot
     t: np.ndarray
     xi: np.ndarray
+    xi_dot: np.ndarray
+    xi_ddot: np.ndarray
     q: np.ndarray
     q_dot: np.ndarray
     pen: np.ndarray | None = None
+    working: tuple[int, int] | None = None
 
     def __repr__(self) -> str:
         rows = f"{len(self.t)} rows, {self.t[1] - self.t[0]:g} s apart"
@@ -66,7 +82,8 @@ class Setpoints:
         machine: Machine | None = None,
         counts_per_turn: float | None = None,
     ) -> None:
-        """Write t, x, y, the joint coordinates and their rates, and pen where there is one.
+        """Write t, x, y, the joint coordinates and their rates, and pen where there is one; then
+        velocities and accelerations of x, y, for `from_csv` and `TimedPath.from_csv`.
 
         Parameters
         ----------
@@ -85,9 +102,14 @@ class Setpoints:
         """
         one_of(*COLUMNS)(angles, "angles")
         factor = self._machine(machine).scale(angles, counts_per_turn)
-        x, y = (self.xi if machine is None else machine.frame(self.xi)).T
+        frame = self._machine(machine).frame
+        turned = replace(frame, shift=(0.0, 0.0))
         q, q_dot = self.q, self.q_dot
-        about: dict[str, Any] = {"robot": self.robot.parameters}
+        about: dict[str, Any] = {"robot": self.robot.parameters, "working": self.working}
+        if frame != Placement():
+            about["frame"] = asdict(frame)
+        if machine is not None and machine.tool is not None:
+            about["tool"] = asdict(machine.tool)
         if machine is not None and machine.reads_otherwise:
             q, q_dot = machine.readings(q), q_dot / machine.ratio
             about |= {"offset": machine.offset, "ratio": machine.ratio}
@@ -96,10 +118,16 @@ class Setpoints:
         q = np.round(q * factor) if angles == "counts" else q * factor
         joints = ("q1", "q2", "q1_dot", "q2_dot")
         names = ["t", "x", "y", *(f"{name}{COLUMNS[angles]}" for name in joints)]
-        rows = np.column_stack([self.t, x, y, q, q_dot * factor]).tolist()
+        columns = [self.t, frame(self.xi), q, q_dot * factor]
         if self.pen is not None:
             names.append("pen")
-            rows = [[*row, int(pen)] for row, pen in zip(rows, self.pen)]
+            columns.append(self.pen)
+        names += SLOPES
+        columns += [turned(self.xi_dot), turned(self.xi_ddot)]
+        rows = np.column_stack(columns).tolist()
+        if self.pen is not None:
+            for row in rows:
+                row[7] = int(row[7])
         write(path, "setpoints", about, names, rows)
 
     def _machine(self, machine):
@@ -241,21 +269,26 @@ def setpoints(
     t = np.arange(steps + 1) / rate
     times = getattr(reference, "start", 0.0) + t
     modes_own = getattr(reference, "working", None)
-    xi, xi_dot, _ = reference(times)
+    xi, xi_dot, xi_ddot = reference(times)
     # A plan may be free of modes.
     if working is None and modes_own is None and hasattr(reference, "joints"):
         q, q_dot = reference.joints(times)
     else:
-        rates = ikm(igm(robot, xi, working or modes_own or (-1, -1)), xi_dot)
+        working = working or modes_own or (-1, -1)
+        rates = ikm(igm(robot, xi, working), xi_dot)
         q = rates.pose.q
         q_dot = rates.q_dot
-        led = getattr(getattr(reference, "path", None), "tool", None)
-        xi = xi if led is None else led.tool.point(rates.pose)
+        path: Any = getattr(reference, "path", None)
+        if getattr(path, "tool", None) is not None:
+            xi, xi_dot, xi_ddot = replace(reference, path=path.drawn)(times)
     return Setpoints(
         robot,
         t,
         xi,
+        xi_dot,
+        xi_ddot,
         np.unwrap(q, axis=0) if robot.turns else q,
         q_dot,
         reference.pen(times) if hasattr(reference, "pen") else None,
+        working,
     )

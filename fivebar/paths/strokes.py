@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from .curve import Path
+from .pieces import Line, Piece
 
 
 def outlines(path: Path, each: int = 33) -> list[np.ndarray]:
@@ -34,6 +35,52 @@ def with_pen_time(path: Path, seconds: float) -> Path:
     for s in path.knots[np.flatnonzero(pen[1:] != pen[:-1])].tolist():
         dwells[s] = dwells.get(s, 0.0) + seconds
     return replace(path, dwells=dwells)
+
+
+def with_leads(path: Path, length: float) -> Path:
+    """Return the strokes of a path, each with a straight run-up and run-out of this length, m, in
+    the air: the pen goes down and up in motion. Straight lines lead from one to the next.
+    """
+    ends = np.array([piece.length for piece in path.pieces])
+    pieces: list[Piece] = []
+    pen: list[bool] = []
+    feed: list[float] = []
+    lines: list[int | None] = []
+    dwells: dict[float, float] = {}
+    travelled = 0.0
+    before = (0.0, 0.0)
+
+    def append(piece, down, like):
+        nonlocal travelled
+        pieces.append(piece)
+        pen.append(down)
+        feed.append(path.feed[like] if down else np.inf)
+        lines.append(path.lines[like])
+        travelled += piece.length
+
+    for rows in runs(np.array(path.pen)):
+        first, last = rows.start, rows.stop - 1
+        start, along = path.drawn.on(first, 0.0)[:2]
+        end, onwards = path.drawn.on(last, ends[last])[:2]
+        begin = tuple((start - length * along).tolist())
+        if travelled and before != begin:
+            append(Line(before, begin), False, first)
+        append(Line(begin, tuple(start.tolist())), False, first)
+        for k in range(first, rows.stop):
+            if k > first and path.knots[k] in path.dwells:
+                dwells[travelled] = path.dwells[path.knots[k]]
+            append(path.pieces[k], True, k)
+        before = tuple((end + length * onwards).tolist())
+        append(Line(tuple(end.tolist()), before), False, last)
+    return replace(
+        path,
+        pieces=tuple(pieces),
+        pen=tuple(pen),
+        feed=tuple(feed),
+        lines=tuple(lines),
+        dwells=dwells,
+        rests_for_pen=False,
+    )
 
 
 def runs(down: np.ndarray) -> list[slice]:

@@ -1,9 +1,11 @@
-"""A motion through samples from a CSV file: a spline, or chords with their corners blended."""
+"""A motion through samples from a CSV file: a spline, chords with their corners blended, or what
+the file's own velocities and accelerations say.
+"""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -30,6 +32,12 @@ PLACES = {
     "t": TIME,
     "x": Quantity(("x", "posx", "positionx", "xpos", "xposition"), METRES),
     "y": Quantity(("y", "posy", "positiony", "ypos", "yposition"), METRES),
+}
+SLOPES = {
+    "x_dot": Quantity((), {"m/s": 1.0, "mm/s": 1e-3}, needed=False),
+    "y_dot": Quantity((), {"m/s": 1.0, "mm/s": 1e-3}, needed=False),
+    "x_ddot": Quantity((), {"m/s2": 1.0, "mm/s2": 1e-3}, needed=False),
+    "y_ddot": Quantity((), {"m/s2": 1.0, "mm/s2": 1e-3}, needed=False),
 }
 WIDE = 5.0  # m: coordinates without a unit that reach so far may be in mm
 SLOW = 1.0  # s: samples without a unit that are so far apart may be so many ms
@@ -64,7 +72,9 @@ def from_csv(
         Root-mean-square distance, m, that a spline may keep from the samples.
     kind : "spline" or "polyline"
         A spline of degree 5, or straight from sample to sample at constant speed, with corners cut
-        as the acceleration needs it.
+        as the acceleration needs it. Where the file has x_dot, y_dot, x_ddot and y_ddot in known
+        units, as those that fivebar writes, a spline has these velocities and accelerations at its
+        samples, unless it is smoothed.
     deviation : float, optional
         Largest distance, m, instead: of a spline from the samples, of a polyline from its corners.
     units : mapping or sequence
@@ -97,12 +107,17 @@ def from_csv(
         raise ValueError(
             "from_csv: kind=polyline needs a deviation, m, within which its corners are cut"
         )
-    table = read(path, PLACES, units, "path")
-    t, points = _samples(table, 6 if kind == "spline" else 2, kind)
+    table = read(path, PLACES | SLOPES, units, "path")
+    exact = kind == "spline" and not (smoothing or deviation) and set(SLOPES) <= table.stated
+    t, points = _samples(table, 2 if exact or kind == "polyline" else 6, kind)
     with named(table.name), np.errstate(all="ignore"):
         # `_compared` refuses what overflows.
         if kind == "polyline":
             motion = _polyline(t, points, deviation)
+        elif exact:
+            motion = hermite(
+                t, points, *np.split(np.array([*map(table.values.get, SLOPES)]).T, 2, 1)
+            )
         elif deviation:
             motion = _within(t, points, deviation)
         else:
@@ -195,6 +210,40 @@ def _spline(t, points, smoothing):
         ) from None
     columns = [spline.derivative(order) for order in range(3) for spline in splines]
     return partial(_on_splines, columns)
+
+
+def hermite(
+    t: np.ndarray, xi: np.ndarray, xi_dot: np.ndarray, xi_ddot: np.ndarray
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the motion times (n,) -> (n, 6) that has these values (m, 2) at times t (m,): between
+    them polynomials of degree 5, after the last one at rest there.
+    """
+    h = np.diff(t)[:, None]
+    turn = xi_ddot[:-1] / 2
+    place = xi[1:] - (xi[:-1] + h * (xi_dot[:-1] + h * turn))
+    rate = h * (xi_dot[1:] - (xi_dot[:-1] + h * xi_ddot[:-1]))
+    bend = h**2 * (xi_ddot[1:] - xi_ddot[:-1]) / 2
+    third = (10 * place - 4 * rate + bend) / h**3
+    fourth = (-15 * place + 7 * rate - 2 * bend) / h**4
+    fifth = (6 * place - 3 * rate + bend) / h**5
+    table = np.zeros((6, *xi.shape))
+    table[:3] = xi, xi_dot, xi_ddot / 2
+    table[3:, :-1] = third, fourth, fifth
+    return partial(_on_quintics, t, table)
+
+
+def _on_quintics(t, table, times):
+    k = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 1)
+    since = np.asarray(times - t[k])[..., None]
+    columns = []
+    coefficients = [*table[:, k]]
+    for _ in range(3):
+        value = coefficients[-1]
+        for coefficient in coefficients[-2::-1]:
+            value = value * since + coefficient
+        columns.append(value)
+        coefficients = [order * each for order, each in enumerate(coefficients)][1:]
+    return np.concatenate(columns, axis=-1)
 
 
 def _on_splines(columns, times):

@@ -52,7 +52,7 @@ class Trajectory:
         )
         last = vector("to", tuple(self(end)[0]), "m")
         return one_line(
-            "Trajectory",
+            type(self).__name__,
             f"{self.start:g} to {end:g} s",
             first,
             last,

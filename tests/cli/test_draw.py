@@ -46,7 +46,7 @@ def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
     assert check(out / "proof.json") is None
     # The setpoints are those of the ends, evenly apart, and lead along the drawing.
     names, rows = table(out / "setpoints.csv")
-    assert names == ["t", "x", "y", "q1", "q2", "q1_dot", "q2_dot", "pen"]
+    assert names[:8] == ["t", "x", "y", "q1", "q2", "q1_dot", "q2_dot", "pen"]
     t, q, pen = rows[:, 0], rows[:, 3:5], rows[:, 7]
     np.testing.assert_allclose(np.diff(t), 0.002, rtol=1e-9)
     assert t[0] == 0 and 0 <= t[-1] - figures["duration_s"] < 0.002 and not rows[[0, -1], 5:7].any()
@@ -133,7 +133,7 @@ def test_the_pen_has_time_and_setpoints_are_read_back(two_strokes, tmp_path, cap
     # Down, up, down, up: the last one is at the end.
     assert slow["duration_s"] == pytest.approx(fast["duration_s"] + 4 * 0.3, abs=1e-9)
     names, rows = table(tmp_path / "setpoints.csv")
-    assert names == ["t", "x", "y", "q1", "q2", "q1_dot", "q2_dot", "pen"]
+    assert names[:8] == ["t", "x", "y", "q1", "q2", "q1_dot", "q2_dot", "pen"]
     t, xi, q_dot, pen = rows[:, 0], rows[:, 1:3], rows[:, 5:7], rows[:, 7]
     changes = np.flatnonzero(np.diff(pen)) + 1
     assert pen[0] == 1 and list(pen[changes]) == [0, 1, 0]
@@ -142,11 +142,59 @@ def test_the_pen_has_time_and_setpoints_are_read_back(two_strokes, tmp_path, cap
         rests = (t >= t[k]) & (t < t[k] + 0.29)
         assert not q_dot[rests].any() and np.ptp(xi[rests], axis=0).max() == 0
     motion = fb.from_csv(tmp_path / "setpoints.csv")
-    np.testing.assert_allclose(motion(t)[0], xi, atol=1e-12)
+    assert (motion(t)[0] == xi).all()
     between = fb.Run.from_csv(tmp_path / "run.csv")
     inside = between.t < motion.duration
     away = motion(between.t[inside])[0] - between.xi_ref[inside]
-    assert np.abs(away).max() < 1e-5  # accelerations of 0.5 m/s^2 jump between rows
+    assert np.abs(away).max() < 1e-6  # accelerations of 0.5 m/s^2 jump between rows
+    again = fb.TimedPath.from_csv(tmp_path / "setpoints.csv")
+    assert (again(t)[0] == xi).all() and (again.pen(t) == pen).all()
+    assert again.working == tuple(slow["working"]) and again.duration == t[-1]
+    np.testing.assert_allclose(fb.igm(again.robot, again(t)[0], again.working).q, rows[:, 3:5])
+
+
+def test_strokes_begin_and_end_in_motion_with_leads(two_strokes, tmp_path, capsys):
+    """v^2 / 2 a = 10 mm at 0.1 m/s and 0.5 m/s^2: after 12 mm the pen goes down at full speed."""
+    out = ["--out", str(tmp_path), "--rate", "1000", "--json"]
+    assert main(["draw", *two_strokes, *out]) == 0
+    plain = json.loads(capsys.readouterr().out)
+    assert main(["draw", *two_strokes, *out, "--lead", "0.012"]) == 0
+    led = json.loads(capsys.readouterr().out)
+    assert led["strokes"] == 2 and led["drawn_m"] == pytest.approx(plain["drawn_m"], abs=1e-12)
+    assert led["max_error_m"] < 5e-5
+    names, rows = table(tmp_path / "setpoints.csv")
+    speed = np.hypot(*rows[:, [names.index("x_dot"), names.index("y_dot")]].T)
+    pen = rows[:, names.index("pen")].astype(bool)
+    edges = np.flatnonzero(np.diff(pen))
+    assert not pen[0] and not pen[-1] and len(edges) == 4
+    assert speed[edges] == pytest.approx(0.1, rel=0.02) and speed[[0, -1]].max() < 1e-9
+
+
+def test_all_of_the_page_is_in_the_workspace(tmp_path, capsys):
+    (tmp_path / "corner.csv").write_text("x (mm),y (mm)\n5,5\n25,5\n25,15\n", "utf-8")
+    command = ["draw", str(tmp_path / "corner.csv"), "--json", "--page", "0.09", "0.06"]
+    command += ["--out", str(tmp_path), "--period", "0.02", "--rate", "100", "--turn-deg", "20"]
+    assert main(command) == 0
+    figures = json.loads(capsys.readouterr().out)
+    page = np.array(figures["page"])
+    first, along, _, up, _ = page
+    assert np.hypot(*(along - first)) == pytest.approx(0.09)
+    assert np.hypot(*(up - first)) == pytest.approx(0.06)
+    # 0, 0 of the drawing is the page's lower left corner.
+    _, rows = table(tmp_path / "setpoints.csv")
+    x, y = (along - first) / 0.09, (up - first) / 0.06
+    np.testing.assert_allclose(rows[0, 1:3], first + 0.005 * x + 0.005 * y, atol=1e-12)
+    # All of it is 5 mm off singularities in the modes of the drawing, not only its rim.
+    u, v = np.meshgrid(np.linspace(0, 1, 40), np.linspace(0, 1, 40))
+    inside = first + u[..., None] * (along - first) + v[..., None] * (up - first)
+    robot, working = fb.FiveBar(), figures["working"]
+    assert fb.locus_distance(robot, inside.reshape(-1, 2), working)[0].min() > 0.005 - 1e-6
+    assert len(set(np.unique(fb.igm(robot, inside, working).assembly))) == 1
+    capsys.readouterr()
+    assert main([*command, "--fit"]) == 0
+    fitted = json.loads(capsys.readouterr().out)
+    assert np.allclose(fitted["page"], page)
+    assert fitted["drawn_m"] == pytest.approx(figures["drawn_m"] * 4.5, rel=1e-3)
 
 
 def test_counts_encoders_delay_and_backlash(two_strokes, tmp_path, capsys):
@@ -200,7 +248,12 @@ def test_a_duration_asked_for_is_named_as_such(two_strokes, tmp_path, capsys):
 @pytest.mark.parametrize(
     "body, options, code, message",
     [
-        (STROKES, ["--scale", "9"], 1, "larger than any aspect's rectangle: it fits with scale 3."),
+        (
+            STROKES,
+            ["--scale", "9"],
+            1,
+            "larger than any upright rectangle of its shape: it fits with scale 4.2",
+        ),
         (
             STROKES,
             ["--at", "0.2", "0.1"],
@@ -214,6 +267,10 @@ def test_a_duration_asked_for_is_named_as_such(two_strokes, tmp_path, capsys):
             "cannot be drawn there: in working modes",
         ),
         (STROKES, ["--at", "0.05", "0.0", "--fit"], 2, "--fit chooses scale and place"),
+        (STROKES, ["--page", "0.1", "0.1", "--at", "0", "0"], 2, "--page finds a place"),
+        (STROKES, ["--page", "0.02", "0.02"], 2, "not all on the page of 20 x 20 mm"),
+        (STROKES, ["--page", "0.3", "0.2"], 1, "the drawing, 300 x 200 mm, is larger"),
+        (STROKES, ["--lead", "0.01", "--pen-time", "0.1"], 2, "--lead goes without --pen-time"),
         (STROKES, ["--example"], 2, "draw needs a file, or --example"),
         (STROKES, ["--robot", "biglide"], 2, "a biglide's aspects have no ends"),
         ("<text>hi</text>", [], 2, "drawing.svg: nothing is drawn: <text> is not drawn (line 1)"),

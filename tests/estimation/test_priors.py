@@ -36,23 +36,22 @@ def tip_error(true, found):
     return np.sqrt(np.nanmean((missed**2).sum(axis=-1)))
 
 
-def test_fewer_unknowns_and_priors_predict_better_on_ruler_data():
+def test_advised_priors_predict_better_on_ruler_data():
     rng = np.random.default_rng(1)
     errors = []
     for _ in range(40):
         true, data = by_ruler(rng, 8, 4e-4)
         options = {"sigma": 4e-4, "mistakes": "keep"}
         full = fb.calibrate(LAB, data, NAMES, **options)
-        fewer = full.fewer_unknowns
-        assert set(fewer) < set(NAMES)
-        chosen = fb.calibrate(LAB, data, fewer or NAMES, **options)
+        advised = full.advised_priors
+        chosen = fb.calibrate(LAB, data, NAMES, priors=advised, **options) if advised else full
         known = fb.calibrate(LAB, data, NAMES, priors=dict.fromkeys(LENGTHS, 3e-4), **options)
         errors.append([tip_error(true, found) for found in (full, chosen, known)])
-        if fewer:
-            assert "--prior l11=0.3mm" in str(full)
+        if advised:
+            assert tuple(advised) == LENGTHS and "more exactly with --prior l11=" in str(full)
     full, chosen, known = np.median(errors, axis=0)
-    assert chosen < 0.7 * full and known < 0.8 * chosen
-    assert np.mean([e[1] <= e[0] for e in errors]) > 0.8
+    assert chosen < 0.5 * full and 0.7 * chosen < known < chosen
+    assert np.mean([e[1] <= e[0] for e in errors]) > 0.85
 
 
 def test_many_exact_points_bear_all_unknowns():
@@ -60,7 +59,7 @@ def test_many_exact_points_bear_all_unknowns():
     for _ in range(20):
         data = measured(twin(rng, LAB, NAMES), 40, rng, 1e-5)
         found = fb.calibrate(LAB, data, NAMES, sigma=1e-5)
-        assert found.fewer_unknowns == () and "too few" not in str(found)
+        assert found.advised_priors == {} and "too few" not in str(found)
 
 
 def test_intervals_with_priors_hold_the_truth():

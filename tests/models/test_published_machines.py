@@ -1,6 +1,8 @@
 """Five-bars that people built and published, with the numbers they give."""
 
+import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -41,5 +43,17 @@ def test_a_chess_board_does_not_fit(tmp_path, capsys):
     robot = ["--l11", "0.22", "--l12", "0.22", "--l21", "0.22", "--l22", "0.22", "--d", "0.36"]
     options = ["--fits", "0.32", "0.32", "--nodes", "21", "--out", str(tmp_path / "map.png")]
     assert main(["map", *robot, *options]) == 0
-    words = "a board of 320 x 320 mm does not fit in the largest free rectangle of 344.9 x 230.7 mm"
-    assert words in capsys.readouterr().out
+    said = capsys.readouterr().out
+    words = r"320 x 320 mm does not fit: the largest of its shape is ([\d.]+) x ([\d.]+) mm"
+    width, height = map(float, re.search(words, said).groups())
+    assert width == height and 230.7 < width < 320
+    # Its own shape fits, and where it is said to be.
+    options[1:3] = ["0.3449", "0.2307"]
+    assert main(["map", *robot, *options, "--json"]) == 0
+    board = json.loads(capsys.readouterr().out)["board"]
+    assert board["fits"]
+    corner, sides = np.array(board["corner_m"]), np.array(board["rectangle_m"])
+    u = np.stack(np.meshgrid(np.linspace(0.001, 0.999, 30), np.linspace(0.001, 0.999, 30)), -1)
+    built = fb.FiveBar(0.22, 0.22, 0.22, 0.22, 0.36)
+    part = fb.aspect(built, board["aspect"])
+    assert part.contains((corner + u * sides).reshape(-1, 2)).all()

@@ -58,13 +58,37 @@ def test_what_is_placed_lies_in_its_aspect(options):
 
 def test_a_drawing_larger_than_any_aspect_is_told_its_scale():
     with pytest.raises(
-        ValueError, match="the drawing, 599.. x 500 mm, is larger than any aspect's rectangle"
+        ValueError, match="the drawing, 599.. x 500 mm, is larger than any upright rectangle"
     ) as refused:
         fitted_in(ROBOT, PATH, scale=10.0)
     scale = float(re.search(r"with scale ([\d.]+) at most", str(refused.value))[1])
     assert fitted_in(ROBOT, PATH, scale=scale).scale >= scale
     with pytest.raises(ValueError, match="keeps a clearance of 1 m"):
         fitted_in(ROBOT, PATH, constraints=fb.Constraints(clearance=1.0), working=(1, 1))
+
+
+@pytest.mark.parametrize("name", ["amoro", "haply", "iri-vertical"])
+def test_the_largest_drawing_touches_its_margin_on_all_sides(name):
+    """A slightly larger one in the same place does not keep the margin: so the shape is used."""
+    robot = fb.ROBOTS[name].robot
+    wide = fb.path([(0, 0), (0.1, 0), (0.1, 0.02), (0, 0.02), (0, 0)])
+    fit = fitted_in(robot, wide, scale=None)
+    box = bounds(fit.placement(wide))
+    margin = {}
+    for factor in (1.0, 1.02):
+        corners = box.mean(axis=0) + factor * (points(fit.placement(wide)) - box.mean(axis=0))
+        margin[factor] = fb.locus_distance(robot, corners, working=fit.aspect.working)[0].min()
+    assert margin[1.02] < 0.005 <= margin[1.0] * (1 + 1e-6)
+
+
+def test_measured_modes_come_first_and_others_where_it_does_not_fit_there():
+    machine = fb.Machine(ROBOT, measured=[(1, -1, -1)])
+    for measured, modes in (((), (-1, -1)), (machine.measured, (1, -1))):
+        assert fitted_in(ROBOT, PATH, measured=measured).aspect.working == modes
+        assert fitted_in(ROBOT, PATH, scale=None, measured=measured).aspect.working == modes
+    most = fitted_in(ROBOT, PATH, scale=None, measured=machine.measured).scale
+    larger = fitted_in(ROBOT, PATH, scale=1.01 * most, measured=machine.measured)
+    assert larger.aspect.working != (1, -1)
 
 
 def test_strokes():
@@ -88,7 +112,7 @@ def test_setpoints_are_those_of_the_motion(tmp_path):
     table.to_csv(tmp_path / "deg.csv", "deg")
     rows = np.loadtxt(tmp_path / "deg.csv", delimiter=",", skiprows=2)
     np.testing.assert_allclose(
-        np.radians(rows[:, 3:]), np.hstack([table.q, table.q_dot]), atol=1e-15
+        np.radians(rows[:, 3:7]), np.hstack([table.q, table.q_dot]), atol=1e-15
     )
     whole = setpoints(ROBOT, fb.line((0.0, 0.1), (0.05, 0.12), 1.0), 100.0)
     assert len(whole.t) == 101 and whole.t[-1] == 1.0

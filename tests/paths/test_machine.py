@@ -26,6 +26,7 @@ MACHINES = [
     fb.Machine(LAB),
     fb.Machine(LAB, (0.1, -0.2), (1.01, -2 * math.pi / 4096), FRAME, CONSTRAINTS),
     fb.Machine(fb.Biglide(), (0.01, 0.0), frame=FRAME),
+    fb.Machine(LAB, measured=[(1, -1, -1), (-1, -1, 1)]),
 ]
 
 
@@ -61,6 +62,8 @@ def test_readings_and_frame_are_inverted(offset, ratio, shift, turn, angle):
         ("[constraints]\ntorque = -1", "torque must be"),
         ("[constraints]\ncollisions = {width = 1}", "no width in the table constraints.collisions"),
         ("[motor]\ntorque = 1", "no parameter motor"),
+        ("[measured]\nmodes = [[1, -1]]", "measured modes must be three signs"),
+        ("[measured]\nmode = 1", "no mode in the table measured; it has modes"),
         ("readings = 3", "readings must be a table of offset, ratio"),
     ],
 )
@@ -120,3 +123,44 @@ def test_a_calibrated_robot_draws_where_it_is_told(tmp_path, capsys):
     assert main(["calibrate", str(tmp_path / "measured.csv"), "--robot", calibrated, *out]) == 0
     again = fb.load_machine(tmp_path / "cal" / "robot.toml")
     assert again.frame.shift == pytest.approx((true["x0"], true["y0"]), abs=1e-4)
+
+
+def test_draw_goes_where_the_robot_was_calibrated_and_says_where_not(tmp_path, capsys):
+    """The true robot follows setpoints.csv: in other modes it is several times off."""
+    rng = np.random.default_rng(11)
+    drawn = fb.FiveBar(0.12, 0.16, 0.12, 0.16, 0.1)
+    names = ("l11", "l12", "l21", "l22", "d", "offset1", "offset2")
+    true = twin(rng, drawn, names, spread=1.0)
+    poses = fb.igm(drawn, rng.uniform((-0.06, 0.14), (0.06, 0.2), (14, 2)), (1, -1))
+    told = poses.q - [true["offset1"], true["offset2"]]
+    xi = fb.dgm(robot_of(true), poses.q, poses.assembly).xi + rng.normal(0, 2e-4, (14, 2))
+    data = {"q1": told[:, 0], "q2": told[:, 1], "x": xi[:, 0], "y": xi[:, 1]}
+    write_data(tmp_path / "measured.csv", data | {"working1": [1] * 14, "working2": [-1] * 14})
+    drawn.save(tmp_path / "drawn.toml")
+    out = ["--robot", str(tmp_path / "drawn.toml"), "--out", str(tmp_path / "cal")]
+    assert main(["calibrate", str(tmp_path / "measured.csv"), *out]) == 0
+    calibrated = tmp_path / "cal" / "robot.toml"
+    assert fb.load_machine(calibrated).measured == ((1, -1, -1),)
+    (tmp_path / "square.csv").write_text("x,y\n0,0\n0.02,0\n0.02,0.02\n0,0.02\n0,0\n", "utf-8")
+    command = ["draw", str(tmp_path / "square.csv"), "--json", "--robot", str(calibrated)]
+    command += ["--rate", "100", "--period", "0.02"]
+    error = {}
+    for name, options in (
+        ("first", []),
+        ("at", ["--at", "0", "0.16"]),
+        ("other", ["--working", "-1", "-1"]),
+    ):
+        capsys.readouterr()
+        assert main([*command, *options, "--out", str(tmp_path / name)]) == 0
+        said = capsys.readouterr()
+        figures = json.loads(said.out)
+        assert figures["measured_modes"] == (name != "other")
+        assert ("it was calibrated in working modes +1 -1" in said.err) == (name == "other")
+        assert figures["working"] == ([1, -1] if name != "other" else [-1, -1])
+        table = np.genfromtxt(
+            tmp_path / name / "setpoints.csv", delimiter=",", names=True, skip_header=1
+        )
+        q = np.stack([table["q1"] + true["offset1"], table["q2"] + true["offset2"]], axis=-1)
+        xi = fb.dgm(robot_of(true), q).xi  # assembly -1 in all three
+        error[name] = np.hypot(xi[:, 0] - table["x"], xi[:, 1] - table["y"]).max()
+    assert 2 * max(error["first"], error["at"]) < error["other"]

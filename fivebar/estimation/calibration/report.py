@@ -37,12 +37,14 @@ def report(found: Calibration) -> str:
             f"off all other rows: {', '.join(rows)}",
         ]
     notes = list(found.notes)
-    if fewer := found.fewer_unknowns:
+    if advised := found.advised_priors:
+        words = " ".join(f"{name}={1e3 * sd:.2g}mm" for name, sd in advised.items())
+        sigma = "" if found.absolute else f"--sigma {found.rms:.2g} "
         notes.insert(
             0,
-            f"these are too few or too rough data for {len(found.unknown)} unknowns: with only"
-            f" {' '.join(fewer)}, the robot is expected to go where it should more exactly (C_p);"
-            " better still, say how well the others are known (priors, --prior l11=0.3mm)",
+            f"these are too few or too rough data for {len(found.unknown)} unknowns: the robot is"
+            f" expected to go where it should more exactly with {sigma}--prior {words}, or with"
+            " what you know of its lengths",
         )
     for name, known in zip(found.unknown, found.prior):
         if known:

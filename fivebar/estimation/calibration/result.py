@@ -29,6 +29,7 @@ from .indistinguishable import (
 )
 from .measured_robot import (
     FRAME,
+    LENGTHS,
     PLACE,
     length_ok,
     place,
@@ -41,7 +42,7 @@ from .outliers import leave_one_out_error, outlying_rows
 from .profile import profile
 from .rows import MeasuredRows
 
-FEWER = 3.0  # by which C_p must be less with fewer unknowns, so that they are named
+DEVIATIONS = np.geomspace(1e-5, 1.0, 101)  # of lengths beforehand, in mean bars
 KIND = "calibration of a five-bar"
 
 
@@ -337,41 +338,42 @@ class Calibration(Plotted):
         return leave_one_out_error(off, left, self.rows.row_of, self.weight)
 
     @cached_property
-    def fewer_unknowns(self) -> tuple[str, ...]:
-        """Those of the unknowns that predict better if the others stay at their start; () if none.
+    def advised_priors(self) -> dict[str, float]:
+        """{length: standard deviation about its start, m}: with these priors the robot is expected
+        to go more exactly where it should. {} where they count for less than one length.
 
-        By Mallows' C_p, the expected square of the error of all predicted numbers, to first order:
-        chi2 + 2 unknowns - numbers. Unknowns are left out one after another.
+        One deviation is taken for all unknown lengths, the most probable one given the data: with
+        e the weighted errors at the start and s the singular values of their derivatives by the
+        lengths, both free of what the other unknowns explain, it has the least sum of
+        e^2 / (1 + d^2 s^2) + log(1 + d^2 s^2). So many combinations are told as the sum of
+        d^2 s^2 / (1 + d^2 s^2) says, of as many as there are s.
 
         References
         ----------
-        Mallows: Some comments on C_p, Technometrics 15, 1973.
+        MacKay: Bayesian interpolation, Neural Computation 4, 1992.
         """
-        if not 0 < self.variance < np.inf:
-            return ()
-        off, jacobian = self._with_prior
+        lengths = [k for k, name in enumerate(self.unknown) if name in LENGTHS]
+        if not (lengths and 0 < self.variance < np.inf) or self.prior.any():
+            return {}
+        off, jacobian = self._residuals
+        jacobian = jacobian / np.sqrt(self.variance)
         back = (self.start - self.p)[self.free] / self.sizes
-        kept = list(range(len(back)))
-        least, best = self._chi2_with(off, jacobian, back, kept) + 2 * len(kept) - FEWER, ()
-        while len(kept) > 1:
-            tried = []
-            for k in kept:
-                rest = [j for j in kept if j != k]
-                tried.append((self._chi2_with(off, jacobian, back, rest), k))
-            chi2, worst = min(tried)
-            kept.remove(worst)
-            if chi2 + 2 * len(kept) < least:
-                least, best = chi2 + 2 * len(kept), tuple(self.unknown[k] for k in kept)
-        return best
-
-    def _chi2_with(self, off, jacobian, back, kept):
-        """Return chi2, over the variance, with these unknowns and the others at their start."""
-        out = np.setdiff1d(np.arange(len(back)), kept)
-        missed = off + jacobian[:, out] @ back[out]
-        left, s, _, tolerance = spectrum(jacobian[:, kept])
-        left = left[:, : len(s)][:, s > tolerance]
-        missed = missed - left @ (left.T @ missed)
-        return float(missed @ missed) / self.variance
+        e = off / np.sqrt(self.variance) + jacobian @ back
+        own = jacobian[:, lengths]
+        if len(lengths) < len(self.unknown):
+            others, s, _, tolerance = spectrum(np.delete(jacobian, lengths, axis=1))
+            others = others[:, : len(s)][:, s > tolerance]
+            own = own - others @ (others.T @ own)
+        left, s, _, tolerance = spectrum(own)
+        left, s = left[:, : len(s)][:, s > tolerance], s[s > tolerance]
+        growth = (DEVIATIONS[:, None] * s) ** 2
+        misfit = (left.T @ e) ** 2 / (1 + growth) + np.log1p(growth)
+        best = int(misfit.sum(axis=1).argmin())
+        told = float((growth[best] / (1 + growth[best])).sum())
+        if told > len(s) - 1:
+            return {}
+        deviation = float(DEVIATIONS[best] * self.sizes[lengths[0]])
+        return dict.fromkeys([self.unknown[k] for k in lengths], deviation)
 
     @cached_property
     def outliers(self) -> dict[str, float]:
@@ -418,10 +420,15 @@ class Calibration(Plotted):
 
     @cached_property
     def machine(self) -> Machine:
-        """The robot with the offsets and ratios of its readings, and the measuring frame."""
+        """The robot with the offsets and ratios of its readings, the measuring frame, and the modes
+        of the rows.
+        """
         offset1, offset2, ratio1, ratio2, x0, y0, turn, scale = self.p[5:].tolist()
         frame = Placement((x0, y0), turn, scale)
-        return Machine(self.robot, (offset1, offset2), (ratio1, ratio2), frame)
+        modes = np.column_stack([self.working, self.assembly]).astype(int)
+        in_order = sorted(map(tuple, np.unique(modes[modes.all(axis=1)], axis=0).tolist()))
+        offset, ratio = (offset1, offset2), (ratio1, ratio2)
+        return Machine(self.robot, offset, ratio, frame, measured=tuple(in_order))
 
     def to_json(self, path: TextFile) -> None:
         """Write all of it; `from_json` reads it back."""

@@ -15,7 +15,6 @@ import numpy as np
 from ...base.checks import instance, modes, one_of
 from ...base.representation import one_line
 from ...base.tables import TextFile, written
-from ...constraints.constraints import ON_POSES, Constraints
 from ...models.geometry import igm
 from ...models.robots import FiveBar
 from ...paths.curve import Path
@@ -147,8 +146,7 @@ def sheet(
         (0.0, 0.0),
     ]
     frame = Path(_lines(outline))
-    kept = {name: getattr(machine.constraints, name) for name in ON_POSES}
-    limits = replace(Constraints(**kept), clearance=CLEARANCE)
+    limits = replace(machine.on_poses, clearance=CLEARANCE)
     if working is not None:
         working = modes(2)(working, "sheet: working")
     robot: Any = machine.robot

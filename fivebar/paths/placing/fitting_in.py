@@ -4,12 +4,14 @@ one.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from itertools import product
-from operator import itemgetter
+from typing import Any
 
 import numpy as np
 
+from ...base.checks import modes
 from ...constraints.constraints import Constraints
 from ...constraints.link_collisions import segment_distance
 from ...constraints.rectangle import Rectangle, largest_rectangle
@@ -23,6 +25,7 @@ from ..tool import Tool
 from .with_tool import ToolRegion, largest_upright, tool_regions
 
 KEPT = Constraints(clearance=0.005)  # m
+RATIOS = 0.05, 20.0  # of rectangles: long ones take much longer to be found
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,108 +77,87 @@ def fitted_in(
     working: tuple[int, int] | None = None,
     constraints: Constraints = KEPT,
     tool: Tool | None = None,
+    measured: Collection[tuple[int, int, int]] = (),
 ) -> RectangleFit:
-    """Return the drawing in the middle of an aspect's largest upright rectangle: Fit.
+    """Return the drawing in the middle of the largest upright rectangle of its shape: Fit.
 
     scale: of the drawing; None: as large as it fits. working: in these modes alone. constraints: on
         poses, and a clearance from them and from all singularities, m.
-    Aspects are taken in this order: those where the legs do not cross, above the motors, in the
-    lab's modes, large; the first that holds the drawing, or without a scale the one that holds it
-    largest and where the legs do not cross. The rectangle is in the aspect and the drawing in the
-    rectangle: so it keeps off all singularities, but a larger one may fit, elsewhere or turned.
+    Aspects are taken in this order: those of measured modes (`Machine.measured`), those where the
+    legs do not cross, above the motors, in the lab's modes, large; the first that holds the
+    drawing. Without a scale, the one that holds it largest of those in measured modes where the
+    legs do not cross. The rectangle is in the aspect and the drawing in the rectangle: so it keeps
+    off all singularities, but a larger one may fit, elsewhere or turned.
         ValueError with the largest scale where it does not.
     tool: then the drawing is the tool's, and the rectangle is in a region that it sees.
     """
     box = bounds(path.moved(0j, Placement(turn=turn).turned))
     size = np.maximum(box[1] - box[0], 1e-9)
-    if tool is not None:
-        return _fitted_with(tool, robot, box, turn, scale, working, constraints)
-    parts = [part for part in aspects(robot) if working is None or part.working == tuple(working)]
-    crossed = {}
+    working = None if working is None else modes(2)(working, "fitted_in: working")
+    parts: list[Any]
+    if tool is None:
+        parts = [each for each in aspects(robot) if working in (None, each.working)]
+    else:
+        parts = tool_regions(tool, robot, working, replace(constraints, clearance=0.0))
+    rank = {}
     for part in parts:
-        crossed[part.number] = _legs_cross(robot, igm(robot, part.point, part.working))
+        place = igm if tool is None else tool.pose
+        crossed = _legs_cross(robot, place(robot, part.point, part.working))
+        rank[part.number] = (*part.working, part.assembly) not in measured, crossed
     parts.sort(
-        key=lambda p: (
-            crossed[p.number],
-            p.point[1] <= 0,
-            p.working != (-1, -1),
-            -p.area,
+        key=lambda part: (
+            *rank[part.number],
+            part.point[1] <= 0,
+            part.working != (-1, -1),
+            -part.area,
         )
     )
-    found: list[tuple[float, Aspect, Rectangle]] = []
+    largest = 0.0
+    aspect: Any = None
     refused = f"no aspect in working modes {working}"
     for part in parts:
+        if largest and scale is None and rank[part.number] > rank[aspect.number]:
+            break
         # The rectangle's area is none larger than the aspect's.
-        if found and part.area <= max(found, key=itemgetter(0))[0] ** 2 * size.prod():
+        if part.area <= largest**2 * size.prod():
             continue
         try:
-            rectangle = largest_rectangle(part, constraints)
+            found = _rectangle(part, size, constraints)
         except ValueError as error:
             refused = str(error)
             continue
-        clearance = np.array([rectangle.x_max - rectangle.x_min, rectangle.y_max - rectangle.y_min])
-        found.append((float((clearance / size).min()), part, rectangle))
-        if scale is not None and found[-1][0] >= scale:
+        sides = np.array([found.x_max - found.x_min, found.y_max - found.y_min])
+        share = float((sides / size).min())
+        if share > 1.0001 * largest:
+            largest, aspect, rectangle = share, part, found
+        if scale is not None and share >= scale:
             break
-    if not found:
+    if not largest:
         raise ValueError(refused)
-    if scale is None:
-        share, aspect, rectangle = max(
-            found,
-            key=lambda each: (not crossed[each[1].number], round(each[0], 4)),
-        )
-    else:
-        share, aspect, rectangle = max(
-            found,
-            key=lambda each: (
-                min(each[0], scale or 0.0),
-                each is found[-1],
-            ),
-        )
-    if scale is not None and scale > share:
+    if scale is not None and scale > largest:
         wide, high = 1e3 * size * scale
         raise ValueError(
-            f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any aspect's"
-            f" rectangle{'' if working is None else f' in working modes {tuple(working)}'}: it fits"
-            f" with scale {np.floor(1e4 * share) / 1e4:.6g} at most"
+            f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any upright rectangle of its"
+            f" shape{'' if working is None else f' in working modes {working}'}: it fits"
+            f" with scale {np.floor(1e4 * largest) / 1e4:.6g} at most"
         )
-    scale = share * (1 - 1e-9) if scale is None else scale
+    scale = largest * (1 - 1e-9) if scale is None else scale
     middle = np.array([rectangle.x_min + rectangle.x_max, rectangle.y_min + rectangle.y_max]) / 2
     shift = middle - scale * box.mean(axis=0)
-    return RectangleFit(
-        Placement((float(shift[0]), float(shift[1])), turn, scale),
-        aspect,
-        rectangle,
-        share,
-    )
-
-
-def _fitted_with(tool, robot, box, turn, scale, working, constraints):
-    margin = constraints.clearance
-    regions = tool_regions(tool, robot, working, replace(constraints, clearance=0.0))
-    size = np.maximum(box[1] - box[0], 1e-9)
-    found = []
-    for region in regions:
-        share, middle = largest_upright(region, size, margin)
-        if share:
-            crossed = _legs_cross(robot, tool.pose(robot, middle, region.working))
-            found.append((crossed, middle[1] <= 0, share, region, middle))
-    fitting = [each for each in found if scale is None or each[2] >= scale]
-    largest = max((each[2] for each in found), default=0.0)
-    if not fitting:
-        wide, high = 1e3 * size * (scale or 1.0)
-        raise ValueError(
-            f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any rectangle the tool"
-            f" reaches: it fits with scale {np.floor(1e4 * largest) / 1e4:.6g} at most"
-        )
-    _, _, share, region, middle = min(fitting, key=lambda each: (*each[:2], -each[2]))
-    scale = share * (1 - 1e-9) if scale is None else scale
-    half = share * size / 2
-    x, y = zip((middle - half).tolist(), (middle + half).tolist())
-    rectangle = Rectangle(*x, *y)
-    shift = middle - scale * box.mean(axis=0)
     placement = Placement((float(shift[0]), float(shift[1])), turn, scale)
-    return RectangleFit(placement, region, rectangle, share)
+    return RectangleFit(placement, aspect, rectangle, largest)
+
+
+def _rectangle(part, size, constraints):
+    """Return the largest upright rectangle of a shape in an aspect or a tool's region."""
+    if isinstance(part, Aspect):
+        ratio = float(np.clip(size[0] / size[1], *RATIOS))
+        return largest_rectangle(part, constraints, ratio)
+    share, middle = largest_upright(part, size, constraints.clearance)
+    if not share:
+        raise ValueError(f"no rectangle keeps a clearance of {constraints.clearance:g} m")
+    low, high = middle - share * size / 2, middle + share * size / 2
+    return Rectangle(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
 
 
 def _legs_cross(robot, pose):

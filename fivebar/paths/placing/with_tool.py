@@ -77,6 +77,12 @@ class ToolRegion:
         high = self.low + self.step * steps
         return np.stack([self.low, high])
 
+    @property
+    def point(self) -> np.ndarray:
+        """(2,) m: the node that is farthest from the boundary."""
+        node = np.unravel_index(self.clearance.argmax(), self.clearance.shape)
+        return self.low + self.step * np.array(node)
+
     def at(self, points: np.ndarray) -> np.ndarray:
         """Return the clearance (*batch,), m, at points (*batch, 2)."""
         steps = (points - self.low) / self.step

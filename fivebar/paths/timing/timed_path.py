@@ -18,6 +18,7 @@ from ...models.geometry import igm
 from ...models.kinematics import Accelerations, ikm, ikm2
 from ...planning.trajectory import refuse_nan
 from ..curve import Path
+from ..recorded_path import RecordedPath, recorded_path
 from .clock import Clock
 from .constraint_rows import Limits
 
@@ -232,7 +233,8 @@ class TimedPath(Plotted):
         return down[np.maximum(k, 0)]
 
     def to_csv(self, path: TextFile, rate: float = 1000.0) -> None:
-        """Write setpoints, `rate` times a second and at the last instant, for `from_csv`.
+        """Write setpoints, `rate` times a second and at the last instant, for `from_csv` and
+        `fb.from_csv`.
 
         Units are SI; pen is 1 where it is down. The first line is a comment with the problem.
         """
@@ -268,4 +270,20 @@ class TimedPath(Plotted):
             "lower_bound": self.lower_bound,
         }
         rows = ((*row, pen) for row, pen in zip(table.tolist(), self.pen(t).astype(int).tolist()))
-        write(path, "timed path", about, COLUMNS, rows)
+        write(path, "setpoints", about, COLUMNS, rows)
+
+    @staticmethod
+    def from_csv(path: TextFile) -> RecordedPath:
+        """Return the robot's motion in a file of `to_csv` or of `fivebar draw`.
+
+        At its rows it has the file's positions, velocities, accelerations and pen; between them
+        polynomials of degree 5. Its points are those of joint C in the robot's own frame, where
+        the file's are a tool's, or of a calibrated robot in its measuring frame. (`fb.from_csv`
+        takes them as they are.)
+
+        Raises
+        ------
+        ValueError
+            With file and line, for what is no such file.
+        """
+        return recorded_path(path)

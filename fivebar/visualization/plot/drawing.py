@@ -40,6 +40,7 @@ def drawing(
     title: str = "",
     tool: Tool | None = None,
     by: str = "the simulated robot",
+    page: np.ndarray | None = None,
 ) -> Figure:
     """Return the figure of desired and drawn strokes, beside the robot where it begins.
 
@@ -57,6 +58,8 @@ def drawing(
         What draws, where that is not joint C.
     by : str
         What drew, in words.
+    page : (5, 2) array, optional
+        Corners of the sheet, m.
 
     Returns
     -------
@@ -74,7 +77,8 @@ def drawing(
     >>> len(figure.axes)
     4
     """
-    points = 1e3 * np.concatenate([*desired, *drawn])
+    sheet = [] if page is None else [page]
+    points = 1e3 * np.concatenate([*desired, *drawn, *sheet])
     low = points.min(axis=0)
     high = points.max(axis=0)
     pad = 0.06 * (high - low).max()
@@ -84,7 +88,8 @@ def drawing(
     shape = 1.24 * WIDTH * height / width + 1.6
     figure = new_figure(WIDTH, float(np.clip(shape, 5.0, 11.0)))
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
-    _robot(figure.add_subplot(grid[:, 0]), robot, working, desired, tool)
+    left = figure.add_subplot(grid[:, 0])
+    _robot(left, robot, working, desired, tool)
     top = figure.add_subplot(grid[0 if len(drawn) else slice(None), 1])
     for stroke in desired:
         draw_points(top, "path.desired", stroke)
@@ -93,6 +98,9 @@ def drawing(
         bottom = figure.add_subplot(grid[1, 1])
         error = _draw_errors(figure, bottom, drawn, errors)
         panels.append((bottom, f"drawn by {by}, largest error {error}"))
+    for corners in sheet:
+        for axes in (left, *(axes for axes, _ in panels)):
+            draw_points(axes, "path.page", corners)
     for axes, words in panels:
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
         plane(axes, title=words)

@@ -1,0 +1,171 @@
+"""`fivebar draw`: where the drawing lies, and in which modes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..base.checks import positive
+from ..base.errors import UnreachableError, UsageError
+from .options import WORKING, print_notes, usage_errors
+
+MODES = (-1, -1), (-1, 1), (1, -1), (1, 1)
+SAMPLES = 501  # of a motion, whose assembly modes are looked at
+PLACE = {
+    "--at X Y": "where the drawing's middle goes, m",
+    "--turn-deg DEG": (0.0, "to the left"),
+    "--scale K": "of the drawing (default: 1)",
+    "--fit": "as large as it fits, in the workspace or on the page",
+    "--page M M": "width and height of a sheet, all of it in the workspace; 0, 0 of the drawing is"
+    " its lower left corner",
+    "--margin M": (0.005, "from singularities"),
+    WORKING: "working modes, as -1 -1",
+}
+
+
+def placed(arguments, machine, path):
+    """Return the path in its place in the robot's frame, the working modes, the largest scale known
+    to fit, or None, and the corners (5, 2) of the page, or None.
+    """
+    from ..paths.placement import Placement
+    from ..paths.placing.fitting_in import bounds, fitted_in
+    from ..paths.reading.read import path as path_of
+
+    if arguments.fit and (arguments.scale or arguments.at):
+        raise UsageError("--fit chooses scale and place: it goes without --scale and --at")
+    if arguments.page is not None and arguments.at:
+        raise UsageError("--page finds a place for the sheet: it goes without --at")
+    robot = machine.robot
+    to_robot = machine.frame.inverse
+    turn = np.deg2rad(arguments.turn_deg) + to_robot.turn
+    scale = (arguments.scale or 1.0) * to_robot.scale
+    if arguments.at is not None:
+        first = Placement((0.0, 0.0), turn, scale)(path)
+        shift = to_robot(arguments.at) - bounds(first).mean(axis=0)
+        placed = Placement(tuple(shift.tolist()))(first)
+        working = _modes(arguments, machine, placed)
+        return _led(machine, placed, working), working, None, None
+    if not robot.turns:
+        raise UsageError("a biglide's aspects have no ends to fit into: say where with --at X Y")
+    corners = None
+    if arguments.page is not None:
+        path, corners = _on_page(arguments, path)
+        whole = path_of(corners)
+        scale = to_robot.scale
+    else:
+        whole = path
+        scale = None if arguments.fit else scale
+    kept = replace(machine.on_poses, clearance=arguments.margin)
+    chosen = arguments.working, kept, machine.tool, machine.measured
+    fit = fitted_in(robot, whole, turn, scale, *chosen)
+    working = fit.aspect.working
+    placed = _led(machine, fit.placement(path), working)
+    page = None if corners is None else fit.placement(corners)
+    return placed, working, fit.scale * machine.frame.scale, page
+
+
+def _on_page(arguments, path):
+    """Return the path in its place on the page, and the page's corners (5, 2), m."""
+    from ..paths.placement import Placement
+    from ..paths.placing.fitting_in import bounds
+
+    size = np.array(arguments.page)
+    with usage_errors(ValueError):
+        width, height = (positive(side, "--page") for side in size.tolist())
+    low, high = bounds(path)
+    scale = arguments.scale or 1.0
+    shift = np.zeros(2)
+    if arguments.fit:
+        scale = float((size / np.maximum(high - low, 1e-9)).min())
+        shift = (size - scale * (low + high)) / 2
+    if not ((scale * low + shift > -1e-9).all() and (scale * high + shift < size + 1e-9).all()):
+        (left, below), (right, above) = (1e3 * scale * corner for corner in (low, high))
+        raise UsageError(
+            f"{arguments.drawing}: it is from {left:.4g} to {right:.4g} mm along x and from"
+            f" {below:.4g} to {above:.4g} mm along y, not all on the page of {1e3 * width:.4g} x"
+            f" {1e3 * height:.4g} mm: --fit puts it there"
+        )
+    corners = np.array([(0, 0), (width, 0), (width, height), (0, height), (0, 0)])
+    return Placement(tuple(shift.tolist()), 0.0, scale)(path), corners
+
+
+def says_other_modes(arguments, machine, motion):
+    """Return whether the machine was calibrated in the modes of a motion, and say if not; None
+    where its file does not tell.
+    """
+    if not machine.measured:
+        return None
+    t = np.linspace(0.0, motion.duration, SAMPLES)
+    assembly = motion.accelerations(t).rates.pose.assembly
+    others = []
+    for sign in (-1, 1):
+        if sign in assembly and not machine.is_measured(motion.working, sign):
+            others.append(sign)
+    for sign in others:
+        left, right = motion.working
+        words = (
+            f"it was calibrated in {machine.measured_words}; this drawing is in working modes"
+            f" {left:+d} {right:+d} with assembly mode {sign:+d}, where it may be several times"
+            " less exact: measure points in these modes, too"
+        )
+        print_notes(arguments.robot, [words])
+    return not others
+
+
+def _led(machine, path, working):
+    """Return the path of joint C that leads the machine's tool along a path."""
+    return path if machine.tool is None else machine.tool.path(machine.robot, path, working)
+
+
+def _modes(arguments, machine, path):
+    """Return the working modes in which the path keeps farthest from singularities; those in which
+    the robot was calibrated, if the path is free of singularities there.
+    """
+    from ..constraints.path_check import check_path
+    from ..models.geometry import igm
+
+    modes = [tuple(arguments.working)] if arguments.working else MODES
+    robot, kept = machine.robot, machine.on_poses
+    checks = {}
+    measured = []
+    refused: Any = None
+    for mode in modes:
+        try:
+            led = _led(machine, path, mode).at_unit_speed
+            start = igm(robot, led(0.0)[0], mode, unreachable="nan")
+        except UnreachableError as error:  # of a tool
+            refused = error
+            continue
+        checks[mode] = check_path(robot, led, mode, None, kept)
+        if machine.is_measured(mode, int(start.assembly)):
+            measured.append(mode)
+    if not checks:
+        raise refused
+    free = {mode: check for mode, check in checks.items() if not check.broken}
+    margins = {mode: check.min_margin for mode, check in free.items() if check.singularity_free}
+    possible = [mode for mode, check in free.items() if may_cross(arguments, check)]
+    # `_checked` says what is in the way where no mode is possible.
+    if not margins:
+        return [*possible, *modes][0]
+    return max(margins, key=lambda mode: (mode in measured, margins[mode]))
+
+
+def may_cross(arguments, check):
+    """Return whether a path may go on where it meets the first singularity; whether it can,
+    `time_path` finds.
+    """
+    return arguments.through and check.leaves is None and int(check.type) == 2
+
+
+def page_row(corners):
+    """Return the row that says where the page lies, in the frame of the table."""
+    if corners is None:
+        return []
+    first, along, _, up, _ = np.array(corners)
+    width, height = 1e3 * np.linalg.norm([along - first, up - first], axis=1)
+    x, y = 1e3 * first
+    turn = np.rad2deg(np.arctan2(*(along - first)[::-1]))
+    words = f"{width:.4g} x {height:.4g} mm, its lower left corner at ({x:.4g}, {y:.4g}) mm"
+    return [("page", words + (f", turned by {turn:.4g}°" if abs(turn) > 1e-9 else ""))]
