@@ -190,15 +190,14 @@ def _simulated(arguments, machine, motion, drives, resolution):
         measurement=measurement,
     )
     down = motion.pen(run.t)
-    tip = _tip(motion, run.xi)
-    off = np.linalg.norm(tip - _tip(motion, run.xi_ref), axis=1)
+    off = np.linalg.norm(run.error, axis=1)
     figures = {
         "period_s": period,
         "peak_acceleration": peak,
         "max_error_m": float(off[down].max()),
         peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
     }
-    size = np.ptp(run.xi_ref[down], axis=0).max()
+    size = np.ptp(run.drawn_ref[down], axis=0).max()
     if figures["max_error_m"] > LARGE_ERROR * size:
         print(
             f"fivebar: the simulated robot leaves its drawing by {1e3 * figures['max_error_m']:.3g}"
@@ -209,16 +208,7 @@ def _simulated(arguments, machine, motion, drives, resolution):
     file = arguments.out / "run.csv"
     with locked_folder(arguments.out):
         run.to_csv(file)
-    return Drawn(tip, off, down, figures), [file]
-
-
-def _tip(motion, xi):
-    """Return where the tool is (n, 2), m, with joint C at xi."""
-    from ..models.geometry import igm
-
-    if motion.path.tool is None:
-        return xi
-    return motion.path.tool.tool.point(igm(motion.robot, xi, motion.working))
+    return Drawn(run.drawn, off, down, figures), [file]
 
 
 def _read(arguments):
@@ -250,20 +240,15 @@ def _placed(arguments, machine, path):
         shift = to_robot(arguments.at) - bounds(first).mean(axis=0)
         placed = Placement(tuple(shift.tolist()))(first)
         working = _modes(arguments, machine, placed)
-        return _led(machine, placed, working), working, None
+        return machine.led(placed, working), working, None
     if not robot.turns:
         raise UsageError("a biglide's aspects have no ends to fit into: say where with --at X Y")
     scale = None if arguments.fit else scale
     kept = replace(_on_poses(machine), clearance=arguments.margin)
     fit = fitted_in(robot, path, turn, scale, arguments.working, kept, machine.tool)
     working = fit.aspect.working
-    placed = _led(machine, fit.placement(path), working)
+    placed = machine.led(fit.placement(path), working)
     return placed, working, fit.scale * machine.frame.scale
-
-
-def _led(machine, path, working):
-    """Return the path of joint C that leads the machine's tool along a path."""
-    return path if machine.tool is None else machine.tool.path(machine.robot, path, working)
 
 
 def _on_poses(machine):
@@ -283,7 +268,7 @@ def _modes(arguments, machine, path):
     refused: Any = None
     for mode in modes:
         try:
-            led = _led(machine, path, mode).at_unit_speed
+            led = machine.led(path, mode).at_unit_speed
         except UnreachableError as error:  # of a tool
             refused = error
             continue

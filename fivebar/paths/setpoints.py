@@ -8,7 +8,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.checks import a_callable, bounded, modes, one_of, optional, positive, takes, two_numbers
+from ..base.checks import (
+    a_callable,
+    bounded,
+    instance,
+    modes,
+    one_of,
+    optional,
+    positive,
+    takes,
+    two_numbers,
+)
 from ..base.checks import robot as must_be_robot
 from ..base.representation import one_line
 from ..base.tables import TextFile, write, written
@@ -16,6 +26,7 @@ from ..models.geometry import igm
 from ..models.kinematics import ikm
 from ..models.robots import Robot
 from .machine import Machine
+from .tool import Tool
 
 MOST_ROWS = 10**7
 COLUMNS = {"rad": "", "deg": "_deg", "counts": "_counts", "turns": "_turns"}  # endings of columns
@@ -192,12 +203,19 @@ class Setpoints:
         write(path, "setpoints", about, names, rows)
 
 
-@takes(robot=must_be_robot, reference=a_callable, rate=positive, working=optional(modes(2)))
+@takes(
+    robot=must_be_robot,
+    reference=a_callable,
+    rate=positive,
+    working=optional(modes(2)),
+    tool=optional(instance(Tool)),
+)
 def setpoints(
     robot: Robot,
     reference: Any,
     rate: float = 1000.0,
     working: tuple[int, int] | None = None,
+    tool: Tool | None = None,
 ) -> Setpoints:
     """Return the joint coordinates of a motion at a steady rate.
 
@@ -213,6 +231,8 @@ def setpoints(
         Rows a second, Hz.
     working : (2,), optional
         Working modes; by default those of the reference, or (-1, -1).
+    tool : Tool, optional
+        Whose points x, y are; by default that of the reference, or joint C.
 
     Returns
     -------
@@ -244,18 +264,19 @@ def setpoints(
     xi, xi_dot, _ = reference(times)
     # A plan may be free of modes.
     if working is None and modes_own is None and hasattr(reference, "joints"):
-        q, q_dot = reference.joints(times)
+        rates = reference.accelerations(times).rates
     else:
         rates = ikm(igm(robot, xi, working or modes_own or (-1, -1)), xi_dot)
-        q = rates.pose.q
-        q_dot = rates.q_dot
-        led = getattr(getattr(reference, "path", None), "tool", None)
-        xi = xi if led is None else led.tool.point(rates.pose)
+    pose, q_dot = rates.pose, rates.q_dot
+    if tool is None and getattr(reference, "tool", None):
+        tool = Tool(*reference.tool)
+    if tool is not None:
+        xi = tool.point(pose)
     return Setpoints(
         robot,
         t,
         xi,
-        np.unwrap(q, axis=0) if robot.turns else q,
+        np.unwrap(pose.q, axis=0) if robot.turns else pose.q,
         q_dot,
         reference.pen(times) if hasattr(reference, "pen") else None,
     )

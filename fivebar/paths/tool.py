@@ -6,8 +6,9 @@ along a path by leading C along another one, which this module computes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import astuple, dataclass, replace
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +22,7 @@ from ..models.geometry import igm
 from ..models.pose import Pose
 from ..models.robots import FiveBar
 from ..models.unreachable import raise_or_nan
+from ..planning.trajectory import Trajectory
 from ..singularities.loci import singularity_loci
 from ..singularities.margins import Singularity
 from .curve import Path
@@ -28,6 +30,7 @@ from .timing.enclosures import Series, place_series
 
 FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])[:, None]
 FINEST = 1e-9  # of a path's length: a shorter stretch is not divided any more
+CHECKED = 2001  # times of a trajectory at which the tool must reach it
 FOLD = 721  # points of a circle on which the tool folds
 NEAR = 1e-12  # of its radius, by which it is drawn inside
 SHORTEST = 1e-9  # of a distal bar: the least distance of the tool from its elbow
@@ -70,23 +73,23 @@ class Tool:
         where = f"{self.along:.6g} m along it, {self.across:.6g} m to its left"
         return one_line("Tool", f"on the distal bar of leg {self.leg}", where)
 
-    def path(self, robot: FiveBar, path: Path, working: ArrayLike = (-1, -1)) -> Path:
+    def path(self, robot: FiveBar, path: Any, working: ArrayLike = (-1, -1)) -> Any:
         """Return the path of joint C that leads the tool along a path.
 
-        Its derivatives are exact to the third order. Its s, knots, feeds and pen are those of the
-        tool, and `drawn` is the tool's path again.
+        Its derivatives are exact to the third order. Its s, knots, feeds and pen, or its times,
+        are those of the tool, and `drawn` is the tool's path again.
 
         Parameters
         ----------
         robot : FiveBar
-        path : Path
-            Of the tool.
+        path : Path or Trajectory
+            Of the tool. A Trajectory is checked at 2001 times.
         working : (2,)
             Working modes, of the robot at C.
 
         Returns
         -------
-        Path
+        Path or LedTrajectory
 
         Raises
         ------
@@ -95,7 +98,9 @@ class Tool:
             says where.
         """
         mounted = MountedTool(self, robot, modes(2)(working, "Tool: working"))
-        return replace(instance(Path)(path, "Tool: path"), tool=mounted)
+        if isinstance(instance(Path, Trajectory)(path, "Tool: path"), Path):
+            return replace(path, tool=mounted)
+        return mounted.reference(path)
 
     def pose(
         self,
@@ -229,6 +234,18 @@ class Tool:
         rate = np.einsum("...c,...cj->...j", v, turns) / bar
         beside = self.along * v - self.across * u
         return pose.J + beside[..., :, None] * rate[..., None, :]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LedTrajectory(Trajectory):
+    """A motion of joint C that leads a tool, from `Tool.path`.
+
+    drawn: the motion of the tool; tool: (leg, along, across), m; working: the working modes.
+    """
+
+    drawn: Trajectory = None  # type: ignore[assignment]  # `MountedTool.reference` gives it
+    tool: tuple[int, float, float] = (1, 0.0, 0.0)
+    working: tuple[int, int] = (-1, -1)
 
 
 class ToolLocus(NamedTuple):
@@ -378,17 +395,37 @@ class MountedTool:
             keeps,
         )
 
+    def reference(self, drawn: Trajectory) -> LedTrajectory:
+        """Return the motion of joint C that leads the tool as `drawn` has it."""
+        t = drawn.start + drawn.duration * np.linspace(0.0, 1.0, CHECKED)
+        point = drawn(t)[0]
+        lost = np.isnan(self.joint(point)[:, 0])
+        if lost.any():
+            first = point[lost.argmax()]
+            when = t[lost.argmax()]
+            words = f"Tool: at t = {when:.6g} s {self.reason(first)}"
+            raise UnreachableError(words, self.gap(first))
+        motion = partial(self._motion_of_joint, drawn)
+        own = drawn, astuple(self.tool), self.working
+        return LedTrajectory(drawn.start, drawn.duration, motion, drawn.notes, *own)
+
+    def _motion_of_joint(self, drawn, t):
+        found = np.array(drawn(t))
+        carried = self.carried(found.reshape(3, -1, 2)).reshape(found.shape)
+        return np.concatenate(carried, axis=-1)
+
     def carried(self, found: np.ndarray) -> np.ndarray:
-        """Return C and its first three derivatives (4, n, 2) from those of the tool."""
-        terms = found / FACTORIALS[..., None]
+        """Return C and its derivatives (k, n, 2) from those of the tool, of orders 0 to k - 1."""
+        factorials = FACTORIALS[: len(found)]
+        terms = found / factorials[..., None]
         rounding = EPS * np.abs(terms)
         x = Series(terms[..., 0], rounding[..., 0])
         y = Series(terms[..., 1], rounding[..., 1])
         cx, cy, _ = self.series(x, y)
         return np.stack(
             [
-                cx.m * FACTORIALS,
-                cy.m * FACTORIALS,
+                cx.m * factorials,
+                cy.m * factorials,
             ],
             axis=-1,
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import astuple
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,10 +14,9 @@ from ..skeleton import pose_body
 from ..style import INK, REFERENCE, readable, signs
 from .panels import (
     PALETTES,
-    draw_loci,
+    draw_loci_of,
     draw_points,
     draw_robot,
-    draw_tool_loci,
     new_figure,
     plane,
 )
@@ -162,14 +162,9 @@ def _robot(axes, robot, working, desired, tool):
         start = igm(robot, pen, working)
     else:
         start = tool.pose(robot, pen, working)
-    draw_robot(axes, pose_body([start]))
-    if tool is not None:
-        draw_points(axes, "robot.tool", np.stack([start.elbows[tool.leg - 1], pen, start.xi]))
+    draw_robot(axes, pose_body([start], None if tool is None else astuple(tool)))
     for stroke in desired:
         draw_points(axes, "path.desired-small", stroke)
-    if tool is None:
-        draw_loci(axes, robot, tuple(working))
-    else:
-        draw_tool_loci(axes, tool, robot, tuple(working))
+    draw_loci_of(axes, robot, tuple(working), (), tool)
     draw_points(axes, "mark.pen", pen)
     plane(axes, 3, f"the robot, in working modes ({signs(*working)})")

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
 from .. import style as names
-from ..style import INK, LEGS, SIDES, readable
+from ..style import INK, SIDES, readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -150,16 +150,9 @@ def draw_robot(axes: Axes, body: Skeleton, sample: int = 0, **style) -> None:
     Guides go from border to border.
     """
     points = body.points[sample]
-    for path, colours in zip(body.paths, LEGS):
-        # A bar folded back lies under the other.
-        for first, colour in reversed(list(zip(range(len(path) - 1), colours))):
-            draw_points(
-                axes,
-                "robot.bar",
-                points[path[first : first + 2]],
-                color=colour,
-                **style,
-            )
+    # A bar folded back lies under the other.
+    for bar, colour in reversed(list(zip(body.bars, body.colours))):
+        draw_points(axes, "robot.bar", points[list(bar)], color=colour, **style)
     draw_points(axes, "robot.motor", points[list(body.actuated)], **style)
     for low, _ in body.rails:
         axes.axvline(1e3 * points[low, 0], **STYLES["robot.guide"])
@@ -174,6 +167,14 @@ def set_window(axes: Axes, points: np.ndarray) -> tuple[float, float]:
     (left, low), (right, high) = low - margin, high + margin
     axes.set(xlim=(left, right), ylim=(low, high))
     return low, high
+
+
+def draw_loci_of(axes: Axes, robot: Any, working: Any, ends: tuple, tool: Tool | None) -> None:
+    """Draw the loci of joint C, or those that a tool sees."""
+    if tool is None:
+        draw_loci(axes, robot, working, ends)
+    else:
+        draw_tool_loci(axes, tool, robot, working)
 
 
 def draw_loci(
