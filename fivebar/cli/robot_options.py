@@ -39,12 +39,17 @@ def robot_is_chosen(arguments):
 
 
 def chosen_robot(arguments):
-    """Return the robot of these arguments; say that a tool of it is left out."""
+    """Return the robot of these arguments, of which a command without a tool moves joint C."""
+    return machine_without_tool(arguments).robot
+
+
+def machine_without_tool(arguments):
+    """Return the Machine of these arguments; say that a tool of it is left out."""
     machine = chosen_machine(arguments)
     if machine.tool is not None:
         words = "this command leaves out its tool: points are those of joint C"
         print(f"{arguments.robot}: {words}", file=sys.stderr)
-    return machine.robot
+    return machine
 
 
 def chosen_machine(arguments):

@@ -112,7 +112,8 @@ class Machine:
         """Return the Path or Trajectory of joint C that leads the tool along one, in the robot's
         frame: `Tool.path`; without a tool the path itself.
         """
-        return path if self.tool is None else self.tool.path(self.robot, path, working)
+        robot: Any = self.robot
+        return path if self.tool is None else self.tool.path(robot, path, working)
 
     def angles(self, readings: ArrayLike) -> np.ndarray:
         """Return the true angles (*batch, 2), rad, at the drives' readings (*batch, 2)."""

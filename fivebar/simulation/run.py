@@ -23,7 +23,6 @@ from ..models.physics import loads_of
 from ..models.robots import Robot
 from ..singularities.margins import Singularity
 
-
 TIP = "x_tip", "y_tip", "x_tip_ref", "y_tip_ref"  # columns of a tool, for those who read the file
 
 
@@ -291,7 +290,7 @@ class Run(Animated):
         limit = self.torque_limit
         if isinstance(limit, tuple):
             limit = [asdict(motor) for motor in limit]
-        about = {
+        about: dict[str, Any] = {
             "robot": self.robot.parameters,
             "torque_limit": limit,
             "events": [list(e) for e in self.events],

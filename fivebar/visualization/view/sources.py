@@ -184,7 +184,7 @@ class RunSource(RobotSource):
         self.q = run.q[index]
         self.q_dot = run.q_dot[index]
         self.xi = run.xi[index]
-        self.xi_ref = None if run.xi_ref is None else run.drawn_ref[index]
+        self.xi_ref = None if run.drawn_ref is None else run.drawn_ref[index]
         self.elbows = elbows(run.robot, self.q)
 
     @property
