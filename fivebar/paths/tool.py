@@ -295,7 +295,8 @@ class MountedTool:
         return self._drive.length, self.robot.distal[self.tool.leg - 1]
 
     @property
-    def _from_elbow(self):
+    def from_elbow(self) -> complex:
+        """Way from the elbow to the tool, m, where the bar is along x."""
         return complex(self._bars[1] + self.tool.along, self.tool.across)
 
     @property
@@ -305,17 +306,17 @@ class MountedTool:
     @property
     def branch(self):
         """Of the tool's dyad: that of the leg, unless the tool is behind the elbow."""
-        return self._mode if self._from_elbow.real >= 0 else -self._mode
+        return self._mode if self.from_elbow.real >= 0 else -self._mode
 
     @property
     def reach(self) -> float:
         """Distance of the tool from its elbow, m."""
-        return abs(self._from_elbow)
+        return abs(self.from_elbow)
 
     @property
     def factor(self) -> complex:
         """k of the map C = T + k (T - E)."""
-        return self._bars[1] / self._from_elbow - 1
+        return self._bars[1] / self.from_elbow - 1
 
     @property
     def folds(self) -> tuple[np.ndarray, np.ndarray]:

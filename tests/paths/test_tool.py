@@ -11,8 +11,9 @@ import fivebar as fb
 from fivebar.cli import main
 from fivebar.paths.certificates import checker
 from fivebar.paths.machine import machine_of
-from fivebar.paths.placing.with_tool import tool_regions
+from fivebar.paths.placing.tool_regions import tool_regions
 from fivebar.paths.tool import MountedTool
+from fivebar.singularities.regions import inside
 
 NAMED = {
     name: machine_of(fb.ROBOTS[name].robot, fb.ROBOTS[name].tables)
@@ -256,19 +257,101 @@ def test_placing_finds_the_clearance_it_says():
     loci = np.concatenate([locus.points for locus in tool.loci(robot, MODES)])
     loci = loci[np.isfinite(loci).all(axis=1)]
     nearest = np.linalg.norm(points[:, None] - loci, axis=-1).min()
-    assert nearest == pytest.approx(placed.clearance, abs=1.2e-3)
-    assert nearest > placed.clearance - 1e-5
+    assert nearest == pytest.approx(placed.clearance, abs=2e-5)
+    assert nearest > placed.clearance - 1e-9
+    assert placed.clearance <= placed.clearance_bound <= 1.01 * placed.clearance
     assert fb.check_path(robot, placed.path.at_unit_speed, MODES).singularity_free
     with pytest.raises(ValueError, match="largest scale found to fit"):
         fb.place(robot, path, tool=tool, working=MODES, turn=0.0, scale=9.0)
 
 
+@pytest.mark.deep
+def test_a_page_and_strokes_are_placed_for_a_tool():
+    tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
+    page = fb.place(robot, page=(0.04, 0.02), tool=tool, working=MODES)
+    assert page.aspect.contains(page.placement(fb.path([(0.02, 0.01), (0.03, 0.01)]))(0.0)[0])
+    placed = fb.place(robot, fb.path(SQUARE), tool=tool, working=MODES, strokes=True)
+    assert all(part.working == MODES and led.tool for led, part in placed.strokes)
+
+
+@pytest.mark.deep
+def test_no_random_placement_has_more_clearance_than_is_proved():
+    rng = np.random.default_rng(4)
+    drawn = fb.path([(0.0, 0.0), (0.02, 0.0), (0.02, 0.015)])
+    for robot, tool, _, working in random_tools(rng, 3):
+        placed = fb.place(robot, drawn, tool=tool, working=working)
+        points = drawn(np.linspace(0, drawn.length, 40))[0] @ (1, 1j)
+        for region in tool_regions(tool, robot, working):
+            border = np.concatenate([arc.dense(2e-4) for loop in region.boundary for arc in loop])
+            z = points * np.exp(2j * np.pi * rng.uniform(size=(400, 1)))
+            z = z + rng.uniform(border.real.min(), border.real.max(), (400, 1))
+            z = z + 1j * rng.uniform(border.imag.min(), border.imag.max(), (400, 1))
+            held = inside(region.boundary, z.ravel()).reshape(z.shape).all(axis=1)
+            nearest = [np.abs(each[:, None] - border).min() for each in z[held]]
+            assert max(nearest, default=0.0) < placed.clearance_bound
+
+
 def test_regions_of_a_tool_in_the_joint_are_the_aspects():
     robot = fb.FiveBar()
-    regions = tool_regions(fb.Tool(1), robot, (-1, -1))
-    areas = [aspect.area for aspect in fb.aspects(robot) if aspect.working == (-1, -1)]
-    got = [region.area for region in regions[:2]]
-    np.testing.assert_allclose(got, sorted(areas)[::-1][:2], rtol=5e-3)
+    for region, aspect in zip(tool_regions(fb.Tool(1), robot), fb.aspects(robot), strict=True):
+        assert (region.working, region.assembly) == (aspect.working, aspect.assembly)
+        assert region.area == pytest.approx(aspect.area, rel=1e-11)
+
+
+def equal_bars(rng, count):
+    """Robots with folded legs that end on their base joints, and tools behind, on and beyond."""
+    for k in range(count):
+        l1, l2, d = rng.uniform(0.05, 0.1, 3)
+        along = (-1.4 * l1, 0.02, 0.0, -0.5 * l1)[k % 4]
+        across = (0.01, -0.03, 0.0)[k % 3]
+        yield fb.FiveBar(l1, l1, l2, l2, d), fb.Tool(1 + k % 2, along, across)
+
+
+@pytest.mark.parametrize("count", [2, pytest.param(16, marks=pytest.mark.deep)])
+def test_regions_are_where_the_tool_is_led_without_a_singularity(count):
+    """Against the map of single points, for robots and tools of all kinds."""
+    rng = np.random.default_rng(count)
+    cases = [(robot, tool) for robot, tool, *_ in random_tools(rng, count)]
+    for robot, tool in [*cases, *equal_bars(rng, count)]:
+        regions = tool_regions(tool, robot)
+        for mode in {region.working for region in regions}:
+            reach = robot.drives[tool.leg - 1].length + MountedTool(tool, robot, mode).reach
+            points = rng.uniform(-reach, reach, (800, 2)) + (robot.drives[tool.leg - 1].x, 0)
+            pose = tool.pose(robot, points, mode, unreachable="nan")
+            margin = np.abs([*pose.sines, pose.det_A]).min(axis=0)
+            clear = ~(margin < 1e-6)  # nan is, too
+            own = [region for region in regions if region.working == mode]
+            held = np.array([region.contains(points) for region in own])
+            assembly = np.array([region.assembly for region in own]) @ held
+            known = np.where(np.isfinite(pose.det_A), -np.sign(pose.det_A), 0.0)
+            np.testing.assert_array_equal(assembly[clear], known[clear])
+            assert held.sum(axis=0).max() <= 1
+
+
+def test_regions_keep_constraints():
+    tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
+    kept = fb.Constraints(det_A=0.3, sin=0.4, half_planes=[(0, 1, 0.04)])
+    whole = {region.assembly: region for region in tool_regions(tool, robot, MODES)}
+    rng = np.random.default_rng(8)
+    points = rng.uniform(-0.09, 0.09, (4000, 2))
+    pose = tool.pose(robot, points, MODES, unreachable="nan")
+    good = fb.Constraints(det_A=0.3, sin=0.4).satisfied(pose)
+    regions = tool_regions(tool, robot, MODES, kept)
+    held = np.array([region.contains(points) for region in regions]).any(axis=0)
+    np.testing.assert_array_equal(held, good)
+    allowed = np.zeros(len(points), dtype=bool)
+    for region in regions:
+        at = region.contains(points)
+        allowed[at] = region.allowed(points[at] @ (1, 1j))
+    np.testing.assert_array_equal(allowed, kept.satisfied(pose))
+    assert sum(region.area for region in regions) < sum(r.area for r in whole.values())
+    placed = fb.place(
+        robot, fb.path([(0.0, 0.0), (0.01, 0.0)]), tool=tool, working=MODES, constraints=kept
+    )
+    s = np.linspace(0, placed.path.length, 200)
+    poses = fb.igm(robot, placed.path(s)[0], MODES)
+    least = min(clearance.min() for clearance in kept.clearances(poses).values())
+    assert least > 0
 
 
 def test_loci_are_where_the_joint_is_singular():
@@ -299,6 +382,6 @@ def test_a_machine_with_a_tool_comes_back(tmp_path):
 
 def test_the_map_of_a_tool(tmp_path, capsys):
     assert main(["map", "--robot", "plotclock", "--out", str(tmp_path / "map.png")]) == 0
-    assert capsys.readouterr().out.splitlines()[1].split()[:2] == ["1", "+-"]
+    assert capsys.readouterr().out.splitlines()[1].split()[:2] == ["1", "++"]
     assert (tmp_path / "map.png").stat().st_size > 10000
     assert main(["map", "--robot", "plotclock", "--det-A", "0.1"]) == 2

@@ -20,7 +20,7 @@ from ..curve import Path
 from ..pieces import Arc
 from ..placement import Placement
 from ..tool import Tool
-from .with_tool import ToolRegion, largest_upright, tool_regions
+from .tool_regions import tool_regions
 
 KEPT = Constraints(clearance=0.005)  # m
 
@@ -32,7 +32,7 @@ class RectangleFit:
     """
 
     placement: Placement
-    aspect: Aspect | ToolRegion
+    aspect: Aspect
     rectangle: Rectangle
     scale: float
 
@@ -86,14 +86,21 @@ def fitted_in(
         ValueError with the largest scale where it does not.
     tool: then the drawing is the tool's, and the rectangle is in a region that it sees.
     """
+    working = None if working is None else tuple(working)
     box = bounds(path.moved(0j, Placement(turn=turn).turned))
     size = np.maximum(box[1] - box[0], 1e-9)
     if tool is not None:
-        return _fitted_with(tool, robot, box, turn, scale, working, constraints)
-    parts = [part for part in aspects(robot) if working is None or part.working == tuple(working)]
+        parts = list(tool_regions(tool, robot, working, replace(constraints, clearance=0.0)))
+        constraints = Constraints(clearance=constraints.clearance)
+    else:
+        parts = [part for part in aspects(robot) if working in (None, part.working)]
     crossed = {}
     for part in parts:
-        crossed[part.number] = _legs_cross(robot, igm(robot, part.point, part.working))
+        if tool is None:
+            pose = igm(robot, part.point, part.working)
+        else:
+            pose = tool.pose(robot, part.point, part.working)
+        crossed[part.number] = _legs_cross(robot, pose)
     parts.sort(
         key=lambda p: (
             crossed[p.number],
@@ -136,7 +143,7 @@ def fitted_in(
         wide, high = 1e3 * size * scale
         raise ValueError(
             f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any aspect's"
-            f" rectangle{'' if working is None else f' in working modes {tuple(working)}'}: it fits"
+            f" rectangle{'' if working is None else f' in working modes {working}'}: it fits"
             f" with scale {np.floor(1e4 * share) / 1e4:.6g} at most"
         )
     scale = share * (1 - 1e-9) if scale is None else scale
@@ -148,34 +155,6 @@ def fitted_in(
         rectangle,
         share,
     )
-
-
-def _fitted_with(tool, robot, box, turn, scale, working, constraints):
-    margin = constraints.clearance
-    regions = tool_regions(tool, robot, working, replace(constraints, clearance=0.0))
-    size = np.maximum(box[1] - box[0], 1e-9)
-    found = []
-    for region in regions:
-        share, middle = largest_upright(region, size, margin)
-        if share:
-            crossed = _legs_cross(robot, tool.pose(robot, middle, region.working))
-            found.append((crossed, middle[1] <= 0, share, region, middle))
-    fitting = [each for each in found if scale is None or each[2] >= scale]
-    largest = max((each[2] for each in found), default=0.0)
-    if not fitting:
-        wide, high = 1e3 * size * (scale or 1.0)
-        raise ValueError(
-            f"the drawing, {wide:.4g} x {high:.4g} mm, is larger than any rectangle the tool"
-            f" reaches: it fits with scale {np.floor(1e4 * largest) / 1e4:.6g} at most"
-        )
-    _, _, share, region, middle = min(fitting, key=lambda each: (*each[:2], -each[2]))
-    scale = share * (1 - 1e-9) if scale is None else scale
-    half = share * size / 2
-    x, y = zip((middle - half).tolist(), (middle + half).tolist())
-    rectangle = Rectangle(*x, *y)
-    shift = middle - scale * box.mean(axis=0)
-    placement = Placement((float(shift[0]), float(shift[1])), turn, scale)
-    return RectangleFit(placement, region, rectangle, share)
 
 
 def _legs_cross(robot, pose):
