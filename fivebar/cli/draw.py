@@ -418,6 +418,7 @@ def _picture(arguments, machine, motion, drawn):
         title,
         machine.tool,
         "the G-code" if arguments.format == "gcode" else "the simulated robot",
+        machine.frame,
     )
     file = arguments.out / "drawing.png"
     saved(picture, file, dpi=150)
@@ -425,11 +426,13 @@ def _picture(arguments, machine, motion, drawn):
 
 
 def _print(arguments, machine, figures):
+    from ..paths.placement import Placement
     from ..simulation.comparison import peak_name
     from ..visualization.style import length
 
     words = machine.robot.words
     x, y = (1e3 * value for value in figures["middle"])
+    frame = "" if machine.frame == Placement() else ", in the measuring frame, as --at"
     least = figures["lower_bound_s"]
     if arguments.duration is None:
         near = f", within {100 * (figures['duration_s'] / least - 1):.2g} % of the least possible"
@@ -438,7 +441,7 @@ def _print(arguments, machine, figures):
     drawn = 1e3 * figures["drawn_m"]
     rows = [
         ("drawn", f"{drawn:.4g} mm in {figures['strokes']} strokes"),
-        ("middle of it", f"({x:.4g}, {y:.4g}) mm"),
+        ("middle of it", f"({x:.4g}, {y:.4g}) mm{frame}"),
         ("working modes", ", ".join(f"{sign:+d}" for sign in figures["working"])),
         ("time", f"{figures['duration_s']:.4f} s{near}"),
         ("smallest margin", f"{figures['smallest_margin']:.4f} (sine of a leg, or det A)"),

@@ -269,8 +269,9 @@ def parts(
         if pieces is None:
             continue
         mirror = Mirror(pieces)
+        limits = levels.get("det_A", 0.0), levels.get("sin", 0.0)
         for assembly, area, boundary, punctures in in_mode(
-            robot, pieces, touches, working, **levels
+            robot, pieces, touches, working, *limits
         ):
             yield kind(robot, 0, working, assembly, area, boundary, pairs(punctures), **levels)
             other = (-working[0], -working[1])
@@ -283,7 +284,7 @@ def in_mode(
     robot: FiveBar,
     pieces: list,
     touches: tuple,
-    working: tuple[int, int],
+    working: tuple[int, ...],
     det_A: float = 0.0,
     sin: float = 0.0,
     bends: Mapping = MappingProxyType({}),

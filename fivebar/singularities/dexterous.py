@@ -5,6 +5,7 @@ margins, exactly.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from ..base.checks import instance, share, takes
 from ..models.robots import Biglide, FiveBar
@@ -112,7 +113,7 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
 
 def bent_parts(
     robot: FiveBar,
-    working: tuple[int, int],
+    working: Any,
     circles: LegCircles,
     det_A: float = 0.0,
 ) -> list[Aspect]:

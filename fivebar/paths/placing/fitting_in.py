@@ -86,7 +86,8 @@ def fitted_in(
         ValueError with the largest scale where it does not.
     tool: then the drawing is the tool's, and the rectangle is in a region that it sees.
     """
-    working = None if working is None else tuple(working)
+    if working is not None:
+        working = (working[0], working[1])
     box = bounds(path.moved(0j, Placement(turn=turn).turned))
     size = np.maximum(box[1] - box[0], 1e-9)
     if tool is not None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -33,6 +33,7 @@ from ..tool import MountedTool, Tool
 
 IN_LINE = 1e-6  # a sine: nearer to Type 1 an end of a curve is one where the bar turns fast
 SAME = 1e-7  # of the robot's size: places that are nearer are one
+CLOSES = 1e-5  # of it, by which two images of a corner may differ, next to the base joint
 BESIDE = 1e-5, 1e-8  # of a curve: so far from such an end its tangent, its points are read
 ROOT = (1e-4, 1 - 1e-4), (1e-2, 1 - 1e-2)  # of an arc: here a root is 0.1 of it there, a line 0.01
 PANELS = np.arange(64)[:, None] / 64
@@ -97,6 +98,7 @@ def tool_regions(
     constraints = constraints or Constraints()
     robot = settled(robot)
     found = []
+    mode: Any
     for mode in MODES:
         mounted = MountedTool(tool, robot, mode)
         circles = LegCircles(robot, constraints.sin, _bends(mounted, constraints.sin))
@@ -172,7 +174,6 @@ class _Image:
             return result
 
         def allowed(z):
-            tool = self.mounted.tool
             joint = self.mounted.joint(pairs(z))
             lost = np.isnan(joint[:, 0])
             joint[lost] = 10 * self.size
@@ -180,25 +181,33 @@ class _Image:
             return constraints.satisfied(pose) & ~lost
 
         walls = facing(part.walls, within, self.size)
-        return tuple(self.arc(wall) for wall in walls), allowed
+        images = [self._traced(self.curve(w), w.locus.type, w.locus.kind) for w in walls]
+        return tuple(images), allowed
 
     def loop(self, arcs: Iterable[LocusArc]) -> list[LocusArc]:
         """Return the image of a loop, with an arc where it goes through the base joint."""
-        images = [self.arc(arc) for arc in arcs]
-        closed = []
-        for image, after in zip(images, images[1:] + images[:1]):
-            closed.append(image)
-            end, start = complex(image.z[-1]), complex(after.z[0])
-            if abs(end - start) <= SAME * self.size:
+        arcs = list(arcs)
+        curves = [self.curve(arc) for arc in arcs]
+        ends = [curve(np.array([0.0, 1.0]))[0] for curve in curves]
+        corners: list[LocusArc | None] = []
+        for arc, own, after in zip(arcs, ends, ends[1:] + ends[:1]):
+            if abs(own[1] - after[0]) <= CLOSES * self.size:
+                # The arcs of a corner differ by rounding, and are to end in one point.
+                own[1] = after[0]
+                corners.append(None)
                 continue
-            first, last = end - self.base, start - self.base
-            if abs(abs(first) - abs(last)) > SAME * self.size:
+            first, last = own[1] - self.base, after[0] - self.base
+            if abs(arc.z[-1] - self.base) > SAME * self.size:
                 raise ArithmeticError(
-                    f"tool_regions: a boundary does not close at ({end.real:.6g}, {end.imag:.6g})"
-                    f" m for {self.mounted.tool!r}; please report this robot"
+                    f"tool_regions: a boundary does not close at ({own[1].real:.6g},"
+                    f" {own[1].imag:.6g}) m for {self.mounted.tool!r}; please report this robot"
                 )
             turn = cmath.phase(first / last) % (2 * math.pi)
-            closed.append(self.around(cmath.phase(first), -turn))
+            corners.append(self.around(cmath.phase(first), -turn))
+        closed = []
+        for arc, curve, own, corner in zip(arcs, curves, ends, corners):
+            closed.append(self._traced(_between(curve, *own), arc.locus.type, arc.locus.kind))
+            closed += [] if corner is None else [corner]
         return closed
 
     def around(self, start: float, turn: float) -> LocusArc:
@@ -211,8 +220,8 @@ class _Image:
 
         return self._traced(curve, Singularity.SERIAL, "folded leg")
 
-    def arc(self, arc: LocusArc) -> LocusArc:
-        """Return the image of an arc, run through in the same direction."""
+    def curve(self, arc: LocusArc) -> Callable:
+        """Return the image of an arc, run through in the same direction by x from 0 to 1."""
         locus = arc.locus
         if locus.circle and locus.circle[0] == self.leg:
             # The leg does not bend along its circle, so that the tool is on another one.
@@ -226,9 +235,8 @@ class _Image:
                 way = abs(arc.end - arc.start) * dz
                 return self.base + ratio * (z - self.base), ratio * way
 
-        else:
-            curve = self._curve(arc)
-        return self._traced(curve, locus.type, locus.kind)
+            return curve
+        return self._bent(arc)
 
     def _traced(self, curve, type_, kind):
         label = type_, kind, (self.mounted.working,), ()
@@ -239,8 +247,8 @@ class _Image:
         traced.__dict__["moment"] = float((z.conj() * dz).imag @ SHARES) / 2
         return traced
 
-    def _curve(self, arc):
-        """Return the image's curve by x from 0 to 1.
+    def _bent(self, arc):
+        """Return the image of an arc along which the leg bends.
 
         An arc may come to Type 1 so that the bar turns with the root of the way on it; its
         parameter goes with the square of x there. With C on the base joint the bar's direction is
@@ -292,6 +300,17 @@ class _Image:
             rate = (u2.conjugate() * dz).real / (u2.conjugate() * tangent).real
             phi = (u2.conjugate() * (dz - tangent * rate)).imag / self.bar
         return z + self.offset * u2, dz + 1j * self.offset * u2 * phi
+
+
+def _between(curve, first, last):
+    """Return a curve with these points at x = 0 and 1."""
+
+    def ended(x):
+        z, dz = curve(x)
+        z = np.where(np.equal(x, 0), first, z)
+        return np.where(np.equal(x, 1), last, z), dz
+
+    return ended
 
 
 def _share(x, low, high):

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 
 from ...models.geometry import igm
+from ...paths.placement import Placement
 from ..skeleton import pose_body
 from ..style import INK, REFERENCE, readable, signs
 from .panels import (
@@ -40,6 +41,7 @@ def drawing(
     title: str = "",
     tool: Tool | None = None,
     by: str = "the simulated robot",
+    frame: Placement | None = None,
 ) -> Figure:
     """Return the figure of desired and drawn strokes, beside the robot where it begins.
 
@@ -57,6 +59,8 @@ def drawing(
         What draws, where that is not joint C.
     by : str
         What drew, in words.
+    frame : Placement, optional
+        From the robot's frame to the one in which all is shown, that of the table.
 
     Returns
     -------
@@ -74,6 +78,10 @@ def drawing(
     >>> len(figure.axes)
     4
     """
+    frame = Placement() if frame is None else frame
+    strokes = desired
+    desired = [frame(stroke) for stroke in desired]
+    drawn = [frame(stroke) for stroke in drawn]
     points = 1e3 * np.concatenate([*desired, *drawn])
     low = points.min(axis=0)
     high = points.max(axis=0)
@@ -84,7 +92,7 @@ def drawing(
     shape = 1.24 * WIDTH * height / width + 1.6
     figure = new_figure(WIDTH, float(np.clip(shape, 5.0, 11.0)))
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
-    _robot(figure.add_subplot(grid[:, 0]), robot, working, desired, tool)
+    _robot(figure.add_subplot(grid[:, 0]), robot, working, strokes, tool, frame)
     top = figure.add_subplot(grid[0 if len(drawn) else slice(None), 1])
     for stroke in desired:
         draw_points(top, "path.desired", stroke)
@@ -156,7 +164,7 @@ def draw_path(path: Path) -> Figure:
     return figure
 
 
-def _robot(axes, robot, working, desired, tool):
+def _robot(axes, robot, working, desired, tool, frame):
     pen = desired[0][0]
     if tool is None:
         start = igm(robot, pen, working)
@@ -167,4 +175,8 @@ def _robot(axes, robot, working, desired, tool):
         draw_points(axes, "path.desired-small", stroke)
     draw_loci_of(axes, robot, tuple(working), (), tool)
     draw_points(axes, "mark.pen", pen)
+    for line in axes.lines:
+        z = 1e3 * complex(*frame.shift) + frame.turned * (line.get_xydata() @ (1, 1j))
+        line.set_data(z.real, z.imag)
+    axes.relim()
     plane(axes, 3, f"the robot, in working modes ({signs(*working)})")
