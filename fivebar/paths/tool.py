@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import astuple, dataclass, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,22 +17,17 @@ from ..base.backend import EPS, finite_numbers, first_index
 from ..base.checks import instance, modes, number, shown, whole
 from ..base.errors import UnreachableError
 from ..base.representation import one_line
-from ..models.dyads import cross
 from ..models.geometry import igm
 from ..models.pose import Pose
 from ..models.robots import FiveBar
 from ..models.unreachable import raise_or_nan
 from ..planning.trajectory import Trajectory
-from ..singularities.loci import singularity_loci
-from ..singularities.margins import Singularity
 from .curve import Path
 from .timing.enclosures import Series, place_series
 
 FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])[:, None]
 FINEST = 1e-9  # of a path's length: a shorter stretch is not divided any more
 CHECKED = 2001  # times of a trajectory at which the tool must reach it
-FOLD = 721  # points of a circle on which the tool folds
-NEAR = 1e-12  # of its radius, by which it is drawn inside
 SHORTEST = 1e-9  # of a distal bar: the least distance of the tool from its elbow
 
 
@@ -157,65 +152,6 @@ class Tool:
             axis=-1,
         )
 
-    def loci(self, robot: FiveBar, working: ArrayLike = (-1, -1)) -> list[ToolLocus]:
-        """Return the singularity loci as the tool sees them in working modes.
-
-        They are the images of the exact curves of joint C, and the circles on which the tool folds
-        over its bar: the proximal bar is in line with the tool there, and the joint may not turn
-        as fast as the tool wants.
-        """
-        mounted = MountedTool(self, robot, modes(2)(working, "Tool: working"))
-        loci = []
-        for piece in singularity_loci(robot).task:
-            in_modes = mounted.working in piece.working
-            if in_modes and len(piece.points) > 1:
-                points = self._unfolded(mounted, piece.points)
-                locus = ToolLocus(
-                    piece.type,
-                    piece.kind,
-                    points,
-                )
-                loci.append(locus)
-        for fold in mounted.folds:
-            pose = self.pose(
-                robot,
-                fold,
-                mounted.working,
-                unreachable="nan",
-            )
-            reached = np.isfinite(pose.det_A)
-            points = np.where(
-                reached[:, None],
-                fold,
-                np.nan,
-            )
-            locus = ToolLocus(
-                Singularity.SERIAL,
-                "folded tool",
-                points,
-            )
-            loci.append(locus)
-        return [locus for locus in loci if np.isfinite(locus.points).any()]
-
-    def _unfolded(self, mounted, joint):
-        """Return where the tool is (n, 2), m, with C at points; nan beyond its fold."""
-        pose = igm(
-            mounted.robot,
-            joint,
-            mounted.working,
-            unreachable="nan",
-        )
-        points = self.point(pose)
-        arm = points - pose.elbows[:, self.leg - 1]
-        proximal = pose.legs[self.leg - 1].direction
-        sine = cross(proximal, arm.T) / mounted.reach
-        beyond = mounted.branch * sine > NEAR
-        return np.where(
-            beyond[:, None],
-            np.nan,
-            points,
-        )
-
     def jacobian(self, pose: Pose) -> np.ndarray:
         """Return the tool's Jacobian (*batch, 2, 2): its velocity is J q'."""
         k = self.leg - 1
@@ -246,16 +182,6 @@ class LedTrajectory(Trajectory):
     drawn: Trajectory = None  # type: ignore[assignment]  # `MountedTool.reference` gives it
     tool: tuple[int, float, float] = (1, 0.0, 0.0)
     working: tuple[int, int] = (-1, -1)
-
-
-class ToolLocus(NamedTuple):
-    """A curve on which the tool is singular: its type, its kind as of a `Locus` or "folded tool",
-    and points (n, 2), m, nan where the robot is not.
-    """
-
-    type: Singularity
-    kind: str
-    points: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -317,23 +243,6 @@ class MountedTool:
     def factor(self) -> complex:
         """k of the map C = T + k (T - E)."""
         return self._bars[1] / self.from_elbow - 1
-
-    @property
-    def folds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points (n, 2), m, of the circles on which proximal bar and tool are in line, rounded to
-        where they are reached.
-        """
-        inner, outer = self._radii
-        turn = np.linspace(0.0, 2 * np.pi, FOLD)
-        circle = np.stack(
-            [np.cos(turn), np.sin(turn)],
-            axis=-1,
-        )
-        base = np.array([self._drive.x, 0.0])
-        return (
-            base + outer * (1 - NEAR) * circle,
-            base + inner * (1 + NEAR) * circle,
-        )
 
     @property
     def _radii(self):

@@ -247,6 +247,12 @@ def test_bad_tools_are_refused():
         fb.certify(robot, led())
 
 
+def borders(tool, robot):
+    """Arcs that bound the regions of a tool in its usual modes."""
+    regions = tool_regions(tool, robot, MODES)
+    return [arc for region in regions for loop in region.boundary for arc in loop]
+
+
 def test_placing_finds_the_clearance_it_says():
     """Against the exact loci that the tool sees, sampled densely."""
     tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
@@ -254,9 +260,8 @@ def test_placing_finds_the_clearance_it_says():
     placed = fb.place(robot, path, tool=tool, working=MODES, turn=0.0)
     assert placed.path.tool.working == MODES
     points = placed.path.drawn(np.linspace(0, placed.path.length, 400))[0]
-    loci = np.concatenate([locus.points for locus in tool.loci(robot, MODES)])
-    loci = loci[np.isfinite(loci).all(axis=1)]
-    nearest = np.linalg.norm(points[:, None] - loci, axis=-1).min()
+    loci = np.concatenate([arc.dense(2e-5) for arc in borders(tool, robot)])
+    nearest = np.abs((points @ (1, 1j))[:, None] - loci).min()
     assert nearest == pytest.approx(placed.clearance, abs=2e-5)
     assert nearest > placed.clearance - 1e-9
     assert placed.clearance <= placed.clearance_bound <= 1.01 * placed.clearance
@@ -354,22 +359,20 @@ def test_regions_keep_constraints():
     assert least > 0
 
 
-def test_loci_are_where_the_joint_is_singular():
+def test_borders_are_where_the_joint_is_singular_or_the_tool_folds():
     tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
-    for locus in tool.loci(robot, MODES):
-        if locus.kind == "folded tool":
-            continue
-        points = locus.points[np.isfinite(locus.points).all(axis=1)][5:-5:7]
-        for point in points:
-            mounted = MountedTool(tool, robot, MODES)
-            c = mounted.joint(point + 1e-9)
-            if np.isnan(c).any():
-                continue
-            pose = fb.igm(robot, c, MODES, unreachable="nan")
-            if np.isnan(pose.q).any():
-                continue
-            sines = np.abs([*pose.sines, pose.det_A])
-            assert sines.min() < 2e-3
+    kinds = set()
+    for arc in borders(tool, robot):
+        z, dz = arc.curve(arc.s[2:-2:5])
+        beside = z + 1e-9j * dz / np.abs(dz)  # on the left is the region
+        points = np.stack([beside.real, beside.imag], axis=1)
+        pose = tool.pose(robot, points, MODES)
+        u1 = np.stack(pose.legs[tool.leg - 1].direction, axis=1) @ (1, 1j)
+        arm = beside - pose.elbows[:, tool.leg - 1] @ (1, 1j)
+        fold = np.abs((u1.conj() * arm).imag) / np.abs(arm)
+        assert np.min([*np.abs([*pose.sines, pose.det_A]), fold], axis=0).max() < 2e-3
+        kinds.add(arc.locus.kind)
+    assert len(kinds) >= 5
 
 
 def test_a_machine_with_a_tool_comes_back(tmp_path):

@@ -142,15 +142,15 @@ class _Image:
 
     def region(self, part: Aspect, constraints: Constraints) -> ToolRegion:
         """Return the image of a part of an aspect, up to the fold of the tool."""
-        loops = [self.loop(arcs) for arcs in part.boundary]
+        loops = [self.loop(loop) for loop in part.boundary]
         at_base = np.abs(part.punctures @ (1, 1j) - self.base) <= SAME * self.size
         if at_base.any():
             # The leg may turn about its base joint there, and the tool goes around it.
             loops.append([self.around(0.0, -2 * math.pi)])
         punctures = self.points(part.punctures[~at_base] @ (1, 1j))[0]
         if self.mounted.from_elbow.real < 0:  # the map turns the plane over
-            loops = [[arc.reversed for arc in reversed(arcs)] for arcs in loops]
-        areas = [sum(arc.moment for arc in arcs) for arcs in loops]
+            loops = list(map(_reversed, loops))
+        areas = list(map(_area, loops))
         outer = int(np.argmax(areas))
         boundary = [loops[outer], *loops[:outer], *loops[outer + 1 :]]
         walls: tuple = ()
@@ -300,6 +300,14 @@ class _Image:
             rate = (u2.conjugate() * dz).real / (u2.conjugate() * tangent).real
             phi = (u2.conjugate() * (dz - tangent * rate)).imag / self.bar
         return z + self.offset * u2, dz + 1j * self.offset * u2 * phi
+
+
+def _reversed(loop):
+    return [arc.reversed for arc in reversed(loop)]
+
+
+def _area(loop):
+    return sum(arc.moment for arc in loop)
 
 
 def _between(curve, first, last):
