@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import astuple, dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -67,6 +67,12 @@ class Tool:
     def __repr__(self) -> str:
         where = f"{self.along:.6g} m along it, {self.across:.6g} m to its left"
         return one_line("Tool", f"on the distal bar of leg {self.leg}", where)
+
+    @overload
+    def path(self, robot: FiveBar, path: Path, working: ArrayLike = ...) -> Path: ...
+
+    @overload
+    def path(self, robot: FiveBar, path: Trajectory, working: ArrayLike = ...) -> LedTrajectory: ...
 
     def path(self, robot: FiveBar, path: Any, working: ArrayLike = (-1, -1)) -> Any:
         """Return the path of joint C that leads the tool along a path.
