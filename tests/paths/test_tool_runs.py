@@ -133,3 +133,12 @@ def test_a_plan_of_the_tool_refuses_what_is_of_the_joint(file, words, said, caps
     ends = ["--from", "-0.03", "0.14", "--to", "0.04", "0.15"]
     assert main(["plan", *ends, *words.split(), "--robot", file]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_drawing_is_shown_in_the_measuring_frame():
+    frame = fb.Placement((0.1, -0.05), np.pi / 2, 2.0)
+    stroke = np.array([(0.0, 0.14), (0.02, 0.15)])
+    figure = fb.plot.drawing(ROBOT, (-1, -1), [stroke], [], [], frame=frame)
+    lines = {line.get_label(): line.get_xydata() for line in figure.axes[0].lines}
+    np.testing.assert_allclose(lines["pen at the start"], [1e3 * frame(stroke[0])])
+    np.testing.assert_allclose(figure.axes[1].lines[0].get_xydata(), 1e3 * frame(stroke))
