@@ -19,7 +19,7 @@ from tests.helpers.stored_outputs import NOTEBOOKS, differences, executed
 SUBJECTS = (
     "quick_start geometry kinematics second_order singularities dynamics control biglide singularity_maps "
     "where_methods_fail speed_against_accuracy crossing_a_singularity other_mechanisms real_robots measured_data "
-    "drawing design gradients"
+    "drawing design gradients photograph"
 ).split()
 LABS = {f"0{n}": f'check("lab{n}", ' for n in range(1, 8)}
 LARGEST = 3_000_000

@@ -8,6 +8,8 @@ import sys
 from argparse import _SubParsersAction
 from pathlib import Path
 
+import numpy as np
+
 from ..base.errors import UsageError
 from ..base.folders import locked_folder
 from ..base.tables import written
@@ -31,8 +33,9 @@ OPTIONS = JSON | {
         "in the data: refuse them, put them right, or do not look for them",
     ),
     "--profile": "95 %% intervals by profile likelihood, too",
-    "--sheet A4|A5": "write a test drawing, and a table for a ruler to fill in, instead",
-    "--photo PICTURE": "of the drawn sheet, whole, on a darker ground: with --sheet",
+    "--from-drawing A4|A5": "write a test drawing, and a table for a ruler to fill in, instead",
+    "--photo PICTURE": "of the drawn sheet, whole, on a darker ground: with --from-drawing",
+    "--sides MM MM": "of that sheet, by a ruler, the longer one first: scale of the photograph",
     WORKING: "of the test drawing: working modes",
     "--out FOLDER": "calibration.png, .json, .txt, and robot.toml go there",
 }
@@ -60,11 +63,13 @@ def _measure_photo(arguments, machine):
     from ..estimation.calibration.photo import crosses_in
     from ..estimation.calibration.sheet import sheet
 
-    if arguments.sheet is None or arguments.data is not None:
-        raise UsageError("--photo goes with --sheet A4 or A5, and without measured data")
+    paper = arguments.from_drawing
+    if paper is None or arguments.data is not None:
+        raise UsageError("--photo goes with --from-drawing A4 or A5, and without measured data")
+    size = None if arguments.sides is None else 1e-3 * np.array(arguments.sides)
     with usage_errors(ValueError, OSError):
-        drawn = sheet(machine, arguments.sheet, arguments.working)
-        points = crosses_in(imread(arguments.photo), drawn, arguments.sheet)
+        drawn = sheet(machine, paper, arguments.working)
+        points = crosses_in(imread(arguments.photo), drawn, paper, size)
     folder = Path(arguments.out or "fivebar-sheet")
     with locked_folder(folder):
         drawn.points_to_csv(folder / "crosses.csv", points)
@@ -78,9 +83,9 @@ def _write_sheet(arguments, machine):
     from ..paths.placing.fitting_in import bounds
 
     if arguments.data is not None:
-        raise UsageError("--sheet writes a drawing: it goes without measured data")
+        raise UsageError("--from-drawing writes a drawing: it goes without measured data")
     with usage_errors(ValueError):
-        drawn = sheet(machine, arguments.sheet, arguments.working)
+        drawn = sheet(machine, arguments.from_drawing, arguments.working)
     folder = Path(arguments.out or "fivebar-sheet")
     drawing, table = folder / "sheet.csv", folder / "distances.csv"
     with locked_folder(folder):
@@ -95,8 +100,8 @@ def _write_sheet(arguments, machine):
         f" --deviation 0\nmeasure the {len(drawn.pairs)} distances between crosses, in mm, into"
         f" {table}; A1 is below on the left\ncalibrate:    fivebar calibrate {table} {robot}"
         " --sigma 0.0003 --out calibrated\nor, with a photograph of"
-        f" the sheet:   fivebar calibrate --photo PICTURE --sheet {arguments.sheet} {robot}"
-        " --out calibrated"
+        f" the sheet:   fivebar calibrate --from-drawing {arguments.from_drawing} --photo PICTURE"
+        f" --sides LONG SHORT {robot} --working {signs} --sigma 0.0001 --out calibrated"
     )
 
 
@@ -106,13 +111,15 @@ def _calibrate(arguments):
 
     machine = machine_without_tool(arguments)
     robot = machine.robot
+    if arguments.sides is not None and arguments.photo is None:
+        raise UsageError("--sides are of a sheet on a photograph: give --photo PICTURE")
     if arguments.photo is not None:
         _measure_photo(arguments, machine)
-    elif arguments.sheet is not None:
+    elif arguments.from_drawing is not None:
         _write_sheet(arguments, machine)
         return
     if arguments.data is None:
-        raise UsageError("calibrate needs a file of measured data, or --sheet A5")
+        raise UsageError("calibrate needs a file of measured data, or --from-drawing A5")
     if not Path(arguments.data).exists():
         raise UsageError(f"no file {arguments.data!r}")
     if not robot.turns:

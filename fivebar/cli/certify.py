@@ -18,7 +18,7 @@ from .options import (
     print_notes,
     usage_errors,
 )
-from .robot_options import add_robot_options, chosen_robot
+from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = JSON | {
     "--check PROOF.json": "check a proof instead, with mpmath alone",
@@ -55,7 +55,7 @@ def _certify(arguments):
     from ..paths.placement import Placement
     from ..paths.reading.read import path as read
 
-    robot = chosen_robot(arguments)
+    machine = chosen_machine(arguments)
     tolerances = _tolerances(arguments.tolerance)
     with usage_errors(TypeError, ValueError, OSError):
         placement = Placement(
@@ -68,7 +68,8 @@ def _certify(arguments):
             placement=placement,
         )
         constraints = Constraints(det_A=arguments.margin, sin=arguments.margin)
-        proof = certify(robot, path, tolerances, constraints, arguments.working)
+        path = machine.led(path, arguments.working)
+        proof = certify(machine.robot, path, tolerances, constraints, arguments.working)
     print_notes(arguments.path, path.notes)
     if arguments.json:
         stretches = [stretch._asdict() for stretch in proof.unproved]
@@ -95,9 +96,12 @@ def _print(proof):
 
 def _claim(claim):
     tolerances = claim["tolerances"]
-    lengths = [f"{n} = {v:g} +- {tolerances.get(n, 0.0):g}" for n, v in claim["robot"].items()]
+    lengths = [f"{n} = {v:g} +- {tolerances.get(n, 0.0):g} m" for n, v in claim["robot"].items()]
+    if tool := claim.get("tool"):
+        offset = f"{tool['along']:g} m along its bar and {tool['across']:g} m to its left"
+        lengths.append(f"a tool on leg {tool['leg']}, {offset}")
     return (
-        f"{', '.join(lengths)} m, working {claim['working']}, assembly {claim['assembly']:+d},"
+        f"{', '.join(lengths)}, working {claim['working']}, assembly {claim['assembly']:+d},"
         f" margin {claim['margin']:g}"
     )
 

@@ -194,15 +194,14 @@ def _simulated(arguments, machine, motion, drives, resolution):
         measurement=measurement,
     )
     down = motion.pen(run.t)
-    tip = _tip(motion, run.xi)
-    off = np.linalg.norm(tip - _tip(motion, run.xi_ref), axis=1)
+    off = np.linalg.norm(run.error, axis=1)
     figures = {
         "period_s": period,
         "peak_acceleration": peak,
         "max_error_m": float(off[down].max()),
         peak_name(robot): np.abs(run.tau).max(axis=0).tolist(),
     }
-    size = np.ptp(run.xi_ref[down], axis=0).max()
+    size = np.ptp(run.drawn_ref[down], axis=0).max()
     if figures["max_error_m"] > LARGE_ERROR * size:
         print(
             f"fivebar: the simulated robot leaves its drawing by {1e3 * figures['max_error_m']:.3g}"
@@ -213,16 +212,7 @@ def _simulated(arguments, machine, motion, drives, resolution):
     file = arguments.out / "run.csv"
     with locked_folder(arguments.out):
         run.to_csv(file)
-    return Drawn(tip, off, down, figures), [file]
-
-
-def _tip(motion, xi):
-    """Return where the tool is (n, 2), m, with joint C at xi."""
-    from ..models.geometry import igm
-
-    if motion.path.tool is None:
-        return xi
-    return motion.path.tool.tool.point(igm(motion.robot, xi, motion.working))
+    return Drawn(run.drawn, off, down, figures), [file]
 
 
 def _read(arguments):
@@ -366,6 +356,7 @@ def _picture(arguments, machine, motion, drawn, page):
         machine.tool,
         "the G-code" if arguments.format == "gcode" else "the simulated robot",
         page,
+        machine.frame,
     )
     file = arguments.out / "drawing.png"
     saved(picture, file, dpi=150)
@@ -373,11 +364,13 @@ def _picture(arguments, machine, motion, drawn, page):
 
 
 def _print(arguments, machine, figures):
+    from ..paths.placement import Placement
     from ..simulation.comparison import peak_name
     from ..visualization.style import length
 
     words = machine.robot.words
     x, y = (1e3 * value for value in figures["middle"])
+    frame = "" if machine.frame == Placement() else ", in the measuring frame, as --at"
     least = figures["lower_bound_s"]
     if arguments.duration is None:
         near = f", within {100 * (figures['duration_s'] / least - 1):.2g} % of the least possible"
@@ -386,7 +379,7 @@ def _print(arguments, machine, figures):
     drawn = 1e3 * figures["drawn_m"]
     rows = [
         ("drawn", f"{drawn:.4g} mm in {figures['strokes']} strokes"),
-        ("middle of it", f"({x:.4g}, {y:.4g}) mm"),
+        ("middle of it", f"({x:.4g}, {y:.4g}) mm{frame}"),
         *page_row(figures["page"]),
         ("working modes", ", ".join(f"{sign:+d}" for sign in figures["working"])),
         ("time", f"{figures['duration_s']:.4f} s{near}"),

@@ -46,7 +46,7 @@ def placed(arguments, machine, path):
         shift = to_robot(arguments.at) - bounds(first).mean(axis=0)
         placed = Placement(tuple(shift.tolist()))(first)
         working = _modes(arguments, machine, placed)
-        return _led(machine, placed, working), working, None, None
+        return machine.led(placed, working), working, None, None
     if not robot.turns:
         raise UsageError("a biglide's aspects have no ends to fit into: say where with --at X Y")
     corners = None
@@ -61,7 +61,7 @@ def placed(arguments, machine, path):
     chosen = arguments.working, kept, machine.tool, machine.measured
     fit = fitted_in(robot, whole, turn, scale, *chosen)
     working = fit.aspect.working
-    placed = _led(machine, fit.placement(path), working)
+    placed = machine.led(fit.placement(path), working)
     page = None if corners is None else fit.placement(corners)
     return placed, working, fit.scale * machine.frame.scale, page
 
@@ -114,11 +114,6 @@ def says_other_modes(arguments, machine, motion):
     return not others
 
 
-def _led(machine, path, working):
-    """Return the path of joint C that leads the machine's tool along a path."""
-    return path if machine.tool is None else machine.tool.path(machine.robot, path, working)
-
-
 def _modes(arguments, machine, path):
     """Return the working modes in which the path keeps farthest from singularities; those in which
     the robot was calibrated, if the path is free of singularities there.
@@ -133,7 +128,7 @@ def _modes(arguments, machine, path):
     refused: Any = None
     for mode in modes:
         try:
-            led = _led(machine, path, mode).at_unit_speed
+            led = machine.led(path, mode).at_unit_speed
             start = igm(robot, led(0.0)[0], mode, unreachable="nan")
         except UnreachableError as error:  # of a tool
             refused = error

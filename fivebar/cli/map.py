@@ -144,7 +144,7 @@ def _board(machine, parts, size):
 
 def _map_of_tool(arguments, machine):
     """Draw and list where the machine's tool goes."""
-    from ..paths.placing.with_tool import tool_regions
+    from ..paths.placing.tool_regions import tool_regions
     from ..visualization.plot.tools import tool_map
 
     options = "det_A", "sin", "path", "fits", "window", "data", "page", "graph"

@@ -20,7 +20,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, machine_without_tool
+from .robot_options import add_robot_options, chosen_machine
 
 SAMPLES = 4001
 LIMITS = {  # option: constraint
@@ -74,13 +74,15 @@ def add_parsers(commands: _SubParsersAction) -> None:
 def _plan(arguments):
     from ..planning.plan import LEAST_SIN, Collocation, plan
 
-    machine = machine_without_tool(arguments)
+    machine = chosen_machine(arguments)
     robot = machine.robot
     to_robot = machine.frame.inverse
     if arguments.working and (arguments.from_working or arguments.to_working):
         raise UsageError(
             "--working keeps the modes: it goes without --from-working and --to-working"
         )
+    if machine.tool is not None:
+        _check_for_tool(arguments)
     limits = {LIMITS[option]: value for option, value in used_options(arguments, *LIMITS).items()}
     if arguments.working:
         limits.setdefault("sin", LEAST_SIN)
@@ -89,6 +91,7 @@ def _plan(arguments):
         limits["region"] = to_robot([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
     if len(arguments.via) % 2:
         raise UsageError("--via takes pairs X Y")
+    points = zip(*[iter(arguments.via)] * 2)
     with usage_errors(ValueError, SingularityError):
         start = _end(machine, arguments.start, arguments.working or arguments.from_working)
         goal = _end(machine, arguments.goal, arguments.working or arguments.to_working)
@@ -97,7 +100,7 @@ def _plan(arguments):
             start,
             goal,
             arguments.duration,
-            via=[(None, tuple(to_robot(p).tolist())) for p in zip(*[iter(arguments.via)] * 2)],
+            via=[(None, _point(machine, p, arguments.working)) for p in points],
             objective=arguments.objective or ("effort" if arguments.duration else "time"),
             constraints=replace(machine.constraints, **limits),
             collocation=Collocation(max_time=arguments.max_time),
@@ -112,9 +115,32 @@ def _plan(arguments):
 
 
 def _end(machine, point, modes):
-    """Return the point in the robot's frame, or the Pose where modes are named."""
-    xi = tuple(machine.frame.inverse(point).tolist())
+    """Return the point of joint C, or the Pose where modes are named."""
+    xi = _point(machine, point, modes)
     return xi if modes is None else igm(machine.robot, xi, tuple(modes))
+
+
+def _point(machine, point, modes):
+    """Return where joint C is, in the robot's frame, with what draws at a point, m."""
+    xi = machine.frame.inverse(point)
+    if machine.tool is not None:
+        xi = machine.tool.pose(machine.robot, xi, modes or (-1, -1)).xi
+    return tuple(xi.tolist())
+
+
+def _check_for_tool(arguments):
+    """Refuse what would bound joint C in place of the tool, and points without modes."""
+    for option in used_options(arguments, "workspace", "acceleration_limit"):
+        raise UsageError(
+            f"--{option.replace('_', '-')} is of joint C, not of the tool: leave it out, or take"
+            " the table tool out of the robot's file"
+        )
+    changes = arguments.from_working, arguments.to_working
+    if any(changes) and (None in changes or arguments.via):
+        raise UsageError(
+            "with a tool each point needs its modes: give --from-working and --to-working both,"
+            " and --via with --working only"
+        )
 
 
 def _figures(robot, plan):
@@ -145,8 +171,8 @@ def _written(arguments, machine, plan):
     files = [arguments.out / name for name in ("plan.csv", "plan.png", "setpoints.csv")]
     with locked_folder(arguments.out):
         plan.to_csv(files[0])
-        plan.plot(files[1])
-        table = setpoints(machine.robot, plan, arguments.rate)
+        plan.plot(files[1], tool=machine.tool)
+        table = setpoints(machine.robot, plan, arguments.rate, tool=machine.tool)
         table.to_csv(files[2], arguments.angles, machine)
     return files
 

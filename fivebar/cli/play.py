@@ -8,11 +8,11 @@ from pathlib import Path
 
 from ..base.errors import SingularityError, UsageError
 from .options import WORKING, add_options, check_ending, usage_errors
-from .robot_options import add_robot_options, chosen_robot
+from .robot_options import add_robot_options, chosen_machine
 
 OPTIONS = {
     "--out FILE": (Path("play.html"), "the page"),
-    "--xi X Y": "where the end-effector begins, m",
+    "--xi X Y": "where joint C begins, m",
     WORKING: ((-1, -1), "modes there"),
     "--site DIR": "write a folder for any web host instead: the page, its preview, social tags",
     "--address URL": "where the folder of --site will be, for the preview of its links",
@@ -33,7 +33,8 @@ def _play(arguments):
     from ..models.geometry import igm
     from ..visualization.play import play
 
-    robot = chosen_robot(arguments)
+    machine = chosen_machine(arguments)
+    robot = machine.robot
     if not robot.turns:
         raise UsageError(
             "play shows five-bars; of a biglide: fivebar map --robot biglide --page map.html"
@@ -41,7 +42,7 @@ def _play(arguments):
     check_ending("--out", arguments.out, (".html", ".htm"))
     with usage_errors(ValueError, SingularityError):
         pose = igm(robot, arguments.xi, tuple(arguments.working)) if arguments.xi else None
-        live = play(robot, pose)
+        live = play(robot, pose, tool=machine.tool)
     if robot.fs1 or robot.fs2:
         print("fivebar: dry friction (fs1, fs2) is left out on the page", file=sys.stderr)
     for path in _written(live, arguments):

@@ -27,7 +27,7 @@ from .options import (
     usage_errors,
     used_options,
 )
-from .robot_options import add_robot_options, chosen_robot, robot_is_chosen
+from .robot_options import add_robot_options, chosen_machine, robot_is_chosen
 
 TASK_1 = (0.09, 0.06796322), (0.0, 0.1), 2.0  # the lab's control task 1: from, to, seconds
 KP, KD = 100.0, 20.0
@@ -116,13 +116,15 @@ def _task_2(robot):
 def _track(arguments):
     if arguments.case is not None:
         return _compare(arguments)
-    robot = chosen_robot(arguments)
+    machine = chosen_machine(arguments)
+    robot = machine.robot
     with usage_errors():
         reference = _reference(arguments)
     check_positive(arguments, "period", "torque_limit")
     print_notes(arguments.csv, reference.notes)
     working = tuple(arguments.working or (-1, -1))
     with usage_errors(ValueError):
+        reference = machine.led(reference, working)
         controller = _controller(arguments, robot, reference, working)
     figures, run = _tracked(
         robot, reference, controller, arguments.period, arguments.torque_limit, working

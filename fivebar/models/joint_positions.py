@@ -30,3 +30,13 @@ def joints(robot: Robot, pivots: np.ndarray, xi: np.ndarray) -> np.ndarray:
         return np.stack([left, xi, right], axis=1)
     first, last = (np.broadcast_to((drive.x, drive.y), xi.shape) for drive in robot.drives)
     return np.stack([first, left, xi, right, last], axis=1)
+
+
+def beside_joint(elbow: np.ndarray, xi: np.ndarray, along: float, across: float) -> np.ndarray:
+    """Return points (m, 2) m that are rigid on the distal bars from elbows to joints xi (m, 2) m.
+
+    along, across: m, from the joint: along the bar, and to its left.
+    """
+    x, y = (xi - elbow).T / np.linalg.norm(xi - elbow, axis=1)
+    offset = [along * x - across * y, along * y + across * x]
+    return xi + np.stack(offset, axis=1)

@@ -132,6 +132,13 @@ class Machine:
         """Whether its drives read other angles than the model has."""
         return (self.offset, self.ratio) != ((0.0, 0.0), (1.0, 1.0))
 
+    def led(self, path: Any, working: ArrayLike) -> Any:
+        """Return the Path or Trajectory of joint C that leads the tool along one, in the robot's
+        frame: `Tool.path`; without a tool the path itself.
+        """
+        robot: Any = self.robot
+        return path if self.tool is None else self.tool.path(robot, path, working)
+
     def angles(self, readings: ArrayLike) -> np.ndarray:
         """Return the true angles (*batch, 2), rad, at the drives' readings (*batch, 2)."""
         return np.asarray(readings, float) * self.ratio + self.offset

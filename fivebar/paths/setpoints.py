@@ -8,16 +8,27 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.checks import a_callable, bounded, modes, one_of, optional, positive, takes, two_numbers
+from ..base.checks import (
+    a_callable,
+    bounded,
+    instance,
+    modes,
+    one_of,
+    optional,
+    positive,
+    takes,
+    two_numbers,
+)
 from ..base.checks import robot as must_be_robot
 from ..base.representation import one_line
 from ..base.tables import TextFile, write, written
 from ..models.geometry import igm
-from ..models.kinematics import ikm
+from ..models.kinematics import ikm, ikm2
 from ..models.robots import Robot
 from ..planning.samples import SLOPES
 from .machine import Machine
 from .placement import Placement
+from .tool import Tool
 
 MOST_ROWS = 10**7
 COLUMNS = {"rad": "", "deg": "_deg", "counts": "_counts", "turns": "_turns"}  # endings of columns
@@ -220,12 +231,19 @@ class Setpoints:
         write(path, "setpoints", about, names, rows)
 
 
-@takes(robot=must_be_robot, reference=a_callable, rate=positive, working=optional(modes(2)))
+@takes(
+    robot=must_be_robot,
+    reference=a_callable,
+    rate=positive,
+    working=optional(modes(2)),
+    tool=optional(instance(Tool)),
+)
 def setpoints(
     robot: Robot,
     reference: Any,
     rate: float = 1000.0,
     working: tuple[int, int] | None = None,
+    tool: Tool | None = None,
 ) -> Setpoints:
     """Return the joint coordinates of a motion at a steady rate.
 
@@ -241,6 +259,8 @@ def setpoints(
         Rows a second, Hz.
     working : (2,), optional
         Working modes; by default those of the reference, or (-1, -1).
+    tool : Tool, optional
+        Whose points x, y are; by default that of the reference, or joint C.
 
     Returns
     -------
@@ -272,15 +292,15 @@ def setpoints(
     xi, xi_dot, xi_ddot = reference(times)
     # A plan may be free of modes.
     if working is None and modes_own is None and hasattr(reference, "joints"):
-        q, q_dot = reference.joints(times)
+        motion = reference.accelerations(times)
     else:
         working = working or modes_own or (-1, -1)
-        rates = ikm(igm(robot, xi, working), xi_dot)
-        q = rates.pose.q
-        q_dot = rates.q_dot
-        path: Any = getattr(reference, "path", None)
-        if getattr(path, "tool", None) is not None:
-            xi, xi_dot, xi_ddot = replace(reference, path=path.drawn)(times)
+        motion = ikm2(ikm(igm(robot, xi, working), xi_dot), xi_ddot)
+    if tool is None and getattr(reference, "tool", None):
+        tool = Tool(*reference.tool)
+    if tool is not None:
+        xi, xi_dot, xi_ddot = tool.motion(motion)
+    q = motion.rates.pose.q
     return Setpoints(
         robot,
         t,
@@ -288,7 +308,7 @@ def setpoints(
         xi_dot,
         xi_ddot,
         np.unwrap(q, axis=0) if robot.turns else q,
-        q_dot,
+        motion.rates.q_dot,
         reference.pen(times) if hasattr(reference, "pen") else None,
         working,
     )

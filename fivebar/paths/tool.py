@@ -6,8 +6,9 @@ along a path by leading C along another one, which this module computes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import astuple, dataclass, replace
+from functools import partial
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,20 +17,18 @@ from ..base.backend import EPS, finite_numbers, first_index
 from ..base.checks import instance, modes, number, shown, whole
 from ..base.errors import UnreachableError
 from ..base.representation import one_line
-from ..models.dyads import cross
 from ..models.geometry import igm
+from ..models.kinematics import Accelerations
 from ..models.pose import Pose
 from ..models.robots import FiveBar
 from ..models.unreachable import raise_or_nan
-from ..singularities.loci import singularity_loci
-from ..singularities.margins import Singularity
+from ..planning.trajectory import Trajectory
 from .curve import Path
 from .timing.enclosures import Series, place_series
 
 FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])[:, None]
 FINEST = 1e-9  # of a path's length: a shorter stretch is not divided any more
-FOLD = 721  # points of a circle on which the tool folds
-NEAR = 1e-12  # of its radius, by which it is drawn inside
+CHECKED = 2001  # times of a trajectory at which the tool must reach it
 SHORTEST = 1e-9  # of a distal bar: the least distance of the tool from its elbow
 
 
@@ -70,23 +69,29 @@ class Tool:
         where = f"{self.along:.6g} m along it, {self.across:.6g} m to its left"
         return one_line("Tool", f"on the distal bar of leg {self.leg}", where)
 
-    def path(self, robot: FiveBar, path: Path, working: ArrayLike = (-1, -1)) -> Path:
+    @overload
+    def path(self, robot: FiveBar, path: Path, working: ArrayLike = ...) -> Path: ...
+
+    @overload
+    def path(self, robot: FiveBar, path: Trajectory, working: ArrayLike = ...) -> LedTrajectory: ...
+
+    def path(self, robot: FiveBar, path: Any, working: ArrayLike = (-1, -1)) -> Any:
         """Return the path of joint C that leads the tool along a path.
 
-        Its derivatives are exact to the third order. Its s, knots, feeds and pen are those of the
-        tool, and `drawn` is the tool's path again.
+        Its derivatives are exact to the third order. Its s, knots, feeds and pen, or its times,
+        are those of the tool, and `drawn` is the tool's path again.
 
         Parameters
         ----------
         robot : FiveBar
-        path : Path
-            Of the tool.
+        path : Path or Trajectory
+            Of the tool. A Trajectory is checked at 2001 times.
         working : (2,)
             Working modes, of the robot at C.
 
         Returns
         -------
-        Path
+        Path or LedTrajectory
 
         Raises
         ------
@@ -95,7 +100,9 @@ class Tool:
             says where.
         """
         mounted = MountedTool(self, robot, modes(2)(working, "Tool: working"))
-        return replace(instance(Path)(path, "Tool: path"), tool=mounted)
+        if isinstance(instance(Path, Trajectory)(path, "Tool: path"), Path):
+            return replace(path, tool=mounted)
+        return mounted.reference(path)
 
     def pose(
         self,
@@ -152,64 +159,23 @@ class Tool:
             axis=-1,
         )
 
-    def loci(self, robot: FiveBar, working: ArrayLike = (-1, -1)) -> list[ToolLocus]:
-        """Return the singularity loci as the tool sees them in working modes.
+    def motion(self, accelerations: Accelerations) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the tool's position, m, velocity, m/s, and acceleration, m/s^2, each (*batch, 2).
 
-        They are the images of the exact curves of joint C, and the circles on which the tool folds
-        over its bar: the proximal bar is in line with the tool there, and the joint may not turn
-        as fast as the tool wants.
+        With phi the angle of its bar and r = along u + across v the tool from joint C, both are
+        those of C and phi' (i r), phi'' (i r) - phi'^2 r, i r being r turned by a quarter turn.
         """
-        mounted = MountedTool(self, robot, modes(2)(working, "Tool: working"))
-        loci = []
-        for piece in singularity_loci(robot).task:
-            in_modes = mounted.working in piece.working
-            if in_modes and len(piece.points) > 1:
-                points = self._unfolded(mounted, piece.points)
-                locus = ToolLocus(
-                    piece.type,
-                    piece.kind,
-                    points,
-                )
-                loci.append(locus)
-        for fold in mounted.folds:
-            pose = self.pose(
-                robot,
-                fold,
-                mounted.working,
-                unreachable="nan",
-            )
-            reached = np.isfinite(pose.det_A)
-            points = np.where(
-                reached[:, None],
-                fold,
-                np.nan,
-            )
-            locus = ToolLocus(
-                Singularity.SERIAL,
-                "folded tool",
-                points,
-            )
-            loci.append(locus)
-        return [locus for locus in loci if np.isfinite(locus.points).any()]
-
-    def _unfolded(self, mounted, joint):
-        """Return where the tool is (n, 2), m, with C at points; nan beyond its fold."""
-        pose = igm(
-            mounted.robot,
-            joint,
-            mounted.working,
-            unreachable="nan",
-        )
-        points = self.point(pose)
-        arm = points - pose.elbows[:, self.leg - 1]
-        proximal = pose.legs[self.leg - 1].direction
-        sine = cross(proximal, arm.T) / mounted.reach
-        beyond = mounted.branch * sine > NEAR
-        return np.where(
-            beyond[:, None],
-            np.nan,
-            points,
-        )
+        rates = accelerations.rates
+        pose = rates.pose
+        k = self.leg - 1
+        turn = (rates.q_dot + rates.q_passive_dot)[..., k, None]
+        turn_dot = (accelerations.q_ddot + accelerations.q_passive_ddot)[..., k, None]
+        place = self.point(pose)
+        arm = place - pose.xi
+        beside = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
+        velocity = rates.xi_dot + turn * beside
+        acceleration = accelerations.xi_ddot + turn_dot * beside - turn**2 * arm
+        return place, velocity, acceleration
 
     def jacobian(self, pose: Pose) -> np.ndarray:
         """Return the tool's Jacobian (*batch, 2, 2): its velocity is J q'."""
@@ -231,14 +197,16 @@ class Tool:
         return pose.J + beside[..., :, None] * rate[..., None, :]
 
 
-class ToolLocus(NamedTuple):
-    """A curve on which the tool is singular: its type, its kind as of a `Locus` or "folded tool",
-    and points (n, 2), m, nan where the robot is not.
+@dataclass(frozen=True, eq=False, repr=False)
+class LedTrajectory(Trajectory):
+    """A motion of joint C that leads a tool, from `Tool.path`.
+
+    drawn: the motion of the tool; tool: (leg, along, across), m; working: the working modes.
     """
 
-    type: Singularity
-    kind: str
-    points: np.ndarray
+    drawn: Trajectory = None  # type: ignore[assignment]  # `MountedTool.reference` gives it
+    tool: tuple[int, float, float] = (1, 0.0, 0.0)
+    working: tuple[int, int] = (-1, -1)
 
 
 @dataclass(frozen=True)
@@ -278,7 +246,8 @@ class MountedTool:
         return self._drive.length, self.robot.distal[self.tool.leg - 1]
 
     @property
-    def _from_elbow(self):
+    def from_elbow(self) -> complex:
+        """Way from the elbow to the tool, m, where the bar is along x."""
         return complex(self._bars[1] + self.tool.along, self.tool.across)
 
     @property
@@ -288,34 +257,17 @@ class MountedTool:
     @property
     def branch(self):
         """Of the tool's dyad: that of the leg, unless the tool is behind the elbow."""
-        return self._mode if self._from_elbow.real >= 0 else -self._mode
+        return self._mode if self.from_elbow.real >= 0 else -self._mode
 
     @property
     def reach(self) -> float:
         """Distance of the tool from its elbow, m."""
-        return abs(self._from_elbow)
+        return abs(self.from_elbow)
 
     @property
     def factor(self) -> complex:
         """k of the map C = T + k (T - E)."""
-        return self._bars[1] / self._from_elbow - 1
-
-    @property
-    def folds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points (n, 2), m, of the circles on which proximal bar and tool are in line, rounded to
-        where they are reached.
-        """
-        inner, outer = self._radii
-        turn = np.linspace(0.0, 2 * np.pi, FOLD)
-        circle = np.stack(
-            [np.cos(turn), np.sin(turn)],
-            axis=-1,
-        )
-        base = np.array([self._drive.x, 0.0])
-        return (
-            base + outer * (1 - NEAR) * circle,
-            base + inner * (1 + NEAR) * circle,
-        )
+        return self._bars[1] / self.from_elbow - 1
 
     @property
     def _radii(self):
@@ -378,17 +330,37 @@ class MountedTool:
             keeps,
         )
 
+    def reference(self, drawn: Trajectory) -> LedTrajectory:
+        """Return the motion of joint C that leads the tool as `drawn` has it."""
+        t = drawn.start + drawn.duration * np.linspace(0.0, 1.0, CHECKED)
+        point = drawn(t)[0]
+        lost = np.isnan(self.joint(point)[:, 0])
+        if lost.any():
+            first = point[lost.argmax()]
+            when = t[lost.argmax()]
+            words = f"Tool: at t = {when:.6g} s {self.reason(first)}"
+            raise UnreachableError(words, self.gap(first))
+        motion = partial(self._motion_of_joint, drawn)
+        own = drawn, astuple(self.tool), self.working
+        return LedTrajectory(drawn.start, drawn.duration, motion, drawn.notes, *own)
+
+    def _motion_of_joint(self, drawn, t):
+        found = np.array(drawn(t))
+        carried = self.carried(found.reshape(3, -1, 2)).reshape(found.shape)
+        return np.concatenate(carried, axis=-1)
+
     def carried(self, found: np.ndarray) -> np.ndarray:
-        """Return C and its first three derivatives (4, n, 2) from those of the tool."""
-        terms = found / FACTORIALS[..., None]
+        """Return C and its derivatives (k, n, 2) from those of the tool, of orders 0 to k - 1."""
+        factorials = FACTORIALS[: len(found)]
+        terms = found / factorials[..., None]
         rounding = EPS * np.abs(terms)
         x = Series(terms[..., 0], rounding[..., 0])
         y = Series(terms[..., 1], rounding[..., 1])
         cx, cy, _ = self.series(x, y)
         return np.stack(
             [
-                cx.m * FACTORIALS,
-                cy.m * FACTORIALS,
+                cx.m * factorials,
+                cy.m * factorials,
             ],
             axis=-1,
         )

@@ -80,6 +80,7 @@ class ClosedLoops:
         parts = q, q_dot, target.q_ddot, self.times[:, None]
         self.targets = np.hstack(parts)
         self.xi_ref = None if reference is None else reference(self.t)[0]
+        self.tool = getattr(reference, "tool", None)
 
     def __call__(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return observations (n, steps + 1, columns) and controllers' samples (n, periods, 8)."""
@@ -127,6 +128,7 @@ class ClosedLoops:
             joint_torques=self.loop.torques,
             crosses=crosses,
             xi_ref=self.xi_ref,
+            tool=self.tool,
             torque_limit=self.loop.torque_limit,
             control=Control(self.times, *np.split(samples, 4, axis=1)),
         )

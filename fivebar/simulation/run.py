@@ -15,13 +15,16 @@ from ..base.representation import one_line
 from ..base.tables import Table, TextFile, write
 from ..models.four_joints import rates_from_joint_state
 from ..models.geometry import igm
-from ..models.joint_positions import elbows, joints
+from ..models.joint_positions import beside_joint, elbows, joints
 from ..models.loads import potential
 from ..models.motors import Motor, both_motors, torque_bounds
 from ..models.parameters import robot_of
 from ..models.physics import loads_of
 from ..models.robots import Robot
 from ..singularities.margins import Singularity
+
+# Columns of a tool, for those who read the file.
+DRAWN = {"drawn": ["x_tip", "y_tip"], "drawn_ref": ["x_tip_ref", "y_tip_ref"]}
 
 
 class Event(NamedTuple):
@@ -129,6 +132,8 @@ class Run(Animated):
         Simpson's rule after fixed steps. None without them.
     measured : Measured, optional
         What is known of a run from a log.
+    tool : (leg, along, across), optional
+        Of a `Tool` on a distal bar, m; `error` is then the tool's.
 
     Examples
     --------
@@ -153,6 +158,7 @@ class Run(Animated):
     log: object | None = None
     friction_loss: np.ndarray | None = None
     measured: Measured | None = None
+    tool: tuple[int, float, float] | None = None
 
     def __repr__(self) -> str:
         parts = [
@@ -169,8 +175,28 @@ class Run(Animated):
 
     @cached_property
     def error(self) -> np.ndarray:
-        """xi - xi_ref (n, 2), m."""
-        return self.xi - self._reference()
+        """drawn - drawn_ref (n, 2), m: without a tool xi - xi_ref."""
+        self._reference()
+        return self.drawn - self.drawn_ref
+
+    @cached_property
+    def drawn(self) -> np.ndarray:
+        """Where the tool is (n, 2), m; without one xi."""
+        return self._at_tool(elbows(self.robot, self.q), self.xi)
+
+    @cached_property
+    def drawn_ref(self) -> np.ndarray | None:
+        """Where the tool is to be (n, 2), m, in the modes of the start; without a tool xi_ref."""
+        if self.tool is None or self.xi_ref is None:
+            return self.xi_ref
+        pose = igm(self.robot, self.xi_ref, self._working_at_start(), unreachable="nan")
+        return self._at_tool(pose.elbows, self.xi_ref)
+
+    def _at_tool(self, pivots, xi):
+        if self.tool is None:
+            return xi
+        leg, along, across = self.tool
+        return beside_joint(pivots[:, leg - 1], xi, along, across)
 
     @cached_property
     def q_error(self) -> np.ndarray:
@@ -261,11 +287,13 @@ class Run(Animated):
         limit = self.torque_limit
         if isinstance(limit, tuple):
             limit = [asdict(motor) for motor in limit]
-        about = {
+        about: dict[str, Any] = {
             "robot": self.robot.parameters,
             "torque_limit": limit,
             "events": [list(e) for e in self.events],
         }
+        if self.tool is not None:
+            about["tool"] = list(self.tool)
         if self.step_error is not None:
             about["step_error"] = self.step_error
         if self.measured is not None:
@@ -278,6 +306,9 @@ class Run(Animated):
             values["control"] = np.full((len(self.t), 6), np.nan)
             at = np.searchsorted(self.t, self.control.t)
             values["control"][at] = np.column_stack(self.control[1:4])
+        if self.tool is not None:
+            known |= DRAWN
+            values |= {name: getattr(self, name) for name in DRAWN}
         used = {name: value for name, value in values.items() if value is not None}
         header = list(chain.from_iterable(known[name] for name in used))
         rows = np.column_stack([*used.values()])
@@ -328,12 +359,14 @@ def _known(about):
         limit = float(limit)
     error = about.get("step_error")
     measured = about.get("measured")
+    tool = about.get("tool")
     return {
         "robot": robot_of(about["robot"]),
         "torque_limit": limit,
         "step_error": None if error is None else float(error),
         "events": tuple(_event(*event) for event in about["events"]),
         "measured": None if measured is None else _measured(**measured),
+        "tool": None if tool is None else _tool(*tool),
     }
 
 
@@ -345,6 +378,10 @@ def _event(t, kind, margin, before, after):
         tuple(before),
         tuple(after),
     )
+
+
+def _tool(leg, along, across):
+    return int(leg), float(along), float(across)
 
 
 def _measured(gaps, notes, rates):

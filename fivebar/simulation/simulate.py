@@ -77,7 +77,7 @@ def simulate(
         torque.
     reference : callable, optional
         t -> (xi, xi_dot, xi_ddot), each (2,), as `line` or `plan` give it. The controller gets it,
-        and the Run its positions.
+        and the Run its positions, and its tool where it leads one.
     duration : float, optional
         s. None: the reference's.
     start : Rates, optional
@@ -194,6 +194,7 @@ def _closed_loop(plant: Plant | FixedPlant, grid: Grid, loop: _Loop) -> Run:
         torque_limit=loop.torque_limit,
         control=control,
         log=getattr(loop.controller, "log", None),
+        tool=getattr(reference, "tool", None),
     )
 
 

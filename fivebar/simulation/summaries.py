@@ -139,6 +139,11 @@ class Summarizer:
     """Rows of cases -> Chunk of their figures; runs in another process."""
 
     def __init__(self, loops: ClosedLoops, functions: dict[str, Callable]) -> None:
+        if loops.tool is not None:
+            raise ValueError(
+                "simulate_many: summary has the errors of joint C, not those of the reference's"
+                " tool: leave summary out, Run.error is the tool's"
+            )
         self.loops = loops
         self.functions = functions
         left, right = loops.loop.kind.words.joints  # type: ignore[attr-defined]

@@ -5,9 +5,10 @@ exact loci.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -268,8 +269,9 @@ def parts(
         if pieces is None:
             continue
         mirror = Mirror(pieces)
-        for assembly, area, boundary, punctures in _in_mode(
-            robot, pieces, touches, working, **levels
+        limits = levels.get("det_A", 0.0), levels.get("sin", 0.0)
+        for assembly, area, boundary, punctures in in_mode(
+            robot, pieces, touches, working, *limits
         ):
             yield kind(robot, 0, working, assembly, area, boundary, pairs(punctures), **levels)
             other = (-working[0], -working[1])
@@ -278,15 +280,19 @@ def parts(
             yield kind(robot, 0, other, -assembly, area, image, mirrored, **levels)
 
 
-def _in_mode(
-    robot,
-    pieces,
-    touches,
-    working,
-    det_A=0.0,
-    sin=0.0,
-):
-    """Yield the parts of one working mode: assembly mode, area, boundary, punctures."""
+def in_mode(
+    robot: FiveBar,
+    pieces: list,
+    touches: tuple,
+    working: tuple[int, ...],
+    det_A: float = 0.0,
+    sin: float = 0.0,
+    bends: Mapping = MappingProxyType({}),
+) -> Iterator[tuple]:
+    """Yield the parts of one working mode: assembly mode, area, boundary, punctures.
+
+    bends: of `LegCircles`, which bound the parts.
+    """
     size = size_of(robot)
     edges = _edges(
         [piece for piece in pieces if len(piece.points) > 1],
@@ -298,7 +304,7 @@ def _in_mode(
     ends = np.array([vertex.z for _, *both in edges for vertex in both])
     if len(isolated):
         isolated = isolated[[(np.abs(ends - z) > SEPARATE * size).all() for z in isolated]]
-    for assembly, area, boundary in _proved(robot, edges, working, det_A, sin):
+    for assembly, area, boundary in _proved(robot, edges, working, det_A, sin, bends):
         yield assembly, area, boundary, isolated[crossings(boundary, isolated)]
 
 
@@ -308,6 +314,7 @@ def _proved(
     working,
     det_A,
     sin,
+    bends,
 ):
     """Yield faces of the edges that are inside: assembly mode, area, boundary; ArithmeticError
     where one is not wholly.
@@ -321,6 +328,7 @@ def _proved(
             [
                 np.abs(pose.det_A) - det_A,
                 *(np.abs(sine) - sin for sine in pose.sines),
+                *_bent(pose, bends),
             ],
             axis=0,
         )
@@ -348,6 +356,14 @@ def _proved(
                     f" ({arc.z[0].real:.6g}, {arc.z[0].imag:.6g}) m was lost or is two; please"
                     " report this robot"
                 )
+
+
+def _bent(pose, bends):
+    """Yield the sines of how much farther the legs are bent than on the circles of `bends`."""
+    for (leg, side), (cosine, sine) in bends.items():
+        x1, y1 = pose.legs[leg].direction
+        x2, y2 = pose.u2[leg]
+        yield np.abs(pose.sines[leg]) * cosine - side * sine * (x1 * x2 + y1 * y2)
 
 
 def _edges(pieces, touches):

@@ -5,14 +5,16 @@ margins, exactly.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from ..base.checks import instance, share, takes
 from ..models.robots import Biglide, FiveBar
-from .aspects import Aspect, as_kind, aspects, numbered, parts
+from .aspects import Aspect, as_kind, aspects, in_mode, numbered, parts
 from .degenerate import settled
 from .five_bar_loci import FiveBarLoci
 from .leg_circles import LegCircles
 from .level_curves import LevelCurves
+from .locus import pairs
 
 # Of a margin that is not 0: with less, corners can be closer together than rounding tells apart.
 LEAST = 1e-4
@@ -107,3 +109,30 @@ def dexterous(robot: FiveBar, det_A: float = 0.0, sin: float = 0.0) -> tuple[Dex
         if any(0 < margin < LEAST for margin in (det_A, sin)):
             raise ArithmeticError(f"{error}; margins of 0 or above {LEAST:g} may help") from None
         raise
+
+
+def bent_parts(
+    robot: FiveBar,
+    working: Any,
+    circles: LegCircles,
+    det_A: float = 0.0,
+) -> list[Aspect]:
+    """Return the parts of one working mode within circles of the legs, with |det A| >= det_A.
+
+    The circles may have angles of their own, for the sides on which a leg is stretched or folded.
+    The parts have no numbers.
+    """
+    loci = FiveBarLoci(robot)
+    if working in loci.everywhere:
+        return []
+    pieces = [*circles.pieces, *LevelCurves(robot, det_A, circles).pieces(working)]
+    touches = circles.touches
+    if not (circles.sin or circles.bends or det_A):
+        pieces = [piece for piece in loci.task if working in piece.working]
+        touches = loci.touches
+    found = []
+    limits = det_A, circles.sin, circles.bends
+    for assembly, area, boundary, punctures in in_mode(robot, pieces, touches, working, *limits):
+        isolated = pairs(punctures)
+        found.append(Aspect(robot, 0, working, assembly, area, boundary, isolated))
+    return found

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from typing import Any
@@ -47,11 +48,13 @@ class LegCircles:
     side -1.
 
     l2 turned by q_i2 against l1 reaches the root of l1^2 + l2^2 + 2 l1 l2 cos q_i2 far; at sin = 0
-    this is Type 1.
+    this is Type 1. bends: (cosine, sine) of the angle between the bars' lines, by (leg, side), for
+    circles on which it is another one.
     """
 
     robot: FiveBar
     sin: float = 0.0
+    bends: Mapping[tuple[int, int], tuple[float, float]] = field(default_factory=dict)
 
     @cached_property
     def cosine(self) -> float:
@@ -61,14 +64,16 @@ class LegCircles:
     def scale(self) -> float:
         return size_of(self.robot)
 
+    def bend(self, leg: int, side: int) -> tuple[float, float]:
+        """Return (cosine, sine) of the angle between the bars' lines on a circle."""
+        return self.bends.get((leg, side), (self.cosine, self.sin))
+
     def radius(self, leg: int, side: int) -> float:
         """m; 0 where equal bars fold."""
         proximal = self.robot.drives[leg].length
         distal = self.robot.distal[leg]
-        return math.hypot(
-            proximal + side * distal * self.cosine,
-            distal * self.sin,
-        )
+        cosine, sine = self.bend(leg, side)
+        return math.hypot(proximal + side * distal * cosine, distal * sine)
 
     def circle(self, leg: int, side: int) -> Circle:
         # Its parameter counts from the direction to the other base joint.
@@ -122,7 +127,8 @@ class LegCircles:
         if high < low - tolerance:
             return []
         kind = f"{('left', 'right')[leg]} {'stretched' if side > 0 else 'folded'}"
-        label = Singularity.NONE if self.sin else Singularity.SERIAL, kind, MODES, ()
+        _, sine = self.bend(leg, side)
+        label = Singularity.NONE if sine else Singularity.SERIAL, kind, MODES, ()
 
         def arc(span, reaches=()):
             """Between two parameters, at which the other leg is on its stretched (1) or folded (-1)

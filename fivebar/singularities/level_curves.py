@@ -30,7 +30,7 @@ SAME = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class LevelCurves:
-    """The curves of |det A| = det_A, in a working mode as far as both |sin q_i2| >= circles.sin."""
+    """The curves of |det A| = det_A, in a working mode as far as the legs' circles."""
 
     robot: FiveBar
     det_A: float
@@ -64,9 +64,14 @@ class LevelCurves:
         if t:
             spans = [*zip(t, [*t[1:], t[0] + period])]
             ends = [*zip(vertices, [*vertices[1:], vertices[0]])]
-        sines = chain.sines(np.array([(low + high) / 2 for low, high in spans]))[:2]
-        signed = -np.array(working)[:, None] * sines
-        inside = (signed > self.circles.sin + 64 * EPS).all(axis=0)
+        bars, _ = chain._bars(np.array([(low + high) / 2 for low, high in spans]))
+        inside = np.ones(len(spans), dtype=bool)
+        for leg, mode in enumerate(working):
+            turn = bars[2 * leg].conj() * bars[2 * leg + 1]
+            stretched = self._turn(working, leg, 1)
+            folded = self._turn(working, leg, -1)
+            for margin in (turn, stretched.conjugate() * turn, turn.conj() * folded):
+                inside &= -mode * margin.imag > 64 * EPS
         type_ = Singularity.NONE if self.det_A else Singularity.PARALLEL
         label = type_, kind, (working,), ()
         pieces = []
@@ -139,10 +144,8 @@ class LevelCurves:
 
     def _turn(self, working, leg, side):
         """By what the distal bar of a leg is turned against the proximal one on that circle."""
-        return complex(
-            side * self.circles.cosine,
-            -working[leg] * self.circles.sin,
-        )
+        cosine, sine = self.circles.bend(leg, side)
+        return complex(side * cosine, -working[leg] * sine)
 
     def _one(
         self,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..models.four_joints import four_joint_pose
-from ..models.joint_positions import elbows
+from ..models.joint_positions import beside_joint, elbows
 from ..models.joint_positions import joints as joint_points
 from .style import LEGS, LINKS
 
@@ -108,25 +108,31 @@ class Skeleton:
                 key.setdefault(names[number], []).append(colour)
         return key
 
-    @property
-    def paths(self) -> list:
-        """Of each leg the points from its first bar outwards."""
-        legs: dict = {}
-        for (first, last), (_, leg) in zip(self.bars, self.legs):
-            legs.setdefault(leg, [first]).append(last)
-        return list(legs.values())
 
-
-def robot_body(robot: Robot, pivots: np.ndarray, xi: np.ndarray) -> Skeleton:
+def robot_body(
+    robot: Robot,
+    pivots: np.ndarray,
+    xi: np.ndarray,
+    tool: tuple[int, float, float] | None = None,
+) -> Skeleton:
     """Return the body of a robot from its elbows or feet (m, 2, 2) m and end-effector (m, 2) m.
 
-    Guides, which have no ends, are as long as these poses need.
+    Guides, which have no ends, are as long as these poses need. tool: leg, along and across, m; it
+    is drawn as a bar of its leg from the joint on.
     """
     points = joint_points(robot, pivots, xi)
     if robot.turns:
-        bars = (0, 1), (1, 2), (4, 3), (3, 2)
-        legs = (0, 0), (1, 0), (0, 1), (1, 1)
-        return Skeleton(points, bars, grounded=(0, 4), actuated=(0, 4), traced=2, legs=legs)
+        bars: tuple = (0, 1), (1, 2), (4, 3), (3, 2)
+        legs: tuple = (0, 0), (1, 0), (0, 1), (1, 1)
+        traced = 2
+        if tool is not None:
+            leg, along, across = tool
+            tip = beside_joint(pivots[:, leg - 1], xi, along, across)
+            points = np.concatenate([points, tip[:, None]], axis=1)
+            traced = 5
+            bars += ((2, traced),)
+            legs += ((1, leg - 1),)
+        return Skeleton(points, bars, grounded=(0, 4), actuated=(0, 4), traced=traced, legs=legs)
     bar = max(robot.distal)
     low = np.fmin.reduce(pivots[..., 1], axis=None) - 0.3 * bar
     high = np.fmax.reduce(pivots[..., 1], axis=None) + 0.3 * bar
@@ -157,15 +163,18 @@ def robot_body(robot: Robot, pivots: np.ndarray, xi: np.ndarray) -> Skeleton:
 
 def run_body(run: Run) -> Skeleton:
     """Return the body of a robot at all samples of its Run."""
-    return robot_body(run.robot, elbows(run.robot, run.q), run.xi)
+    return robot_body(run.robot, elbows(run.robot, run.q), run.xi, run.tool)
 
 
-def pose_body(poses: Iterable[Pose]) -> Skeleton:
+def pose_body(
+    poses: Iterable[Pose],
+    tool: tuple[int, float, float] | None = None,
+) -> Skeleton:
     """Return the body of one robot in poses or batches of poses, one after the other."""
     poses = list(poses)
     pivots = np.concatenate([pose.elbows.reshape(-1, 2, 2) for pose in poses])
     xi = np.concatenate([pose.xi.reshape(-1, 2) for pose in poses])
-    return robot_body(poses[0].robot, pivots, xi)
+    return robot_body(poses[0].robot, pivots, xi, tool)
 
 
 def measured_pose(robot: Robot, q: np.ndarray, xi: np.ndarray) -> Pose:

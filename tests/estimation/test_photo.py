@@ -21,18 +21,18 @@ def drawn():
     return sheet(NOMINAL, "A5", (-1, -1))
 
 
-def made(drawn, points):
+def made(drawn, points, cut=(1.0, 1.0)):
     """Where the built robot's pen is, on a sheet that lies a little turned, m of the sheet."""
     pose = fb.igm(NOMINAL, points, drawn.working)
     reached = fb.dgm(BUILT, pose.q + OFFSETS, pose.assembly).xi
     c, s = np.cos(0.03), np.sin(0.03)
     middle = np.mean(drawn.crosses, axis=0)
-    return (reached - middle) @ np.array([[c, s], [-s, c]]) + np.array(PAPERS["A5"]) / 2
+    return (reached - middle) @ np.array([[c, s], [-s, c]]) + np.array(PAPERS["A5"]) * cut / 2
 
 
-def strokes(drawn):
+def strokes(drawn, cut=(1.0, 1.0)):
     pieces = [piece for piece, down in zip(drawn.path.pieces, drawn.path.pen) if down]
-    return [made(drawn, np.array([piece.start, piece.end])) for piece in pieces]
+    return [made(drawn, np.array([piece.start, piece.end]), cut) for piece in pieces]
 
 
 def gaps(points):
@@ -48,12 +48,36 @@ def test_crosses_are_found_to_a_part_of_a_pixel(turn, tilt, blur, drawn):
     np.testing.assert_allclose(gaps(found), gaps(made(drawn, drawn.crosses)), atol=8e-5)
 
 
+@pytest.mark.parametrize("lens", [(-0.06, 0.0), (0.04, 0.0), (-0.05, 0.02), (-0.02, -0.01)])
+def test_a_lens_that_bends_lines_is_found_by_the_edges(lens, drawn):
+    """Bows of up to 20 pixels, by another model than that which is fitted."""
+    rng = np.random.default_rng(6)
+    image = photograph(strokes(drawn), "A5", rng, lens=lens, zoom=4500.0)
+    found = crosses_in(image, drawn)
+    assert np.isfinite(found).all()
+    np.testing.assert_allclose(gaps(found), gaps(made(drawn, drawn.crosses)), atol=1.2e-4)
+
+
+def test_a_ruler_gives_the_scale(drawn):
+    cut = 1.004, 0.995  # as sheets are cut
+    image = photograph(strokes(drawn, cut), "A5", np.random.default_rng(7), cut=cut)
+    truth = gaps(made(drawn, drawn.crosses))
+    assert np.abs(gaps(crosses_in(image, drawn)) - truth).max() > 4e-4
+    found = crosses_in(image, drawn, "A5", np.array(PAPERS["A5"]) * cut)
+    np.testing.assert_allclose(gaps(found), truth, atol=8e-5)
+    with pytest.raises(ValueError, match="148 x 210 mm is no sheet of A5"):
+        crosses_in(image, drawn, "A5", (0.148, 0.21))
+    with pytest.raises(ValueError, match="paper must be one of"):
+        crosses_in(image, drawn, "A6")
+
+
 def test_a_photograph_gives_the_robot(drawn, tmp_path, capsys):
     """Once around: draw, photograph, calibrate, draw again."""
     image = photograph(strokes(drawn), "A5", np.random.default_rng(4))
     imsave(tmp_path / "photo.png", np.clip(image, 0, 1), cmap="gray", vmin=0, vmax=1)
     NOMINAL.save(tmp_path / "robot.toml")
-    options = ["--photo", str(tmp_path / "photo.png"), "--sheet", "A5", "--working", "-1", "-1"]
+    options = ["--photo", str(tmp_path / "photo.png"), "--from-drawing", "A5"]
+    options += ["--working", "-1", "-1", "--sides", "210", "148"]
     out = [
         "--robot",
         str(tmp_path / "robot.toml"),
@@ -71,6 +95,11 @@ def test_a_photograph_gives_the_robot(drawn, tmp_path, capsys):
     pose = fb.igm(machine.robot, drawn.crosses, drawn.working)
     again = fb.dgm(BUILT, machine.readings(pose.q) + OFFSETS, pose.assembly).xi
     assert np.abs(gaps(again) - wanted).max() < 1.5e-4 < 1e-3 < np.abs(before - wanted).max()
+
+
+def test_sides_need_a_photograph(capsys):
+    assert main(["calibrate", "--from-drawing", "A5", "--sides", "210", "148"]) == 2
+    assert "give --photo PICTURE" in capsys.readouterr().err
 
 
 def test_sheets_that_cannot_be_read_are_refused(drawn):

@@ -69,7 +69,7 @@ def test_the_sheet_keeps_to_its_paper_and_workspace():
 def test_the_commands_go_once_around(tmp_path, capsys):
     MACHINE.save(tmp_path / "robot.toml")
     robot = ["--robot", str(tmp_path / "robot.toml")]
-    assert main(["calibrate", "--sheet", "A5", *robot, "--out", str(tmp_path / "out")]) == 0
+    assert main(["calibrate", "--from-drawing", "A5", *robot, "--out", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr().out
     line = next(line for line in printed.splitlines() if line.startswith("draw it:"))
     words = line.split("fivebar ")[1].split()

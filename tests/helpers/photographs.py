@@ -19,15 +19,25 @@ def photograph(
     noise=0.02,
     zoom=4800.0,
     shape=(1000, 1360),
+    lens=(0.0, 0.0),
+    cut=(1.0, 1.0),
 ):
     """Brightness (rows, columns) of a sheet with strokes (k, 2, 2), m of its frame, from its corner.
 
-    zoom: pixels a metre in the middle; tilt: change of the scale along the sheet, a share.
+    zoom: pixels a metre in the middle; tilt: change of the scale along the sheet, a share; lens: a
+    and b of Brown's model, by which a ray at r half diagonals from the middle is put to
+    r (1 + a r^2 + b r^4); cut: sides of the sheet, as shares of the paper's.
     """
-    width, height = PAPERS[paper]
+    width, height = np.array(PAPERS[paper]) * cut
     column, row = np.meshgrid(
-        np.arange(shape[1]) - shape[1] / 2, np.arange(shape[0]) - shape[0] / 2
+        np.arange(shape[1]) - (shape[1] - 1) / 2, np.arange(shape[0]) - (shape[0] - 1) / 2
     )
+    far = np.hypot(column, row) / np.hypot(shape[0] / 2, shape[1] / 2)
+    ray = far
+    for _ in range(60):  # the model goes from the ray to the picture, and is inverted
+        ray = far / (1 + lens[0] * ray**2 + lens[1] * ray**4)
+    turned = ray / np.maximum(far, 1e-12)
+    column, row = turned * column, turned * row
     u, v = column / zoom, -row / zoom
     depth = 1 - 3 * tilt * u + 1.5 * tilt * v
     u, v = u / depth, v / depth

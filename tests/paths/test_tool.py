@@ -2,8 +2,6 @@
 
 import json
 from functools import partial
-from itertools import combinations
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,8 +11,9 @@ import fivebar as fb
 from fivebar.cli import main
 from fivebar.paths.certificates import checker
 from fivebar.paths.machine import machine_of
-from fivebar.paths.placing.with_tool import largest_upright, tool_regions
+from fivebar.paths.placing.tool_regions import tool_regions
 from fivebar.paths.tool import MountedTool
+from fivebar.singularities.regions import inside
 
 NAMED = {
     name: machine_of(fb.ROBOTS[name].robot, fb.ROBOTS[name].tables)
@@ -248,6 +247,12 @@ def test_bad_tools_are_refused():
         fb.certify(robot, led())
 
 
+def borders(tool, robot):
+    """Arcs that bound the regions of a tool in its usual modes."""
+    regions = tool_regions(tool, robot, MODES)
+    return [arc for region in regions for loop in region.boundary for arc in loop]
+
+
 def test_placing_finds_the_clearance_it_says():
     """Against the exact loci that the tool sees, sampled densely."""
     tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
@@ -255,11 +260,11 @@ def test_placing_finds_the_clearance_it_says():
     placed = fb.place(robot, path, tool=tool, working=MODES, turn=0.0)
     assert placed.path.tool.working == MODES
     points = placed.path.drawn(np.linspace(0, placed.path.length, 400))[0]
-    loci = np.concatenate([locus.points for locus in tool.loci(robot, MODES)])
-    loci = loci[np.isfinite(loci).all(axis=1)]
-    nearest = np.linalg.norm(points[:, None] - loci, axis=-1).min()
-    assert nearest == pytest.approx(placed.clearance, abs=1.2e-3)
-    assert nearest > placed.clearance - 1e-5
+    loci = np.concatenate([arc.dense(2e-5) for arc in borders(tool, robot)])
+    nearest = np.abs((points @ (1, 1j))[:, None] - loci).min()
+    assert nearest == pytest.approx(placed.clearance, abs=2e-5)
+    assert nearest > placed.clearance - 1e-9
+    assert placed.clearance <= placed.clearance_bound <= 1.01 * placed.clearance
     assert fb.check_path(robot, placed.path.at_unit_speed, MODES).singularity_free
     with pytest.raises(ValueError, match="largest scale found to fit"):
         fb.place(robot, path, tool=tool, working=MODES, turn=0.0, scale=9.0)
@@ -274,38 +279,117 @@ def test_the_largest_scale_keeps_the_clearance_and_a_larger_one_does_not():
     assert np.ptp(points, axis=0) == pytest.approx(
         placed.scale * np.ptp(path(np.linspace(0, path.length, 400))[0], axis=0), rel=1e-9
     )
-    loci = np.concatenate([locus.points for locus in tool.loci(robot, MODES)])
-    loci = loci[np.isfinite(loci).all(axis=1)]
-    nearest = np.linalg.norm(points[:, None] - loci, axis=-1).min()
+    arcs = [arc for loop in placed.aspect.boundary for arc in loop]
+    border = np.concatenate([arc.dense(2e-4) for arc in arcs])
+    nearest = np.abs((points @ (1, 1j))[:, None] - border).min()
     assert nearest > 4e-3 - 1e-5 and placed.clearance < 4e-3 + 1e-4
     with pytest.raises(ValueError, match="does not fit at scale"):
         fb.place(robot, path, scale=1.03 * placed.scale, **asked)
 
 
+@pytest.mark.deep
+def test_a_page_and_strokes_are_placed_for_a_tool():
+    tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
+    page = fb.place(robot, page=(0.04, 0.02), tool=tool, working=MODES)
+    assert page.aspect.contains(page.placement(fb.path([(0.02, 0.01), (0.03, 0.01)]))(0.0)[0])
+    placed = fb.place(robot, fb.path(SQUARE), tool=tool, working=MODES, strokes=True)
+    assert all(part.working == MODES and led.tool for led, part in placed.strokes)
+
+
+@pytest.mark.deep
+def test_no_random_placement_has_more_clearance_than_is_proved():
+    rng = np.random.default_rng(4)
+    drawn = fb.path([(0.0, 0.0), (0.02, 0.0), (0.02, 0.015)])
+    for robot, tool, _, working in random_tools(rng, 3):
+        placed = fb.place(robot, drawn, tool=tool, working=working)
+        points = drawn(np.linspace(0, drawn.length, 40))[0] @ (1, 1j)
+        for region in tool_regions(tool, robot, working):
+            border = np.concatenate([arc.dense(2e-4) for loop in region.boundary for arc in loop])
+            z = points * np.exp(2j * np.pi * rng.uniform(size=(400, 1)))
+            z = z + rng.uniform(border.real.min(), border.real.max(), (400, 1))
+            z = z + 1j * rng.uniform(border.imag.min(), border.imag.max(), (400, 1))
+            held = inside(region.boundary, z.ravel()).reshape(z.shape).all(axis=1)
+            nearest = [np.abs(each[:, None] - border).min() for each in z[held]]
+            assert max(nearest, default=0.0) < placed.clearance_bound
+
+
 def test_regions_of_a_tool_in_the_joint_are_the_aspects():
     robot = fb.FiveBar()
-    regions = tool_regions(fb.Tool(1), robot, (-1, -1))
-    areas = [aspect.area for aspect in fb.aspects(robot) if aspect.working == (-1, -1)]
-    got = [region.area for region in regions[:2]]
-    np.testing.assert_allclose(got, sorted(areas)[::-1][:2], rtol=5e-3)
+    for region, aspect in zip(tool_regions(fb.Tool(1), robot), fb.aspects(robot), strict=True):
+        assert (region.working, region.assembly) == (aspect.working, aspect.assembly)
+        assert region.area == pytest.approx(aspect.area, rel=1e-11)
 
 
-def test_loci_are_where_the_joint_is_singular():
+def equal_bars(rng, count):
+    """Robots with folded legs that end on their base joints, and tools behind, on and beyond."""
+    for k in range(count):
+        l1, l2, d = rng.uniform(0.05, 0.1, 3)
+        along = (-1.4 * l1, 0.02, 0.0, -0.5 * l1)[k % 4]
+        across = (0.01, -0.03, 0.0)[k % 3]
+        yield fb.FiveBar(l1, l1, l2, l2, d), fb.Tool(1 + k % 2, along, across)
+
+
+@pytest.mark.parametrize("count", [2, pytest.param(16, marks=pytest.mark.deep)])
+def test_regions_are_where_the_tool_is_led_without_a_singularity(count):
+    """Against the map of single points, for robots and tools of all kinds."""
+    rng = np.random.default_rng(count)
+    cases = [(robot, tool) for robot, tool, *_ in random_tools(rng, count)]
+    for robot, tool in [*cases, *equal_bars(rng, count)]:
+        regions = tool_regions(tool, robot)
+        for mode in {region.working for region in regions}:
+            reach = robot.drives[tool.leg - 1].length + MountedTool(tool, robot, mode).reach
+            points = rng.uniform(-reach, reach, (800, 2)) + (robot.drives[tool.leg - 1].x, 0)
+            pose = tool.pose(robot, points, mode, unreachable="nan")
+            margin = np.abs([*pose.sines, pose.det_A]).min(axis=0)
+            clear = ~(margin < 1e-6)  # nan is, too
+            own = [region for region in regions if region.working == mode]
+            held = np.array([region.contains(points) for region in own])
+            assembly = np.array([region.assembly for region in own]) @ held
+            known = np.where(np.isfinite(pose.det_A), -np.sign(pose.det_A), 0.0)
+            np.testing.assert_array_equal(assembly[clear], known[clear])
+            assert held.sum(axis=0).max() <= 1
+
+
+def test_regions_keep_constraints():
     tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
-    for locus in tool.loci(robot, MODES):
-        if locus.kind == "folded tool":
-            continue
-        points = locus.points[np.isfinite(locus.points).all(axis=1)][5:-5:7]
-        for point in points:
-            mounted = MountedTool(tool, robot, MODES)
-            c = mounted.joint(point + 1e-9)
-            if np.isnan(c).any():
-                continue
-            pose = fb.igm(robot, c, MODES, unreachable="nan")
-            if np.isnan(pose.q).any():
-                continue
-            sines = np.abs([*pose.sines, pose.det_A])
-            assert sines.min() < 2e-3
+    kept = fb.Constraints(det_A=0.3, sin=0.4, half_planes=[(0, 1, 0.04)])
+    whole = {region.assembly: region for region in tool_regions(tool, robot, MODES)}
+    rng = np.random.default_rng(8)
+    points = rng.uniform(-0.09, 0.09, (4000, 2))
+    pose = tool.pose(robot, points, MODES, unreachable="nan")
+    good = fb.Constraints(det_A=0.3, sin=0.4).satisfied(pose)
+    regions = tool_regions(tool, robot, MODES, kept)
+    held = np.array([region.contains(points) for region in regions]).any(axis=0)
+    np.testing.assert_array_equal(held, good)
+    allowed = np.zeros(len(points), dtype=bool)
+    for region in regions:
+        at = region.contains(points)
+        allowed[at] = region.allowed(points[at] @ (1, 1j))
+    np.testing.assert_array_equal(allowed, kept.satisfied(pose))
+    assert sum(region.area for region in regions) < sum(r.area for r in whole.values())
+    placed = fb.place(
+        robot, fb.path([(0.0, 0.0), (0.01, 0.0)]), tool=tool, working=MODES, constraints=kept
+    )
+    s = np.linspace(0, placed.path.length, 200)
+    poses = fb.igm(robot, placed.path(s)[0], MODES)
+    least = min(clearance.min() for clearance in kept.clearances(poses).values())
+    assert least > 0
+
+
+def test_borders_are_where_the_joint_is_singular_or_the_tool_folds():
+    tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
+    kinds = set()
+    for arc in borders(tool, robot):
+        z, dz = arc.curve(arc.s[2:-2:5])
+        beside = z + 1e-9j * dz / np.abs(dz)  # on the left is the region
+        points = np.stack([beside.real, beside.imag], axis=1)
+        pose = tool.pose(robot, points, MODES)
+        u1 = np.stack(pose.legs[tool.leg - 1].direction, axis=1) @ (1, 1j)
+        arm = beside - pose.elbows[:, tool.leg - 1] @ (1, 1j)
+        fold = np.abs((u1.conj() * arm).imag) / np.abs(arm)
+        assert np.min([*np.abs([*pose.sines, pose.det_A]), fold], axis=0).max() < 2e-3
+        kinds.add(arc.locus.kind)
+    assert len(kinds) >= 5
 
 
 def test_a_machine_with_a_tool_comes_back(tmp_path):
@@ -318,36 +402,6 @@ def test_a_machine_with_a_tool_comes_back(tmp_path):
 
 def test_the_map_of_a_tool(tmp_path, capsys):
     assert main(["map", "--robot", "plotclock", "--out", str(tmp_path / "map.png")]) == 0
-    assert capsys.readouterr().out.splitlines()[1].split()[:2] == ["1", "+-"]
+    assert capsys.readouterr().out.splitlines()[1].split()[:2] == ["1", "++"]
     assert (tmp_path / "map.png").stat().st_size > 10000
     assert main(["map", "--robot", "plotclock", "--det-A", "0.1"]) == 2
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_the_largest_upright_box_is_that_of_all_boxes(seed):
-    """Of each pair of columns and of rows on a small grid, with spots in the way."""
-    rng = np.random.default_rng(seed)
-    free = rng.uniform(size=(9, 12)) < 0.9
-    size, step, low = np.array([0.03, 0.05]), 0.01, np.array([0.1, -0.2])
-    asked = []
-
-    def at(points):
-        asked.append(points)
-        return np.arange(len(points))
-
-    region = SimpleNamespace(clearance=np.where(free, 0.0, -1.0), step=step, low=low, at=at)
-    scale, middle = largest_upright(region, size, 0.0)
-    largest = max(
-        min((b - a) / size[0], (d - c) / size[1]) * step
-        for a, b in combinations(range(9), 2)
-        for c, d in combinations(range(12), 2)
-        if free[a : b + 1, c : d + 1].all()
-    )
-    assert scale == pytest.approx(largest, rel=1e-9) and (middle == asked[0][-1]).all()
-    first, last = np.rint(((middle + np.outer((-1, 1), scale * size / 2)) - low) / step * 2) / 2
-    inside = free[
-        int(np.ceil(first[0])) : int(last[0]) + 1, int(np.ceil(first[1])) : int(last[1]) + 1
-    ]
-    assert inside.size and inside.all()
-    none = SimpleNamespace(clearance=np.full((4, 4), -1.0), step=step, low=low, at=at)
-    assert largest_upright(none, size, 0.0)[0] == 0.0

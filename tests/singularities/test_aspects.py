@@ -241,7 +241,7 @@ def test_a_boundary_that_is_lost_is_told(name, monkeypatch):
     ]
     words = r"in working modes \(1, 1\) a boundary was lost: around \(0.0\d+, -0.1\d+\) m det A or the sines are on"
     with pytest.raises(ArithmeticError, match=words):
-        list(module._in_mode(robot, limits, loci.touches, (1, 1)))
+        list(module.in_mode(robot, limits, loci.touches, (1, 1)))
     faces = module.faces
     for wrong in (lambda edges, size: [], lambda edges, size: 2 * list(faces(edges, size))):
         monkeypatch.setattr(module, "faces", wrong)

@@ -514,3 +514,29 @@ def test_equations_and_trace(page):
     assert name.endswith(".csv") and lines[1] == "t,q1,q2,x,y"
     rows = np.array([[float(x) for x in line.split(",")] for line in lines[2:]])
     np.testing.assert_allclose(fb.igm(ROBOT, rows[:, 3:], (-1, -1)).q, rows[:, 1:3], atol=1e-9)
+
+
+def test_a_tool_is_rigid_on_its_bar_and_leaves_the_trace(opened, tmp_path):  # noqa: F811
+    tool = fb.Tool(2, 0.03, -0.02)
+    fb.play(UNEQUAL, tool=tool).save(tmp_path / "tool.html")
+    page = opened(tmp_path / "tool.html", **STILL)
+    drag(page, pose_of(page)["xi"], np.add(pose_of(page)["xi"], 0.005))
+    now = pose_of(page)
+    pose = fb.igm(UNEQUAL, now["xi"], now["modes"])
+    tip, trace, address = page.evaluate(
+        "() => [tipOf(pose), trail[trail.length - 1].tip, writeFragment()]"
+    )
+    np.testing.assert_allclose(tip, tool.point(pose), atol=1e-12)
+    assert np.linalg.norm(np.subtract(trace, tip)) < 1e-3
+    assert "&leg=2&along=0.03&across=-0.02&" in address
+    take = "text => { applyState(readFragment(text).state); return robot.leg; }"
+    again = page.evaluate(take, address)
+    assert again == 2
+    wrong = page.evaluate("text => readFragment(text).words", address.replace("leg=2", "leg=1.5"))
+    assert wrong == "of a tool it needs leg, which is 1 or 2, along and across"
+    assert "tool=fb.Tool(2, 0.03, -0.02)" in page.evaluate("asPython()")
+
+
+def test_a_linkage_has_no_tool():
+    with pytest.raises(ValueError, match="tool is a robot's"):
+        fb.play(fb.linkages.PRINTED, tool=fb.Tool(1, 0.01))

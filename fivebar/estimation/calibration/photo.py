@@ -1,18 +1,21 @@
 """Crosses of a test drawing in a photograph of its sheet.
 
 The sheet's four edges give scale and perspective, so that places are in the sheet's own frame, m.
-The lens must be straight: a phone's distortion is not corrected.
+They are straight, and show how the lens bends lines. The drawn grid does not tell that: its errors
+are the robot's, and they are what is to be measured.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.ndimage import binary_fill_holes, gaussian_filter, label, map_coordinates
-from scipy.optimize import linear_sum_assignment
+from scipy.optimize import least_squares, linear_sum_assignment
 
 from ...base.backend import finite_numbers
-from ...base.checks import shown
+from ...base.checks import one_of, shown, two_numbers
 from .sheet import ARM, MARK, PAPERS, Sheet
 
 PIXEL = 1e-4  # m, of the sheet put straight
@@ -21,9 +24,18 @@ INK = 0.25  # of the paper's brightness, by which ink is darker
 MOST = 400  # marks on the sheet: as many are no drawing, but noise
 NEAR = 0.35  # of the distance between crosses, within which one is known again
 ROUNDS = 3
+BAND = 0.03  # of an edge's length, to either side, in which a bowed edge is searched
+CROOKED = 0.7  # pixels, by which edges may be off straight lines
+BENDINGS = 25  # steps to the point that a lens puts at a place
+CUT = 0.02  # of a side, by which a sheet may be cut wrong
 
 
-def crosses_in(photo: ArrayLike, sheet: Sheet, paper: str = "A5") -> np.ndarray:
+def crosses_in(
+    photo: ArrayLike,
+    sheet: Sheet,
+    paper: str = "A5",
+    size: ArrayLike | None = None,
+) -> np.ndarray:
     """Return where the crosses of a sheet are on its paper (n, 2), m; nan where one is not found.
 
     Parameters
@@ -32,11 +44,19 @@ def crosses_in(photo: ArrayLike, sheet: Sheet, paper: str = "A5") -> np.ndarray:
         Brightness. The whole sheet is on it, on a darker ground.
     sheet : Sheet
     paper : "A4" or "A5"
+    size : (2,), optional
+        Longer and shorter side of this very sheet, m, by a ruler. Sheets are cut to 0.5 %, and all
+        lengths are as wrong as their scale.
 
     Raises
     ------
     ValueError
-        There is no sheet, or its marks are not on it; the message says which.
+        There is no sheet, or its marks are not on it, or its sides are not those of the paper; the
+        message says which.
+
+    References
+    ----------
+    Brown, Close-range camera calibration, 1971 (lenses by straight lines).
     """
     image = finite_numbers(photo, "photo")
     if image.ndim == 3:
@@ -44,18 +64,21 @@ def crosses_in(photo: ArrayLike, sheet: Sheet, paper: str = "A5") -> np.ndarray:
     if image.ndim != 2 or min(image.shape) < 100:
         raise ValueError(f"photo must be (rows, columns), 100 at least, not {shown(image.shape)}")
     smooth = gaussian_filter(image, 1.0)
-    corners = _corners(smooth)
+    measured = _sides(paper, size)
+    corners, lens = _corners(smooth)
     first_edge = np.linalg.norm(corners[1] - corners[0])
     second_edge = np.linalg.norm(corners[2] - corners[1])
     if first_edge < second_edge:
         corners = np.roll(corners, 1, axis=0)
-    straight = _straightened(image, corners, PAPERS[paper])
+    straight = _straightened(image, corners, measured, lens)
     centres, sides = _marks(straight)
     return _known_again(sheet, centres, sides)
 
 
 def _corners(image):
-    """Return the corners (4, 2) of the sheet, as row and column, in order along its edge."""
+    """Return the corners (4, 2) of the sheet, as row and column of a straight lens, in order along
+    its edge; and the Lens.
+    """
     dark, bright = np.quantile(image, (0.02, 0.98))
     level = (dark + bright) / 2
     # The drawing's frame parts its inside from the border: so holes are filled.
@@ -82,25 +105,50 @@ def _corners(image):
     )
     farthest = (points @ directions.T).argmax(axis=0)
     rough = points[farthest]
-    lines = []
+    edges = []
     for start, end in zip(rough, np.roll(rough, -1, axis=0)):
-        line = _edge(image, start, end, level)
-        lines.append(line)
+        edges.append(_edge(image, start, end, level))
+    lens = Lens.of(edges, image.shape)
+    lines = []
+    for edge in edges:
+        middle, normal = _line_through(lens.straight(edge))
+        lines.append([*normal, normal @ middle])
     before = np.roll(lines, 1, axis=0)
     pairs = np.stack([before, lines], axis=1)
     normals = pairs[..., :2]
     distances = pairs[..., 2:]
-    return np.linalg.solve(normals, distances)[..., 0]
+    return np.linalg.solve(normals, distances)[..., 0], lens
+
+
+def _sides(paper, size):
+    """Return the longer and the shorter side, m, of a sheet."""
+    known = PAPERS[one_of(*PAPERS)(paper, "paper")]
+    if size is None:
+        return known
+    sides = two_numbers(size, "size")
+    if max(abs(side / own - 1) for side, own in zip(sides, known)) > CUT:
+        long, short = (1e3 * side for side in known)
+        raise ValueError(
+            f"size: {1e3 * sides[0]:g} x {1e3 * sides[1]:g} mm is no sheet of {paper}, which is"
+            f" about {long:g} x {short:g} mm, its longer side first"
+        )
+    return sides
 
 
 def _edge(image, start, end, level):
-    """Return the line (3,), n . x = c, of the edge from start to end, to a part of a pixel."""
+    """Return points (n, 2) of the edge from start to end, to a part of a pixel.
+
+    A lens bows an edge, so that it is searched in a wide band; a polynomial leaves out what is far
+    from the others.
+    """
     along = end - start
     row, column = along
-    across = np.array([-column, row]) / np.linalg.norm(along)
-    share = np.linspace(0.08, 0.92, 200)
+    length = np.linalg.norm(along)
+    across = np.array([-column, row]) / length
+    share = np.linspace(0.04, 0.96, 240)
     places = start + share[:, None] * along
-    offsets = np.linspace(-8.0, 8.0, 65)
+    half = max(BAND * length, 8.0)
+    offsets = np.linspace(-half, half, int(8 * half) + 1)
     samples = places[:, None] + offsets[:, None] * across
     values = map_coordinates(
         image,
@@ -108,8 +156,11 @@ def _edge(image, start, end, level):
         order=1,
         mode="nearest",
     )
+    if values[:, 0].mean() > values[:, -1].mean():  # from outside, where the ground is dark
+        values = values[:, ::-1]
+        offsets = offsets[::-1]
     over = values > level
-    change = over[:, 1:] != over[:, :-1]
+    change = over[:, 1:] & ~over[:, :-1]
     found = change.any(axis=1)
     first = change.argmax(axis=1)[found]
     profiles = values[found]
@@ -119,12 +170,64 @@ def _edge(image, start, end, level):
     part = (level - before) / (after - before)
     step = offsets[1] - offsets[0]
     at = offsets[first] + part * step
-    edge = places[found] + at[:, None] * across
-    middle, normal = _line_through(edge)
-    away = (edge - middle) @ normal
-    near = np.abs(away) < 2.0
-    middle, normal = _line_through(edge[near])
-    return np.array([*normal, normal @ middle])
+    near = np.ones(len(at), dtype=bool)
+    for _ in range(ROUNDS):
+        bow = np.polynomial.Polynomial.fit(share[found][near], at[near], 4)
+        off = np.abs(at - bow(share[found]))
+        near = off < max(2.0 * np.median(off), 0.5)
+    return places[found][near] + at[near][:, None] * across
+
+
+class Lens(NamedTuple):
+    """Radial distortion about the middle of a photograph: where a straight lens would have put a
+    point is 1 + k1 r^2 + k2 r^4 times as far from the middle, r in half diagonals.
+    """
+
+    middle: np.ndarray
+    radius: float
+    k1: float = 0.0
+    k2: float = 0.0
+
+    @classmethod
+    def of(cls, edges: list[np.ndarray], shape: tuple[int, int]) -> Lens:
+        """Return the lens through which these edges (n, 2) of a sheet are straight."""
+        middle = (np.array(shape) - 1) / 2
+        radius = float(np.linalg.norm(middle))
+
+        def bows(k):
+            lens = cls(middle, radius, *k)
+            away = []
+            for edge in edges:
+                straight = lens.straight(edge)
+                centre, normal = _line_through(straight)
+                away.append((straight - centre) @ normal)
+            return np.concatenate(away)
+
+        found = least_squares(bows, (0.0, 0.0))
+        off = float(np.sqrt(np.mean(found.fun**2)))
+        if off > CROOKED or np.abs(found.x).max() > 1.0:
+            raise ValueError(
+                f"photo: the sheet's edges are not straight, but {off:.3g} pixels off: lay it flat,"
+                " and take the whole photograph, not cut out of a larger one"
+            )
+        return cls(middle, radius, *found.x.tolist())
+
+    def _factor(self, points):
+        square = np.sum(points**2, axis=-1, keepdims=True) / self.radius**2
+        return 1 + square * (self.k1 + square * self.k2)
+
+    def straight(self, points: np.ndarray) -> np.ndarray:
+        """Return where a straight lens would have put points (..., 2)."""
+        away = points - self.middle
+        return self.middle + away * self._factor(away)
+
+    def bent(self, points: np.ndarray) -> np.ndarray:
+        """Return where on the photograph points (..., 2) of a straight lens are."""
+        goal = points - self.middle
+        away = goal
+        for _ in range(BENDINGS):
+            away = goal / self._factor(away)
+        return self.middle + away
 
 
 def _line_through(points):
@@ -134,7 +237,7 @@ def _line_through(points):
     return middle, axes[1]
 
 
-def _straightened(image, corners, size):
+def _straightened(image, corners, size, lens):
     """Return the sheet, a pixel for each PIXEL of it, by the perspective of its corners."""
     width, height = size
     known = [
@@ -156,9 +259,10 @@ def _straightened(image, corners, size):
     )
     grid = np.stack([x, y, np.ones_like(x)])
     row, column, scale = np.einsum("ij,jxy->ixy", homography, grid)
+    places = lens.bent(np.stack([row / scale, column / scale], axis=-1))
     return map_coordinates(
         image,
-        [row / scale, column / scale],
+        np.moveaxis(places, -1, 0),
         order=1,
         mode="nearest",
     )

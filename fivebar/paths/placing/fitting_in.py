@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from ...base.checks import modes
 from ...constraints.constraints import Constraints
 from ...constraints.link_collisions import segment_distance
 from ...constraints.rectangle import Rectangle, largest_rectangle
@@ -22,7 +21,7 @@ from ..curve import Path
 from ..pieces import Arc
 from ..placement import Placement
 from ..tool import Tool
-from .with_tool import ToolRegion, largest_upright, tool_regions
+from .tool_regions import tool_regions
 
 KEPT = Constraints(clearance=0.005)  # m
 RATIOS = 0.05, 20.0  # of rectangles: long ones take much longer to be found
@@ -35,7 +34,7 @@ class RectangleFit:
     """
 
     placement: Placement
-    aspect: Aspect | ToolRegion
+    aspect: Aspect
     rectangle: Rectangle
     scale: float
 
@@ -91,14 +90,17 @@ def fitted_in(
         ValueError with the largest scale where it does not.
     tool: then the drawing is the tool's, and the rectangle is in a region that it sees.
     """
+    if working is not None:
+        working = (working[0], working[1])
     box = bounds(path.moved(0j, Placement(turn=turn).turned))
     size = np.maximum(box[1] - box[0], 1e-9)
-    working = None if working is None else modes(2)(working, "fitted_in: working")
     parts: list[Any]
     if tool is None:
         parts = [each for each in aspects(robot) if working in (None, each.working)]
     else:
-        parts = tool_regions(tool, robot, working, replace(constraints, clearance=0.0))
+        parts = list(tool_regions(tool, robot, working, replace(constraints, clearance=0.0)))
+        constraints = Constraints(clearance=constraints.clearance)
+    ratio = float(np.clip(size[0] / size[1], *RATIOS))
     rank = {}
     for part in parts:
         place = igm if tool is None else tool.pose
@@ -122,7 +124,7 @@ def fitted_in(
         if part.area <= largest**2 * size.prod():
             continue
         try:
-            found = _rectangle(part, size, constraints)
+            found = largest_rectangle(part, constraints, ratio)
         except ValueError as error:
             refused = str(error)
             continue
@@ -146,18 +148,6 @@ def fitted_in(
     shift = middle - scale * box.mean(axis=0)
     placement = Placement((float(shift[0]), float(shift[1])), turn, scale)
     return RectangleFit(placement, aspect, rectangle, largest)
-
-
-def _rectangle(part, size, constraints):
-    """Return the largest upright rectangle of a shape in an aspect or a tool's region."""
-    if isinstance(part, Aspect):
-        ratio = float(np.clip(size[0] / size[1], *RATIOS))
-        return largest_rectangle(part, constraints, ratio)
-    share, middle = largest_upright(part, size, constraints.clearance)
-    if not share:
-        raise ValueError(f"no rectangle keeps a clearance of {constraints.clearance:g} m")
-    low, high = middle - share * size / 2, middle + share * size / 2
-    return Rectangle(float(low[0]), float(high[0]), float(low[1]), float(high[1]))
 
 
 def _legs_cross(robot, pose):

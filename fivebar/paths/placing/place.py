@@ -35,7 +35,7 @@ from ..tool import Tool
 from .branch_and_bound import BranchAndBound
 from .clearance import Clearance
 from .search import Search
-from .with_tool import ToolRegion, placed_with_tool
+from .tool_regions import tool_regions
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +65,13 @@ class Placed:
 
     path: Path = field(repr=False)
     placement: Placement
-    aspect: Aspect | ToolRegion
+    aspect: Aspect
     clearance: float
     nearest: np.ndarray
     clearance_bound: float | None = None
     largest: float | None = None
     largest_bound: float | None = None
-    strokes: tuple[tuple[Path, Aspect | ToolRegion], ...] = ()
+    strokes: tuple[tuple[Path, Aspect], ...] = ()
 
     @property
     def working(self) -> tuple[int, int]:
@@ -154,8 +154,9 @@ def place(
         `Placed.strokes` lists them. The ways with the pen up are then not placed: `plan` finds one
         from the end of a stroke to the start of the next.
     tool : Tool, optional
-        Then the path is the tool's, and `Placed.path` that of joint C which leads it. The clearance
-        is that of the tool in the aspects it sees, known to a step of a grid.
+        Then the path is the tool's, and `Placed.path` that of joint C which leads it, if one pair
+        of working modes serves all of it. The clearance is that of the tool, from the exact
+        boundaries that it sees; half-planes and the region of the constraints are those of joint C.
 
     Returns
     -------
@@ -194,22 +195,15 @@ def place(
     turn = None if turn is None else number(turn, "turn", -1e6, 1e6)
     scale = None if scale is None else number(scale, "scale", 1e-9, 1e9)
     tool = path.tool.tool if tool is None and path.tool else tool
-    if tool is not None:
-        if strokes or page is not None:
-            what = "strokes=True" if strokes else "a page"
-            raise ValueError(f"place: {what} and a tool do not go together")
-        return _placed_with(tool, robot, path.drawn, working, turn, scale, constraints)
-    regions = dexterous(robot, constraints.det_A, constraints.sin)
-    bounds = replace(constraints, det_A=0.0, sin=0.0)  # the borders of the regions keep these
+    path = path.drawn
     clearances = []
     left_out = 0.0
-    for part in regions:
-        if working in (None, part.working):
-            clearance = Clearance(bounded_by(part, bounds))
-            if clearance.most > margin:
-                clearances.append(clearance)
-            else:
-                left_out = max(left_out, clearance.least_seen)
+    for part in _regions(robot, tool, working, constraints):
+        clearance = Clearance(part)
+        if clearance.most > margin:
+            clearances.append(clearance)
+        else:
+            left_out = max(left_out, clearance.least_seen)
     if not clearances:
         raise ValueError(
             f"place: nothing of the workspace{' in these modes' * (working is not None)} keeps the"
@@ -242,9 +236,14 @@ def place(
     parts = [clearances[k].part for k in best.which]
     placement = best.placement(search.middle)
     clearance, at = search.exactly(best)
-    own = tuple((placement(each), part) for each, part in zip(search.paths, parts))
+
+    def led(placed: Path, part: Aspect) -> Path:
+        return placed if tool is None else tool.path(robot, placed, part.working)
+
+    own = tuple((led(placement(each), part), part) for each, part in zip(search.paths, parts))
+    whole = placement(path)
     return Placed(
-        placement(path),
+        led(whole, parts[0]) if len({part.working for part in parts}) == 1 else whole,
         placement,
         parts[0],
         clearance,
@@ -256,13 +255,13 @@ def place(
     )
 
 
-def _placed_with(tool, robot, path, working, turn, scale, constraints):
-    placement, region, clearance, nearest, largest = placed_with_tool(
-        tool, robot, path, working, turn, scale, constraints
-    )
-    led = tool.path(robot, placement(path), region.working)
-    own = ((led, region),)
-    return Placed(led, placement, region, clearance, nearest, largest=largest, strokes=own)
+def _regions(robot, tool, working, constraints):
+    """Return the regions in which the constraints on poses hold, of joint C or of a tool."""
+    if tool is not None:
+        return tool_regions(tool, robot, working, replace(constraints, clearance=0.0))
+    bounds = replace(constraints, det_A=0.0, sin=0.0)  # the borders of the regions keep these
+    regions = dexterous(robot, constraints.det_A, constraints.sin)
+    return [bounded_by(part, bounds) for part in regions if working in (None, part.working)]
 
 
 def _best(search, scale):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -102,6 +102,11 @@ class TimedPath(Plotted):
         if self.crossing.any():
             words.append(f"crosses Type 2 {self.crossing.sum()} x")
         return one_line("TimedPath", *words)
+
+    @property
+    def tool(self) -> tuple[int, float, float] | None:
+        """Its path's tool, (leg, along, across), m; None where joint C draws."""
+        return None if self.path.tool is None else astuple(self.path.tool.tool)
 
     @cached_property
     def s(self) -> np.ndarray:

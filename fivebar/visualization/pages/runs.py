@@ -52,6 +52,7 @@ def sampled(plan: Plan | TimedPath) -> Run:
         energy(rates),
         torque_limit=limits.pop() if len(limits) == 1 else None,
         events=tuple(Mark(time, kind) for time, kind, *_ in crossings(t, pose)),
+        tool=getattr(plan, "tool", None),
     )
 
 
@@ -91,7 +92,7 @@ SINES = "left leg", "right leg", "distal bars"
 QUANTITIES = {
     "q": RunQuantity("active joints", "{joint}", LEGS, _column("q")),
     "q_dot": RunQuantity("active joints' rates", "{joint}/s", LEGS, _column("q_dot")),
-    "xi": RunQuantity("end-effector", "m", AXES, _column("xi")),
+    "xi": RunQuantity("end-effector, or its tool", "m", AXES, _column("drawn")),
     "error": RunQuantity("tracking error", "m", (*AXES, "distance"), _error, True),
     "q_error": RunQuantity("active joints' error", "{joint}", LEGS, _column("q_error"), True),
     "tau": RunQuantity("motor {effort}s", "{effort}", LEGS, _column("tau")),
@@ -126,7 +127,7 @@ def runs_content(runs: Mapping[str, Run], show: str | Iterable[str] | None = Non
         for key in show:
             column |= {f"{key} {part}": computed[key][:, k] for k, part in parts[key]}
         columns.append(column)
-        reference = None if run.xi_ref is None else [packed(x) for x in run.xi_ref.T]
+        reference = None if run.xi_ref is None else [packed(x) for x in run.drawn_ref.T]
         marks = [[event.t, f"Type {int(event.type)}"] for event in run.events]
         body = run_body(run)
         subjects.append(

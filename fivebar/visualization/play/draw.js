@@ -79,7 +79,7 @@ function drawTaskFront(pen = task.front, alone = true) {
   if (disc) {
     pen.circle(task.at([disc.x, disc.y]), disc.radius * task.scale, {ink: "c3", width: 2.2});
   }
-  pen.lines([shownTrail().map(({xi}) => task.at(xi))], {ink: "c5", width: 1.8});
+  pen.lines([shownTrail().map(({tip}) => task.at(tip))], {ink: "c5", width: 1.8});
   drawSketch(pen);
   const left = task.at([-p[4] / 2, 0]), right = task.at([p[4] / 2, 0]), end = task.at(pose.xi);
   const [e1, e2] = pose.elbows.map(elbow => task.at(elbow));
@@ -88,6 +88,8 @@ function drawTaskFront(pen = task.front, alone = true) {
   if (shown.ellipses) drawEllipses(pen, end);
   [[left, e1, end], [right, e2, end]].forEach((joints, leg) =>
     content.legs[leg].forEach((ink, k) => drawBar(pen, joints.slice(k, k + 2), ink)));
+  const tip = task.at(tipOf(pose));
+  if (robot.leg) drawBar(pen, [end, tip], content.legs[robot.leg - 1][1]);
   const label = (text, [x0, y0], [x1, y1]) => {
     const size = Math.hypot(x1 - x0, y1 - y0);
     if (size < 40) return;
@@ -100,6 +102,10 @@ function drawTaskFront(pen = task.front, alone = true) {
     align: "center"});
   for (const joint of [left, right]) pen.circle(joint, 7, {fill: "ink"});
   for (const elbow of [e1, e2]) pen.circle(elbow, 7, {fill: "paper", ink: "ink", width: 2.5});
+  if (robot.leg) {
+    pen.circle(tip, 5, {fill: "c5", ink: "ink", width: 2});
+    pen.words("tool", [tip[0] + 10, tip[1] + 4], {ink: "quiet", size: 12});
+  }
   pen.circle(end, 9, {fill: "c4", ink: "ink", width: 2.5});
   if (disc) labelDisc(pen, [[left, e1], [e1, end], [right, e2], [e2, end]]);
   if (idle && alone) {

@@ -72,7 +72,7 @@ function moved() {  // after the pose changed
 function leaveTrace() {
   const last = trail[trail.length - 1], least = 0.5 / task.scale;
   if (last && Math.hypot(last.xi[0] - pose.xi[0], last.xi[1] - pose.xi[1]) < least) return;
-  trail.push({t: flying ? motion.t : performance.now() / 1000, xi: [...pose.xi], q: [...pose.q]});
+  trail.push({t: flying ? motion.t : performance.now() / 1000, xi: [...pose.xi], q: [...pose.q], tip: [...tipOf(pose)]});
   if (trail.length > MOST_TRACED) trail.splice(0, MOST_TRACED / 4);
 }
 

@@ -244,8 +244,10 @@ function saveTrace() {
     said = "There is no trace yet: drag the robot, or let it go.";
     return ask();
   }
-  const from = trail[0].t, rows = trail.map(({t, xi, q}) => [t - from, ...q, ...xi]);
-  saveCsv(`trace of ${document.title}: t in s, q1 and q2 in rad, x and y in m`, [["t", "q1", "q2", "x", "y"], ...rows]);
+  const from = trail[0].t, ends = robot.leg ? ["x_tip", "y_tip"] : [];
+  const rows = trail.map(({t, xi, q, tip}) => [t - from, ...q, ...xi, ...robot.leg ? tip : []]);
+  saveCsv(`trace of ${document.title}: t in s, q1 and q2 in rad, x and y in m`,
+    [["t", "q1", "q2", "x", "y", ...ends], ...rows]);
 }
 
 function pictureSvg() {

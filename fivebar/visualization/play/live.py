@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from base64 import b64encode
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from ...linkages import FourBar, SixBarPress, SliderCrank
 from ...models.geometry import Pose, dgm, igm
 from ...models.named_robots import ROBOTS
 from ...models.robots import FiveBar
+from ...paths.tool import Tool
 from ..document import WebPage, as_json, document, script
 from ..style import LEGS, LINKS
 from .functions import BEYOND, INERTIAS, LENGTHS, models
@@ -44,6 +45,7 @@ class LivePage(WebPage):
     subject: FiveBar | Linkage
     pose: Pose | None
     fragment: str
+    tool: Tool | None = None
     title = "live page"
 
     def __repr__(self) -> str:
@@ -54,7 +56,8 @@ class LivePage(WebPage):
     def html(self) -> str:
         """The page, complete."""
         if self.pose is not None:
-            return _page(as_json(_content(self.subject, self.pose, "")), "Five-bar, live")
+            content = _content(self.subject, self.pose, "", self.tool)
+            return _page(as_json(content), "Five-bar, live")
         content = _content(FiveBar(), _start(FiveBar()), self.fragment)
         return _page(as_json(content), "Linkage, live")  # its script says which
 
@@ -62,11 +65,13 @@ class LivePage(WebPage):
 @takes(
     robot=optional(instance(FiveBar, FourBar, SliderCrank, SixBarPress)),
     pose=optional(instance(Pose)),
+    tool=optional(instance(Tool)),
 )
 def play(
     robot: FiveBar | Linkage | None = None,
     pose: Pose | None = None,
     branch: int | tuple[int, int] | None = None,
+    tool: Tool | None = None,
 ) -> LivePage:
     """Return the live page of a five-bar or a linkage: drag it, and slide its lengths.
 
@@ -82,6 +87,9 @@ def play(
         In which the robot begins; one far from singularities by default.
     branch : int or tuple of int, optional
         Of a linkage.
+    tool : Tool, optional
+        On a distal bar of the robot: it is drawn, and the trace is its. Loci and aspects are those
+        of joint C.
 
     Returns
     -------
@@ -102,8 +110,9 @@ def play(
     array([0., 0.])
     """
     if robot is not None and not isinstance(robot, FiveBar):
-        if pose is not None:
-            raise ValueError(f"pose is a robot's: with a {robot.title} leave it out")
+        if pose is not None or tool is not None:
+            what = "tool" if pose is None else "pose"
+            raise ValueError(f"{what} is a robot's: with a {robot.title} leave it out")
         return LivePage(robot, None, address_of(robot, branch))
     if branch is not None:
         raise ValueError("branch is a linkage's: a robot's pose says its modes")
@@ -116,18 +125,19 @@ def play(
     if pose.xi.shape != (2,) or not np.isfinite(pose.det_A) or not all(pose.working):
         raise ValueError("pose must be a single one that closes, away from Type 1")
     subject: Any = robot
-    return LivePage(subject, pose, _fragment(subject, pose))
+    return LivePage(subject, pose, _fragment(subject, pose, tool), tool)
 
 
-def _fragment(robot, pose):
+def _fragment(robot, pose, tool):
     numbers = {name: getattr(robot, name) for name in (*LENGTHS, *INERTIAS)}
     numbers |= dict(zip(("gx", "gy", "x", "y"), (*robot.gravity, *pose.xi.tolist())))
     numbers |= {name: x for name in BEYOND if name != "gravity" and (x := getattr(robot, name))}
+    numbers |= {} if tool is None else asdict(tool)
     signs = "".join("+" if mode > 0 else "-" for mode in pose.working)
     return f"#{'&'.join(f'{name}={digits(x)}' for name, x in numbers.items())}&working={signs}"
 
 
-def _content(robot, pose, opening):
+def _content(robot, pose, opening, tool=None):
     rows = {"A": [row[:k].tolist() for k, row in enumerate(DOP853.A[:12])]}
     rows |= {name: getattr(DOP853, name).tolist() for name in ("B", "E3", "E5")}
     return {
@@ -138,26 +148,30 @@ def _content(robot, pose, opening):
         "legs": LEGS[:2],
         "links": LINKS,
         "straight": straight_lines(),
-        **_parameters(robot, pose),
+        **_parameters(robot, pose, tool),
     }
 
 
 @lru_cache(maxsize=1)
 def _presets():
-    return {
-        name: _parameters(known.robot, _start(known.robot)) | {"source": known.source}
-        for name, known in ROBOTS.items()
-        if known.robot.turns
-    }
+    presets = {}
+    for name, known in ROBOTS.items():
+        if known.robot.turns:
+            tool = Tool(**known.tables["tool"]) if "tool" in known.tables else None
+            presets[name] = _parameters(known.robot, _start(known.robot), tool)
+            presets[name]["source"] = known.source
+    return presets
 
 
-def _parameters(robot, pose):
+def _parameters(robot, pose, tool):
     scalars = (*LENGTHS, *INERTIAS, *BEYOND)
     values = {name: getattr(robot, name) for name in scalars if name != "gravity"}
     values |= {
         "gravity": list(robot.gravity),
         "dry": bool(robot.fs1 or robot.fs2),
+        "leg": 0,
     }
+    values |= {} if tool is None else asdict(tool)
     size = sum(values[name] for name in LENGTHS)
     digit = 10 ** np.floor(np.log10(size / 5))
     return {

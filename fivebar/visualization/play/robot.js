@@ -2,7 +2,7 @@
 // small steps and stops, or slides along, where the robot cannot follow; `said` tells why.
 
 const LENGTHS = ["l11", "l12", "l21", "l22", "d"];
-const LIMITS = {length: [0.005, 10], d: [0, 20]};  // m
+const LIMITS = {length: [0.005, 10], d: [0, 20], tool: [-10, 10]};  // m
 const robot = {...content.robot};  // all parameters by name; gravity: [x, y]
 let p = lengths();
 let modes = [...content.working], pose = igm(content.xi, modes, p);
@@ -10,6 +10,14 @@ let said = "", touching = -1, noted = {words: "", until: 0};  // said now; said 
 const choices = {type1: false, type2: false};  // whether Type 1 changes the mode, whether Type 2 is passed
 
 function lengths(of = robot) { return LENGTHS.map(name => of[name]); }
+// Where a tool on the distal bar of leg 1 or 2 is, `along` the bar from the joint and `across` to its left; the
+// end-effector without one.
+function tipOf({xi, elbows}) {
+  const {leg, along, across} = robot;
+  if (!leg) return xi;
+  const [x, y] = elbows[leg - 1], size = Math.hypot(xi[0] - x, xi[1] - y), ux = (xi[0] - x) / size, uy = (xi[1] - y) / size;
+  return [xi[0] + along * ux - across * uy, xi[1] + along * uy + across * ux];
+}
 const sizeOf = (l = p) => l[0] + l[1] + l[2] + l[3] + l[4];
 
 // Numbers as text: rounding errors are 0, units go by size.

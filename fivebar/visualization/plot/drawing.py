@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import astuple
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.collections import LineCollection
 
 from ...models.geometry import igm
+from ...paths.placement import Placement
 from ..skeleton import pose_body
 from ..style import INK, REFERENCE, readable, signs
 from .panels import (
     PALETTES,
-    draw_loci,
+    draw_loci_of,
     draw_points,
     draw_robot,
-    draw_tool_loci,
     new_figure,
     plane,
 )
@@ -41,6 +42,7 @@ def drawing(
     tool: Tool | None = None,
     by: str = "the simulated robot",
     page: np.ndarray | None = None,
+    frame: Placement | None = None,
 ) -> Figure:
     """Return the figure of desired and drawn strokes, beside the robot where it begins.
 
@@ -60,6 +62,8 @@ def drawing(
         What drew, in words.
     page : (5, 2) array, optional
         Corners of the sheet, m.
+    frame : Placement, optional
+        From the robot's frame to the one in which all is shown, that of the table.
 
     Returns
     -------
@@ -77,7 +81,11 @@ def drawing(
     >>> len(figure.axes)
     4
     """
-    sheet = [] if page is None else [page]
+    frame = Placement() if frame is None else frame
+    strokes = desired
+    desired = [frame(stroke) for stroke in desired]
+    drawn = [frame(stroke) for stroke in drawn]
+    sheet = [] if page is None else [frame(page)]
     points = 1e3 * np.concatenate([*desired, *drawn, *sheet])
     low = points.min(axis=0)
     high = points.max(axis=0)
@@ -89,7 +97,7 @@ def drawing(
     figure = new_figure(WIDTH, float(np.clip(shape, 5.0, 11.0)))
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.55))
     left = figure.add_subplot(grid[:, 0])
-    _robot(left, robot, working, desired, tool)
+    _robot(left, robot, working, strokes, tool, frame)
     top = figure.add_subplot(grid[0 if len(drawn) else slice(None), 1])
     for stroke in desired:
         draw_points(top, "path.desired", stroke)
@@ -164,20 +172,19 @@ def draw_path(path: Path) -> Figure:
     return figure
 
 
-def _robot(axes, robot, working, desired, tool):
+def _robot(axes, robot, working, desired, tool, frame):
     pen = desired[0][0]
     if tool is None:
         start = igm(robot, pen, working)
     else:
         start = tool.pose(robot, pen, working)
-    draw_robot(axes, pose_body([start]))
-    if tool is not None:
-        draw_points(axes, "robot.tool", np.stack([start.elbows[tool.leg - 1], pen, start.xi]))
+    draw_robot(axes, pose_body([start], None if tool is None else astuple(tool)))
     for stroke in desired:
         draw_points(axes, "path.desired-small", stroke)
-    if tool is None:
-        draw_loci(axes, robot, tuple(working))
-    else:
-        draw_tool_loci(axes, tool, robot, tuple(working))
+    draw_loci_of(axes, robot, tuple(working), (), tool)
     draw_points(axes, "mark.pen", pen)
+    for line in axes.lines:
+        z = 1e3 * complex(*frame.shift) + frame.turned * (line.get_xydata() @ (1, 1j))
+        line.set_data(z.real, z.imag)
+    axes.relim()
     plane(axes, 3, f"the robot, in working modes ({signs(*working)})")

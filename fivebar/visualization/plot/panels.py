@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,10 +12,11 @@ from matplotlib import colormaps
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
+from ...paths.placing.tool_regions import tool_regions
 from ...singularities.loci import singularity_loci
 from ...singularities.margins import Singularity
 from .. import style as names
-from ..style import INK, LEGS, SIDES, readable
+from ..style import INK, SIDES, readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -150,16 +152,9 @@ def draw_robot(axes: Axes, body: Skeleton, sample: int = 0, **style) -> None:
     Guides go from border to border.
     """
     points = body.points[sample]
-    for path, colours in zip(body.paths, LEGS):
-        # A bar folded back lies under the other.
-        for first, colour in reversed(list(zip(range(len(path) - 1), colours))):
-            draw_points(
-                axes,
-                "robot.bar",
-                points[path[first : first + 2]],
-                color=colour,
-                **style,
-            )
+    # A bar folded back lies under the other.
+    for bar, colour in reversed(list(zip(body.bars, body.colours))):
+        draw_points(axes, "robot.bar", points[list(bar)], color=colour, **style)
     draw_points(axes, "robot.motor", points[list(body.actuated)], **style)
     for low, _ in body.rails:
         axes.axvline(1e3 * points[low, 0], **STYLES["robot.guide"])
@@ -174,6 +169,14 @@ def set_window(axes: Axes, points: np.ndarray) -> tuple[float, float]:
     (left, low), (right, high) = low - margin, high + margin
     axes.set(xlim=(left, right), ylim=(low, high))
     return low, high
+
+
+def draw_loci_of(axes: Axes, robot: Any, working: Any, ends: tuple, tool: Tool | None) -> None:
+    """Draw the loci of joint C, or those that a tool sees."""
+    if tool is None:
+        draw_loci(axes, robot, working, ends)
+    else:
+        draw_tool_loci(axes, tool, robot, working)
 
 
 def draw_loci(
@@ -203,14 +206,23 @@ def draw_loci(
 
 
 def draw_tool_loci(axes: Axes, tool: Tool, robot: FiveBar, working: tuple[int, int]) -> None:
-    """Draw the loci that a tool sees in these working modes, each type named once."""
+    """Draw the borders of the regions that a tool sees in these modes, each type named once.
+
+    Where the tool folds over its bar is Type 1, too.
+    """
     known = set()
-    for locus in tool.loci(robot, working):
-        style: dict = dict(LOCI[locus.type & ~Singularity.SERIAL or Singularity.SERIAL])
-        if style["label"] in known:
-            del style["label"]
-        known.add(style.get("label"))
-        axes.plot(*(1e3 * locus.points).T, zorder=0, **style)
+    for region in tool_regions(tool, robot, working):
+        for arc in chain.from_iterable(region.boundary):
+            kind = Singularity.PARALLEL & arc.locus.type or Singularity.SERIAL
+            style: dict = dict(LOCI[kind])
+            if style["label"] in known:
+                del style["label"]
+            known.add(style.get("label"))
+            # A border of two regions is drawn once, so that its dashes stay apart.
+            ends = frozenset(np.round(1e7 * arc.z[[0, -1]]).tolist())
+            if (arc.locus.kind, ends) not in known:
+                known.add((arc.locus.kind, ends))
+                axes.plot(1e3 * arc.z.real, 1e3 * arc.z.imag, zorder=0, **style)
 
 
 def mark_crossing(axes: Axes, place: float, kind: Singularity) -> None:

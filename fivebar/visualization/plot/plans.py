@@ -4,6 +4,7 @@ to singular.
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,7 @@ from .panels import (
     STYLES,
     draw,
     draw_level,
-    draw_loci,
+    draw_loci_of,
     draw_points,
     draw_robot,
     draw_torques,
@@ -32,13 +33,15 @@ from .panels import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ...paths.tool import Tool
     from ...planning.plans import Plan
 
 
-def draw_plan(plan: Plan) -> Figure:
+def draw_plan(plan: Plan, tool: Tool | None = None) -> Figure:
     """Draw a Plan: path with the robot at both ends, torques, sines of both legs and det A.
 
-    Where its modes are free, the loci are those of any modes.
+    Where its modes are free, the loci are those of any modes. tool: whose path is drawn then, with
+    the loci that it sees in the modes of the start.
     """
     figure = new_figure(12, 7)
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.1))
@@ -54,7 +57,7 @@ def draw_plan(plan: Plan) -> Figure:
     motion = plan.pieces.motion(k, sigma)
     pose = plan.accelerations(t).rates.pose
     crossed = [(Singularity(kind), place) for _, kind, _, place, _ in crossings(t, pose)]
-    _path(figure.add_subplot(grid[:, 0]), plan, pose, crossed)
+    _path(figure.add_subplot(grid[:, 0]), plan, pose, crossed, tool)
     top = figure.add_subplot(grid[0, 1])
     _torques(top, plan, t, motion[:, -2:])
     bottom = figure.add_subplot(grid[-1, 1], sharex=top)
@@ -65,9 +68,15 @@ def draw_plan(plan: Plan) -> Figure:
     return figure
 
 
-def _path(axes, plan, pose, crossed):
-    xi = pose.xi
-    body = robot_body(plan.robot, pose.elbows, xi)
+def _path(axes, plan, pose, crossed, tool):
+    working = plan.problem.working
+    if tool is None:
+        xi = pose.xi
+        body = robot_body(plan.robot, pose.elbows, xi)
+    else:
+        xi = tool.point(pose)
+        body = robot_body(plan.robot, pose.elbows, pose.xi, astuple(tool))
+        working = tuple(pose.working[0].tolist())
     draw_robot(axes, body, 0, alpha=0.35)
     draw_robot(axes, body, -1)
     ends = set_window(
@@ -79,14 +88,15 @@ def _path(axes, plan, pose, crossed):
             ]
         ),
     )
-    draw_loci(axes, plan.robot, plan.problem.working, ends)
+    draw_loci_of(axes, plan.robot, working, ends, tool)
     draw_points(axes, "path.planned", xi)
     draw_points(axes, "mark.end", xi[0], marker="o")
     draw_points(axes, "mark.end", xi[-1], marker="s")
     if vias := [conditions[0] for conditions, _ in plan.problem.stops[1:-1]]:
         # A stop is a point or the four bars.
         still = [np.concatenate([at, np.zeros(2 * len(at))]) for at in vias]
-        points = [plan.problem.accelerations(motion).rates.pose.xi for motion in still]
+        poses = [plan.problem.accelerations(motion).rates.pose for motion in still]
+        points = [pose.xi if tool is None else tool.point(pose) for pose in poses]
         draw_points(axes, "mark.via", points)
     for kind, marker in (
         (Singularity.SERIAL, "+"),

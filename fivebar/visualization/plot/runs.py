@@ -58,13 +58,17 @@ def _path(axes, run):
     draw_robot(axes, body, 0, alpha=0.35)
     draw_robot(axes, body, -1)
     if run.xi_ref is not None:
-        draw_points(axes, "path.reference", run.xi_ref)
-    draw_points(axes, "path.end-effector", run.xi)
+        draw_points(axes, "path.reference", run.drawn_ref)
+    draw_points(axes, "path.end-effector", run.drawn, label=_tip(run))
     for event in run.events:
-        place = np.array([np.interp(event.t, run.t, column) for column in run.xi.T])
+        place = np.array([np.interp(event.t, run.t, column) for column in run.drawn.T])
         draw_points(axes, "mark.event", place)
         note(axes, f"Type {int(event.type)}", place)
     plane(axes, 2, "path, with the robot at start (pale) and end")
+
+
+def _tip(run):
+    return "end-effector" if run.tool is None else "tool"
 
 
 def _errors(axes, run):
@@ -100,7 +104,7 @@ def _errors(axes, run):
         label=label,
     )
     _crossings(axes, run)
-    title = "tracking error of the end-effector"
+    title = f"tracking error of the {_tip(run)}"
     over_time(axes, 5, f"error ({unit})", title, last=False)
 
 

@@ -15,7 +15,7 @@ from ..style import readable
 from .panels import (
     PALETTES,
     draw,
-    draw_loci,
+    draw_loci_of,
     draw_points,
     draw_robot,
     draw_torques,
@@ -53,15 +53,17 @@ def draw_timed_path(motion: TimedPath) -> Figure:
 
 
 def _drawing(figure, axes, motion, t):
-    xi, xi_dot, _ = motion(t)
+    k, way, speed, _ = motion.along(t)
+    drawn, drawn_s, *_ = motion.path.drawn.on(motion.piece[k], motion.first[k] + way)
     pose = motion.accelerations(np.array([motion.times[0], motion.duration])).rates.pose
-    body = robot_body(motion.robot, pose.elbows, pose.xi)
+    body = robot_body(motion.robot, pose.elbows, pose.xi, motion.tool)
     draw_robot(axes, body, 0, alpha=0.35)
-    ends = set_window(axes, np.concatenate([body.points[0, body.joints], xi]))
-    draw_loci(axes, motion.robot, motion.working, ends)
-    parts = 1e3 * np.stack([xi[:-1], xi[1:]], axis=1)
+    ends = set_window(axes, np.concatenate([body.points[0, body.joints], drawn]))
+    tool = None if motion.path.tool is None else motion.path.tool.tool
+    draw_loci_of(axes, motion.robot, motion.working, ends, tool)
+    parts = 1e3 * np.stack([drawn[:-1], drawn[1:]], axis=1)
     pen_down = motion.pen(t[:-1])
-    speed = np.linalg.norm(xi_dot, axis=-1)[:-1]
+    speed = (np.linalg.norm(drawn_s, axis=-1) * speed)[:-1]
     for down, width, alpha in ((True, 2.6, 1.0), (False, 1.0, 0.45)):
         now = pen_down == down
         if now.any():
@@ -83,7 +85,7 @@ def _drawing(figure, axes, motion, t):
                     label="speed (m/s)",
                 )
     if motion.crossing.any():
-        places = motion.path(motion.s[motion.crossing])[0]
+        places = motion.path.drawn(motion.s[motion.crossing])[0]
         draw_points(
             axes,
             "mark.crossing",

@@ -5,10 +5,10 @@ from __future__ import annotations
 from itertools import product
 from typing import TYPE_CHECKING
 
-import numpy as np
-from matplotlib.colors import ListedColormap
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as MplPath
 
-from ...paths.placing.with_tool import tool_regions
+from ...paths.placing.tool_regions import tool_regions
 from ..style import signs
 from .panels import draw_points, draw_tool_loci, figure_legend, new_figure, plane
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ...models.robots import FiveBar
     from ...paths.tool import Tool
 
-AREA = ListedColormap(["#d9e8f5"])
+AREA = "#d9e8f5"
 
 
 def tool_map(tool: Tool, robot: FiveBar) -> Figure:
@@ -48,11 +48,10 @@ def tool_map(tool: Tool, robot: FiveBar) -> Figure:
     for axes, mode in zip(panels.flat, product((-1, 1), (-1, 1))):
         here = [region for region in regions if region.working == mode]
         for region in here:
-            inside = np.ma.masked_less(region.clearance, 0.0)
-            (x0, y0), (x1, y1) = 1e3 * region.grid
-            axes.imshow(0 * inside.T, origin="lower", extent=(x0, x1, y0, y1), cmap=AREA, zorder=-1)
-            place = np.unravel_index(region.clearance.argmax(), region.clearance.shape)
-            axes.text(*(1e3 * (region.low + region.step * np.array(place))), str(region.number))
+            loops = [MplPath(1e3 * polygon, closed=True) for polygon in region.polygons]
+            area = MplPath.make_compound_path(*loops)
+            axes.add_patch(PathPatch(area, facecolor=AREA, edgecolor="none", zorder=-1))
+            axes.text(*(1e3 * region.point), str(region.number))
         draw_tool_loci(axes, tool, robot, mode)
         for drive in robot.drives:
             draw_points(axes, "robot.motor", (drive.x, drive.y))

@@ -97,7 +97,9 @@ class RobotSource:
     """
 
     items = ("trace reference loci elbow-circles velocity acceleration bar-forces torques").split()
+    items_of_tool = "trace reference elbow-circles torques".split()  # others are of joint C
     xi_ref: np.ndarray | None = None
+    tool: tuple[int, float, float] | None = None  # leg, along, across, m
 
     frames: Frames
     xi: np.ndarray
@@ -123,18 +125,20 @@ class RobotSource:
 
     def __init__(self, robot: Robot):
         self.robot = robot
+        if self.tool is not None:
+            self.items = self.items_of_tool
         self.title = robot.words.title
         self.effort = robot.words.effort
         self.heading = robot_title(robot)
 
     @cached_property
     def body(self) -> Skeleton:
-        return robot_body(self.robot, self.elbows, self.xi)
+        return robot_body(self.robot, self.elbows, self.xi, self.tool)
 
     @property
     def traced(self) -> np.ndarray:
-        """The end-effector's path, (m, 2) m."""
-        return self.xi
+        """The path of the end-effector, or of the tool beside it, (m, 2) m."""
+        return self.xi if self.tool is None else self.body.points[:, self.body.traced]
 
     @cached_property
     def working(self) -> np.ndarray:
@@ -172,6 +176,7 @@ class RunSource(RobotSource):
     """A simulated run."""
 
     def __init__(self, run: Run):
+        self.tool = run.tool
         super().__init__(run.robot)
         self.run = run
         self.frames = choose(run.t, run.q, run.xi)
@@ -179,7 +184,7 @@ class RunSource(RobotSource):
         self.q = run.q[index]
         self.q_dot = run.q_dot[index]
         self.xi = run.xi[index]
-        self.xi_ref = None if run.xi_ref is None else run.xi_ref[index]
+        self.xi_ref = None if run.drawn_ref is None else run.drawn_ref[index]
         self.elbows = elbows(run.robot, self.q)
 
     @property
@@ -230,6 +235,7 @@ class ReferenceSource(RobotSource):
     """A plan, or a reference in the working modes (-1, -1)."""
 
     def __init__(self, robot: Robot, reference: Any):
+        self.tool = getattr(reference, "tool", None)
         super().__init__(robot)
         self.reference = reference
         self.modes = getattr(reference, "working", (-1, -1))
