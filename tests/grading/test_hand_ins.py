@@ -20,6 +20,7 @@ NOT_NAMED = {
     ("both coudes on the left", "dgm_passive"),  # right with the right dgm
     ("the same speed for both", "dkm_passive"),
     ("rotations added once more", "dgm_passive"),
+    ("centripetal terms of the proximal bars", "dkm2_passive"),  # two lines of a leg
 }
 
 
