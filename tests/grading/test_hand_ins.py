@@ -15,11 +15,10 @@ OF_ALL = {"lab2": 0.7, "lab7": 0.5}
 # Changes that no derivation with a slip gives.
 NOT_NAMED = {
     ("the mass of the feet, and a minus", "dynamic_model"),  # two changes in one product
-    ("the whole distance over one radius", "dgm"),
     ("it refuses too early, and the bar is another one's", "ikm"),  # rows of * and @ mixed
     ("both coudes on the left", "dgm_passive"),  # right with the right dgm
-    ("the same speed for both", "dkm_passive"),
     ("rotations added once more", "dgm_passive"),
+    ("centripetal terms of the proximal bars", "dkm2_passive"),  # two lines of a leg
 }
 
 

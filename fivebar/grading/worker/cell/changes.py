@@ -449,8 +449,8 @@ def _added(place, constants):
     if isinstance(node, ast.Name):
         for name in place.arguments:
             if _kind(name) == _kind(node.id) and name != node.id:
-                yield 4, "a term", with_(ast.Add(), _name(name))
-                yield 4, "a term", with_(ast.Sub(), _name(name))
+                yield 2, "a term", with_(ast.Add(), _name(name))
+                yield 2, "a term", with_(ast.Sub(), _name(name))
         for name in place.stored:
             if name != node.id:
                 yield 6, "a term", with_(ast.Add(), _name(name))
