@@ -99,7 +99,7 @@ def _array(name, part):
 def _loose(value):
     """Return the value as an array, of nothing where it is none."""
     try:
-        return np.asarray(value, float)
+        return np.asarray(value, complex)
     except (TypeError, ValueError):
         return np.empty(0)
 

@@ -257,5 +257,10 @@ def passive_slips(kind: Kind) -> tuple[Slip, ...]:
             "The bar at angle 0 points along x.",
             bars=lambda robot, leg, q: 1j * proximal(robot, leg, q).conj(),
         ),
+        *each_leg(
+            "length of the proximal bar forgotten",
+            "You subtract a number without unit from a length in metres.",
+            bars=lambda robot, leg, q: np.exp(1j * q),
+        ),
     ]
     return tuple(slips)

@@ -107,7 +107,9 @@ def _pulls(kind):
     if not kind.turns:
         return (own_kept,)
     term = "The elbow's centripetal acceleration is -l11 q11'^2 u11. What does v12 . u11 give?"
-    missing = per_leg(
-        "centripetal term missing", term, "pull", lambda j, v, own, q: 0 * own, usual_pull
+    wrong = (
+        ("centripetal term missing", lambda j, v, own, q: 0 * own),
+        ("centripetal term of the wrong sign", lambda j, v, own, q: -usual_pull(j, v, own, q)),
     )
-    return *missing, own_kept
+    each = [s for name, pull in wrong for s in per_leg(name, term, "pull", pull, usual_pull)]
+    return *each, own_kept
