@@ -98,7 +98,7 @@ class Path(Plotted):
                     f"Path: pieces[{k}] must be a Line, an Arc or a Polynomial, not {shown(piece)}"
                 )
         n = len(pieces)
-        pen = _each(self.pen, True, _down, n, "pen")
+        pen = _each(self.pen, True, _true_or_false, n, "pen")
         feed = _each(
             self.feed,
             np.inf,
@@ -119,6 +119,7 @@ class Path(Plotted):
             ("feed", feed),
             ("notes", notes),
             ("lines", lines),
+            ("rests_for_pen", _true_or_false(self.rests_for_pen, "Path: rests_for_pen")),
         ):
             object.__setattr__(self, name, value)
         order = np.arange(n)
@@ -333,9 +334,9 @@ def _speed(value, name):
     return positive(value, name)
 
 
-def _down(value, name):
+def _true_or_false(value, name):
     if not isinstance(value, bool | int | np.bool_) or value not in (0, 1):
-        raise ValueError(f"{name} must be True or False for each piece, not {shown(value)}")
+        raise ValueError(f"{name} must be True or False, not {shown(value)}")
     return bool(value)
 
 

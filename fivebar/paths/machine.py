@@ -92,7 +92,8 @@ class Machine:
             tool = instance(Tool)(self.tool, "Machine: tool")
             robot_: Any = self.robot
             MountedTool(tool, robot_, (-1, -1))
-        object.__setattr__(self, "measured", tuple(map(_signs, self.measured)))
+        measured = instance(tuple, list)(self.measured, "Machine: measured")
+        object.__setattr__(self, "measured", tuple(map(_signs, measured)))
 
     def __repr__(self) -> str:
         words = [self.robot.words.title]

@@ -184,7 +184,7 @@ CASES = {
         options={"format": ["c", "sdf", "urdf", "gcode", "reprapfirmware", "ros2_control"], "closure": ["joint"], "functions": [("igm",), ["dance"], []]},
     ),
     "play": Case(
-        fb.play, dict(robot=ROBOT, pose=POSE, branch=None), 5.0,
+        fb.play, dict(robot=ROBOT, pose=POSE, branch=None, tool=fb.Tool(1, 0.01)), 5.0,
         words=("leave it out", "another robot", "a linkage's", "single one", "nothing to show", "paper's"),
         options={"robot": [FOUR_BAR, linkages.SliderCrank(0.1, 0.3)], "pose": [None], "branch": [1, -1]},
     ),
@@ -275,14 +275,14 @@ CASES = {
     ),
     "Path": Case(
         fb.Path,
-        dict(pieces=STROKE.pieces, pen=(True,) * len(STROKE.pieces), dwells={0.0: 0.1}, feed=None, notes=(), lines=None, tool=None),
+        dict(pieces=STROKE.pieces, pen=(True,) * len(STROKE.pieces), dwells={0.0: 0.1}, feed=None, notes=(), lines=None, tool=None, rests_for_pen=True),
         words=("Path:", "pieces"),
     ),
     "Machine": Case(
         fb.Machine,
         dict(
             robot=ROBOT, offset=(0.1, 0.0), ratio=(1.0, 1.0), frame=fb.Placement((0.1, 0.0)), constraints=fb.Constraints(),
-            tool=fb.Tool(1, 0.01),
+            tool=fb.Tool(1, 0.01), measured=((-1, -1, -1),),
         ),
     ),
     "Tool": Case(fb.Tool, dict(leg=1, along=0.01, across=0.02)),

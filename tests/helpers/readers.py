@@ -36,6 +36,7 @@ from fivebar.optimal_design.designs import designs_of
 from fivebar.optimal_design.results import Front
 from fivebar.optimal_design.sweeps import Sweep
 from fivebar.paths.certificates.checker import check, digest
+from fivebar.paths.setpoints import setpoints
 from fivebar.singularities.maps import Map, singularity_map
 from fivebar.study.speed_accuracy.store import Partial
 from tests.helpers import DATA, functions_with
@@ -196,6 +197,7 @@ def readers():
         "columns": Reader(lambda path: columns.read(path, wanted), "it.csv", (points, b"t (ms)\tx_mm\n1\t2\n2\t3\n")),
         "Run": Reader(fb.Run.from_csv, "it.csv", (_text(run.to_csv),)),
         "Plan": Reader(fb.Plan.from_csv, "it.csv", (_text(plan.to_csv),)),
+        "setpoints": Reader(fb.TimedPath.from_csv, "it.csv", (_text(setpoints(ROBOT, line, 100.0).to_csv),)),
         "Study": Reader(Study.from_csv, "it.csv", (_text(found.to_csv),)),
         "Map": Reader(Map.from_npz, "it.npz", (_map(),)),
         "partial": Reader(_partial, "it.jsonl", (b'{"robot": 1}\n{"problem": "p", "method": "m", "knob": 1.0}\n',)),
@@ -292,7 +294,7 @@ COVERS = {
     "grading.worker.submission:_code": "hand-in.ipynb", "grading.worker.submission:_member": "hand-in.zip",
     "grading.worker.submission:opened": "hand-in.py", "grading.worker.submission:opened_archive": "hand-in.zip",
     "linkages.study:from_csv": "Study", "paths.certificates.checker:check": "certificate", 
-    "planning.plans:from_csv": "Plan", "simulation.run:from_csv": "Run", "singularities.maps:from_npz": "Map",
+    "planning.plans:from_csv": "Plan", "paths.recorded_path:recorded_path": "setpoints", "simulation.run:from_csv": "Run", "singularities.maps:from_npz": "Map",
     "study.speed_accuracy.store:__init__": "partial", "study.speed_accuracy.store:_parsed": "partial",
     "base.tables:about": "Run",
     "cli.grade_folder:hand_out": "ids",
@@ -323,6 +325,7 @@ OWN = {
         grading.grade:grade""",
     "the cache of compiled code, checked by its sum; tests/models/test_compiled.py": """models.machine_code:_build
         models.machine_code:_intact""",
+    "its own count, which begins anew where it is damaged; tests/grading/test_tries.py": "grading.tries:_read",
     "its own words": "optimal_design.task:about optimal_design.results:plain_parameters",
     "a script that its user runs; tests/amoro": "amoro.ros_free.child:_code",
     "what paths.certificates.checker:check has proved": "cli.certify:_check",

@@ -63,16 +63,16 @@ class Inclined(NamedTuple):
     def velocity_coefficients(self, sine, cosine):
         return sine, cosine
 
-    def bends(self, sine, cosine):
+    def acceleration_coefficients(self, sine, cosine):
         return 0.0, 0.0
 
     def close(self, xi, bar, working):
         return RRP((self.x - xi[0], self.y - xi[1]), bar, (self.ex, self.ey), working)
 
-    def held(self, dyad):
+    def direction_in(self, dyad):
         return dyad.slide
 
-    def bar(self, dyad):
+    def distal_in(self, dyad):
         x, y = dyad.first
         return -x, -y
 

@@ -92,7 +92,7 @@ SINES = "left leg", "right leg", "distal bars"
 QUANTITIES = {
     "q": RunQuantity("active joints", "{joint}", LEGS, _column("q")),
     "q_dot": RunQuantity("active joints' rates", "{joint}/s", LEGS, _column("q_dot")),
-    "xi": RunQuantity("end-effector, or its tool", "m", AXES, _column("drawn")),
+    "xi": RunQuantity("{point}", "m", AXES, _column("drawn")),
     "error": RunQuantity("tracking error", "m", (*AXES, "distance"), _error, True),
     "q_error": RunQuantity("active joints' error", "{joint}", LEGS, _column("q_error"), True),
     "tau": RunQuantity("motor {effort}s", "{effort}", LEGS, _column("tau")),
@@ -164,8 +164,9 @@ def _panels(key, runs, columns, names, unit, size):
     """Return the plots of a quantity: one with all its parts, or with several runs one for each
     part.
     """
-    effort = next(iter(runs.values())).robot.words.effort
-    title = QUANTITIES[key].title.format(effort=effort)
+    first = next(iter(runs.values()))
+    point = "end-effector" if first.tool is None else "tool"
+    title = QUANTITIES[key].title.format(effort=first.robot.words.effort, point=point)
     step = key == "tau"
     known = {run.largest_torque for run in runs.values() if step} - {None}
     limits = [sign * limit for limit in sorted(known) for sign in (1, -1)]
