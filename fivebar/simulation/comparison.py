@@ -49,7 +49,7 @@ def compare(runs: Mapping[str, Run]) -> Comparison:
     --------
     >>> import fivebar as fb
     >>> robot, line = fb.FiveBar(), fb.line((0.09, 0.068), (0.08, 0.075), 0.5)
-    >>> runs = {"PD": fb.simulate(robot, fb.PD(robot, 10, 1), line)}
+    >>> runs = {"PD": fb.simulate(robot, fb.PD(robot, 2, 0.2), line)}
     >>> fb.compare(runs).figures["PD"]["peak_torque_Nm"][0] > 0
     True
     """

@@ -9,7 +9,6 @@ import sys
 import time
 from types import ModuleType, SimpleNamespace
 
-import _lab_world
 import numpy as np
 
 MAKE, STEP, RESET = range(3)
@@ -104,6 +103,8 @@ def install():
 
 def run(source, name, arguments):
     """Run a script as `python3 NAME ARGUMENTS` would; return the error that ended it, or 0."""
+    import _lab_world
+
     world = _lab_world.world = World()
     install()
     module = sys.modules["__main__"] = ModuleType("__main__")

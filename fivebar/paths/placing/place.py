@@ -248,7 +248,7 @@ def place(
         parts[0],
         clearance,
         np.array([at.real, at.imag]),
-        None if scale is None else max(bound, left_out),
+        None if scale is None else float(max(bound, left_out)),
         largest,
         largest_bound,
         own,
