@@ -59,7 +59,6 @@ class Helped:
     names = property(lambda self: self.student.names)
     constants = property(lambda self: self.student.constants)
     outline = property(lambda self: self.student.outline)
-
     changes = property(lambda self: self.student.changes)
 
     def ask(
@@ -71,15 +70,15 @@ class Helped:
         tried: Tried | None = None,
     ) -> list[Reply]:
         known = self.robot.parameters
-        set_: dict = {}
+        lengths_and_masses: dict = {}
         for name, value in (constants or {}).items():
             owners = self.constants_of.get(name, (name,))
-            set_ |= {owner: value for owner in owners if owner in known}
-        robot = replace(self.robot, **set_)
+            lengths_and_masses |= {owner: value for owner in owners if owner in known}
+        robot = replace(self.robot, **lengths_and_masses)
         given = {name: self._right(name, robot) for name in self.exercises}
         patience, tried = PATIENCE * (limit or LIMIT), tried or self._tried(rows)
-        changed = {"tried": tried} if tried else {}  # a session's functions cannot be changed
-        return self.student.ask(function, rows, constants, patience, given, **changed)
+        options = {"tried": tried} if tried else {}  # a session's functions cannot be changed
+        return self.student.ask(function, rows, constants, patience, given, **options)
 
     def _tried(self, rows):
         """Return the change, if any, with which all rows are asked."""
