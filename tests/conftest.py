@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import zlib
 from collections import Counter
 
 # One test runs on each core: threads of the linear algebra would only wait for each other.
@@ -74,16 +75,32 @@ def isolate(request):
     return request.param
 
 
+def pytest_addoption(parser):
+    parser.addoption(
+        "--deep-part", default="1/1", metavar="K/N", help="the Kth of N parts of the deep tests"
+    )
+
+
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """Of a test that is marked every(n), each nth case runs by default; the others are deep."""
+def pytest_collection_modifyitems(config, items):
+    """Of a test that is marked every(n), each nth case runs by default; the others are deep.
+
+    The parts of the deep tests are drawn by their names: a new test moves no other one.
+    """
     counts = Counter()
+    part, parts = map(int, config.getoption("--deep-part").split("/"))
+    here, elsewhere = [], []
     for item in items:
         every = item.get_closest_marker("every")
         if every:
             if counts[item.function] % every.args[0]:
                 item.add_marker("deep")
             counts[item.function] += 1
+        is_deep = item.get_closest_marker("deep")
+        its_part = zlib.crc32(item.nodeid.encode()) % parts + 1
+        (elsewhere if is_deep and its_part != part else here).append(item)
+    config.hook.pytest_deselected(items=elsewhere)
+    items[:] = here
 
 
 def pytest_terminal_summary(terminalreporter):

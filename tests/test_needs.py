@@ -52,3 +52,18 @@ def test_what_is_missing_is_said_once(ci, status, kind, distributed, tmp_path):
 def test_what_is_here_is_used(monkeypatch):
     monkeypatch.setitem(needs.NEEDED, "nothing", (lambda: True, ""))
     needs.need("nothing")
+
+
+def test_parts_of_the_deep_tests_make_up_all_of_them():
+    def collected(*options):
+        command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider"]
+        file = "tests/models/test_compiled.py"
+        run = subprocess.run(
+            [*command, *options, file], cwd=ROOT, capture_output=True, text=True, check=True
+        )
+        return [line for line in run.stdout.splitlines() if line.startswith(file)]
+
+    every = collected("-m", "deep")
+    parts = [collected("-m", "deep", "--deep-part", f"{k}/3") for k in (1, 2, 3)]
+    assert sorted(sum(parts, [])) == sorted(every) and all(parts)
+    assert collected("--deep-part", "2/3") == collected()
