@@ -3,9 +3,12 @@
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 
+from .conftest import pytest_collection_modifyitems
 from .helpers import ROOT, needs
 
 TESTS = (
@@ -55,15 +58,20 @@ def test_what_is_here_is_used(monkeypatch):
 
 
 def test_parts_of_the_deep_tests_make_up_all_of_them():
-    def collected(*options):
-        command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider"]
-        file = "tests/models/test_compiled.py"
-        run = subprocess.run(
-            [*command, *options, file], cwd=ROOT, capture_output=True, text=True, check=True
-        )
-        return [line for line in run.stdout.splitlines() if line.startswith(file)]
+    marks = [{"deep"} if k % 3 else set() for k in range(300)]
+    every = [
+        SimpleNamespace(nodeid=f"test.py::{k}", get_closest_marker=lambda name, m=m: name in m)
+        for k, m in enumerate(marks)
+    ]
 
-    every = collected("-m", "deep")
-    parts = [collected("-m", "deep", "--deep-part", f"{k}/3") for k in (1, 2, 3)]
-    assert sorted(sum(parts, [])) == sorted(every) and all(parts)
-    assert collected("--deep-part", "2/3") == collected()
+    def kept(part):
+        config, items = Mock(), [*every]
+        config.getoption.return_value = part
+        pytest_collection_modifyitems(config, items)
+        gone = config.hook.pytest_deselected.call_args.kwargs["items"]
+        assert {*map(id, items + gone)} == {*map(id, every)}
+        return [item.nodeid for item in items if item.get_closest_marker("deep")]
+
+    parts = [kept(f"{k}/3") for k in (1, 2, 3)]
+    assert sorted(sum(parts, [])) == sorted(kept("1/1")) and len(kept("1/1")) == 200
+    assert min(map(len, parts)) > 40
