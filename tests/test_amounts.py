@@ -55,6 +55,7 @@ def test_a_control_period_beyond_the_end_is_one_period():
     assert len(many.t) == len(long.t)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("method", ["None", "'rk4'"])
 def test_a_period_of_many_steps_takes_the_memory_of_its_rows(method):
     """A hundred thousand rows of one period: less than 1 kB a row, where compiling the period took 7 kB a step."""

@@ -6,6 +6,7 @@ from tests.benchmarks import arrays, engine, live_page, singularities, speed, ti
 from tests.helpers.needs import need
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "benchmark, figures",
     [

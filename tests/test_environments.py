@@ -128,6 +128,7 @@ def test_no_home_at_all(monkeypatch):
             fb.compile(ROBOT, ["q"], ["xi"], jit=True)
 
 
+@pytest.mark.deep
 def test_a_clock_that_jumps_changes_nothing(monkeypatch):
     """Nor one that runs ahead, as where others have the processor."""
 

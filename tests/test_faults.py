@@ -33,6 +33,7 @@ ROUNDS = 60 if NIGHTLY else 3
 WRITERS = writers()
 
 
+@pytest.mark.deep
 def test_files_are_written_by_what_gives_them_their_name_last():
     assert writing_functions() == set(DIRECT), (
         "use tables.written, saved or replaced, or say in helpers/writers.py why not"

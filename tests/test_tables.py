@@ -302,6 +302,7 @@ def test_other_files_are_refused_with_their_name(tmp_path, readers, content):
             read(path)
 
 
+@pytest.mark.deep
 @settings(CALMLY, max_examples=200)
 @given(
     st.lists(

@@ -124,6 +124,7 @@ def two_strokes(tmp_path):
     ]
 
 
+@pytest.mark.deep
 def test_the_pen_has_time_and_setpoints_are_read_back(two_strokes, tmp_path, capsys):
     out = ["--out", str(tmp_path)]
     assert main(["draw", *two_strokes, *out, "--json"]) == 0
@@ -153,6 +154,7 @@ def test_the_pen_has_time_and_setpoints_are_read_back(two_strokes, tmp_path, cap
     np.testing.assert_allclose(fb.igm(again.robot, again(t)[0], again.working).q, rows[:, 3:5])
 
 
+@pytest.mark.deep
 def test_strokes_begin_and_end_in_motion_with_leads(two_strokes, tmp_path, capsys):
     """v^2 / 2 a = 10 mm at 0.1 m/s and 0.5 m/s^2: after 12 mm the pen goes down at full speed."""
     out = ["--out", str(tmp_path), "--rate", "1000", "--json"]
@@ -170,6 +172,7 @@ def test_strokes_begin_and_end_in_motion_with_leads(two_strokes, tmp_path, capsy
     assert speed[edges] == pytest.approx(0.1, rel=0.02) and speed[[0, -1]].max() < 1e-9
 
 
+@pytest.mark.deep
 def test_all_of_the_page_is_in_the_workspace(tmp_path, capsys):
     (tmp_path / "corner.csv").write_text("x (mm),y (mm)\n5,5\n25,5\n25,15\n", "utf-8")
     command = ["draw", str(tmp_path / "corner.csv"), "--json", "--page", "0.09", "0.06"]
@@ -235,6 +238,7 @@ def test_the_constraints_of_a_file_are_kept(two_strokes, tmp_path, capsys):
     assert "violated by 0.005 at" in capsys.readouterr().err
 
 
+@pytest.mark.deep
 def test_a_duration_asked_for_is_named_as_such(two_strokes, tmp_path, capsys):
     assert main(["draw", *two_strokes, "--duration", "20", "--out", str(tmp_path)]) == 0
     assert "20.0000 s, as asked for; the least is" in capsys.readouterr().out

@@ -58,6 +58,7 @@ def test_pd_with_gravity_of_symbols_is_that_of_numbers():
     np.testing.assert_allclose(runs[1].q, alone.q, atol=1e-10)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("robot", [LAB, IRI, replace(LAB, fs1=0.01, fs2=0.02, fv1=0.003)])
 def test_computed_torque_that_knows_the_robot_follows_and_without_gravity_does_not(robot):
     xi = (0.02, 0.12) if robot is not IRI else (0.02, 0.25)
@@ -82,6 +83,7 @@ def test_dry_friction_is_given_by_the_reference_not_by_the_sign_of_a_rate_near_0
     np.testing.assert_allclose(more, (0.02, -0.03), rtol=1e-12)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "more", [{}, {"fs1": 0.01, "fs2": 0.01, "fv1": 0.002}, {"zz12": -1e-4, "my22": 2e-4}]
 )

@@ -57,6 +57,7 @@ def test_the_limit_of_pd_is_that_of_the_simulated_robot(seed, delay):
         assert grows(robot, pose, control, delay, directions[:, 0]) == (not stable), (q, words)
 
 
+@pytest.mark.deep
 def test_a_failure_names_the_gains():
     robot = fb.FiveBar()
     line = fb.line((0.09, 0.06796322), (0.0, 0.1), 2.0)

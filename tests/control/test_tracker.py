@@ -26,6 +26,7 @@ def largest(run):
 BETTER = {"task-1": 5, "torque-limit": 3, "mass": 10, "delay": 10, "encoder": 1.5, "crossing": 20}
 
 
+@pytest.mark.every(6)
 @pytest.mark.parametrize("name", CASES)
 def test_case_is_tracked_better_than_by_computed_torque(name):
     chosen = case(name)
@@ -102,6 +103,7 @@ def test_speed_limit_across_type_2():
     )
 
 
+@pytest.mark.every(2)
 def test_one_millisecond_and_other_robots(robot):
     reference = fb.line((0.05, 0.09), (0.03, 0.11), 0.4)
     for period, better in ((0.01, 10), (0.001, 2)):

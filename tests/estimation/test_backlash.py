@@ -35,6 +35,7 @@ def test_a_calibration_names_the_motor_with_backlash(seed):
     assert words[0] in str(found)
 
 
+@pytest.mark.deep
 def test_the_value_is_within_its_interval():
     from fivebar.estimation.calibration.backlash import backlashes
 

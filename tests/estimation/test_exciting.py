@@ -14,6 +14,7 @@ def found():
     return fb.exciting_trajectory(ROBOT, **LIMITS)
 
 
+@pytest.mark.deep
 def test_limits_hold_at_every_time_and_both_ends_rest(found):
     t = np.linspace(0, 5, 20_011)
     xi, xi_dot, xi_ddot = found(t)

@@ -47,6 +47,7 @@ COLUMNS = {
 FAST = "q2 in degrees", "x in mm"
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "what",
     [*FAST, *(pytest.param(what, marks=pytest.mark.deep) for what in COLUMNS if what not in FAST)],
@@ -128,6 +129,7 @@ def a_file(path, mistakes=True):
     return str(path)
 
 
+@pytest.mark.deep
 def test_the_command_names_both_mistakes_and_gives_lengths_after_mending(tmp_path, capsys):
     wrong, right = a_file(tmp_path / "wrong.csv"), a_file(tmp_path / "right.csv", mistakes=False)
     command = ["calibrate", wrong, "--unknown", *FREE, "scale", "--sigma", "1e-4"]

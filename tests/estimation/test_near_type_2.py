@@ -44,6 +44,7 @@ def share_inside(sets, rng, given, n, margin=0.0, unknown=UNKNOWN):
     return inside / (sets * len(unknown))
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("given", [True, False])
 def test_clean_data_are_never_refused(given):
     rng = np.random.default_rng(40)

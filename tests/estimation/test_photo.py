@@ -39,6 +39,7 @@ def gaps(points):
     return np.linalg.norm(points[:, None] - points, axis=-1)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("turn, tilt, blur", [(0.05, 0.1, 1.0), (3.2, 0.0, 2.0), (-0.15, 0.2, 0.7)])
 def test_crosses_are_found_to_a_part_of_a_pixel(turn, tilt, blur, drawn):
     rng = np.random.default_rng(3)
@@ -48,6 +49,7 @@ def test_crosses_are_found_to_a_part_of_a_pixel(turn, tilt, blur, drawn):
     np.testing.assert_allclose(gaps(found), gaps(made(drawn, drawn.crosses)), atol=8e-5)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("lens", [(-0.06, 0.0), (0.04, 0.0), (-0.05, 0.02), (-0.02, -0.01)])
 def test_a_lens_that_bends_lines_is_found_by_the_edges(lens, drawn):
     """Bows of up to 20 pixels, by another model than that which is fitted."""
@@ -58,6 +60,7 @@ def test_a_lens_that_bends_lines_is_found_by_the_edges(lens, drawn):
     np.testing.assert_allclose(gaps(found), gaps(made(drawn, drawn.crosses)), atol=1.2e-4)
 
 
+@pytest.mark.deep
 def test_a_ruler_gives_the_scale(drawn):
     cut = 1.004, 0.995  # as sheets are cut
     image = photograph(strokes(drawn, cut), "A5", np.random.default_rng(7), cut=cut)
@@ -71,6 +74,7 @@ def test_a_ruler_gives_the_scale(drawn):
         crosses_in(image, drawn, "A6")
 
 
+@pytest.mark.deep
 def test_a_photograph_gives_the_robot(drawn, tmp_path, capsys):
     """Once around: draw, photograph, calibrate, draw again."""
     image = photograph(strokes(drawn), "A5", np.random.default_rng(4))
@@ -102,6 +106,7 @@ def test_sides_need_a_photograph(capsys):
     assert "give --photo PICTURE" in capsys.readouterr().err
 
 
+@pytest.mark.deep
 def test_sheets_that_cannot_be_read_are_refused(drawn):
     rng = np.random.default_rng(5)
     with pytest.raises(ValueError, match="no sheet"):

@@ -36,6 +36,7 @@ def tip_error(true, found):
     return np.sqrt(np.nanmean((missed**2).sum(axis=-1)))
 
 
+@pytest.mark.deep
 def test_advised_priors_predict_better_on_ruler_data():
     rng = np.random.default_rng(1)
     errors = []
@@ -62,6 +63,7 @@ def test_many_exact_points_bear_all_unknowns():
         assert found.advised_priors == {} and "too few" not in str(found)
 
 
+@pytest.mark.deep
 def test_intervals_with_priors_hold_the_truth():
     """Truths are drawn from the prior: 95 % of the intervals hold them, and are narrower."""
     rng = np.random.default_rng(3)

@@ -29,6 +29,7 @@ def ruled(drawn, points, table, noise, rng):
     table.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("seed", range(2))
 def test_a_ruler_finds_the_robot(seed, tmp_path):
     rng = np.random.default_rng(seed)
@@ -55,6 +56,7 @@ def test_a_ruler_finds_the_robot(seed, tmp_path):
     assert off(after) < 4e-4 < off(before)
 
 
+@pytest.mark.deep
 def test_the_sheet_keeps_to_its_paper_and_workspace():
     for paper, size in (("A5", (0.21, 0.148)), ("A4", (0.297, 0.21))):
         drawn = sheet(NOMINAL, paper)

@@ -70,6 +70,7 @@ def pairs(functions, robot, seed=0):
     ]
 
 
+@pytest.mark.every(5)
 @pytest.mark.filterwarnings("ignore:invalid value", "ignore:divide by zero")
 def test_equal_to_the_bit_to_casadis_own_machine(made):
     robot, functions, program = made
@@ -85,6 +86,7 @@ def test_equal_to_the_bit_to_casadis_own_machine(made):
         np.testing.assert_array_equal(found, expected, name)
 
 
+@pytest.mark.every(5)
 def test_the_models_themselves_say_the_same(made):
     robot, functions, program = made
     own, rng = program(), np.random.default_rng(1)

@@ -184,6 +184,7 @@ def test_linuxcnc_takes_the_same_time(name, motion, tmp_path):
     assert t == pytest.approx(motion.duration, rel=1e-3)  # it prints four decimals
 
 
+@pytest.mark.deep
 def test_from_a_drawing_to_gcode_of_a_plotclock(tmp_path, capsys):
     (tmp_path / "a.csv").write_text("x,y\n0,0\n30,0\n30,20\n", encoding="utf-8")
     options = ["--fit", "--robot", "plotclock", "--format", "gcode", "--units", "mm"]

@@ -103,6 +103,7 @@ def test_models_are_casadis_to_the_bit_where_nothing_is_trigonometric(name):
         ).mean() > 1 - 1e-4  # the limit itself, by an ulp
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_models_are_pythons_at_random_and_at_the_limits(name):
     robot, rng = ROBOTS[name], np.random.default_rng(11)

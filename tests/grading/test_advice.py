@@ -71,6 +71,7 @@ def test_one_mode_for_both_legs_is_named_beside_a_clamped_cosine(tmp_path):
     assert all(re.search(allowed, name) for name in names)
 
 
+@pytest.mark.deep
 def test_nothing_is_said_to_be_always_0_beside_right_answers(tmp_path):
     change = (
         "    a1 = q11 + q12\n    a2 = q21 + q22\n    n1",
@@ -85,6 +86,7 @@ def test_nothing_is_said_to_be_always_0_beside_right_answers(tmp_path):
     )
 
 
+@pytest.mark.deep
 def test_millimetres_are_told_in_lab_8(tmp_path):
     change = "    return e1, e2", "    return 1000 * e1, 1000 * e2"
     names = {name for _, _, name in said(report("lab8", "lab8", tmp_path, change), "misses")}
@@ -93,6 +95,7 @@ def test_millimetres_are_told_in_lab_8(tmp_path):
     }
 
 
+@pytest.mark.deep
 def test_a_name_used_before_it_has_a_value_is_told_in_pythons_words(tmp_path):
     change = "    rates = A @ x", ""
     source = (FRESH / "lab5.py").read_text("utf-8")
@@ -107,6 +110,7 @@ def test_a_name_used_before_it_has_a_value_is_told_in_pythons_words(tmp_path):
     assert "UnboundLocalError" in text and "'m'" in text and name == ""
 
 
+@pytest.mark.deep
 def test_a_column_added_to_a_row_is_no_product_and_not_copied_to_other_checks(tmp_path):
     change = "    return M, c\n\n\ndef inverse", "    return M, c[:, None]\n\n\ndef inverse"
     found = report("lab5", "lab5", tmp_path, change)
@@ -150,6 +154,7 @@ HELPERS = {
 }
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("lab, base, change, points", HELPERS.values(), ids=HELPERS)
 def test_a_wrong_helper_is_paid_for_by_the_first_function_that_it_spoils(
     tmp_path, lab, base, change, points
@@ -162,6 +167,7 @@ def test_a_wrong_helper_is_paid_for_by_the_first_function_that_it_spoils(
     assert told and all(re.match(told_of, name) for _, _, name in said(found))
 
 
+@pytest.mark.deep
 def test_a_6_typed_as_5_in_a_quintic_is_paid_for_by_the_trajectory(tmp_path):
     source = (DATA / "solutions/lab6.py").read_text("utf-8")
     path = tmp_path / "my.py"
@@ -171,6 +177,7 @@ def test_a_6_typed_as_5_in_a_quintic_is_paid_for_by_the_trajectory(tmp_path):
     assert found.points == 20 - 4 + found.checks[0].points + found.checks[1].points
 
 
+@pytest.mark.deep
 def test_a_helper_that_is_no_model_earns_nothing(tmp_path):
     change = (
         "[[mt.cos(q11 + q12), mt.sin(q11 + q12)],\n                     [mt.cos(q21 + q22), mt.sin(q21 + q22)]]",
@@ -179,6 +186,7 @@ def test_a_helper_that_is_no_model_earns_nothing(tmp_path):
     assert report("amoro", "amoro_trig", tmp_path, change).points == 10
 
 
+@pytest.mark.deep
 def test_the_order_of_the_functions_does_not_matter_where_a_helper_is_called_by_another(tmp_path):
     changes = (
         ("= l * (u22.T @ v21)", "= (u22.T @ v21)"),

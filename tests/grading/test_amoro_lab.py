@@ -27,6 +27,7 @@ def report(folder, source, lab="amoro"):
     return grade(find_lab(lab), Job(path, seed="test"))
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("inertia", ["0.002", "1.0 * 0.045 * 0.045", "2.0e-3 + 0"])
 def test_both_inertias_of_the_labs_papers_are_right(tmp_path, inertia):
     assert report(tmp_path, HELPERS.replace("1.0 * 0.045 * 0.045", inertia)).points == 20
@@ -40,6 +41,7 @@ def test_another_robots_length_is_said(tmp_path):
     )
 
 
+@pytest.mark.deep
 def test_the_labs_own_threshold_stands_beside_ours(tmp_path):
     """An error of 1e-5 is OK for the lab's mean of 1e-3, and none for us."""
     found = report(

@@ -264,6 +264,7 @@ def test_two_asks_are_never_mixed_up(isolate):
         assert [r.value for r in replies] == [0.0, 2.0, 4.0, 6.0, 8.0]
 
 
+@pytest.mark.every(2)
 def test_a_grader_that_is_killed_leaves_no_worker_and_no_file(isolate, tmp_path):
     program = (
         "from fivebar.grading.worker.student import Student\nfrom fivebar.grading.worker.submission import Submission\n"

@@ -67,6 +67,7 @@ def test_gradescope_tells_no_input_and_nothing_that_a_program_says(labs, tmp_pat
         assert "why: raised an exception: ValueError" in outputs[0]
 
 
+@pytest.mark.deep
 def test_in_an_exam_students_see_points_and_the_instructor_all(cohort, labs, tmp_path, capsys):
     files = {"anna.py": SHIFTED, "ben.py": UNTOUCHED}
     code, out = cohort(files, "--hints-from", SOON)

@@ -315,6 +315,7 @@ def test_pairs_of_any_form_are_read(returned):
     assert found.share == 1 or "zip" in returned and found.reason == "shape"
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "lab, file",
     [

@@ -177,6 +177,7 @@ def test_a_locked_zip_and_a_broken_member(tmp_path, lab):
         read_submission(program.path, program.member)
 
 
+@pytest.mark.deep
 def test_a_program_may_import_what_lies_beside_it(labs, folder, tmp_path, capsys):
     geometry = (
         "from math import cos, sin\nfrom robot import *\nhalf = d / 2\n"

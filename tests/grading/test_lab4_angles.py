@@ -30,6 +30,7 @@ def report(coefficients, legs=True):
     return str(check("lab4", singularity_type=singularity_type))
 
 
+@pytest.mark.every(7)
 @pytest.mark.parametrize("angle", ANGLES)
 def test_the_angle_is_named(angle):
     words = report(ANGLES[angle])

@@ -114,6 +114,7 @@ def own_robot(q, xi):
 RETURNED = "    p, _ = fit(q, xi)\n    return tuple(p)\n"
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     ("returned", "points"),
     [

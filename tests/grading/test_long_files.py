@@ -18,6 +18,7 @@ SOURCE = (FOLDER / "fresh" / "amoro_trig.py").read_text("utf-8")
 SUM = " + ".join(f"{k} * q ** 2" for k in range(330))
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("start", ["", "np.float(1)\n"], ids=["today", "as-with-old-numpy"])
 @pytest.mark.parametrize("terms", [330, 3000])
 def test_a_sum_of_many_terms_is_read(terms, start):
@@ -37,6 +38,7 @@ def test_what_is_too_deep_for_python_costs_its_own_line_alone():
         assert program.trouble is not None
 
 
+@pytest.mark.deep
 def test_the_graders_own_process_parses_nothing_of_a_student(tmp_path, monkeypatch):
     """Long and wrong, so that all that looks for mistakes is at work."""
     unused = "".join(f"\n\ndef more_{k}(q):\n    return {SUM}\n" for k in range(6))

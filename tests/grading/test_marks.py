@@ -58,6 +58,7 @@ def edited(path, sign=",", encoding="utf-8-sig", **columns):
     path.write_bytes(file.getvalue().encode(encoding))
 
 
+@pytest.mark.deep
 def test_what_a_teacher_writes_by_hand_counts_and_stays(course, tmp_path):
     hand_in(tmp_path, anna=RIGHT, ben=SHIFTED, carl="no program at all(")
     written(tmp_path / "hand-ins" / "dora.zip", "no zip")
@@ -90,6 +91,7 @@ def test_what_a_teacher_writes_by_hand_counts_and_stays(course, tmp_path):
     assert course()[0] == 0 and table.read_bytes() == before
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("encoding", ["cp1252", "utf-8-sig", "utf-16"])
 def test_a_table_that_a_french_excel_saved(course, tmp_path, encoding):
     hand_in(tmp_path, anna=RIGHT, ben=SHIFTED)
@@ -112,6 +114,7 @@ def test_a_mark_waits_for_what_is_not_yet_marked_by_hand(course, tmp_path):
     assert "no mark yet (waits for plots /2): ben" in err
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "columns, message",
     [
@@ -133,6 +136,7 @@ def settings(tmp_path, text):
     written(tmp_path / "out" / "course.toml", text)
 
 
+@pytest.mark.deep
 def test_late_days_cost_a_share_and_extensions_give_it_back(course, tmp_path):
     hand_in(tmp_path, anna=RIGHT, ben=RIGHT, carl=RIGHT, dora=RIGHT)
     settings(tmp_path, "late_percent = 20\n")
@@ -215,6 +219,7 @@ def test_weights_are_changed_without_running_programs_again(course, tmp_path):
     assert code == 2 and "no check of elbow is called 'test_wrist'" in err
 
 
+@pytest.mark.deep
 def test_of_several_attempts_the_best_counts(course, tmp_path):
     hand_in(tmp_path, "first", anna=SHIFTED, ben=RIGHT, carl=SHIFTED)
     hand_in(tmp_path, "second", anna=RIGHT, ben=HALF)
@@ -259,6 +264,7 @@ def test_programs_are_equal_but_for_names_and_formatting(other, equal):
     assert found == ([(("anna", "ben"), False)] if equal else [])
 
 
+@pytest.mark.deep
 def test_equal_programs_are_told_and_the_template_is_none(course, tmp_path):
     copy = RIGHT.replace("q11", "angle") + "\n\n# mine\n"
     hand_in(

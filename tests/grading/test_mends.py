@@ -114,6 +114,7 @@ def report(tmp_path, title, file="fresh/third.txt"):
     return grade(find_lab(case.lab), Job(path, seed="mends"))
 
 
+@pytest.mark.deep
 def test_a_slip_in_a_helper_is_told_once_and_the_others_keep_their_points(tmp_path):
     found = report(tmp_path, "speed not squared")
     wrong = [check for check in found.checks if check.share < 1]
@@ -124,10 +125,12 @@ def test_a_slip_in_a_helper_is_told_once_and_the_others_keep_their_points(tmp_pa
     assert all("(l * (q11D + q12D)) ** 2" in check.spot for check in wrong)
 
 
+@pytest.mark.deep
 def test_a_helper_of_lab_8_is_paid_for_once(tmp_path):
     assert report(tmp_path, "offset taken off").points == 17
 
 
+@pytest.mark.deep
 def test_what_cannot_be_mended_in_one_place_is_not_told_so(tmp_path):
     path = tmp_path / "my.py"
     wrong = FRAMES.replace(

@@ -147,6 +147,7 @@ def test_one_command_marks_both_robots(tmp_path, capsys):
     )
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("lab", LABS)
 def test_the_template_is_handed_out_and_is_not_filled_in(tmp_path, monkeypatch, capsys, lab):
     monkeypatch.chdir(tmp_path)

@@ -36,6 +36,7 @@ def change(path):
     path.write_text(path.read_text("utf-8") + "\n# another try\n", "utf-8")
 
 
+@pytest.mark.deep
 def test_the_line_is_told_with_the_second_wrong_try(program, capsys):
     for other_file, told in ((False, False), (False, False), (True, True)):
         if other_file:
@@ -46,6 +47,7 @@ def test_the_line_is_told_with_the_second_wrong_try(program, capsys):
         assert "looks like right but for one thing: a sign" in text
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize(("least", "told"), [(0, True), (1, True), (2, False), (3, False)])
 def test_the_labs_setting_says_from_which_try_on(program, wrong, least, told, monkeypatch):
     lab = find_lab("amoro")
@@ -54,6 +56,7 @@ def test_the_labs_setting_says_from_which_try_on(program, wrong, least, told, mo
     assert any("line 99" in check.spot for check in found.checks) is told
 
 
+@pytest.mark.deep
 def test_a_lab_may_say_that_no_line_is_ever_told(program, monkeypatch):
     lab = find_lab("amoro")
     monkeypatch.setattr(type(lab), "spots_from", lambda self: None)

@@ -96,7 +96,7 @@ def test_numpys_inverse_models(name):
     assert tau[good] == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
-@pytest.mark.every(5)
+@pytest.mark.every(50)
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize("shape", [(), (5,), (2, 3), (0,)])
 def test_every_library_gives_what_numpy_gives(xp, name, shape):
@@ -153,6 +153,7 @@ def jacobian(xp, function, at, **given):
     return numbers(jax.vmap(jax.jacrev(lambda v: function(v, **given)))(xp.asarray(at)))
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("name", ["jax.numpy", "torch"])
 @pytest.mark.parametrize("robot", ["amoro", "biglide"])
 def test_the_derivative_of_the_direct_model_is_the_kinematic_one(name, robot):
@@ -200,6 +201,7 @@ def test_gradients_are_finite_wherever_the_function_is(name):
         assert np.isfinite(jacobian(xp, direct, q)[finite]).all()
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", ["jax.numpy", "torch"])
 def test_derivatives_by_a_length_are_those_of_the_closed_loop(name):
     """|C - elbow 1| = l12: u1 . (dC - dE) = 0 for both legs, solved by hand."""
@@ -220,6 +222,7 @@ def test_derivatives_by_a_length_are_those_of_the_closed_loop(name):
     assert numbers(found) == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.deep
 def test_jax_compiles_maps_and_scans_it():
     xp = library("jax.numpy")
     import jax
@@ -234,6 +237,7 @@ def test_jax_compiles_maps_and_scans_it():
             )
 
 
+@pytest.mark.deep
 def test_float64_without_jaxs_setting_for_it_is_refused():
     """In a process of its own: JAX would round silently."""
     need("JAX")
@@ -249,6 +253,7 @@ def test_float64_without_jaxs_setting_for_it_is_refused():
     assert dtype == "float32" and "jax_enable_x64" in message
 
 
+@pytest.mark.deep
 def test_workers_begin_without_a_word_where_jax_is_loaded():
     """JAX warns of processes that are forked while its threads run; workers do not use them."""
     need("JAX")

@@ -184,6 +184,7 @@ def _build(_):
     )
 
 
+@pytest.mark.deep
 def test_processes_that_build_at_once_do_not_meet(compiler):
     with multiprocessing.get_context("spawn").Pool(3) as pool:
         results = pool.map(_build, range(6), chunksize=1)
@@ -358,6 +359,7 @@ def test_a_compiled_loop_is_the_python_loop(controller, chart, method, options):
             np.testing.assert_allclose(ours, theirs, atol=1e-13)
 
 
+@pytest.mark.deep
 def test_many_runs_in_several_calls(compiler):
     rng = np.random.default_rng(2)
     starts = fb.ikm(

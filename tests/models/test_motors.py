@@ -78,6 +78,7 @@ def line_share(motion, motor, count=4001):
     return np.abs(tau / motor.stall + q_dot / motor.speed).max(1), np.abs(tau / motor.torque).max(1)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "robot",
     [LAB, fb.FiveBar(fv1=0.01, fv2=0.01, fs1=0.01, fs2=0.01), fb.FiveBar(gravity=(0.0, -0.05))],
@@ -100,6 +101,7 @@ def test_a_least_time_uses_the_line_and_keeps_it(robot, goal):
     assert fast.duration == pytest.approx(alone.duration, rel=2e-3)
 
 
+@pytest.mark.deep
 def test_a_duration_and_a_jerk_with_motors():
     path = fb.path([(0.09, 0.068), (0.03, 0.1)])
     constraints = fb.Constraints(motors=SLOW, jerk=200.0)
@@ -166,6 +168,7 @@ def test_a_tracker_that_knows_the_line_asks_for_no_more():
     assert beyond[0] < 1e-4 < 1e-3 < beyond[1]
 
 
+@pytest.mark.deep
 def test_a_strong_slow_motor_has_a_motion():
     # The line is stiff: over a stretch a motor faster than it may be would stop many times over.
     robot = fb.FiveBar(0.12, 0.16, 0.12, 0.16, 0.1, m=0.4)

@@ -38,6 +38,7 @@ def test_motkin_with_angles_from_north():
             assert heading == pytest.approx(math.atan2(x - base, y) + side * corner)
 
 
+@pytest.mark.deep
 def test_a_chess_board_does_not_fit(tmp_path, capsys):
     """aamna-builds' robot: bars of 220 mm, motors 360 mm apart, a board of 320 x 320 mm."""
     robot = ["--l11", "0.22", "--l12", "0.22", "--l21", "0.22", "--l22", "0.22", "--d", "0.36"]

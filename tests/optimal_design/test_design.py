@@ -39,6 +39,7 @@ def test_the_largest_workspace_of_bars_of_a_length():
     )
 
 
+@pytest.mark.deep
 def test_a_front_whose_answer_is_known():
     """Of bars B together at most a disc of the radius B / 2: area = pi B^2 / 4."""
     front = fb.design(["workspace_area", "bars"], LENGTHS, points=12)

@@ -224,6 +224,7 @@ def told(certificate):
         return f"it is no certificate: {error}"
 
 
+@pytest.mark.deep
 def test_every_mutated_certificate_is_refused_and_with_a_new_digest_each_that_became_false():
     rng = np.random.default_rng(3)
     curve = Polynomial([[0.0, 0.12], [0.05, 0.01], [-0.02, 0.03], [0.0, -0.02]], 0.06)
@@ -253,6 +254,7 @@ def test_every_mutated_certificate_is_refused_and_with_a_new_digest_each_that_be
     assert 0 < kept < 200
 
 
+@pytest.mark.deep
 @settings(deadline=None, max_examples=500 if NIGHTLY else 25)
 @given(
     st.sampled_from(ROBOTS),

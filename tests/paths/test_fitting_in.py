@@ -67,6 +67,7 @@ def test_a_drawing_larger_than_any_aspect_is_told_its_scale():
         fitted_in(ROBOT, PATH, constraints=fb.Constraints(clearance=1.0), working=(1, 1))
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", ["amoro", "haply", "iri-vertical"])
 def test_the_largest_drawing_touches_its_margin_on_all_sides(name):
     """A slightly larger one in the same place does not keep the margin: so the shape is used."""
@@ -81,6 +82,7 @@ def test_the_largest_drawing_touches_its_margin_on_all_sides(name):
     assert margin[1.02] < 0.005 <= margin[1.0] * (1 + 1e-6)
 
 
+@pytest.mark.deep
 def test_measured_modes_come_first_and_others_where_it_does_not_fit_there():
     machine = fb.Machine(ROBOT, measured=[(1, -1, -1)])
     for measured, modes in (((), (-1, -1)), (machine.measured, (1, -1))):

@@ -125,6 +125,7 @@ def test_a_calibrated_robot_draws_where_it_is_told(tmp_path, capsys):
     assert again.frame.shift == pytest.approx((true["x0"], true["y0"]), abs=1e-4)
 
 
+@pytest.mark.deep
 def test_draw_goes_where_the_robot_was_calibrated_and_says_where_not(tmp_path, capsys):
     """The true robot follows setpoints.csv: in other modes it is several times off."""
     rng = np.random.default_rng(11)

@@ -68,6 +68,7 @@ def test_a_grid_of_clearances_holds_the_whole_border():
             assert low < along.min() < along.max() < high
 
 
+@pytest.mark.deep
 def test_a_point_like_path_lies_where_the_largest_disc_does():
     tiny = fb.path([(0, 0), (1e-6, 0)])
     placed = fb.place(ROBOT, tiny)
@@ -126,6 +127,7 @@ def test_what_is_kept_and_what_does_not_fit():
     assert grown.scale >= inner
 
 
+@pytest.mark.deep
 def test_strokes_with_modes_of_their_own_as_few_as_need_be():
     # One stroke above the motors, two below: in the lab's modes Type 2 is between them.
     ends = [[(0, 0.12), (0.01, 0.12)], [(0, -0.12), (0.01, -0.12)], [(0, -0.13), (0.01, -0.13)]]
@@ -173,6 +175,7 @@ def clearance_or_none(robot, path, **options):
     return placed.clearance
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "seed", [0, *(pytest.param(k, marks=pytest.mark.deep) for k in range(1, 24))]
 )
@@ -219,6 +222,7 @@ def test_no_random_placement_has_more_than_the_bound(seed):
     assert 0 < best <= placed.clearance_bound
 
 
+@pytest.mark.deep
 def test_a_page_keeps_the_clearance_all_over():
     # There is a hole in this robot's aspect, and the outline lies best around it.
     robot = fb.FiveBar(0.09, 0.11, 0.09, 0.11, 0.03)
@@ -240,6 +244,7 @@ def test_a_page_keeps_the_clearance_all_over():
     np.testing.assert_allclose(page.path(page.path.knots)[0], page.placement(corners), atol=1e-12)
 
 
+@pytest.mark.deep
 def test_a_page_as_large_as_it_fits_is_the_largest_rectangle_of_its_ratio():
     kept = fb.Constraints(clearance=0.01)
     page = fb.place(

@@ -88,7 +88,7 @@ def timed_at_random(robot, torque, centre, width, seeds):
     return found
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_random_paths_keep_their_limits_between_nodes_and_are_timed_to_a_thousandth(name):
     seeds = range(100 if NIGHTLY else 3)
@@ -164,6 +164,7 @@ def test_curvature_jumps_or_does_not_whatever_the_size(size):
         refuse_kinks(Path((Line((0.0, 0.0), (size, 0.0)), quarter)))
 
 
+@pytest.mark.deep
 def test_paths_along_the_bars_cross_without_a_criterion_or_not_at_all():
     along = np.array(fb.igm(ROBOT, CROSSING).u2[0])
     across = np.array([-along[1], along[0]])
@@ -186,6 +187,7 @@ def test_paths_along_the_bars_cross_without_a_criterion_or_not_at_all():
         fb.time_path(ROBOT, rests, constraints=fb.Constraints(**limits))
 
 
+@pytest.mark.deep
 def test_a_given_duration_takes_the_least_share_of_the_torques():
     for path in (REGULAR, ACROSS):
         least = fb.time_path(ROBOT, path, constraints=fb.Constraints(torque=0.1))
@@ -259,6 +261,7 @@ def jerks(motion):
     return np.linalg.norm(np.diff(motion(t)[2], axis=0), axis=1) / (t[1] - t[0])
 
 
+@pytest.mark.deep
 def test_a_jerk_limit_on_a_line_comes_near_the_known_least_time():
     """T = a / J + sqrt((a / J)^2 + 4 L / a) where the acceleration is reached."""
     motion = fb.time_path(ROBOT, REGULAR, constraints=fb.Constraints(acceleration=5.0, jerk=100.0))

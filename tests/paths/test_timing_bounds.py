@@ -14,6 +14,7 @@ from tests.helpers.paths_to_time import ROBOTS, random_limits, random_path, used
 ACROSS = Path((Line((0.09, 0.06796322), (0.05, 0.0)),))
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", ["lab", "all", "across Type 2"])
 def test_closer_bounds_lie_between_wide_ones(name):
     robot, torque, centre, width = ROBOTS.get(name, ROBOTS["lab"])
@@ -73,6 +74,7 @@ def test_a_path_that_is_proved_impossible_is_told_from_one_that_is_not_found():
     assert caught.value.proved and 0.06 < caught.value.s < ACROSS.length
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("seed", [5, 27, 31])
 def test_type_2_is_crossed_under_gravity_at_the_speed_that_it_needs(seed):
     """There the robot cannot be held at rest: it has to pass, and the criterion has a constant part."""

@@ -100,6 +100,7 @@ def test_a_collocation_of_the_same_path_takes_the_same_time(name):
     assert abs(motion.duration / least - 1) < 1e-3 and abs(motion.lower_bound / least - 1) < 1e-3
 
 
+@pytest.mark.deep
 def test_no_motion_that_keeps_its_limits_beside_type_2_is_below_the_lower_bound():
     path, limit = almost_along_the_bars(1e-4), 0.05
     motion = fb.time_path(ROBOT, path, constraints=fb.Constraints(torque=limit))

@@ -51,6 +51,7 @@ def both_bounds_meet(seed, friction, crossings):
     assert used(motion, {"torque": torque}) <= 1
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("seed", [105, 118, 134])
 def test_one_crossing(seed):
     both_bounds_meet(seed, 0.02, 1)

@@ -168,6 +168,7 @@ def test_the_line_m669_homes_in_its_own_working_mode():
     assert min(machine.constraints.clearances(bed).values()) > 0
 
 
+@pytest.mark.deep
 def test_a_motion_keeps_the_limits_of_the_tool():
     path = led()
     limits = fb.Constraints(speed=0.05, acceleration=0.5)
@@ -253,6 +254,7 @@ def borders(tool, robot):
     return [arc for region in regions for loop in region.boundary for arc in loop]
 
 
+@pytest.mark.deep
 def test_placing_finds_the_clearance_it_says():
     """Against the exact loci that the tool sees, sampled densely."""
     tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
@@ -270,6 +272,7 @@ def test_placing_finds_the_clearance_it_says():
         fb.place(robot, path, tool=tool, working=MODES, turn=0.0, scale=9.0)
 
 
+@pytest.mark.deep
 def test_the_largest_scale_keeps_the_clearance_and_a_larger_one_does_not():
     tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
     path = fb.path(SQUARE, deviation=2e-4)
@@ -350,6 +353,7 @@ def test_regions_are_where_the_tool_is_led_without_a_singularity(count):
             assert held.sum(axis=0).max() <= 1
 
 
+@pytest.mark.deep
 def test_regions_keep_constraints():
     tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
     kept = fb.Constraints(det_A=0.3, sin=0.4, half_planes=[(0, 1, 0.04)])

@@ -119,6 +119,7 @@ def test_schemes_agree(options, crossing):
     assert abs(np.trapezoid(squares, t) / found.objective - 1) <= 1e-3
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("degree", [2, 3])
 def test_minimum_time_on_a_mesh_four_times_finer(degree):
     coarse, finer = (
@@ -152,6 +153,7 @@ def test_time_scales_as_the_root_of_the_torque(fastest):
     assert quarter.duration == pytest.approx(fastest.duration / 2, rel=2e-4)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "limit, measured",
     [

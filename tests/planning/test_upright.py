@@ -58,6 +58,7 @@ def test_between_poses_of_upright_robots(robot, start, goal, duration):
     assert balance(plan) < 2e-3
 
 
+@pytest.mark.deep
 def test_more_time_makes_no_worse_plan():
     robot, start, goal, duration = PAIRS[0]
     poses = [fb.dgm(robot, *each) for each in (start, goal)]

@@ -266,6 +266,7 @@ def test_the_tracker_goes_on_across_type_2():
     assert np.abs(run.error).max() < 1e-4
 
 
+@pytest.mark.deep
 def test_runs_are_saved_and_drawn_in_the_robots_words(tmp_path):
     run = fb.simulate(
         LAB, fb.PD(LAB, 250, 50), fb.line((0.0, 0.2), (0.06, 0.35), 0.5), torque_limit=10.0

@@ -60,7 +60,7 @@ def bars(rates):
     return angles, turns
 
 
-@pytest.mark.every(4)
+@pytest.mark.every(16)
 @pytest.mark.parametrize("name", LIBRARIES)
 @pytest.mark.parametrize("loop", LOOPS)
 def test_a_closed_loop_is_that_of_simulate(name, loop):
@@ -110,7 +110,7 @@ def test_robots_of_their_own_lengths_and_masses_are_those_of_simulate_many(name)
         assert torques[:, k] == pytest.approx(run.tau[:-1], rel=1e-10, abs=1e-11)
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize("name", [*LIBRARIES, "array_api_strict"])
 def test_held_torques_through_type_2(name):
     """A push that crosses Type 2 within the steps; the loop stays closed and energy balances."""

@@ -76,6 +76,7 @@ def test_crossings_and_last_states_without_a_reference_to_track():
     assert table["x"].tolist() == [run.xi[-1, 0] for run in runs]
 
 
+@pytest.mark.deep
 def test_chunks_workers_executors_and_folders_change_nothing(tmp_path):
     expected = summarized(functions={"latest": latest})
     with ProcessPoolExecutor(2, get_context("spawn")) as pool:

@@ -282,6 +282,7 @@ def test_check_path():
     )
 
 
+@pytest.mark.deep
 def test_on_the_command_line(tmp_path, capsys):
     robot = ["--robot", "biglide", "--nodes", "41", "--out", str(tmp_path / "map.png")]
     path = tmp_path / "path.csv"

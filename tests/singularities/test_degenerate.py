@@ -62,6 +62,7 @@ def test_a_face_that_has_no_width_in_the_middle_of_its_border():
     assert len(fb.aspects(robot)) == 10
 
 
+@pytest.mark.deep
 @settings(deadline=None, max_examples=60)
 @given(
     relations=st.lists(st.integers(0, len(RELATIONS) - 1), min_size=1, max_size=3, unique=True),
@@ -103,6 +104,7 @@ def test_a_sum_of_decimals_closes_in_one_point():
         fb.FiveBar(0.25, 0.04, 0.11, 0.16, 0.56 * (1 + 1e-14))
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("scale", [5e-8, 6e-6, 1e-3, 1e3, 1e7])
 def test_regions_scale_with_the_robot(scale):
     unit = fb.FiveBar(*LENGTHS)

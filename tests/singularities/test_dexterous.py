@@ -203,6 +203,7 @@ def test_nothing_asked_gives_the_aspects_and_almost_nothing_almost():
                 assert areas == sorted(areas, reverse=True)
 
 
+@pytest.mark.deep
 def test_rings_of_coaxial_motors_in_closed_form():
     """With both bases in one point all depends on the distance r alone."""
     robot, k, s = ROBOTS["coaxial"], 0.4, 0.25

@@ -52,6 +52,7 @@ def test_maximum_inscribed_circles_of_liu(found, letter):
         assert largest_disc(part).radius > radius
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", ["amoro", "unequal", "hoang"])
 def test_no_point_is_farther_from_the_loci_than_the_disc_center(found, name):
     robot = ROBOTS[name]
@@ -121,6 +122,7 @@ def test_rectangles_of_a_ratio_in_closed_form(found, ratio):
         largest_rectangle(part, ratio=-ratio)
 
 
+@pytest.mark.deep
 def test_rectangles_in_which_more_is_kept(found):
     # Of a disc of radius 3 a quarter is left: area a b with a^2 + b^2 = 9.
     (part,) = in_mode(found["e"], (1, -1))

@@ -182,6 +182,7 @@ def test_smooth_rooms_one_by_one():
     )
 
 
+@pytest.mark.deep
 def test_legs_cross_in_the_roomiest_discs_of_aspects_3_and_6():
     parts, bars = fb.aspects(ROBOT), fb.LinkCollisions(0.01)
     crossing = []

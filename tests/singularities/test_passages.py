@@ -84,7 +84,7 @@ def test_a_route_says_when_it_folds():
     assert same.aspects == (small.number,) and same.passages == () and not same.folds
 
 
-@pytest.mark.every(5)
+@pytest.mark.every(20)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_graph_is_that_of_the_flooded_poses(name):
     """Groups by any types with and without folds, and every passage for itself."""

@@ -55,6 +55,7 @@ def test_the_chart_has_a_panel_for_each_robot(found, tmp_path):
     assert len(made.axes) == 2 * len(CASES) and (tmp_path / "ladder.png").stat().st_size > 20_000
 
 
+@pytest.mark.deep
 def test_the_command_prints_and_writes(tmp_path, capsys):
     assert main(["study", "ladder", "--robots", "lab", "--json", "--out", str(tmp_path)]) == 0
     rows = json.loads(capsys.readouterr().out)

@@ -103,6 +103,7 @@ def extrapolated(slope, y, step, levels):
     return rows[-1][-1]
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "name, steps, levels",
     [

@@ -165,6 +165,7 @@ def test_another_kind_of_run_is_begun_anew(tmp_path):
     )
 
 
+@pytest.mark.deep
 def test_command(toy, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(toy_chart, "METHODS", toy_chart.METHODS[:4])
     assert main(["chart", "toy", "--quick", "--out", str(tmp_path)]) == 0

@@ -71,6 +71,7 @@ def crosses(controller, reference):
     return np.abs(run.tau).max() < 0.06 and np.linalg.norm(run.error, axis=1).max() < 1e-5
 
 
+@pytest.mark.deep
 def test_simulated():
     """The torque of the compliant motion alone, without feedback, carries the robot through."""
     assert crosses(OpenLoop(ROBOT, PERIOD), compliant(ROBOT))

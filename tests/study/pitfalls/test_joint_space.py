@@ -39,6 +39,7 @@ def test_ours_survives(step):
     assert survives(free_motion_of_ours(ROBOT, step))
 
 
+@pytest.mark.every(8)
 @pytest.mark.parametrize(
     "method, rtol, success",
     [

@@ -59,7 +59,7 @@ def draw_differentiation():
     return pictures.differentiation(differentiation.error_curve(ROBOT, np.geomspace(1e-12, 1, 13)))
 
 
-@pytest.mark.every(3)
+@pytest.mark.every(6)
 @pytest.mark.parametrize(
     "draw",
     [

@@ -27,6 +27,7 @@ def test_ours_stays_closed():
     assert stays_closed(closure(ROBOT, run.q, run.xi))
 
 
+@pytest.mark.deep
 def test_without_stabilisation(drifting):
     assert not stays_closed(drifting.closure)
     assert drifting.closure[-1] > 1e-9

@@ -18,6 +18,7 @@ DELAYS = (0, 1)
 CRITICALLY_DAMPED = {0: 1.0, 1: 0.426158909}
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("delay", [0, pytest.param(1, marks=pytest.mark.deep)])
 def test_measured_limit_is_the_exact_one(delay):
     limit = measure_limit(ROBOT, delay)
