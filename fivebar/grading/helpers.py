@@ -97,15 +97,20 @@ def _called(role, name, arguments, keys):
     """
 
     def on_row(model):
-        def with_own_arguments(robot, *columns):
+        def with_own_arguments(robot, *columns, **steps):
             given = dict(zip(keys, columns))
             row = (given.get(key, 0.0 * columns[0]) for key in role.arguments)
-            return model(robot, *row)
+            return model(robot, *row, **steps)
 
-        return with_own_arguments
+        return model and with_own_arguments
 
-    signature = f"{name}({', '.join(arguments)}) -> {', '.join(role.returns)}"
-    return replace(role, signature=signature, answer=on_row(role.answer))
+    return replace(
+        role,
+        signature=f"{name}({', '.join(arguments)}) -> {', '.join(role.returns)}",
+        answer=on_row(role.answer),
+        derivation=on_row(role.derivation),
+        wrong=tuple(replace(each, model=on_row(each.model)) for each in role.wrong),
+    )
 
 
 def _in_the_form_of(exercise, replies):

@@ -167,6 +167,19 @@ def test_a_wrong_helper_is_paid_for_by_the_first_function_that_it_spoils(
     assert told and all(re.match(told_of, name) for _, _, name in said(found))
 
 
+def test_a_wrong_matrix_of_poses_and_rates_is_compared_with_A_too(tmp_path):
+    rates = "q11, q12, q21, q22, q11D, q12D, q21D, q22D"
+    added = f"""def drag({rates}):
+    u, v = q11 + q12, q21 + q22
+    return np.array([[-mt.sin(u), mt.cos(u)], [mt.sin(v), mt.cos(v)]])
+
+
+def dkm("""
+    wrong = ("[q11DD, q21DD]) + b)", f"[q11DD, q21DD]) + b + drag({rates})[0])")
+    found = report("amoro", "amoro_trig", tmp_path, ("def dkm(", added), wrong)
+    assert found.points == found.max_points - 2
+
+
 @pytest.mark.deep
 def test_a_6_typed_as_5_in_a_quintic_is_paid_for_by_the_trajectory(tmp_path):
     source = (DATA / "solutions/lab6.py").read_text("utf-8")
