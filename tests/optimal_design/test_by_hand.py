@@ -648,6 +648,26 @@ def test_a_front_says_its_ranges_and_has_its_knee(tmp_path):
     assert front["l1"].tolist() == [0.1, 0.14, 0.3] and front.robots[1].l11 == 0.14
 
 
+def test_a_front_is_kept_in_a_folder(monkeypatch, tmp_path):
+    """Its robots are numbered from 01; those of a longer front that was there before are gone."""
+    for name in ("plot", "page"):
+        monkeypatch.setattr(Front, name, lambda front, file: file.write_text("drawn", "utf-8"))
+    longer = front_of([(0.1, 0.1), (0.14, 0.14), (0.3, 0.3)])
+    longer.save(str(tmp_path / "front"))
+    (tmp_path / "front" / "robots" / "mine.json").write_text("{}", "utf-8")
+    front = front_of([(0.1, 0.1), (0.2, 0.2)])
+    front.save(tmp_path / "front")
+    robots = sorted((tmp_path / "front" / "robots").iterdir())
+    assert [file.name for file in robots] == ["01.json", "02.json", "mine.json"]
+    assert fb.load_robot(robots[1]) == front.robots[1]
+    assert {file.name for file in (tmp_path / "front").iterdir() if file.is_file()} >= {
+        "front.json", "front.csv", "front.png", "index.html"
+    }  # fmt: skip
+    again = Front.load(tmp_path / "front")
+    assert again.robots == front.robots and repr(again) == repr(front) and len(again) == 2
+    assert [one.as_json() for one in again.designs] == [one.as_json() for one in front.designs]
+
+
 @pytest.mark.parametrize(
     "change,words",
     [
