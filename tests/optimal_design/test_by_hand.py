@@ -3,6 +3,7 @@
 import json
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,6 +20,7 @@ from fivebar.optimal_design.batch import (
     valid_rows,
 )
 from fivebar.optimal_design.evolution import best, dominates, evolve, thinned
+from fivebar.optimal_design.figures import figures_of
 from fivebar.optimal_design.one_by_one import _first_root, _of_parts
 from fivebar.optimal_design.optimum import DesignProblem
 from fivebar.optimal_design.results import Front
@@ -183,6 +185,27 @@ def test_regions_of_the_working_mode(monkeypatch):
     assert area.of(robot, task_of({"sin": 0.2}), np.zeros(2)) == 0.0
 
 
+@pytest.mark.parametrize(
+    "figure, function, size",
+    [("largest_disc", "largest_disc", 2.0), ("largest_rectangle",) * 2 + (3.0,)],
+)
+def test_discs_and_rectangles_keep_the_margin(figure, function, size, monkeypatch):
+    """A part of an area has no disc larger than its own, and no rectangle larger than itself."""
+    asked = []
+
+    def largest(part, constraints):
+        asked.append((part.area, constraints))
+        return SimpleNamespace(radius=2.0, area=3.0)
+
+    parts = [SimpleNamespace(area=area, clearance=1.0) for area in (13.0, 12.5, 2.9)]
+    monkeypatch.setattr(one_by_one, "_regions", lambda robot, task: parts)
+    monkeypatch.setattr(one_by_one, function, largest)
+    assert D.FIGURES[figure].of(None, task_of({"margin": 0.25}), None) == size
+    kept = fb.Constraints(clearance=0.25)
+    areas = [13.0] if figure == "largest_disc" else [13.0, 12.5]
+    assert asked == [(area, kept) for area in areas]
+
+
 def test_the_inscribed_circle_is_of_symmetric_robots():
     for lengths in ((0.1, 0.2, 0.11, 0.2, 0.1), (0.1, 0.2, 0.1, 0.21, 0.1)):
         done = fb.sweep("inscribed_circle", [fb.FiveBar(*lengths)])
@@ -272,6 +295,68 @@ def test_a_figure_is_one_number(value):
     assert "odd: TypeError: it must give one number" in done.errors[0][1]
 
 
+def test_figures_have_names_and_units():
+    figures = figures_of(["bars", "det_A"], task_of({"table": (1, 1)}), fb.FiveBar())
+    assert [figure.label for figure in figures] == ["bars (m)", "det_A"]
+    assert figures[0].about == {"name": "bars", "kind": "closed"}
+
+    def size(robot):
+        return robot.l11
+
+    def other(robot):
+        return robot.l12
+
+    of = partial(figures_of, task=task_of({}), robot=fb.FiveBar())
+    one, two = of({"size": size, "other": other})
+    assert (one.name, one.kind, one.better, one.label) == ("size", "own", "large", "size")
+    assert one.about["code"] != two.about["code"] and one.about["code"] == of(size)[0].about["code"]
+    assert of(one) == of([one]) == of({"any": one}) == (one,)
+    for request, words in (
+        ({"": size}, "figure: a name must be a string, not ''"),
+        ({"size": 3}, "figure must be a name, a function of a robot or a list of these, not 3"),
+        (fb.FiveBar, "figure must be a name, a function of a robot or a list of these"),
+    ):
+        with pytest.raises(TypeError, match=words):
+            of(request)
+    with pytest.raises(ValueError, match="figure: size is asked for twice"):
+        of(["bars", size, size])
+    with pytest.raises(ValueError, match="needs path=.*: the least in which the motors can follow"):
+        of("path_time")
+
+
+def test_chunks_and_workers_of_a_sweep(monkeypatch):
+    """What takes long is computed a few designs at a time; what is short by this process alone."""
+    asked = []
+    monkeypatch.setattr(D.Sweep, "compute", lambda *given: asked.append(given))
+
+    def own(robot):
+        return robot.l11
+
+    for figures, count, options in (
+        ("bars", 4000, {}),
+        ("bars", 4001, {}),
+        (["bars", own], 10, {}),
+        (["bars", own], 11, {}),
+        ("bars", 30, {"workers": 3}),
+        ("bars", 4001, {"chunk": 7, "workers": 2}),
+    ):
+        fb.sweep(figures, D.sample({"l1": (0.1, 0.2)}, count), **options)
+    assert [given[5] for given in asked] == [1, None, 1, None, 3, 2]
+    assert [given[3]["chunk"] for given in asked] == [1000, 1000, 10, 10, 1000, 7]
+    assert [given[2] for given in asked] == [4000, 4001, 10, 11, 30, 4001]
+    assert asked[0][3]["variables"] == ["l1"] and asked[0][3]["robot"]["kind"] == "FiveBar"
+
+
+def test_a_file_of_designs_has_units_and_columns_of_figures(tmp_path):
+    text = "design;l1 (mm);task_y (cm);zz1;bars;det_A\n0;100;12;0.001;0.4;0.5\n1;120;13;0.002;1;1\n"
+    (tmp_path / "designs.csv").write_text(text, "utf-8")
+    done = fb.sweep("bars", tmp_path / "designs.csv")
+    assert done.design(1) == pytest.approx({"l1": 0.12, "task_y": 0.13, "zz1": 0.002})
+    (tmp_path / "designs.csv").write_text("design,bars\n0,0.4\n", "utf-8")
+    with pytest.raises(ValueError, match="no column is known; the parameters of a design are l1"):
+        fb.sweep("bars", tmp_path / "designs.csv")
+
+
 def test_errors_are_in_the_order_of_the_designs():
     """Those of robots that do not close and those of figures are one list."""
 
@@ -331,6 +416,17 @@ def test_the_worst_tip_error_is_at_a_corner_of_the_tolerances():
                 moved.append((ends[0] - ends[1]) / (2 * step) * tolerances[k])
             errors = np.einsum("kpx,kc->pcx", np.array(moved), corners)
             assert worst == pytest.approx(np.linalg.norm(errors, axis=2).max(), rel=1e-6)
+
+
+def test_a_corner_on_type_2_is_not_worked_in():
+    """Legs of 3-4-5 triangles whose distal bars are in line to the last bit in one corner."""
+    lengths = {"l1": [4.0], "l2": [3.0], "d": [6.0], "task_y": [4.0]}
+    names = ["footprint", "det_A", "tip_force", "reach"]
+    done = fb.sweep(names, lengths, table=(0, 0.1, 0, 0.1), poses=2, motor=(1.0, 1.0))
+    assert done["reach"][0] > 0 and done["footprint"][0] == np.inf
+    assert done["det_A"][0] == done["tip_force"][0] == 0.0
+    done = fb.sweep(names, lengths, table=(0, 0.1, 1e-6, 0.1), poses=2, motor=(1.0, 1.0))
+    assert np.isfinite(done["footprint"][0]) and 0 < done["det_A"][0] < 1e-6
 
 
 @pytest.mark.parametrize(
@@ -625,7 +721,7 @@ def test_what_is_as_good_in_another_way_joins_the_population():
 
 
 def front_of(pairs):
-    problem = problem_of({"workspace_area": "max", "bars": "min"}, BOUNDS)
+    problem = problem_of({"workspace_area": "max", "bars": "min"}, BOUNDS, poses=(7, 5), sin=0.25)
     return Front(tuple(problem.design_of(np.array([l1, l2, 0.0])) for l1, l2 in pairs))
 
 
@@ -664,6 +760,7 @@ def test_a_front_is_kept_in_a_folder(monkeypatch, tmp_path):
         "front.json", "front.csv", "front.png", "index.html"
     }  # fmt: skip
     again = Front.load(tmp_path / "front")
+    assert again.designs[1].task.about == {"poses": [7, 5], "sin": 0.25}
     assert again.robots == front.robots and repr(again) == repr(front) and len(again) == 2
     assert [one.as_json() for one in again.designs] == [one.as_json() for one in front.designs]
 
