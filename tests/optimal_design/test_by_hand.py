@@ -597,6 +597,11 @@ def test_what_no_robot_within_the_bounds_passes():
     assert repr(other) == "<Design: workspace_area = 0.502655 m², l1 = 0.2, l2 = 0.2, d = 0>"
 
 
+def test_a_design_has_the_place_of_its_task():
+    placed = problem_of("bars", {"l1": (0.1, 0.2), "task_y": (0.1, 0.3)})
+    assert placed.design_of(np.array([0.15, 0.2])).place.tolist() == [0.0, 0.2]
+
+
 def test_an_executor_gets_pieces_of_five_designs():
     """Closed forms are computed here, whatever executor there is."""
     calls = []

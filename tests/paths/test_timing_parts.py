@@ -1,5 +1,6 @@
 """Parts of the timing of paths, each against the same thing computed in another way."""
 
+import io
 import math
 from types import SimpleNamespace
 
@@ -10,6 +11,8 @@ from scipy.integrate import quad
 from scipy.optimize import linprog
 
 import fivebar as fb
+from fivebar.paths.curve import Path
+from fivebar.paths.pieces import Line
 from fivebar.paths.timing.bounds import Bernstein, Stretches
 from fivebar.paths.timing.clock import Clock, _stumpff
 from fivebar.paths.timing.constraint_rows import Limits
@@ -36,6 +39,7 @@ from fivebar.paths.timing.solve import (
     _lowered,
     _made,
 )
+from fivebar.paths.timing.timed_path import TimedPath
 
 # s by time
 
@@ -454,3 +458,105 @@ def test_what_each_stretch_adds_to_the_gap():
     np.testing.assert_allclose(_made(found, part), (part + grows * 0.6 / np.log(2)) / 2)
     found.x = np.array([0.0, 4, 4, 4, 0])
     np.testing.assert_allclose(_made(found, part), part)
+
+
+# A timed path
+
+
+DRAWING = fb.Placement((-0.02, 0.1))(
+    Path(
+        (Line((0, 0), (0.02, 0)), Line((0.02, 0), (0.03, 0.01)), Line((0.03, 0.01), (0.01, 0.01))),
+        pen=(True, False, True),
+        dwells={0.0: 0.25, 0.02: 0.5},
+    )
+)
+
+
+def timed(pace=1.0, smooth=0.0):
+    """Each line in two halves, from rest to rest."""
+    lengths = [piece.length for piece in DRAWING.pieces]
+    first = np.array([share * length for length in lengths for share in (0, 0.5)])
+    x = np.array([0, 0.01, 0, 0.02, 0, 0.01, 0])
+    none = np.zeros(7, dtype=bool)
+    piece = np.repeat(np.arange(3), 2)
+    options = (np.zeros(6), 0.5, none, x, x, smooth, pace)
+    return TimedPath(fb.FiveBar(), DRAWING, (-1, -1), Limits(speed=1.0), piece, first, x, *options)
+
+
+@pytest.mark.parametrize("pace", [1.0, 2.0])
+def test_a_timed_path_by_hand(pace):
+    motion = timed(pace)
+    lengths = np.array([0.02, 0.01 * np.sqrt(2), 0.02])
+    moving = 2 * lengths / np.sqrt([0.01, 0.02, 0.01]) * pace
+    begins = 0.25 + np.array([0, moving[0] + 0.5, moving[0] + 0.5 + moving[1]])
+    assert motion.duration == pytest.approx(0.75 + moving.sum())
+    assert motion.gap == pytest.approx(motion.duration / 0.5 - 1)
+    middles = begins + moving / 2
+    np.testing.assert_allclose(motion.times[[1, 3, 5]], middles)
+    np.testing.assert_allclose(motion.times[[0, 2, 4]], begins)
+    np.testing.assert_allclose(motion.s, np.repeat(np.cumsum([0, *lengths]), 2)[1:] - np.array([0, 1, 0, 1, 0, 1, 0]) * np.repeat(lengths, [2, 2, 3]) / 2)  # fmt: skip
+    xi, xi_dot, xi_ddot = motion(middles)
+    for k, piece in enumerate(DRAWING.pieces):
+        way = np.subtract(piece.end, piece.start) / lengths[k]
+        np.testing.assert_allclose(xi[k], np.add(piece.start, piece.end) / 2, atol=1e-15)
+        np.testing.assert_allclose(
+            xi_dot[k], way * np.sqrt([0.01, 0.02, 0.01])[k] / pace, atol=1e-15
+        )
+    early = motion(middles - 1e-3)[2]
+    push = np.array([0.01, 0.02, 0.01]) / lengths / pace**2
+    np.testing.assert_allclose(np.linalg.norm(early, axis=1), push)
+    rests = np.array([0.1, begins[1] - 0.2])
+    assert (motion(rests)[1] == 0).all() and (motion(rests)[2] == 0).all()
+    # A rest belongs to what comes after it.
+    ends = begins[1] - 0.5, begins[2]
+    t = np.array([0.0, ends[0] - 1e-6, ends[0] + 1e-6, ends[1] - 1e-6, ends[1] + 1e-6, 99.0])
+    assert motion.pen(t).tolist() == [True, True, False, False, True, True]
+    pose = fb.igm(motion.robot, xi, (-1, -1))
+    rates = fb.ikm(pose, xi_dot)
+    q, q_dot = motion.joints(middles)
+    np.testing.assert_allclose(q, pose.q)
+    np.testing.assert_allclose(q_dot, rates.q_dot)
+    tau = fb.inverse_dynamics(fb.ikm2(rates, xi_ddot))
+    np.testing.assert_allclose(motion.tau(middles), tau)
+    assert motion.tool is None
+    assert repr(motion) == (
+        f"<TimedPath: {lengths.sum():.6g} m, {motion.duration:.6g} s, proved: no less than 0.5 s,"
+        " working (-1, -1)>"
+    )
+
+
+@pytest.mark.parametrize("rate", [100.0, 7.0])
+def test_rows_of_a_timed_path(rate):
+    motion = timed()
+    file = io.StringIO()
+    motion.to_csv(file, rate)
+    head, names, *lines = file.getvalue().splitlines()
+    rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    t = rows[:, 0]
+    assert t[-1] == motion.duration and (np.diff(t[:-1]) == pytest.approx(1 / rate))
+    assert 0 < t[-1] - t[-2] <= 1 / rate * (1 + 1e-9)
+    assert names.split(",")[:7] == ["t", "x", "y", "x_dot", "y_dot", "x_ddot", "y_ddot"]
+    np.testing.assert_allclose(rows[:, 1:7], np.hstack(motion(t)), atol=1e-15)
+    np.testing.assert_allclose(rows[:, 7:9], motion.joints(t)[0], atol=1e-14)
+    np.testing.assert_allclose(rows[:, 9:11], motion.joints(t)[1], atol=1e-12)
+    np.testing.assert_allclose(rows[:, 11:13], motion.tau(t), atol=1e-15)
+    np.testing.assert_allclose(DRAWING(np.clip(rows[:, 13], 0, DRAWING.length))[0], rows[:, 1:3], atol=1e-12)  # fmt: skip
+    assert (rows[:, 14] == motion.pen(t)).all()
+    assert '"lower_bound": 0.5' in head and '"speed": 1.0' in head
+    with pytest.raises(ValueError, match="to_csv: .* s at 1e.09 Hz"):
+        motion.to_csv(io.StringIO(), 1e9)
+
+
+def test_an_averaged_timed_path():
+    """It rests longer by the time over which it is averaged, but not before its start."""
+    motion, plain = timed(smooth=0.05), timed()
+    assert motion.duration == pytest.approx(plain.duration + 3 * 0.05)
+    xi, xi_dot, _ = motion(np.array([0.0, motion.duration]))
+    np.testing.assert_allclose(xi, [DRAWING.pieces[0].start, DRAWING.pieces[-1].end], atol=1e-12)
+    np.testing.assert_allclose(xi_dot, 0, atol=1e-7)
+    assert motion.pen(np.array([0.0, motion.duration])).tolist() == [True, True]
+
+
+def test_times_that_are_no_numbers():
+    with pytest.raises(ValueError, match="nan"):
+        timed()(np.array([0.1, np.nan]))
