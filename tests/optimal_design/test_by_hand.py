@@ -19,6 +19,7 @@ from fivebar.optimal_design.batch import (
     robots_of_designs,
     valid_rows,
 )
+from fivebar.optimal_design.closed_forms import _lens
 from fivebar.optimal_design.evolution import best, dominates, evolve, thinned
 from fivebar.optimal_design.figures import figures_of
 from fivebar.optimal_design.one_by_one import _first_root, _of_parts
@@ -595,6 +596,14 @@ def test_what_no_robot_within_the_bounds_passes():
     assert "of workspace_area no bound is known" in other.report
     assert "no bound and no limit binds" not in other.report
     assert repr(other) == "<Design: workspace_area = 0.502655 m², l1 = 0.2, l2 = 0.2, d = 0>"
+
+
+def test_discs_that_almost_touch():
+    """Rounding leaves no area without a number, from within or from outside."""
+    r1, r2 = np.random.default_rng(0).uniform(0.1, 1.0, (2, 4000))
+    within = _lens(r1, r2, np.nextafter(np.abs(r1 - r2), 2))
+    np.testing.assert_allclose(within, np.pi * np.minimum(r1, r2) ** 2, rtol=1e-6)
+    np.testing.assert_allclose(_lens(r1, r2, np.nextafter(r1 + r2, 0)), 0.0, atol=1e-9)
 
 
 def test_a_design_has_the_place_of_its_task():
