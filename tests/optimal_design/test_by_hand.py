@@ -119,6 +119,14 @@ def test_names_of_a_design_set_what_they_say():
     assert float(columns.d[0, 0]) == 0.1 and columns.l21.shape == (1, 1)
 
 
+def test_biglides_one_by_one():
+    robots = [fb.Biglide(0.3, 0.35, 0.4), fb.Biglide(0.35, 0.35, 0.4)]
+    done = fb.sweep(lambda robot: robot.l1, robots, robot=fb.Biglide(), workers=1)
+    assert done["<lambda>"].tolist() == [0.3, 0.35] and done.robot_at(1) == robots[1]
+    with pytest.raises(TypeError, match="designs must be robots as Biglide, or tables by name"):
+        fb.sweep(lambda robot: robot.l1, [fb.FiveBar()], robot=fb.Biglide())
+
+
 def test_a_biglide_has_no_shared_names():
     known = known_variables(fb.Biglide())
     assert {"l1", "l2", "d", "task_x", "task_y"} <= set(known)
@@ -596,6 +604,18 @@ def test_what_no_robot_within_the_bounds_passes():
     assert "of workspace_area no bound is known" in other.report
     assert "no bound and no limit binds" not in other.report
     assert repr(other) == "<Design: workspace_area = 0.502655 m², l1 = 0.2, l2 = 0.2, d = 0>"
+
+
+@pytest.mark.parametrize("goals", ["workspace_area", ["workspace_area", "bars"]])
+def test_a_search_is_the_same_with_the_same_seed_alone(goals):
+    """Few generations are far from done, so that another seed is seen."""
+
+    def found(seed):
+        done = fb.design(goals, {"l1": (0.1, 0.2), "l2": (0.1, 0.2), "d": (0.01, 0.1)},
+                         limits={"bars": 0.55}, points=4, effort=0.01, seed=seed)  # fmt: skip
+        return [one.parameters for one in getattr(done, "designs", [done])]
+
+    assert found(3) == found(3) != found(4)
 
 
 def test_discs_that_almost_touch():
