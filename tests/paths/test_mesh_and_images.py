@@ -15,6 +15,7 @@ from fivebar.paths.timing.jerk import refuse_kinks
 from fivebar.paths.timing.mesh import mesh_of
 from fivebar.paths.timing.refusals import where
 from fivebar.paths.tool import MountedTool
+from fivebar.singularities.dexterous import bent_parts
 from fivebar.singularities.leg_circles import LegCircles
 
 ROBOT = fb.FiveBar(fs1=0.01, fs2=0.02)
@@ -143,6 +144,17 @@ def test_a_tool_goes_about_the_base_joint():
         np.testing.assert_allclose(np.abs(arc.z - image.base), radius, rtol=1e-6)
         assert cmath.phase(arc.z[0] - image.base) == pytest.approx(0.3)
         assert arc.moment == pytest.approx(-2 * math.pi * radius**2 / 2, rel=1e-9)
+
+
+def test_images_of_loops_are_closed():
+    """Each arc begins in the very point in which the one before ends."""
+    for _, mode, image in images():
+        parts = bent_parts(image.mounted.robot, mode, image.circles, 0.0)
+        for part in parts:
+            for loop in part.boundary:
+                arcs = image.loop(loop)
+                for arc, after in zip(arcs, arcs[1:] + arcs[:1]):
+                    assert abs(arc.z[-1] - after.z[0]) < 1e-8
 
 
 def test_a_curve_is_given_its_ends():

@@ -81,6 +81,14 @@ def test_dwells_at_one_knot_add_up_and_move_with_the_path():
         Path(SQUARE, dwells={1.001: 1.0})
 
 
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
+def test_a_dwell_is_at_its_knot_whatever_the_size(size):
+    line = Line((0, 0), (size, 0)), Line((size, 0), (2 * size, 0))
+    assert Path(line, dwells={size * (1 + 1e-9): 1.0}).dwells == {size: 1.0}
+    with pytest.raises(ValueError, match="is at no knot"):
+        Path(line, dwells={size * (1 + 1e-8): 1.0})
+
+
 @pytest.mark.parametrize(
     "options, words",
     [

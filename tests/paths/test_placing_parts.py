@@ -1,5 +1,6 @@
 """What the search of placements is made of: bounds that hold, against samples and exact programs."""
 
+import importlib
 from types import SimpleNamespace
 
 import numpy as np
@@ -51,6 +52,17 @@ def test_distances_from_an_aspect_and_their_bounds(room, points):
     assert (room._least(points) <= np.abs(exact) + 1e-12).all()
     step = np.hypot(*room.steps)
     assert np.median(room.bounds(points) - exact) < 2 * step
+
+
+def test_distances_beyond_corners_of_the_border(room):
+    """There the nearest place is the corner itself, and not a place on a chord that goes on."""
+    loop = room.part.boundary[0]
+    corners = np.array([arc.z[0] for arc in loop])
+    ways = np.exp(2j * np.pi * np.arange(48) / 48)
+    z = (corners[:, None] + 0.02 * ways).ravel()
+    nearest = np.min([np.abs(z[:, None] - room.border[k : k + 500]).min(axis=1) for k in range(0, len(room.border), 500)], axis=0)  # fmt: skip
+    rough, _ = room.rough(z)
+    assert np.abs(np.abs(rough) - nearest).max() < room.spacing
 
 
 @pytest.mark.parametrize(
@@ -154,6 +166,44 @@ def test_how_deep_points_are_in_pages():
     np.testing.assert_allclose(one[0], depth[0])
     assert search.middle == pytest.approx(0.15 + 0.1j)
     assert search.size == pytest.approx(np.hypot(0.15, 0.1))
+
+
+def test_a_hole_in_a_page_counts():
+    """Its clearance is then how deep the hole is in the page, below 0."""
+    page = fb.path([(0, 0), (0.3, 0), (0.3, 0.2), (0, 0.2), (0, 0)])
+    search = search_of([page], page=(0.3, 0.2))
+    search.clearances = [
+        SimpleNamespace(
+            holes=np.array([0.1 + 0.02j, 5.0]),
+            rough=lambda z: (np.ones(len(z)), np.ones(len(z))),
+            along=lambda placed, least, most: (0.4, 3j),
+        )
+    ]
+    for shift, expected in ((0.1, -0.08), (0.18, -0.07), (0.5, 0.4)):
+        clearance, at = search.exactly(Found(0.0, (0,), complex(shift), 0.0, 1.0))
+        assert clearance == pytest.approx(expected) and at == 3j
+
+
+@pytest.mark.parametrize("page", [None, (0.1, 0.05)])
+@pytest.mark.parametrize("count", [1, 2])
+def test_what_does_not_fit_is_told_its_largest_scale(page, count, room, monkeypatch):
+    module = importlib.import_module("fivebar.paths.placing.place")
+    grown = Found(0.1, (0,), 0j, 0.0, 1.5)
+    monkeypatch.setattr(
+        module, "_best", lambda search, scale: (None, 0.0) if scale else (grown, 2.0)
+    )
+    monkeypatch.setattr(module, "_regions", lambda *given: [room.part])
+    monkeypatch.setattr(Search, "at_scale", lambda search, found, scale: None)
+    strokes = [[(0, 0), (0.1, 0)], [(0, 0.1), (0.1, 0.1)]][:count]
+    what = "path" if page is None else "page"
+    words = f"place: the {what} does not fit at scale 9 with a clearance of 0.01 m: none fits above"
+    words += " scale 2, and the largest scale found to fit is 1.5"
+    if page is None and count == 2:
+        words += ", in one aspect; strokes=True gives each stroke modes of its own"
+    asked = {"path": fb.path(strokes)} if page is None else {"page": page}
+    with pytest.raises(ValueError) as refused:
+        fb.place(ROBOT, scale=9.0, constraints=fb.Constraints(clearance=0.01), **asked)
+    assert str(refused.value) == words
 
 
 def test_a_placement_is_about_the_middle_of_the_paths():

@@ -2,6 +2,7 @@
 
 import io
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import mpmath
@@ -13,6 +14,7 @@ from scipy.optimize import linprog
 import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Line
+from fivebar.paths.timing import jerk
 from fivebar.paths.timing.bounds import Bernstein, Stretches
 from fivebar.paths.timing.clock import Clock, _stumpff
 from fivebar.paths.timing.constraint_rows import Limits
@@ -27,6 +29,7 @@ from fivebar.paths.timing.lower_bound import (
     duration,
 )
 from fivebar.paths.timing.mesh import _over_distance, _sign
+from fivebar.paths.timing.polygons import _add_friction
 from fivebar.paths.timing.slower import _mixture, _slower
 from fivebar.paths.timing.solve import (
     Solved,
@@ -560,3 +563,53 @@ def test_an_averaged_timed_path():
 def test_times_that_are_no_numbers():
     with pytest.raises(ValueError, match="nan"):
         timed()(np.array([0.1, np.nan]))
+
+
+@pytest.mark.parametrize("pace", [1.0, 1.25])
+def test_a_wanted_duration_with_a_limit_on_jerk(pace, monkeypatch):
+    """Only the moving is slowed down: rests stay as long as the path asks for."""
+    monkeypatch.setattr(jerk, "_paced", lambda motion: replace(motion, pace=pace))
+    fastest = jerk.smoothed(timed())
+    wanted = fastest.duration + 0.5
+    motion = jerk.smoothed(timed(), wanted)
+    assert motion.duration == pytest.approx(wanted) and motion.smooth == fastest.smooth
+    assert motion.pace / pace == pytest.approx((wanted - 0.75) / (fastest.duration - 0.75))
+    with pytest.raises(TimingError, match="is less than .* s, the least that was found with this"):
+        jerk.smoothed(timed(), fastest.duration * 0.99)
+    crossing = replace(timed(), crossing=np.arange(7) == 3)
+    with pytest.raises(fb.SingularityError, match="is not known across Type 2, .* at s = 0.027"):
+        jerk.smoothed(crossing)
+
+
+def test_viscous_friction_is_bounded_from_above():
+    """v sqrt(x) by Bernstein coefficients that are linear in x at both ends."""
+    rng = np.random.default_rng(4)
+    n, rows = 5, 3
+    x0, x1 = rng.uniform(0.2, 1.0, (2, n))
+    bent = rng.uniform(-0.1, 0.1, n)
+    first, last = np.zeros((2, n, 3))
+    first[:, 0] = last[:, 1] = 1.0
+    middle = (first + last) / 2
+    middle[:, 2] = -bent / 2
+    x = np.stack([first, middle, last])
+    one = np.zeros((1, n, 3))
+    one[..., 2] = 1.0
+    high = np.full(n, 1.2)
+    touch, wide = np.sqrt(0.6), np.sqrt(high)
+    above = np.full(n, 0.5 / touch), np.full(n, touch / 2)
+    root = np.array([above, (1 / wide, 0 * wide)])
+    v = rng.uniform(-1, 1, (3, rows, n))
+    v[:, 0], v[:, 1] = np.abs(v[:, 0]), -np.abs(v[:, 1])
+    found = np.zeros((5, rows, n, 3))
+    _add_friction(found, v, x, one, root, high)
+    values = found @ np.ones(3) * 0 + (found * np.stack([x0, x1, 1 + 0 * x0], axis=1)).sum(axis=-1)
+    t = np.linspace(0, 1, 51)
+    weights = np.stack([math.comb(4, k) * t**k * (1 - t) ** (4 - k) for k in range(5)])
+    bound = np.tensordot(values, weights, (0, 0))
+    square = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2])
+    place = np.stack([x0, (x0 + x1 - bent) / 2, x1]).T @ square
+    exact = np.tensordot(v, square, (0, 0)) * np.sqrt(place)
+    assert (bound >= exact - 1e-12).all() and (bound[:2] - exact[:2]).max() < 0.5
+    none = np.zeros((5, rows, n, 3))
+    _add_friction(none, 0 * v, x, one, root, high)
+    assert not none.any()
