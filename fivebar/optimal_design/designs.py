@@ -294,7 +294,7 @@ def _by_name(design, robot):
             f"designs must be robots as {type(robot).__name__}, or tables by name, not"
             f" {shown(design)}"
         )
-    if getattr(design, "gravity", None) != getattr(robot, "gravity", None):
+    if design.gravity != robot.gravity:
         raise ValueError(
             f"designs: gravity {design.gravity} is not that of robot=, {robot.gravity}"
         )

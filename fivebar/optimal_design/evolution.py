@@ -62,7 +62,7 @@ def _trial(x, low, high, rng):
     mutant = np.minimum(mutant, 2 * high - mutant)
     new = rng.random((n, k)) < CROSSOVER
     new[np.arange(n), rng.integers(k, size=n)] = True
-    return np.where(new, np.clip(mutant, low, high), x)
+    return np.where(new, mutant, x)
 
 
 def dominates(

@@ -162,7 +162,8 @@ class DesignProblem:
                 f"bounds: no multiple of step = {self.step:g} lies in {self.names[k]} ="
                 f" ({self.low[k]:g}, {self.high[k]:g})"
             )
-        self.low[k], self.high[k] = low * self.step, high * self.step
+        # No -0, which messages would show.
+        self.low[k], self.high[k] = low * self.step + 0.0, high * self.step + 0.0
 
     def rows(self, x: np.ndarray) -> np.ndarray:
         """Return designs (n, k), rounded to steps; what is next to a bound is put on it."""

@@ -146,7 +146,7 @@ def _tip_error(poses):
     base = [side * u[0] * t["d"] / 2 for side, u in zip((-1, 1), poses.pose.u2)]
     worst = 0.0
     for other in (1, -1):
-        for turn in (1, -1) if t["d"] else (1,):
+        for turn in (1, -1):
             r1 = own[0] + turn * base[0]
             r2 = other * own[1] + turn * base[1]
             worst = np.maximum(

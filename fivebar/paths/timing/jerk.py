@@ -149,16 +149,11 @@ def _paced(motion):
     ]
     if limits.joint_speed:
         shares.append(np.max(np.abs(rates.q_dot) / limits.joint_speed))
-    for value, limit in (
-        (acc.q_ddot, limits.joint_acceleration),
-        (tip_ddot, limits.acceleration),
-    ):
-        if limit:
-            if value is acc.q_ddot:
-                size = np.abs(value)
-            else:
-                size = np.linalg.norm(value, axis=1)
-            shares.append(np.sqrt(np.max(size / limit)))
+    if limits.joint_acceleration:
+        shares.append(np.sqrt(np.max(np.abs(acc.q_ddot) / limits.joint_acceleration)))
+    if limits.acceleration:
+        size = np.linalg.norm(tip_ddot, axis=1)
+        shares.append(np.sqrt(np.max(size / limits.acceleration)))
     third = tip_sss * v**3 + 3 * tip_ss * v * u + tip_s * j
     shares.append(np.cbrt(np.linalg.norm(third, axis=1).max() / limits.jerk))
     pace = float(max(shares)) * (1 + MARGIN)

@@ -46,10 +46,7 @@ def slowed(
         delay=2,
         leave=False,
     ):
-        if low == 0:
-            share = guess
-        else:
-            share = math.sqrt(low * high)
+        share = math.sqrt(low * high) if low else guess
         found = _solved(mesh, limits.times(share))
         if found is not None and found.time.sum() <= wanted:
             high = share
@@ -58,9 +55,6 @@ def slowed(
         else:
             low = share
             slow = found
-            if high / low < 1 + CLOSE:
-                break
-            continue
         if low and high / low < 1 + CLOSE:
             break
     length = mesh.stretches.length

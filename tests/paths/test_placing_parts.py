@@ -1,0 +1,290 @@
+"""What the search of placements is made of: bounds that hold, against samples and exact programs."""
+
+import importlib
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import fivebar as fb
+from fivebar.paths.pieces import Arc, Line, Polynomial
+from fivebar.paths.placing.branch_and_bound import BranchAndBound, Cells, _chunks, _game, _placed
+from fivebar.paths.placing.clearance import CORNERS, Clearance, _steepest
+from fivebar.paths.placing.fitting_in import _legs_cross, bounds
+from fivebar.paths.placing.search import Found, Search, _few, _samples
+from fivebar.paths.placing.tool_regions import _share
+
+ROBOT = fb.FiveBar()
+
+
+@pytest.fixture(scope="module")
+def room():
+    return Clearance(max(fb.aspects(ROBOT), key=lambda part: part.area))
+
+
+@pytest.fixture(scope="module")
+def points(room):
+    rng = np.random.default_rng(6)
+    size = room.high - room.low
+    return room.low + size.real * rng.uniform(-0.1, 1.1, 300) + 1j * size.imag * rng.uniform(-0.1, 1.1, 300)  # fmt: skip
+
+
+def test_distances_from_an_aspect_and_their_bounds(room, points):
+    exact = np.where(room.within(points), 1.0, -1.0) * room.exact(points)
+    locus = fb.locus_distance(ROBOT, np.stack([points.real, points.imag], axis=-1), room.part.working)  # fmt: skip
+    inside = exact > 0
+    assert 50 < inside.sum() < 250
+    np.testing.assert_allclose(exact[inside], locus[0][inside], atol=1e-9)
+    rough, gradient = room.rough(points)
+    np.testing.assert_allclose(rough, exact, atol=room.spacing)
+    np.testing.assert_allclose(np.abs(gradient), 1.0, rtol=1e-9)
+    h = 1e-7
+    for way in (1.0, 1j):
+        slope = (room.rough(points + h * way)[0] - room.rough(points - h * way)[0]) / (2 * h)
+        expected = (gradient * np.conj(way)).real
+        assert (np.abs(slope - expected) < 1e-4).mean() > 0.98  # but for kinks
+    assert (room.bounds(points) >= exact - 1e-12).all()
+    assert (room.bounds(points, CORNERS) <= np.inf).all()
+    assert (room.bounds(points, CORNERS) >= exact - 1e-12).all()
+    feet, sharper = room.feet(points)
+    assert (sharper >= exact - 1e-12).all() and (sharper <= np.abs(points - feet) + 1e-12).all()
+    assert (room._least(points) <= np.abs(exact) + 1e-12).all()
+    step = np.hypot(*room.steps)
+    assert np.median(room.bounds(points) - exact) < 2 * step
+
+
+def test_distances_beyond_corners_of_the_border(room):
+    """There the nearest place is the corner itself, and not a place on a chord that goes on."""
+    loop = room.part.boundary[0]
+    corners = np.array([arc.z[0] for arc in loop])
+    ways = np.exp(2j * np.pi * np.arange(48) / 48)
+    z = (corners[:, None] + 0.02 * ways).ravel()
+    nearest = np.min([np.abs(z[:, None] - room.border[k : k + 500]).min(axis=1) for k in range(0, len(room.border), 500)], axis=0)  # fmt: skip
+    rough, _ = room.rough(z)
+    assert np.abs(np.abs(rough) - nearest).max() < room.spacing
+
+
+@pytest.mark.parametrize(
+    "piece", [Line((0, 0), (0.01, 0.02)), Arc((0.01, 0), 0.02, 0.5, -1.0),
+              Polynomial([(0, 0), (0.03, 0), (0, 0.02), (-0.01, 0.01)], 0.025)],
+)  # fmt: skip
+def test_a_path_keeps_the_clearance_of_its_points(room, piece):
+    speed, bend = _steepest(piece)
+    _, xi_s, xi_ss, _ = piece(np.linspace(0, piece.length, 2001))
+    seen = np.linalg.norm(xi_s, axis=1).max(), np.linalg.norm(xi_ss, axis=1).max()
+    assert seen[0] <= speed * (1 + 1e-12) and seen[1] <= bend * (1 + 1e-12) + 1e-15
+    assert speed < 1.5 * seen[0] and bend <= 2.5 * seen[1] + 1e-15
+    disc = fb.largest_disc(room.part)
+    path = fb.Placement(tuple(disc.center))(fb.path([piece]))
+    z = path(np.linspace(0, path.length, 4001))[0] @ (1, 1j)
+    dense = room.exact(z)
+    clearance, at = room.along(path)
+    assert clearance == pytest.approx(dense.min(), abs=2e-7)
+    assert room.exact(np.array([at]))[0] == pytest.approx(clearance, abs=1e-12)
+    assert room.along(path, most=0.5 * clearance) == (0.5 * clearance, None)
+    assert clearance <= room.along(path, least=2 * clearance)[0] <= 2 * clearance
+    outside = fb.Placement((0.0, 5.0))(path)
+    assert room.along(outside)[0] < -4
+
+
+def test_points_move_no_more_than_their_cell_allows():
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=8) + 1j * rng.normal(size=8)
+    middle = np.array([[0.3, -1.0], [0.2, 0.5], [0.4, 3.0], [1.2, 0.7]])
+    half = np.array([[0.1, 0.2], [0.3, 0.1], [0.2, 0.4], [0.1, 0.3]])
+    cells = Cells(middle, half, np.array([0, 1]))
+    z, arm, moved = _placed(cells, points)
+    for k in range(2):
+        x, y, turn, scale = middle[:, k]
+        np.testing.assert_allclose(z[k], x + 1j * y + scale * np.exp(1j * turn) * points)
+        np.testing.assert_allclose(arm[k], scale * np.exp(1j * turn) * points)
+        for corner in np.array(np.meshgrid(*[(-1, 1)] * 4)).reshape(4, -1).T:
+            x, y, turn, scale = middle[:, k] + corner * half[:, k]
+            there = x + 1j * y + scale * np.exp(1j * turn) * points
+            assert (np.abs(there - z[k]) <= moved[k] + 1e-12).all()
+    reach = np.hypot(half[0], half[1]) + (middle[3] * half[2] + half[3]) * np.abs(points).max()
+    np.testing.assert_allclose(moved.max(axis=1), reach)
+
+
+def test_cells_are_halved_across_the_side_that_moves_most():
+    middle = np.array([[0.0, 0, 0], [0, 0, 0], [1, 1, 1], [2, 2, 2.0]])
+    half = np.array([[1.0, 1, 1], [0.5, 0.5, 0.5], [0.4, 0.9, 0.1], [0.1, 0.1, 3.0]])
+    cells = Cells(middle, half, np.array([4, 5, 6]))
+    halves = cells.halved(0.8)  # arms: 1, 1, 1.6, 0.8
+    assert halves.region.tolist() == [4, 5, 6] * 2
+    expected = half.copy()
+    expected[[0, 2, 3], [0, 1, 2]] /= 2
+    np.testing.assert_allclose(halves.half, np.tile(expected, 2))
+    step = half - expected
+    np.testing.assert_allclose(halves.middle, np.hstack([middle - step, middle + step]))
+    chosen = halves.chosen(np.array([False, True, False, False, False, True]))
+    assert chosen.region.tolist() == [5, 6]
+    parts = list(_chunks(Cells(middle, half, np.array([1, 0, 1])), 1))
+    assert [(k, at.tolist()) for k, at in parts] == [(0, [1]), (1, [0]), (1, [2])]
+
+
+def test_the_least_of_lines_in_a_box_is_bounded_closely():
+    """Against the linear program: never below it, and near it."""
+    rng = np.random.default_rng(3)
+    constant = rng.uniform(0.5, 1.5, (20, 16))
+    slopes = rng.normal(size=(20, 4, 16)) * 0.3
+    found = _game(constant, slopes)
+    best = []
+    for line, slope in zip(constant, slopes):
+        table = np.column_stack([-slope.T, np.ones(16)])
+        sides = [(-1, 1)] * 4 + [(None, None)]
+        best.append(-linprog([0, 0, 0, 0, -1], table, line, bounds=sides).fun)
+    best = np.array(best)
+    assert (found >= best - 1e-9).all() and (found - best).mean() < 0.06
+
+
+def search_of(paths, clearances=(), page=None):
+    fake = [SimpleNamespace(most=1.0, holes=np.array([])) for _ in clearances] or [None]
+    return Search(paths, fake, 0.0, 0.0, page)
+
+
+def test_how_deep_points_are_in_pages():
+    search = search_of([fb.path([(0, 0), (0.3, 0), (0.3, 0.2), (0, 0.2), (0, 0)])], page=(0.3, 0.2))
+    rng = np.random.default_rng(2)
+    z = rng.uniform(-0.6, 0.6, 200) + 1j * rng.uniform(-0.6, 0.6, 200)
+    shifts, turns, scales = (
+        np.array([0.1 + 0.2j, -0.1j]),
+        np.array([0.7, -2.0]),
+        np.array([1.5, 2.5]),
+    )
+    depth = search.off_page(z, shifts, turns, scales)
+    for k in range(2):
+        local = (z - shifts[k]) * np.exp(-1j * turns[k])
+        inner = np.minimum(
+            0.15 * scales[k] - np.abs(local.real), 0.1 * scales[k] - np.abs(local.imag)
+        )
+        expected = np.where(inner > 0, -inner, np.inf)
+        np.testing.assert_allclose(depth[k], expected, atol=1e-14)
+        assert 10 < np.isfinite(depth[k]).sum() < 190
+    one = search.off_page(z, shifts[:1], 0.7, 1.5)
+    np.testing.assert_allclose(one[0], depth[0])
+    assert search.middle == pytest.approx(0.15 + 0.1j)
+    assert search.size == pytest.approx(np.hypot(0.15, 0.1))
+
+
+def test_a_hole_in_a_page_counts():
+    """Its clearance is then how deep the hole is in the page, below 0."""
+    page = fb.path([(0, 0), (0.3, 0), (0.3, 0.2), (0, 0.2), (0, 0)])
+    search = search_of([page], page=(0.3, 0.2))
+    search.clearances = [
+        SimpleNamespace(
+            holes=np.array([0.1 + 0.02j, 5.0]),
+            rough=lambda z: (np.ones(len(z)), np.ones(len(z))),
+            along=lambda placed, least, most: (0.4, 3j),
+        )
+    ]
+    for shift, expected in ((0.1, -0.08), (0.18, -0.07), (0.5, 0.4)):
+        clearance, at = search.exactly(Found(0.0, (0,), complex(shift), 0.0, 1.0))
+        assert clearance == pytest.approx(expected) and at == 3j
+
+
+@pytest.mark.parametrize("page", [None, (0.1, 0.05)])
+@pytest.mark.parametrize("count", [1, 2])
+def test_what_does_not_fit_is_told_its_largest_scale(page, count, room, monkeypatch):
+    module = importlib.import_module("fivebar.paths.placing.place")
+    grown = Found(0.1, (0,), 0j, 0.0, 1.5)
+    monkeypatch.setattr(
+        module, "_best", lambda search, scale: (None, 0.0) if scale else (grown, 2.0)
+    )
+    monkeypatch.setattr(module, "_regions", lambda *given: [room.part])
+    monkeypatch.setattr(Search, "at_scale", lambda search, found, scale: None)
+    strokes = [[(0, 0), (0.1, 0)], [(0, 0.1), (0.1, 0.1)]][:count]
+    what = "path" if page is None else "page"
+    words = f"place: the {what} does not fit at scale 9 with a clearance of 0.01 m: none fits above"
+    words += " scale 2, and the largest scale found to fit is 1.5"
+    if page is None and count == 2:
+        words += ", in one aspect; strokes=True gives each stroke modes of its own"
+    asked = {"path": fb.path(strokes)} if page is None else {"page": page}
+    with pytest.raises(ValueError) as refused:
+        fb.place(ROBOT, scale=9.0, constraints=fb.Constraints(clearance=0.01), **asked)
+    assert str(refused.value) == words
+
+
+def test_a_placement_is_about_the_middle_of_the_paths():
+    found = Found(0.0, (0,), 0.3 + 0.1j, 7.0, 2.0)
+    placement = found.placement(0.05 - 0.02j)
+    z = np.array([0.05 - 0.02j, 0.1 + 0.3j])
+    expected = found.shift + 2.0 * np.exp(7j) * (z - (0.05 - 0.02j))
+    there = placement(np.stack([z.real, z.imag], axis=-1)) @ (1, 1j)
+    np.testing.assert_allclose(there, expected, atol=1e-14)
+    assert placement.turn == pytest.approx(7.0 - 2 * np.pi) and placement.scale == 2.0
+
+
+def test_samples_of_paths_have_their_corners_and_ends():
+    path = fb.path([(0, 0), (0.1, 0), (0.1, 0.031), (0.02, 0.031)])
+    seen = _samples(path, 12)
+    for corner in (0, 0.1, 0.1 + 0.031j, 0.02 + 0.031j):
+        assert np.abs(seen - corner).min() < 1e-15
+    assert len(seen) == 14
+    zigzag = fb.path([(k / 1000, k % 2 / 1000) for k in range(1000)])
+    assert 200 < len(_samples(zigzag, 12)) <= 240 + 12
+    few = _few(seen, 8)
+    assert len(few) <= 8 and set(few) <= set(seen)
+    for way in (1, 1j, -1, -1j):
+        assert (few * way).real.max() == (seen * way).real.max()
+    two = search_of([path, fb.Placement((0.5, 0.0))(path)])
+    assert set(two.owner) == {0, 1} and (np.diff(two.owner) >= 0).all()
+    assert two.first[0] == 0 and len(two.first) == 2 and len(two.few) > two.first[1]
+    assert two.middle == pytest.approx(0.3 + 0.0155j)
+
+
+@pytest.mark.parametrize("scale", [1.0, None])
+def test_when_a_bound_is_near_enough(scale):
+    search = SimpleNamespace(margin=0.01, size=0.2)
+    bound = BranchAndBound(search, scale)
+    assert bound.value == bound.bound == (0.0 if scale is None else 0.01)
+    bound.value = 0.5
+    assert bound.enough == pytest.approx(0.505)
+    bound.value = 0.01
+    assert bound.enough == pytest.approx(0.0101 if scale is None else 0.0102)
+    cells = Cells(np.full((4, 3), 2.0), np.full((4, 3), 0.5), np.zeros(3, dtype=int))
+    upper = np.array([0.005, 0.0101, 0.6])
+    bound.value = 0.02
+    opened, promise = bound._open(cells, upper)
+    if scale is None:
+        assert promise.tolist() == [2.5, 2.5] and bound.bound == 0.0
+    else:
+        assert promise.tolist() == [0.6] and bound.bound == 0.0101
+    assert len(opened.region) == len(promise)
+
+
+@pytest.mark.parametrize("low, high", [(True, True), (True, False), (False, True), (False, False)])
+def test_shares_of_an_arc_and_their_rates(low, high):
+    x = np.linspace(0.01, 0.99, 50)
+    share, rate = _share(x, low, high)
+    h = 1e-6
+    change = (_share(x + h, low, high)[0] - _share(x - h, low, high)[0]) / (2 * h)
+    np.testing.assert_allclose(rate, change, atol=1e-9)
+    ends, slopes = _share(np.array([0.0, 1.0]), low, high)
+    assert ends.tolist() == [0, 1] and slopes.tolist() == [0 if low else (2 if high else 1), 0 if high else (2 if low else 1)]  # fmt: skip
+
+
+def test_boxes_of_pieces():
+    rng = np.random.default_rng(9)
+    for _ in range(30):
+        angles = rng.uniform(-7, 7, 2)
+        pieces = [Arc(tuple(rng.normal(size=2)), rng.uniform(0.1, 2), *angles)]
+        pieces.append(Line(tuple(pieces[0].end), tuple(rng.normal(size=2))))
+        path = fb.path(pieces)
+        seen = path(np.union1d(np.linspace(0, path.length, 2001), path.knots))[0]
+        found = bounds(path)
+        np.testing.assert_allclose(found, [seen.min(axis=0), seen.max(axis=0)], atol=1e-5)
+        assert (found[0] <= seen.min(axis=0) + 1e-12).all()
+        assert (found[1] >= seen.max(axis=0) - 1e-12).all()
+
+
+def test_whether_legs_cross():
+    def pose(elbows, tip):
+        return SimpleNamespace(elbows=np.array(elbows), xi=np.array(tip))
+
+    robot = SimpleNamespace(d=2.0)
+    assert not _legs_cross(robot, pose([(-2, 1), (2, 1)], (0, 2)))
+    assert _legs_cross(robot, pose([(1.5, 1), (-1.5, 1)], (0, 2)))  # both proximal bars
+    assert _legs_cross(robot, pose([(-2, 1), (-1.5, 0.5)], (0, 3))) is False
+    assert _legs_cross(robot, pose([(-2, 1), (-3, 1.2)], (0, 3)))  # one of each

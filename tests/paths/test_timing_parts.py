@@ -1,0 +1,615 @@
+"""Parts of the timing of paths, each against the same thing computed in another way."""
+
+import io
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import linprog
+
+import fivebar as fb
+from fivebar.paths.curve import Path
+from fivebar.paths.pieces import Line
+from fivebar.paths.timing import jerk
+from fivebar.paths.timing.bounds import Bernstein, Stretches
+from fivebar.paths.timing.clock import Clock, _stumpff
+from fivebar.paths.timing.constraint_rows import Limits
+from fivebar.paths.timing.feasible_motion import _corners
+from fivebar.paths.timing.lower_bound import (
+    FREE,
+    _above,
+    _below_gaps,
+    _cruise,
+    _least_time,
+    _parabola,
+    duration,
+)
+from fivebar.paths.timing.mesh import _over_distance, _sign
+from fivebar.paths.timing.polygons import _add_friction
+from fivebar.paths.timing.slower import _mixture, _slower
+from fivebar.paths.timing.solve import (
+    Solved,
+    TimingError,
+    _about,
+    _along,
+    _beside_type_2,
+    _directions,
+    _faster,
+    _lowered,
+    _made,
+)
+from fivebar.paths.timing.timed_path import TimedPath
+
+# s by time
+
+
+@pytest.mark.parametrize("z", [-900.0, -30.0, -0.26, -0.24, -1e-6, 0.0, 1e-6, 0.24, 0.26, 40.0])
+def test_stumpffs_functions(z):
+    with mpmath.workdps(30):
+        terms = range(60 if abs(z) < 100 else 120)
+        exact = [
+            sum(mpmath.mpf(z) ** j / mpmath.factorial(2 * j + k) for j in terms) for k in range(4)
+        ]
+    found = _stumpff(np.array([z]))
+    np.testing.assert_allclose([float(c[0]) for c in found], [float(c) for c in exact], rtol=1e-11)
+
+
+def clock_of(smooth=0.0):
+    rng = np.random.default_rng(2)
+    x = np.array([0.0, 0.02, 0.03, 0.0, 0.01, 0.04, 0.02, 0.0])
+    waits = np.array([0.1, 0, 0, 0.2, 0, 0, 0, 0.3])
+    return Clock(rng.uniform(0.02, 0.05, 7), x, rng.uniform(-3, 3, 7), waits, smooth)
+
+
+def place(clock, t):
+    k, gone, speed, push = clock.along(t)
+    return clock.s[k] + gone, speed, push
+
+
+@pytest.mark.parametrize("smooth", [0.0, 0.07])
+def test_speed_and_change_of_speed_are_derivatives_of_the_place(smooth):
+    clock = clock_of(smooth)
+    h = 1e-6
+    t = np.linspace(0, clock.end, 3001)
+    t = t[np.abs(t[:, None] - clock.breaks).min(axis=1) > 2 * h]
+    s, speed, push = place(clock, t)
+    before, after = place(clock, t - h), place(clock, t + h)
+    np.testing.assert_allclose((after[0] - before[0]) / (2 * h), speed, atol=1e-8)
+    np.testing.assert_allclose((after[1] - before[1]) / (2 * h), push, atol=1e-5)
+    if smooth:
+        np.testing.assert_allclose((after[2] - before[2]) / (2 * h), clock.jerk(t), atol=1e-4)
+    assert place(clock, clock.end)[0] == pytest.approx(clock.s[-1], abs=1e-12)
+    assert place(clock, clock.end + 1.0)[0] == pytest.approx(clock.s[-1], abs=1e-12)
+    assert place(clock, 0.0)[0] == 0 and (np.diff(s) > -1e-12).all()
+    np.testing.assert_allclose(place(clock, clock.times)[0], clock.s, atol=1e-9)
+
+
+def test_a_motion_rests_as_long_as_it_waits():
+    clock = clock_of()
+    assert clock.end == pytest.approx(clock.taken.sum() + clock.waits.sum(), rel=1e-12)
+    middle = clock.waits[0] + clock.taken[:3].sum() + 0.1
+    for t in (0.05, middle, clock.end - 0.15):
+        assert place(clock, np.array(t))[1:] == (0.0, 0.0)
+    assert place(clock, np.array(middle))[0] == pytest.approx(clock.s[3])
+    k, gone, speed, push = clock.along(np.linspace(0.11, middle - 0.11, 50))
+    square = clock.x[k] + 2 * clock._push[k] * gone + clock.bent[k] * gone**2
+    np.testing.assert_allclose(speed**2, square, rtol=1e-9, atol=1e-12)
+    begins = clock.times[:-1]
+    edges = np.concatenate([begins, begins + clock.taken])
+    assert np.abs(edges[:, None] - clock.breaks).min(axis=1).max() < 1e-12
+    assert np.abs(edges - clock.breaks[:, None]).min(axis=1).max() < 1e-12
+
+
+def test_an_averaged_motion_is_the_mean_of_the_plain_one():
+    """Where it rests it does so longer, by the time over which it is averaged."""
+    smooth = clock_of(0.07)
+    longer = smooth.waits + 0.07 * (smooth.x == 0)
+    longer[0] -= 0.07
+    plain = Clock(smooth.length, smooth.x, smooth.bent, longer)
+    assert smooth.end == pytest.approx(plain.end, rel=1e-12)
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    for t in np.linspace(0.02, smooth.end, 23):
+        within = t - 0.07 + 0.035 * (1 + nodes)
+        mean = (weights * place(plain, within)[0]).sum() / 2
+        assert place(smooth, np.array(t))[0] == pytest.approx(mean, abs=2e-8)
+
+
+# Stretches of a path
+
+
+def test_stretches_are_parted_and_cut():
+    stretches = Stretches(np.array([0, 0, 1]), np.array([0.0, 0.2, 0]), np.array([0.2, 0.5, 0.3]))
+    parts = stretches.parted(np.array([1, 3, 2]))
+    assert parts.piece.tolist() == [0, 0, 0, 0, 1, 1] and len(parts) == 6
+    np.testing.assert_allclose(parts.first, [0, 0.2, 0.3, 0.4, 0, 0.15])
+    np.testing.assert_allclose(parts.last, [0.2, 0.3, 0.4, 0.5, 0.15, 0.3])
+    pieces = stretches.cut(np.array([2, 0, 2]), np.array([0.2, 0.05, 0.1]))
+    assert pieces.piece.tolist() == [0, 0, 0, 1, 1, 1]
+    np.testing.assert_allclose(pieces.first, [0, 0.05, 0.2, 0, 0.1, 0.2])
+    np.testing.assert_allclose(pieces.last, [0.05, 0.2, 0.5, 0.1, 0.2, 0.3])
+    np.testing.assert_allclose(pieces.taken(np.array([4, 1])).length, [0.1, 0.15])
+
+
+def test_bounds_of_functions_in_bernstein_form():
+    value = Bernstein(*(np.array([each]) for each in (1.0, 0.0, 2.0, 0.5, 0.1)))
+    assert (value.least(), value.largest(), value.size()) == (-0.35, 2.1, 2.1)
+    lower = Bernstein(*(np.array([each]) for each in (-1.0, 0.0, -2.0, 0.5, 0.1)))
+    assert (lower.least(), lower.largest(), lower.size()) == (-2.1, 0.35, 2.1)
+
+
+def test_which_way_a_joint_turns():
+    """What is 0 but for rounding at an end has the sign that it has within."""
+    none = np.zeros(5)
+    value = Bernstein(
+        np.array([0.0, 1, -1, -1e-12, 1]),
+        np.array([1.0, 1, -1, 1, 0]),
+        np.array([2.0, 1, -1, 1, -1]),
+        none,
+        none,
+    )
+    assert _sign(value).tolist() == [1, 1, -1, 1, 0]
+
+
+def test_a_function_over_the_distance_to_its_zero():
+    p, q = 0.7, -0.4
+    t = np.linspace(0, 1, 5)
+    for after in (True, False):
+        ends = (0.0, p + q) if after else (p + q, 0.0)
+        value = Bernstein(*(np.array([v, 9.0]) for v in (ends[0], p / 2, ends[1], 0.03, 0.01)))
+        flags = np.array([after, False]), np.array([not after, False])
+        found = _over_distance(value, *flags)
+        first, middle, last = (float(each[0]) for each in found[:3])
+        here = first * (1 - t) ** 2 + 2 * middle * t * (1 - t) + last * t**2
+        np.testing.assert_allclose(here, p + q * (t if after else 1 - t), atol=1e-15)
+        assert (found.bend[0], found.slack[0]) == (0.0, pytest.approx(0.04))
+        assert [each[1] for each in found] == [9.0] * 5
+
+
+# Limits and searches
+
+
+def test_limits_times_a_share():
+    limits = Limits((1.0, 2.0), (3.0, 4.0), (5.0, 6.0), 7.0, 8.0, 9.0, (10.0, 11.0), (12.0, 13.0))
+    assert limits.times(0.5) == Limits(
+        (0.5, 1.0), (3.0, 4.0), (2.5, 3.0), 7.0, 4.0, 9.0, (5.0, 5.5), (12.0, 13.0)
+    )
+    assert limits.times(0.5, speeds=True) == Limits(
+        (1.0, 2.0), (1.5, 2.0), (5.0, 6.0), 3.5, 8.0, 9.0, (10.0, 11.0), (6.0, 6.5)
+    )
+    assert Limits().times(0.5) == Limits() and not Limits(speed=1.0, jerk=2.0).forces
+    for name in ("torque", "joint_acceleration", "acceleration"):
+        assert Limits.of(fb.Constraints(**{name: 2.0})).forces
+    motors = Limits.of(fb.Constraints(motors=fb.Motor(2.0, 5.0)))
+    assert motors.stall == (2.0, 2.0) and motors.no_load == (5.0, 5.0)
+
+
+@pytest.mark.parametrize("largest", [True, False])
+def test_corners_of_polygons_are_those_of_linear_programs(largest):
+    rng = np.random.default_rng(4)
+    n, rows = 10, 9
+    angle = rng.uniform(0, 2 * np.pi, (n, rows))
+    p, q = np.cos(angle), np.sin(angle)
+    inside = rng.uniform(0.3, 0.7, (n, 2))
+    r = -(p * inside[:, :1] + q * inside[:, 1:]) - rng.uniform(0.01, 0.3, (n, rows))
+    p = np.concatenate([p, np.full((n, 1), -1.0)], axis=1)
+    q = np.concatenate([q, np.zeros((n, 1))], axis=1)
+    r = np.concatenate([r, np.zeros((n, 1))], axis=1)
+    x1 = _corners(p, q, r, -1 / p, np.ones(n), largest)
+    for k in range(n):
+        sign = -1.0 if largest else 1.0
+        table = np.stack([p[k], q[k]], axis=1)
+        best = linprog([sign, 0.0], table, -r[k], bounds=[(0, None), (0, 1)])
+        x0 = -(r[k] + q[k] * x1[k]) / p[k]
+        value = x0[p[k] > 0].min() if largest else x0[p[k] < 0].max()
+        if best.status == 0:
+            assert value == pytest.approx(best.x[0], abs=1e-8)
+
+
+def test_a_mixture_takes_the_wanted_time():
+    length = np.array([0.1, 0.2, 0.1])
+    none = np.zeros(3)
+    fast = SimpleNamespace(x=np.array([0, 0.4, 0.6, 0.0]), bent=none + 0.1)
+    slow = SimpleNamespace(x=np.array([0, 0.1, 0.05, 0.0]), bent=none)
+    x, bent, time = _mixture(length, fast, slow, 1.9)
+    assert time.sum() == pytest.approx(1.9, rel=1e-9)
+    assert time == pytest.approx([duration(*e) for e in zip(length, x[:-1], x[1:], bent)])
+    w = bent[0] / 0.1
+    np.testing.assert_allclose(x, w * fast.x + (1 - w) * slow.x, rtol=1e-12)
+
+
+def test_the_longest_stretches_about_a_node():
+    length = np.ones(60)
+    length[[20, 30, 31]] = 4.0
+    length[25] = 1.9
+    expected = np.zeros(60, dtype=bool)
+    expected[[20, 30, 31]] = True
+    assert (_about(length, [25]) == expected).all()
+    alone = np.zeros(60, dtype=bool)
+    alone[46:] = True
+    assert (_about(length, [58]) == alone).all()
+    assert not _about(length, []).any() and _about(length, [3])[:16].all()
+
+
+def test_of_two_motions_the_faster_one_from_rest_to_rest():
+    one, other = (
+        Solved(None, None, x, bent, time, (), looks)
+        for x, bent, time, looks in (
+            (np.arange(4.0), np.zeros(3), np.array([1.0, np.inf, 1]), 5),
+            (10 + np.arange(4.0), np.ones(3), np.array([2.0, 1, 0.5]), 7),
+        )
+    )
+    found = _faster(one, other, np.array([0, 0, 1]))
+    assert found.x.tolist() == [10, 11, 12, 3] and found.looks == 12
+    assert found.time.tolist() == [2, 1, 0.5] and found.bent.tolist() == [1, 1, 1]
+    found = _faster(one, other._replace(time=np.array([2.0, 1, 1])), np.array([0, 0, 1]))
+    assert found.time.tolist() == [2, 1, 1] and found.x.tolist() == [10, 11, 2, 3]
+
+
+def test_directions_in_which_an_acceleration_is_limited():
+    even = _directions(2, None)
+    assert even.shape == (16, 2) and np.diff(even[:, 0]) == pytest.approx(np.pi / 8)
+    assert even[0].tolist() == [-np.pi, -np.pi]
+    along = np.array([0.3, np.pi - 0.01])
+    both = _directions(2, along)
+    assert (np.diff(both, axis=0) >= 0).all() and both.shape == (23, 2)
+    assert (np.abs(both) <= np.pi).all()
+    for k, angle in enumerate(along):
+        for beside in (-0.15, -0.01, 0.0, 0.04):
+            turn = (both[:, k] - angle - beside + np.pi) % (2 * np.pi) - np.pi
+            assert np.abs(turn).min() < 1e-12
+    g, m, k = np.array([2.0]), np.array([0.5]), np.array([3.0])
+    mesh = SimpleNamespace(
+        stretches=SimpleNamespace(length=np.array([0.5])),
+        found={name: SimpleNamespace(middle=v) for name, v in zip("gmk", (g, m, k))},
+    )
+    angle = _along(mesh, SimpleNamespace(x=np.array([1.0, 3.0])))  # u = 2, x = 2
+    assert angle == pytest.approx(np.arctan2(3 * 2, 2 * 2 + 0.5 * 2))
+
+
+# The lower bound
+
+
+@pytest.mark.parametrize("x0, x1, bent", [(0.3, 0.7, 1.5), (0.2, 0.2, -3.0), (0, 0.5, -0.4), (0.1, 0.2, 1e-9)])  # fmt: skip
+def test_the_time_over_a_stretch(x0, x1, bent):
+    h = 0.4
+    slope = (x1 - x0) / h - bent * h
+
+    def pace(root):  # s = root^2, so that a start from rest is no pole
+        s = root * root
+        return 2 * root / math.sqrt(x0 + slope * s + bent * s * s)
+
+    exact = quad(pace, 0, math.sqrt(h), epsabs=1e-13, limit=200)[0]
+    assert duration(h, x0, x1, bent) == pytest.approx(exact, rel=1e-9)
+
+
+def test_a_stretch_that_takes_for_ever():
+    assert duration(0.4, 0.0, 0.0, 0.0) == math.inf
+    assert duration(0.4, 0.01, 0.01, 1.0) == math.inf  # it comes to rest within
+    assert duration(0.4, 0.04001, 0.04001, 1.0) < math.inf
+    assert duration(0.4, 0.0, 0.16, 1.0) == math.inf and duration(0.4, 0.0, 0.16, 0.5) < math.inf
+    assert duration(0.4, 0.16, 0.16, 0.0) == pytest.approx(1.0)
+
+
+def row_of(rng, friction):
+    """a, b, v, c by Bernstein coefficients, and by how much each may differ: bend, slack."""
+    a = rng.uniform(1.0, 3.0, 3)
+    b = rng.uniform(-2, 2, 3)
+    v = friction * rng.uniform(-0.5, 0.5, 3)
+    c = rng.uniform(-2, -1, 3)
+    return [*a, *b, *v, *c, *rng.uniform(0, 0.02, 4), *rng.uniform(0, 0.01, 4)]
+
+
+@pytest.mark.parametrize("friction", [0.0, 1.0])
+def test_no_motion_passes_a_parabola(friction):
+    """Along it the row's left side is above 0, whatever is left open by bend and slack."""
+    rng = np.random.default_rng(5)
+    t = np.linspace(0, 1, 101)
+    powers = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2])
+    bounds = 0
+    for _ in range(40):
+        row = row_of(rng, friction)
+        x0, h = rng.uniform(0.05, 1.0), rng.uniform(0.01, 0.1)
+        u0, u1, end = _above(x0, [row], h)
+        if end == math.inf:
+            continue
+        bounds += 1
+        x = x0 + h * (2 * u0 * t + (u1 - u0) * t**2)
+        u = u0 + (u1 - u0) * t
+        assert end == pytest.approx(x[-1], rel=1e-12)
+        a, b, v, c = (np.array(row[k : k + 3]) @ powers for k in (0, 3, 6, 9))
+        sizes = np.abs(u), x, np.sqrt(x), np.ones_like(x)
+        open_ = sum((s + e * t * (1 - t)) * z for e, s, z in zip(row[12:16], row[16:], sizes))
+        left = a * u + b * x + v * np.sqrt(x) + c
+        assert (left - open_ > 0).all()
+        assert (
+            left - open_
+        ).min() < 0.3 + 0.4 * friction  # and it is no more above than it needs to be
+    assert bounds > 30
+
+
+def test_of_rows_the_lowest_parabola_counts():
+    rng = np.random.default_rng(7)
+    rows = [row_of(rng, 0.0) for _ in range(6)]
+    ends = [_above(0.3, [row], 0.05)[2] for row in rows]
+    assert _above(0.3, rows, 0.05)[2] == min(ends) < max(ends)
+    assert _above(math.inf, rows, 0.05) == FREE == _above(0.3, [], 0.05)
+    flat = rows[0].copy()
+    flat[:6] = [1, 1, 1, -30, -30, -30]  # x grows faster than the stretch is long
+    assert _above(0.3, [flat], 0.05) == FREE and _parabola(0.3, flat, 0.05, 1.0) == FREE
+
+
+def test_x_is_lowered_below_gaps():
+    gaps = [(1.0, 2.0), (2.5, 3.0), (0.5, 1.5)]
+    found = [_below_gaps(x, gaps) for x in (4.0, 3.0, 2.7, 2.2, 1.9, 1.2, 0.7, 0.5, 0.3)]
+    assert found == [
+        4.0,
+        3.0,
+        2.5,
+        2.2,
+        0.5 if _below_gaps(1.9, gaps) < 1 else 1.0,
+        0.5,
+        0.5,
+        0.5,
+        0.3,
+    ]
+
+
+def test_the_least_time_below_two_curves():
+    """One rises from the start, one falls to the end: the time below both is that of the lower one."""
+    h, x0, x1 = 0.5, 0.1, 0.2
+    ahead = 1.0, 1.4, x0 + h * 2.4
+    behind = 1.2, 0.9, x1 + h * 2.1
+    s = np.linspace(0, h, 200_001)
+    first = x0 + 2 * ahead[0] * s + (ahead[1] - ahead[0]) / h * s**2
+    back = h - s
+    last = x1 + 2 * behind[0] * back + (behind[1] - behind[0]) / h * back**2
+    time = np.trapezoid(1 / np.sqrt(np.minimum(first, last)), s)
+    assert _least_time(x0, ahead, x1, behind, h) == pytest.approx(time, rel=1e-6)
+    alone = np.trapezoid(1 / np.sqrt(first), s)
+    assert _least_time(x0, ahead, math.inf, FREE, h) == pytest.approx(alone, rel=1e-6)
+    assert _least_time(math.inf, FREE, math.inf, FREE, h) == 0.0
+
+
+def test_the_least_time_of_cruising():
+    """Not above the integral of sqrt(w / -c), and near it."""
+    rng = np.random.default_rng(3)
+    w = rng.uniform(1.0, 1.3, (3, 2, 20))
+    c = np.full((3, 2, 20), -2.0)
+    bend, slack = rng.uniform(0, 0.01, (2, 2, 20))
+    alone = SimpleNamespace(parts={"b": w, "c": c}, bend={"b": bend}, slack={"b": slack})
+    length = rng.uniform(0.1, 0.2, 20)
+    t = np.linspace(0, 1, 501)
+    powers = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2])
+    least = np.tensordot(w, powers, (0, 0)) - slack[..., None] - bend[..., None] * t * (1 - t)
+    exact = (np.trapezoid(np.sqrt(least / 2), t, axis=-1) * length).max(axis=0)
+    found = _cruise(alone, length)
+    assert (found <= exact * (1 + 1e-6)).all() and (found > 0.93 * exact).all()
+
+
+# The search
+
+
+def test_slower_at_another_pace_or_not_at_all():
+    time = np.array([0.5, 0.5])
+    fast = SimpleNamespace(time=time, x=np.array([0.0, 4.0, 0]), bent=np.array([1.0, 2.0]))
+    fast._replace = lambda **changes: SimpleNamespace(**changes)
+    mesh = SimpleNamespace(found={}, crossing=np.array([False, True, False]), s=np.arange(3.0))
+    mesh.place = lambda k: f"node {k}"
+    slow = _slower(mesh, fast, 2.0)
+    assert slow.time.sum() == pytest.approx(2.002) and slow.x[1] == pytest.approx(4 / 2.002**2)
+    np.testing.assert_allclose(slow.bent, fast.bent / 2.002**2)
+    mesh.found = {"c1": None}
+    with pytest.raises(TimingError, match="takes 2 s of moving: .* Type 2 at node 1 at speed") as e:
+        _slower(mesh, fast, 2.0)
+    assert e.value.s == 1.0 and not e.value.proved
+    mesh.crossing[:] = False
+    assert _slower(mesh, fast, 2.0).time.sum() == pytest.approx(2.002)
+
+
+class Meshed(SimpleNamespace):
+    def __len__(self):
+        return len(self.stretches.length)
+
+
+def test_stretches_beside_type_2_become_short():
+    length = np.full(12, 2e-6)
+    length[[1, 7]] = 0.5, 0.4
+    one = np.ones(12)
+    mesh = Meshed(
+        stretches=SimpleNamespace(length=length),
+        found={"D": SimpleNamespace(first=one, last=one)},
+        crossing=np.arange(13) == 6,
+        path=SimpleNamespace(length=1.0),
+        layer=lambda k: math.inf,
+    )
+    assert np.flatnonzero(_beside_type_2(mesh, False)).tolist() == [7]
+    assert not _beside_type_2(mesh, True).any()
+    mesh.layer = lambda k: 1e-5
+    assert np.flatnonzero(_beside_type_2(mesh, True)).tolist() == [3, 4, 5, 6, 7, 8]
+    last = np.where(np.arange(12) == 4, 1e-7, 0)
+    mesh.found["D"] = SimpleNamespace(first=1e-9 * one, last=last)
+    assert np.flatnonzero(_beside_type_2(mesh, True)).tolist() == [4]
+
+
+def test_shares_below_the_speed_on_type_2():
+    """The first of each part from rest to rest is lowered least, or with falling growth most."""
+    tied = np.zeros(13, dtype=bool)
+    tied[[2, 6, 9]] = True
+    mesh = SimpleNamespace(tied=tied)
+    part = np.array([0] * 8 + [1] * 4)
+    shares = list(_lowered(mesh, part))
+    assert len(shares) == 9 and {len(each) for each in shares} == {12}
+    number = np.array([0] * 5 + [1] * 3 + [0] * 4)
+    np.testing.assert_allclose(shares[0], 1e-4 * np.ones(12))
+    np.testing.assert_allclose(shares[1], 1e-4 * 3.0**number)
+    last = np.array([1] * 8 + [0] * 4)
+    np.testing.assert_allclose(shares[2], 1e-4 * 3.0 ** (last - number))
+    np.testing.assert_allclose(shares[6], 1e-2)
+    mesh.tied = np.arange(13) == 5
+    assert len(list(_lowered(mesh, part))) == 3
+
+
+def test_what_each_stretch_adds_to_the_gap():
+    above = SimpleNamespace(x=np.array([0.0, 4, 4, 4, 0]))
+    part = np.array([0.1, 0.2, 0.3, 0.0])
+    found = SimpleNamespace(above=above, x=np.array([0.0, 4, 2, 2, 0]))
+    grows = np.array([0, np.log(2), 0, 0])
+    np.testing.assert_allclose(_made(found, part), (part + grows * 0.6 / np.log(2)) / 2)
+    found.x = np.array([0.0, 4, 4, 4, 0])
+    np.testing.assert_allclose(_made(found, part), part)
+
+
+# A timed path
+
+
+DRAWING = fb.Placement((-0.02, 0.1))(
+    Path(
+        (Line((0, 0), (0.02, 0)), Line((0.02, 0), (0.03, 0.01)), Line((0.03, 0.01), (0.01, 0.01))),
+        pen=(True, False, True),
+        dwells={0.0: 0.25, 0.02: 0.5},
+    )
+)
+
+
+def timed(pace=1.0, smooth=0.0):
+    """Each line in two halves, from rest to rest."""
+    lengths = [piece.length for piece in DRAWING.pieces]
+    first = np.array([share * length for length in lengths for share in (0, 0.5)])
+    x = np.array([0, 0.01, 0, 0.02, 0, 0.01, 0])
+    none = np.zeros(7, dtype=bool)
+    piece = np.repeat(np.arange(3), 2)
+    options = (np.zeros(6), 0.5, none, x, x, smooth, pace)
+    return TimedPath(fb.FiveBar(), DRAWING, (-1, -1), Limits(speed=1.0), piece, first, x, *options)
+
+
+@pytest.mark.parametrize("pace", [1.0, 2.0])
+def test_a_timed_path_by_hand(pace):
+    motion = timed(pace)
+    lengths = np.array([0.02, 0.01 * np.sqrt(2), 0.02])
+    moving = 2 * lengths / np.sqrt([0.01, 0.02, 0.01]) * pace
+    begins = 0.25 + np.array([0, moving[0] + 0.5, moving[0] + 0.5 + moving[1]])
+    assert motion.duration == pytest.approx(0.75 + moving.sum())
+    assert motion.gap == pytest.approx(motion.duration / 0.5 - 1)
+    middles = begins + moving / 2
+    np.testing.assert_allclose(motion.times[[1, 3, 5]], middles)
+    np.testing.assert_allclose(motion.times[[0, 2, 4]], begins)
+    np.testing.assert_allclose(motion.s, np.repeat(np.cumsum([0, *lengths]), 2)[1:] - np.array([0, 1, 0, 1, 0, 1, 0]) * np.repeat(lengths, [2, 2, 3]) / 2)  # fmt: skip
+    xi, xi_dot, xi_ddot = motion(middles)
+    for k, piece in enumerate(DRAWING.pieces):
+        way = np.subtract(piece.end, piece.start) / lengths[k]
+        np.testing.assert_allclose(xi[k], np.add(piece.start, piece.end) / 2, atol=1e-15)
+        np.testing.assert_allclose(
+            xi_dot[k], way * np.sqrt([0.01, 0.02, 0.01])[k] / pace, atol=1e-15
+        )
+    early = motion(middles - 1e-3)[2]
+    push = np.array([0.01, 0.02, 0.01]) / lengths / pace**2
+    np.testing.assert_allclose(np.linalg.norm(early, axis=1), push)
+    rests = np.array([0.1, begins[1] - 0.2])
+    assert (motion(rests)[1] == 0).all() and (motion(rests)[2] == 0).all()
+    # A rest belongs to what comes after it.
+    ends = begins[1] - 0.5, begins[2]
+    t = np.array([0.0, ends[0] - 1e-6, ends[0] + 1e-6, ends[1] - 1e-6, ends[1] + 1e-6, 99.0])
+    assert motion.pen(t).tolist() == [True, True, False, False, True, True]
+    pose = fb.igm(motion.robot, xi, (-1, -1))
+    rates = fb.ikm(pose, xi_dot)
+    q, q_dot = motion.joints(middles)
+    np.testing.assert_allclose(q, pose.q)
+    np.testing.assert_allclose(q_dot, rates.q_dot)
+    tau = fb.inverse_dynamics(fb.ikm2(rates, xi_ddot))
+    np.testing.assert_allclose(motion.tau(middles), tau)
+    assert motion.tool is None
+    assert repr(motion) == (
+        f"<TimedPath: {lengths.sum():.6g} m, {motion.duration:.6g} s, proved: no less than 0.5 s,"
+        " working (-1, -1)>"
+    )
+
+
+@pytest.mark.parametrize("rate", [100.0, 7.0])
+def test_rows_of_a_timed_path(rate):
+    motion = timed()
+    file = io.StringIO()
+    motion.to_csv(file, rate)
+    head, names, *lines = file.getvalue().splitlines()
+    rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    t = rows[:, 0]
+    assert t[-1] == motion.duration and (np.diff(t[:-1]) == pytest.approx(1 / rate))
+    assert 0 < t[-1] - t[-2] <= 1 / rate * (1 + 1e-9)
+    assert names.split(",")[:7] == ["t", "x", "y", "x_dot", "y_dot", "x_ddot", "y_ddot"]
+    np.testing.assert_allclose(rows[:, 1:7], np.hstack(motion(t)), atol=1e-15)
+    np.testing.assert_allclose(rows[:, 7:9], motion.joints(t)[0], atol=1e-14)
+    np.testing.assert_allclose(rows[:, 9:11], motion.joints(t)[1], atol=1e-12)
+    np.testing.assert_allclose(rows[:, 11:13], motion.tau(t), atol=1e-15)
+    np.testing.assert_allclose(DRAWING(np.clip(rows[:, 13], 0, DRAWING.length))[0], rows[:, 1:3], atol=1e-12)  # fmt: skip
+    assert (rows[:, 14] == motion.pen(t)).all()
+    assert '"lower_bound": 0.5' in head and '"speed": 1.0' in head
+    with pytest.raises(ValueError, match="to_csv: .* s at 1e.09 Hz"):
+        motion.to_csv(io.StringIO(), 1e9)
+
+
+def test_an_averaged_timed_path():
+    """It rests longer by the time over which it is averaged, but not before its start."""
+    motion, plain = timed(smooth=0.05), timed()
+    assert motion.duration == pytest.approx(plain.duration + 3 * 0.05)
+    xi, xi_dot, _ = motion(np.array([0.0, motion.duration]))
+    np.testing.assert_allclose(xi, [DRAWING.pieces[0].start, DRAWING.pieces[-1].end], atol=1e-12)
+    np.testing.assert_allclose(xi_dot, 0, atol=1e-7)
+    assert motion.pen(np.array([0.0, motion.duration])).tolist() == [True, True]
+
+
+def test_times_that_are_no_numbers():
+    with pytest.raises(ValueError, match="nan"):
+        timed()(np.array([0.1, np.nan]))
+
+
+@pytest.mark.parametrize("pace", [1.0, 1.25])
+def test_a_wanted_duration_with_a_limit_on_jerk(pace, monkeypatch):
+    """Only the moving is slowed down: rests stay as long as the path asks for."""
+    monkeypatch.setattr(jerk, "_paced", lambda motion: replace(motion, pace=pace))
+    fastest = jerk.smoothed(timed())
+    wanted = fastest.duration + 0.5
+    motion = jerk.smoothed(timed(), wanted)
+    assert motion.duration == pytest.approx(wanted) and motion.smooth == fastest.smooth
+    assert motion.pace / pace == pytest.approx((wanted - 0.75) / (fastest.duration - 0.75))
+    with pytest.raises(TimingError, match="is less than .* s, the least that was found with this"):
+        jerk.smoothed(timed(), fastest.duration * 0.99)
+    crossing = replace(timed(), crossing=np.arange(7) == 3)
+    with pytest.raises(fb.SingularityError, match="is not known across Type 2, .* at s = 0.027"):
+        jerk.smoothed(crossing)
+
+
+def test_viscous_friction_is_bounded_from_above():
+    """v sqrt(x) by Bernstein coefficients that are linear in x at both ends."""
+    rng = np.random.default_rng(4)
+    n, rows = 5, 3
+    x0, x1 = rng.uniform(0.2, 1.0, (2, n))
+    bent = rng.uniform(-0.1, 0.1, n)
+    first, last = np.zeros((2, n, 3))
+    first[:, 0] = last[:, 1] = 1.0
+    middle = (first + last) / 2
+    middle[:, 2] = -bent / 2
+    x = np.stack([first, middle, last])
+    one = np.zeros((1, n, 3))
+    one[..., 2] = 1.0
+    high = np.full(n, 1.2)
+    touch, wide = np.sqrt(0.6), np.sqrt(high)
+    above = np.full(n, 0.5 / touch), np.full(n, touch / 2)
+    root = np.array([above, (1 / wide, 0 * wide)])
+    v = rng.uniform(-1, 1, (3, rows, n))
+    v[:, 0], v[:, 1] = np.abs(v[:, 0]), -np.abs(v[:, 1])
+    found = np.zeros((5, rows, n, 3))
+    _add_friction(found, v, x, one, root, high)
+    values = found @ np.ones(3) * 0 + (found * np.stack([x0, x1, 1 + 0 * x0], axis=1)).sum(axis=-1)
+    t = np.linspace(0, 1, 51)
+    weights = np.stack([math.comb(4, k) * t**k * (1 - t) ** (4 - k) for k in range(5)])
+    bound = np.tensordot(values, weights, (0, 0))
+    square = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2])
+    place = np.stack([x0, (x0 + x1 - bent) / 2, x1]).T @ square
+    exact = np.tensordot(v, square, (0, 0)) * np.sqrt(place)
+    assert (bound >= exact - 1e-12).all() and (bound[:2] - exact[:2]).max() < 0.5
+    none = np.zeros((5, rows, n, 3))
+    _add_friction(none, 0 * v, x, one, root, high)
+    assert not none.any()
