@@ -120,7 +120,9 @@ def test_a_stop_that_breaks_a_limit_by_its_own_speed_or_acceleration():
     q_dot = fb.ikm(fb.igm(ROBOT, GOAL), (0.3, 0.0)).q_dot
     excess = np.abs(q_dot).max() - 2.0
     stops = checked_stops(START, fast, 1.0, [])
-    with pytest.raises(PlanError, match="goal itself breaks limits; violated: joint_speed") as error:
+    with pytest.raises(
+        PlanError, match="goal itself breaks limits; violated: joint_speed"
+    ) as error:
         refuse_stops(problem_of(stops=stops, joint_speed=2.0))
     assert error.value.violations == {"joint_speed": pytest.approx(excess)}
     hard = {0: GOAL, 2: (0.3, 0.4)}
