@@ -15,6 +15,7 @@ from fivebar.estimation.identification.filtering import (
     filtered,
     spikes,
 )
+from fivebar.estimation.identification.noisy_columns import bias
 from fivebar.estimation.identification.regression import (
     RegressionFit,
     _meat,
@@ -25,6 +26,8 @@ from fivebar.estimation.identification.regression import (
     spread,
     triangle,
 )
+from fivebar.estimation.identification.regressor import linear_names, regressor
+from fivebar.estimation.identification.samples import noise_gain
 
 ROBOT = fb.FiveBar()
 STEP, CUTOFF = 2e-3, 10.0
@@ -308,10 +311,6 @@ def test_bars_that_bodies_can_have_are_the_nearest_ones():
 
 
 def test_a_bias_by_noise_is_what_noisy_accelerations_make():
-    from fivebar.estimation.identification.noisy_columns import bias
-    from fivebar.estimation.identification.regressor import linear_names, regressor
-    from fivebar.estimation.identification.samples import noise_gain
-
     names = linear_names(ROBOT)
     columns = [names.index(name) for name in ("zz1", "zz2", "m")]
     theta = np.array([2e-3, 1e-3, 0.5])

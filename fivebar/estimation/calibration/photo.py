@@ -335,6 +335,7 @@ def _known_again(sheet, centres, sides):
         columns = np.stack([known, np.ones_like(known)], axis=1)
         solution, *_ = np.linalg.lstsq(columns, matches, rcond=None)
         turned, shift = solution
-    found = np.full(len(wanted), np.nan + 0j)
-    found[crosses] = matches
-    return np.stack([found.real, found.imag], axis=-1)
+    found = np.full((len(wanted), 2), np.nan)
+    found[crosses, 0] = matches.real
+    found[crosses, 1] = matches.imag
+    return found
