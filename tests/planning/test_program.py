@@ -16,7 +16,8 @@ MESH = [np.array([0.0, 0.3, 1.0]), np.array([0.0, 0.5, 0.8, 1.0])]
 
 
 def problem_of(weights, **limits):
-    stops = checked_stops(START, GOAL, 3.0, [(None, (0.01, 0.13))])
+    goal = {0: GOAL, 1: (0.02, -0.01)}
+    stops = checked_stops(START, goal, 3.0, [(None, (0.01, 0.13))])
     weights = dict.fromkeys(OBJECTIVES, 0.0) | weights
     constraints = fb.Constraints(**({"sin": 0.05} | limits))
     return Problem(ROBOT, stops, (-1, -1), weights, constraints, Scheme(3))
@@ -74,7 +75,10 @@ def test_bounds_hold_the_stops_and_the_slack():
     for k, point in ((0, START), (2, (0.01, 0.13)), (5, GOAL)):
         assert low[0][k] * length == pytest.approx(point)
         assert high[0][k] * length == pytest.approx(point)
-    assert not low[1][[0, 5]].any() and not high[1][[0, 5]].any()
+    assert not low[1][0].any() and not high[1][0].any()
+    time = durations.sum()
+    assert low[1][5] * length / time == pytest.approx((0.02, -0.01))
+    assert high[1][5] * length / time == pytest.approx((0.02, -0.01))
     assert np.isinf(low[1][2]).all() and np.isinf(low[0][[1, 3, 4]]).all()
     assert (low[-2] == 1e-6).all() and np.isinf(high[-2]).all()
     assert not low[-1].any() and not high[-1].any()

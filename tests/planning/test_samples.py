@@ -139,6 +139,17 @@ def test_one_unit_is_a_word():
             read(text, units=units)
 
 
+@pytest.mark.parametrize("kind", ["spline", "polyline"])
+@pytest.mark.parametrize("rows, step", [(2, 1e-320), (8, 1e-100)])
+def test_times_too_close_for_any_motion_are_refused(rows, step, kind):
+    """A speed beyond all numbers, or an acceleration whose square is."""
+    text = "t,x,y\n" + "".join(f"{k * step},{0.01 * k * k},{0.02 * k}\n" for k in range(rows))
+    options = {"kind": kind, "deviation": 1e-3} if kind == "polyline" else {}
+    words = "at least 6 rows" if kind == "spline" and rows == 2 else "beyond all bounds"
+    with pytest.raises(ValueError, match=words):
+        read(text, **options)
+
+
 def test_choices_that_exclude_one_another():
     for options, message in (
         (dict(kind="polyline"), "kind=polyline needs a deviation"),
