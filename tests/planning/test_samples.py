@@ -107,6 +107,7 @@ def test_a_polyline_too_dense_for_its_deviation_is_cut_less():
     [
         ("t,x,y\n" + "\n".join(f"{10 * k},0.0{k},0" for k in range(12)),
          r"its steps of 10 could be seconds \(it takes 110 s\) or milliseconds \(0.11 s\)"),
+        ("t,x,y\n" + "\n".join(f"{k},0.0{k % 10},0" for k in range(12)), "its steps of 1 could be seconds"),
         ("t,x,y\n" + "\n".join(f"{k / 10},{k},0" for k in range(12)), "could be in metres or in millimetres"),
         ("t,x_mm,y\n" + "\n".join(f"{k / 10},{k},0" for k in range(12)), "x has a unit in its heading, but y has none"),
         ("t,x (mm),y [mm]\n0,1,2\n1,3\n", "line 3: 2 cells"),
