@@ -8,7 +8,13 @@ import pytest
 from scipy import stats
 
 import fivebar as fb
-from fivebar.estimation.calibration.fit import loss_slopes, noted_assembly, spectrum
+from fivebar.estimation.calibration.fit import (
+    assembly_modes,
+    loss_slopes,
+    noted_assembly,
+    robust_scatter,
+    spectrum,
+)
 from fivebar.estimation.calibration.measured_robot import UNKNOWNS, seen, values_of
 from fivebar.estimation.calibration.outliers import leave_one_out_error, outlying_rows
 from fivebar.estimation.calibration.poses import (
@@ -342,3 +348,94 @@ def test_distances_to_rows_that_are_left_out_are_left_out():
             rows_of({**data, "to": [np.nan, 1, to, 5, np.nan]})
     with pytest.raises(ValueError, match="row 3: distance = -0.2"):
         rows_of({**data, "distance": [np.nan, 0.1, -0.2, 0.3, np.nan]})
+
+
+def both_sides(rng, n=10):
+    """Readings whose poses close in both assembly modes, far from Type 2, and these poses."""
+    found = []
+    while len(found) < n:
+        q = rng.uniform(-np.pi, np.pi, 2)
+        poses = [fb.dgm(ROBOT, q, side, unreachable="nan") for side in (-1, 1)]
+        if all(abs(pose.det_A) > 0.3 for pose in poses):
+            found.append((q, [pose.xi for pose in poses]))
+    q, points = zip(*found)
+    return np.array(q), np.array(points)
+
+
+def test_assembly_modes_are_those_of_the_points_or_noted_or_of_the_nearer_pose():
+    rng = np.random.default_rng(13)
+    q, points = both_sides(rng)
+    sides = rng.integers(0, 2, 10)
+    own = points[np.arange(10), sides]
+    own += 1e-4 * rng.normal(size=own.shape)
+    modes = 2 * sides - 1
+    p = values_of(ROBOT)
+    data = {"q1": q[:, 0], "q2": q[:, 1], "x": own[:, 0], "y": own[:, 1]}
+    found, uncertain = assembly_modes(p, rows_of(data))
+    assert np.array_equal(found, modes) and not uncertain.any()
+    # A whole point counts more than what is noted; a half one does not.
+    noted = {**data, "assembly": -modes}
+    found, uncertain = assembly_modes(p, rows_of(noted))
+    assert np.array_equal(found, modes) and not uncertain.any()
+    half = {name: column.copy() for name, column in noted.items()}
+    half["y"][:5] = np.nan
+    found, uncertain = assembly_modes(p, rows_of(half))
+    assert np.array_equal(found, np.where(np.arange(10) < 5, -modes, modes))
+    assert not uncertain.any()
+    half.pop("assembly")
+    found, uncertain = assembly_modes(p, rows_of(half))
+    assert np.array_equal(found, modes) and not uncertain.any()
+    # On a line midway between both points, neither is nearer.
+    middle = points[:5, :, 0].mean(axis=1)
+    half["x"][:5] = middle + 1e-5
+    _, uncertain = assembly_modes(p, rows_of(half))
+    assert np.array_equal(uncertain, np.arange(10) < 5)
+    # A distance alone tells no mode.
+    ruler = {name: column.copy() for name, column in data.items()}
+    ruler["x"][:2] = ruler["y"][:2] = np.nan
+    ruler["distance"] = np.append(0.1, np.full(9, np.nan))
+    ruler["to"] = np.append(2.0, np.full(9, np.nan))
+    found, uncertain = assembly_modes(p, rows_of(ruler))
+    assert found.tolist() == [0, 0, *modes[2:]]
+    assert uncertain.tolist() == [True, True] + [False] * 8
+    found, uncertain = assembly_modes(p, rows_of({**ruler, "assembly": -modes}))
+    assert found.tolist() == [*-modes[:2], *modes[2:]] and not uncertain.any()
+
+
+def test_scatters_pass_over_what_is_not_reached():
+    q, points = both_sides(np.random.default_rng(14))
+    off = np.linspace(-1e-3, 1e-3, 10)
+    data = {"q1": q[:, 0], "q2": q[:, 1], "x": points[:, 0, 0] + off, "y": points[:, 0, 1] + off}
+    rows = rows_of(data)
+    task = SimpleNamespace(rows=rows, weight=np.full(20, 2.0))
+    modes = np.full(10, -1)
+    expected = 1.4826 * 2.0 * np.median(np.abs(off))
+    assert robust_scatter(task, values_of(ROBOT), modes) == pytest.approx(expected)
+    short = values_of(ROBOT)
+    short[[1, 3]] = 1e-3
+    assert robust_scatter(task, short, modes) == 1.0
+
+
+def test_a_machine_is_what_was_calibrated():
+    """It reads, at a point of the measuring frame, what the calibration was given there."""
+    rng = np.random.default_rng(15)
+    frame = (0.3, -0.2, 0.5, 1.1)
+    rows, pose = measured(rng, frame=frame)
+    start = {"x0": 0.3, "y0": -0.2, "turn": 0.5, "scale": 1.1, "offset1": 0.1}
+    q = pose.q - (0.1, 0.0)
+    data = {"q1": q[:, 0], "q2": q[:, 1], "x": rows.points[:, 0], "y": rows.points[:, 1]}
+    names = ("l11", "offset1")
+    found = fb.calibrate(ROBOT, data, names, start=start, sigma=1e-5)
+    machine = found.machine
+    assert machine.robot == found.robot
+    assert machine.frame.inverse(rows.points) == pytest.approx(pose.xi, abs=1e-9)
+    assert machine.readings(pose.q) == pytest.approx(q, abs=1e-9)
+    assert machine.measured == ((-1, -1, int(pose.assembly[0])),)
+    assert found.predict(q, pose.assembly) == pytest.approx(rows.points, abs=1e-9)
+    assert found.chi2 == pytest.approx(0.0, abs=1e-9) and found.dof == 22
+    held = found.refit({"l11": found.values["l11"] + 1e-4})
+    slope = found.sd["l11"]
+    assert held == pytest.approx((1e-4 / slope) ** 2, rel=1e-2)
+    assert np.diag(found.correlation) == pytest.approx(1.0)
+    low, high = found.intervals(0.9)["l11"]
+    assert high - low == pytest.approx(2 * stats.norm.ppf(0.95) * slope)
