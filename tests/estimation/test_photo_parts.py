@@ -7,6 +7,7 @@ import pytest
 
 from fivebar.estimation.calibration.photo import (
     Lens,
+    _corners,
     _edge,
     _known_again,
     _line_through,
@@ -155,3 +156,47 @@ def test_crosses_are_known_again_however_the_sheet_lies(turn):
     with pytest.raises(ValueError, match="not those of this drawing"):
         other = [(0.0, 0.0), (0.2, 0.2), (0.02, 0.15), (0.15, 0.01), (0.1, 0.19), (0.0, 0.0)]
         _known_again(sheet, np.array(other), np.array([2 * ARM] * 5 + [MARK]))
+
+
+def sheet_on_ground(corners, shape=(300, 400), dark=0.1, bright=0.9):
+    """A bright quadrilateral with sharp edges, its corners in order around it, and a dark frame."""
+    rows, columns = np.meshgrid(np.arange(shape[0] * 1.0), np.arange(shape[1] * 1.0), indexing="ij")
+    inside = np.full(shape, np.inf)
+    middle = corners.mean(axis=0)
+    for a, b in zip(corners, np.roll(corners, -1, axis=0)):
+        normal = np.array([-(b - a)[1], (b - a)[0]]) / np.linalg.norm(b - a)
+        normal *= np.sign(normal @ (middle - a))
+        inside = np.minimum(inside, (rows - a[0]) * normal[0] + (columns - a[1]) * normal[1])
+    image = dark + (bright - dark) * np.clip(inside + 0.5, 0.0, 1.0)
+    image[(inside > 20) & (inside < 23)] = dark
+    return image
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [(40.0, 60.0), (60.0, 350.0), (250.0, 330.0), (240.0, 40.0)],
+        [(30.0, 200.0), (150.0, 370.0), (270.0, 190.0), (140.0, 30.0)],
+    ],
+)
+def test_corners_of_a_sheet_are_found_to_a_part_of_a_pixel(corners):
+    corners = np.array(corners)
+    found, lens = _corners(sheet_on_ground(corners))
+    distances = np.linalg.norm(found[:, None] - corners, axis=2)
+    assert distances.min(axis=1).max() < 0.2
+    # In order along the edge, one way around or the other.
+    nearest = distances.argmin(axis=1)
+    assert set(np.diff(nearest) % 4) in ({1}, {3})
+    assert abs(lens.k1) < 0.01 and abs(lens.k2) < 0.01
+    assert lens.middle.tolist() == [149.5, 199.5]
+
+
+def test_pictures_without_a_whole_sheet_are_refused():
+    corners = np.array([(40.0, 60.0), (60.0, 350.0), (250.0, 330.0), (240.0, 40.0)])
+    with pytest.raises(ValueError, match="no sheet, bright on a darker ground"):
+        _corners(sheet_on_ground(corners, dark=0.85))
+    small = corners.mean(axis=0) + (corners - corners.mean(axis=0)) * 0.2
+    with pytest.raises(ValueError, match="no sheet, bright on a darker ground"):
+        _corners(sheet_on_ground(small))
+    with pytest.raises(ValueError, match="the sheet is cut off"):
+        _corners(sheet_on_ground(corners - (45.0, 0.0)))
