@@ -54,6 +54,19 @@ def test_the_middle_of_a_guess_is_the_quintic():
         assert np.abs(value - exact)[1:-1].max() < 5e-4 * np.abs(exact).max() + 1e-9
 
 
+def test_a_way_in_even_steps_is_passed_step_by_step():
+    """However far its points are apart, as the steps of a way of the bars are even by their energy."""
+    share = np.linspace(0.0, 1.0, 11)[:, None]
+    path = START + share**2 * np.subtract(GOAL, START)
+    problem = problem_of(checked_stops(START, GOAL, 2.0, []))
+    guess, _ = first_guess(problem, [path])
+    sigma = np.linspace(0.0, 1.0, 201)
+    blend = sigma**3 * (10 - 15 * sigma + 6 * sigma**2)
+    expected = START + blend[:, None] ** 2 * np.subtract(GOAL, START)
+    # Between the points, straight.
+    assert guess(2.0 * sigma)[:, :2] == pytest.approx(expected, abs=0.0026 * 0.09)
+
+
 @pytest.mark.parametrize("weights", [{"effort": 1e4, "time": 1.0}, {"jerk": 1e-3, "time": 2.0}])
 def test_a_free_duration_of_a_guess_costs_least(weights):
     """Among motions along the same way in the same rhythm."""

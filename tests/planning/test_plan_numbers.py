@@ -85,6 +85,20 @@ def test_accelerations_and_defects_of_a_motion(robot, working):
         assert defect < 4 * mass * max(robot.distal) * (wrong + shift)
 
 
+def test_units_of_coordinates():
+    """Lengths where something slides, radians where it turns."""
+    length = (UNEQUAL.l12 + UNEQUAL.l22) / 2
+    slides = problem_of(BIGLIDE, None)
+    assert problem_of(UNEQUAL, (-1, -1)).coordinates.units(problem_of(UNEQUAL, None)) == (
+        pytest.approx([length] * 2)
+    )
+    assert problem_of(UNEQUAL, None).coordinates.units(slides) == pytest.approx(
+        [slides.length, 1.0] * 2
+    )
+    turns = problem_of(UNEQUAL, None)
+    assert turns.coordinates.units(turns).tolist() == [1.0] * 4
+
+
 def test_the_error_of_a_plan_is_its_largest_defect_over_its_largest_force():
     plan = fb.plan(ROBOT, START, GOAL, 1.0, collocation=fb.Collocation(intervals=8))
     tau = plan.pieces.tau.copy()

@@ -1,5 +1,6 @@
 """The search of a plan: how it refines its mesh, what it tries after a failure, and what it says."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -7,8 +8,17 @@ import pytest
 
 import fivebar as fb
 from fivebar.planning import plan as planner
-from fivebar.planning.plan import MOST_INTERVALS, _intervals, _mesh, _PlanSearch, _refined
-from fivebar.planning.problem import PlanError
+from fivebar.planning.collocation import Scheme
+from fivebar.planning.plan import (
+    MOST_INTERVALS,
+    _intervals,
+    _mesh,
+    _PlanSearch,
+    _refined,
+    _under_gravity,
+)
+from fivebar.planning.problem import PlanError, Problem
+from fivebar.planning.search import ways_between
 
 ROBOT = fb.FiveBar()
 START, GOAL = (0.05, 0.12), (-0.03, 0.1)
@@ -152,6 +162,28 @@ def test_steps_under_gravity_come_nearer_to_the_best(tries, monkeypatch):
     first = fb.plan(robot, *ends, 0.3, collocation=settings)
     assert first.status == "Feasible_Point_Found" and len(first.meshes) == 1
     assert first.objective == pytest.approx(costs[0])
+
+
+@pytest.mark.deep
+def test_ways_under_gravity_are_tried_until_the_work_is_done(monkeypatch):
+    """One way thrice: with the time for one and a half of them, two are tried."""
+    robot = fb.FiveBar(gravity=(0.0, -9.81))
+    ends = [fb.igm(robot, point) for point in ((0.05, 0.12), (0.045, 0.118))]
+    stops, paths, length = ways_between(robot, *ends, 0.1, [])[0]
+    weights = {"effort": 1.0, "time": 0.0, "jerk": 0.0}
+    problem = Problem(robot, stops, None, weights, fb.Constraints(), Scheme(3))
+    settings = fb.Collocation(intervals=4, tolerance=0.1, max_time=25.0)
+    monkeypatch.setattr(planner, "NEAR", (100.0, 0.0))
+
+    def tried(work):
+        monkeypatch.setattr(planner, "WORK", work)
+        began = time.perf_counter(), time.thread_time()
+        return _under_gravity([(problem, paths, length)] * 3, settings, began)
+
+    whole = tried(1e9)
+    assert whole.tried == 3
+    one_way = sum(3 * mesh.intervals * mesh.iterations for mesh in whole.meshes)
+    assert tried(1.5 * one_way).tried == 2
 
 
 def test_limits_that_cannot_be_kept_are_the_only_ones_named():
