@@ -19,7 +19,6 @@ from ..models.four_joints import loop_gap
 from ..models.kinematics import Accelerations
 from ..models.loads import forces_and_torques, friction_torques
 from ..models.parameters import robot_of
-from ..models.physics import physics_of
 from .collocation import METHOD, Pieces, Scheme
 from .functions import MotionPoint
 from .problem import Problem
@@ -223,10 +222,7 @@ class Plan(Animated):
     @cached_property
     def _relative_defects(self):
         acc = self._fine[1]
-        if physics_of(self.robot) is None:
-            force = self.robot.m * np.linalg.norm(acc.xi_ddot, axis=-1).max()
-        else:
-            force = np.hypot(*forces_and_torques(acc)[0]).max()
+        force = np.hypot(*forces_and_torques(acc)[0]).max()
         return self.defects / (force or 1.0)
 
     @cached_property

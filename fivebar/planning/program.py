@@ -216,7 +216,7 @@ class NonlinearProgram:
         # A column for each interval, a row for each of its points.
         starts = ca.cumsum(self.h, 1) - self.h
         places = ca.DM(self.rule.c)
-        times = ca.repmat(starts, len(self.rule.c), 1) + places @ self.h
+        times = ca.repmat(starts, len(self.rule.c)) + places @ self.h
         self.keep(self.at_points[-1].T - ca.vec(times))
         _, kept = self.own
         if kept.numel():
@@ -319,7 +319,7 @@ class NonlinearProgram:
             squares = ca.sum1(self.rows(factor @ self.rule.to_power, values) ** 2)
             return ca.dot(
                 squares,
-                ca.reshape(ca.repmat(h, len(factor), 1), 1, -1),
+                ca.reshape(ca.repmat(h, len(factor)), 1, -1),
             )
 
         terms = {

@@ -176,7 +176,7 @@ def _waypoints(robot, route, begin, end):
 def _at(robot, passage: Passage, aspect):
     """Return the bars where a passage is crossed, coming from an aspect."""
     if passage.leg is None:
-        return bars(igm(robot, passage.xi, aspect.working, unreachable="nan"))
+        return bars(igm(robot, passage.xi, aspect.working))
     own = passage.leg
     other = 1 - own
     drive = robot.drives[other]

@@ -55,7 +55,7 @@ ROOMS = {  # room: its tests, less those that take long or are about other proce
         "-k", "not twelve_lines and not tracker and not compiled_models and not processes and not machine_code",
     ),
     "planning": (
-        "tests/planning", "tests/singularities/test_path.py", "--ignore=tests/planning/test_loads.py",
+        "tests/planning", "tests/singularities/test_path.py",
         "-k", "not pictures and not by_way_of_a_pose and not random_problems and not too_little_acceleration",
     ),
     "paths": (
@@ -86,7 +86,6 @@ SLOW = {
         "tests/singularities/test_dexterous.py", "tests/singularities/test_inscribed.py", "tests/planning/test_keep.py",
         "tests/planning/test_loads.py", "tests/singularities/test_aspect_families.py", "-k", "not nothing_asked",
     ),
-    "planning": ("tests/planning/test_loads.py",),
     "paths": ("tests/paths/test_timing_by_collocation.py", "tests/cli/test_draw.py"),
     "estimation": ("tests/estimation/test_mistakes.py", "tests/estimation/test_near_type_2.py", "tests/cli/test_identify.py"),
     "optimal_design": ("tests/optimal_design/test_figures.py", "tests/optimal_design/test_killed.py", "tests/cli/test_designing.py"),

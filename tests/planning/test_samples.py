@@ -107,6 +107,7 @@ def test_a_polyline_too_dense_for_its_deviation_is_cut_less():
     [
         ("t,x,y\n" + "\n".join(f"{10 * k},0.0{k},0" for k in range(12)),
          r"its steps of 10 could be seconds \(it takes 110 s\) or milliseconds \(0.11 s\)"),
+        ("t,x,y\n" + "\n".join(f"{k},0.0{k % 10},0" for k in range(12)), "its steps of 1 could be seconds"),
         ("t,x,y\n" + "\n".join(f"{k / 10},{k},0" for k in range(12)), "could be in metres or in millimetres"),
         ("t,x_mm,y\n" + "\n".join(f"{k / 10},{k},0" for k in range(12)), "x has a unit in its heading, but y has none"),
         ("t,x (mm),y [mm]\n0,1,2\n1,3\n", "line 3: 2 cells"),
@@ -137,6 +138,17 @@ def test_one_unit_is_a_word():
     for units in (5, [5], {"x": 5}, b"mm"):
         with pytest.raises(TypeError, match="units must be units in words"):
             read(text, units=units)
+
+
+@pytest.mark.parametrize("kind", ["spline", "polyline"])
+@pytest.mark.parametrize("rows, step", [(2, 1e-320), (8, 1e-100)])
+def test_times_too_close_for_any_motion_are_refused(rows, step, kind):
+    """A speed beyond all numbers, or an acceleration whose square is."""
+    text = "t,x,y\n" + "".join(f"{k * step},{0.01 * k * k},{0.02 * k}\n" for k in range(rows))
+    options = {"kind": kind, "deviation": 1e-3} if kind == "polyline" else {}
+    words = "at least 6 rows" if kind == "spline" and rows == 2 else "beyond all bounds"
+    with pytest.raises(ValueError, match=words):
+        read(text, **options)
 
 
 def test_choices_that_exclude_one_another():

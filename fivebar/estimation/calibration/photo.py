@@ -94,17 +94,7 @@ def _corners(image):
     inside = mask[1:-1, 1:-1]
     if inside.sum() < mask.sum():
         raise ValueError("photo: the sheet is cut off: all four corners must be on it")
-    points = np.argwhere(mask).astype(float)
-    directions = np.array(
-        [
-            (1, 1),
-            (-1, 1),
-            (-1, -1),
-            (1, -1),
-        ]
-    )
-    farthest = (points @ directions.T).argmax(axis=0)
-    rough = points[farthest]
+    rough = _rough_corners(np.argwhere(mask).astype(float))
     edges = []
     for start, end in zip(rough, np.roll(rough, -1, axis=0)):
         edges.append(_edge(image, start, end, level))
@@ -118,6 +108,17 @@ def _corners(image):
     normals = pairs[..., :2]
     distances = pairs[..., 2:]
     return np.linalg.solve(normals, distances)[..., 0], lens
+
+
+def _rough_corners(points):
+    """Return the corners (4, 2) of a quadrilateral among its points, in order along its edge."""
+    from_middle = np.linalg.norm(points - points.mean(axis=0), axis=1)
+    first = points[from_middle.argmax()]
+    away = points - first
+    third = points[np.linalg.norm(away, axis=1).argmax()]
+    row, column = third - first
+    side = away @ (column, -row)
+    return np.array([first, points[side.argmax()], third, points[side.argmin()]])
 
 
 def _sides(paper, size):
@@ -335,6 +336,7 @@ def _known_again(sheet, centres, sides):
         columns = np.stack([known, np.ones_like(known)], axis=1)
         solution, *_ = np.linalg.lstsq(columns, matches, rcond=None)
         turned, shift = solution
-    found = np.full(len(wanted), np.nan + 0j)
-    found[crosses] = matches
-    return np.stack([found.real, found.imag], axis=-1)
+    found = np.full((len(wanted), 2), np.nan)
+    found[crosses, 0] = matches.real
+    found[crosses, 1] = matches.imag
+    return found

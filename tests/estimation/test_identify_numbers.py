@@ -1,0 +1,130 @@
+"""Numbers of an identification of one log, whose truth is known, by other ways."""
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.estimation.identification.regressor import linear_names, regressor
+from fivebar.estimation.identification.samples import CREEPING, log_of, samples
+from fivebar.estimation.logs.logs import AT_THE_JOINTS
+
+GIVEN = fb.FiveBar()
+BUILT = fb.FiveBar(zz1=0.003, zz2=0.0015, m=0.6, fv1=0.01, fs2=0.02)
+NOISE = 2e-3
+STEP = 2e-3
+
+
+def log_from(seed, n=2500, noise=NOISE):
+    t = STEP * np.arange(n)
+    phase = 2 * np.pi * t
+    waves = [(0.9, 0.02, 0.015), (1.7, -0.015, 0.02), (2.6, 0.01, -0.01)]
+    xi = np.tile([0.0, 0.115], (n, 1))
+    xi_dot, xi_ddot = np.zeros((n, 2)), np.zeros((n, 2))
+    for frequency, a, b in waves:
+        own = 2 * np.pi * frequency
+        angle = frequency * phase
+        s, c = np.sin(angle), np.cos(angle)
+        xi += np.stack([a * s, b * c], axis=1)
+        xi_dot += own * np.stack([a * c, -b * s], axis=1)
+        xi_ddot -= own**2 * np.stack([a * s, b * c], axis=1)
+    acc = fb.ikm2(fb.ikm(fb.igm(BUILT, xi), xi_dot), xi_ddot)
+    tau = fb.inverse_dynamics(acc)
+    tau = tau + noise * np.random.default_rng(seed).normal(size=tau.shape)
+    motion = acc.rates.pose.q, acc.rates.q_dot, acc.q_ddot
+    return {"t": t, "q": motion[0], "tau": tau}, motion
+
+
+@pytest.fixture(scope="module")
+def found():
+    return fb.identify(GIVEN, log_from(1)[0], validate=log_from(2)[0])
+
+
+def test_the_robot_comes_back_with_what_it_has_and_no_more(found):
+    assert found.chosen == ("zz1", "zz2", "m", "fv1", "fs2")
+    for name in found.chosen:
+        assert abs(found.values[name] - getattr(BUILT, name)) < 4.5 * found.sd[name]
+        assert getattr(found.robot, name) == found.values[name]
+        assert 0 < found.sd[name] < 0.1 * abs(found.values[name]) + 1e-3
+    for name in found.rejected:
+        assert name not in found.chosen and getattr(found.robot, name) == 0.0
+    assert "fv2" in found.rejected and "fs1" in found.rejected
+    assert set(found.chosen) | set(found.rejected) <= set(linear_names(GIVEN))
+    assert found.given == GIVEN and found.bodies is False
+    # Without gravity, no motion shows the weights of the bars.
+    assert any("without gravity" in each for each in found.indistinguishable)
+    assert 0.001 < found.p_value <= 1.0
+
+
+def test_figures_of_the_fit_are_those_of_its_rows(found):
+    missed = found.tau - found.predicted
+    counts = np.isfinite(missed)
+    sd = np.sqrt(np.nansum(missed**2, axis=0) / (counts.sum(axis=0) - len(found.chosen) / 2))
+    assert found.noise == pytest.approx(sd, rel=0.1)
+    power = np.nansum(np.where(counts, found.tau, 0.0) ** 2, axis=0)
+    share = np.sqrt(np.mean(np.nansum(missed**2, axis=0) / power))
+    assert found.misfit == pytest.approx(share, rel=0.1)
+    steps = np.diff(found.t)
+    down = int(1 / (2.5 * found.cutoff * STEP))
+    assert steps == pytest.approx(np.full(len(steps), down * STEP))
+    assert np.diag(found.correlation) == pytest.approx(1.0)
+    assert np.abs(found.correlation).max() <= 1.0 + 1e-9
+    assert found.correlation == pytest.approx(found.correlation.T)
+    assert found.validation.ratio == pytest.approx((1.0, 1.0), abs=0.25)
+    assert found.validation.misfit == pytest.approx(found.misfit, rel=0.25)
+    assert len(found.validation.t) == len(found.t)
+
+
+def test_what_is_known_is_not_sought():
+    """A wrong mass that is held bends the inertias; the right one does not."""
+    log, _ = log_from(3)
+    known = fb.FiveBar(m=BUILT.m, fv1=BUILT.fv1, fs2=BUILT.fs2)
+    right = fb.identify(known, log, unknown=["zz1", "zz2"])
+    assert right.chosen == ("zz1", "zz2") and right.robot.m == BUILT.m
+    assert right.robot.fs2 == BUILT.fs2 and not right.rejected and right.p_value == 1.0
+    for name in ("zz1", "zz2"):
+        assert abs(right.values[name] - getattr(BUILT, name)) < 4.5 * right.sd[name]
+    heavy = fb.FiveBar(m=0.62, fv1=BUILT.fv1, fs2=BUILT.fs2)
+    bent = fb.identify(heavy, log, unknown=["zz1", "zz2"])
+    assert bent.values["zz1"] < right.values["zz1"] and bent.misfit > right.misfit
+    with pytest.raises(ValueError, match="unknown: no parameter 'mass'"):
+        fb.identify(GIVEN, log, unknown=["mass"])
+    with pytest.raises(ValueError, match="at least one log"):
+        fb.identify(GIVEN, [])
+
+
+def test_samples_are_differentiated_and_those_of_creeping_motors_do_not_count():
+    log, (q, q_dot, q_ddot) = log_from(4, noise=0.0)
+    own, held = log_of(log, GIVEN, None, AT_THE_JOINTS)
+    assert not held
+    found = samples(own, held, GIVEN, -1, 25.0)
+    ((t, W, tau, counts),) = found.pieces
+    ((_, rates, accelerations),) = found.motion
+    known = np.isfinite(rates).all(axis=1)
+    half = np.flatnonzero(known)[0]
+    assert known[half:-half].all() and not known[:half].any() and not known[-half:].any()
+    assert rates[known] == pytest.approx(q_dot[known], abs=2e-3 * np.abs(q_dot).max())
+    size = np.abs(q_ddot).max()
+    assert accelerations[known] == pytest.approx(q_ddot[known], abs=5e-3 * size)
+    exact = regressor(GIVEN, q, q_dot, q_ddot, -1)
+    masses = [linear_names(GIVEN).index(name) for name in ("zz1", "zz2", "m")]
+    assert W[known][..., masses] == pytest.approx(exact[known][..., masses], abs=0.05 * size)
+    rms = np.sqrt(np.nanmean(rates**2, axis=0))
+    for motor in (0, 1):
+        creeps = ~(np.abs(rates[:, motor]) > CREEPING * rms[motor])
+        places = np.flatnonzero(creeps)
+        distance = np.abs(np.arange(len(t))[:, None] - places).min(axis=1)
+        assert not counts[distance < half, motor].any()
+        assert counts[(distance > half + 2) & known, motor].all()
+        friction = W[:, motor, linear_names(GIVEN).index(f"fs{motor + 1}")]
+        assert np.array_equal(friction[known], np.sign(rates[known, motor]))
+    assert counts.any(axis=0).all()
+    assert found.cutoff == 25.0 and found.step == pytest.approx(STEP) and found.assembly == -1
+    means = samples(own, True, GIVEN, -1, 25.0).pieces[0][2]
+    assert means[1:] == pytest.approx((tau[1:] + tau[:-1]) / 2) and means[0] == pytest.approx(
+        tau[0]
+    )
+    with pytest.raises(ValueError, match="cutoff = 60 Hz must be above 0 and at most 41.67 Hz"):
+        samples(own, held, GIVEN, -1, 60.0)
+    with pytest.raises(ValueError, match="hardly moves"):
+        still = {**log, "q": np.column_stack([q[:, 0], np.full(len(q), q[0, 1])])}
+        samples(log_of(still, GIVEN, None, AT_THE_JOINTS)[0], False, GIVEN, -1, 25.0)

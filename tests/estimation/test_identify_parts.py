@@ -1,0 +1,338 @@
+"""Parts of an identification by themselves: noise of a row, delays, suspicions, exciting series."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.estimation.identification import exciting
+from fivebar.estimation.identification.exciting import _best, _Search
+from fivebar.estimation.identification.filtering import RegressionRows
+from fivebar.estimation.identification.identify import (
+    _impossible,
+    _joined,
+    _refuse_few,
+    _shown,
+    _smallest_model,
+    _validation,
+    _why_left_out,
+)
+from fivebar.estimation.identification.regression import RegressionFit, fit
+from fivebar.estimation.identification.regressor import linear_names, regressor
+from fivebar.estimation.identification.samples import Samples, noise_gain
+from fivebar.estimation.identification.suspicions import _noise, _suspicions, beyond_the_model
+from fivebar.estimation.logs.logs import Log
+from fivebar.estimation.logs.replays import _reference_through, _stretches
+
+ROBOT = fb.FiveBar()
+NAMES = linear_names(ROBOT)
+MASSES = [NAMES.index(name) for name in ("zz1", "zz2", "m")]
+
+
+def sample_of(rng, n=3000, step=1e-3, cutoff=15.0, delay=0.0, noise=0.0, wrong=0.0, q_noise=1e-9):
+    """A circle of the robot's own torques, `delay` s late."""
+    t = step * np.arange(n)
+    path = fb.circle((0.0, 0.12), 0.03, 0.5)
+
+    def motion(t):
+        xi, xi_dot, xi_ddot = (np.asarray(each) for each in path(np.mod(t, 0.5)))
+        acc = fb.ikm2(fb.ikm(fb.igm(ROBOT, xi), xi_dot), xi_ddot)
+        return acc.rates.pose.q, acc.rates.q_dot, acc.q_ddot
+
+    own = motion(t)
+    theta = np.zeros(len(NAMES))
+    theta[MASSES] = [ROBOT.zz1, ROBOT.zz2, ROBOT.m]
+    W = regressor(ROBOT, *own, -1)
+    tau = regressor(ROBOT, *motion(t - delay), -1) @ theta
+    tau = tau + noise * rng.normal(size=(n, 2)) + wrong * np.sin(9 * t)[:, None]
+    counts = np.ones((n, 2), bool)
+    sample = Samples(
+        ROBOT, [(t, W, tau, counts)], [own], step, cutoff, (q_noise, 2 * q_noise), (), -1
+    )
+    return sample, theta
+
+
+def told(sample, theta):
+    last = fit(sample.rows, MASSES)
+    return beyond_the_model(ROBOT, sample, MASSES, theta, last), last
+
+
+@pytest.mark.parametrize("delay, word", [(2e-3, "late"), (-1.5e-3, "early")])
+def test_torques_that_come_late_are_said_to_be_so(delay, word):
+    sample, theta = sample_of(np.random.default_rng(1), delay=delay, noise=1e-3)
+    notes, _ = told(sample, theta)
+    (note,) = [each for each in notes if "shift their times" in each]
+    assert f"ms too {word} for the motion" in note
+    size, sd = (float(part.split()[0]) for part in note.split("come ")[1].split("± "))
+    assert size == pytest.approx(1e3 * abs(delay), abs=max(4 * sd, 0.1))
+    assert 0.0 < sd < 0.3
+
+
+def test_a_model_that_is_whole_has_nothing_to_tell():
+    sample, theta = sample_of(np.random.default_rng(2), noise=2e-3)
+    assert told(sample, theta)[0] == []
+
+
+def test_what_the_model_misses_is_compared_with_the_noise_of_the_log():
+    sample, theta = sample_of(np.random.default_rng(3), noise=1e-4, wrong=5e-3)
+    notes, last = told(sample, theta)
+    times = last.sigma / _noise(ROBOT, sample)
+    words = f"what the model misses is {times[0]:.3g} and {times[1]:.3g} times the noise"
+    assert times.min() > 3 and any(words in each for each in notes)
+    far, theta = sample_of(np.random.default_rng(3), wrong=0.5)
+    notes, last = told(far, theta)
+    assert last.misfit > 0.3
+    assert notes == [
+        f"the model misses {100 * last.misfit:.3g} % of the torques, and nothing that was tried"
+        " explains it"
+    ]
+
+
+@pytest.mark.parametrize("noise, q_noise", [(3e-3, 1e-9), (0.0, 2e-6), (1e-3, 1e-6)])
+def test_the_noise_of_a_row_is_of_torques_and_encoders(noise, q_noise):
+    """By the mass matrix at the poses, and the gain of the filter for white noise."""
+    sample, _ = sample_of(np.random.default_rng(4), noise=noise, q_noise=q_noise)
+    q = sample.motion[0][0][::30]
+    still = fb.dkm(fb.dgm(ROBOT, q), np.zeros_like(q))
+    columns = []
+    for unit in np.eye(2):
+        columns.append(fb.inverse_dynamics(fb.dkm2(still, np.broadcast_to(unit, q.shape))))
+    M = np.stack(columns, axis=2)
+    by_q = np.array([1.0, 2.0]) * q_noise * noise_gain(1e-3, 15.0)
+    expected = np.hypot(noise * sample.rows.gain, np.sqrt((M**2).mean(axis=0)) @ by_q)
+    assert _noise(ROBOT, sample) == pytest.approx(expected, rel=0.06)
+
+
+def test_noise_gains_are_those_of_a_low_pass():
+    """White noise of 1 in q has the density 2 step; its acceleration, that times (2 pi f)^4."""
+    step, cutoff = 1e-3, 30.0
+    f = np.linspace(0.0, cutoff, 20001)
+    power = np.trapezoid(2 * step * (2 * np.pi * f) ** 4, f)
+    assert noise_gain(step, cutoff) == pytest.approx(np.sqrt(power), rel=1e-6)
+
+
+def test_suspicions_change_one_thing_each():
+    pairs = np.arange(6.0).reshape(3, 2)
+    log = Log(np.arange(3.0), pairs, 10 + pairs, None, None, None, 1.0, (), ())
+    robot = replace(ROBOT, gravity=(0.0, -9.81))
+    found = list(_suspicions(robot, -1, log))
+    words = [each[0] for each in found]
+    assert words == [
+        "",
+        "the torques of the two motors are exchanged",
+        "the assembly mode is +1",
+        f"{' and '.join(ROBOT.words.joints)} are exchanged",
+        "gravity is (0, 9.81) m/s²",
+        "gravity is (9.81, 0) m/s²",
+        "gravity is (-9.81, 0) m/s²",
+        "gravity is (0, 0) m/s²",
+    ]
+    assert [mode for _, mode, *_ in found] == [-1, -1, 1, *[-1] * (len(found) - 3)]
+    assert [other.gravity for *_, other, _ in found[4:]] == [
+        (0.0, 9.81), (9.81, 0.0), (-9.81, 0.0), (0.0, 0.0),
+    ]  # fmt: skip
+    assert np.array_equal(found[1][3].tau, log.tau[:, ::-1]) and found[1][3].q is log.q
+    assert np.array_equal(found[3][3].q, log.q[:, ::-1]) and found[3][3].q_dot is None
+    assert found[2][3] is log and found[0][3] is log
+    assert len(list(_suspicions(ROBOT, 1, log))) == 8
+
+
+def rows_of(W, tau, counts, cover=None, breaks=(0,)):
+    cover = np.ones(tau.shape) if cover is None else cover
+    return RegressionRows(W, tau, counts, np.arange(len(tau)) * 1.0, cover, breaks, 0.3)
+
+
+def test_rows_of_several_logs_are_joined_without_the_known():
+    rng = np.random.default_rng(5)
+    found = []
+    for n, breaks in ((5, (0, 3)), (4, (0, 1, 2))):
+        W = rng.normal(size=(n, 2, 3))
+        found.append(
+            SimpleNamespace(
+                rows=rows_of(W, rng.normal(size=(n, 2)), np.ones((n, 2), bool), breaks=breaks)
+            )
+        )
+    known = np.array([1.0, 0.0, -2.0])
+    joined = _joined(found, known)
+    assert joined.breaks == (0, 3, 5, 6, 7) and joined.gain == 0.3
+    expected = np.concatenate([each.rows.tau - each.rows.W @ known for each in found])
+    assert joined.tau == pytest.approx(expected)
+    assert len(joined.W) == len(joined.t) == len(joined.cover) == 9
+    counts = np.array([[True, False], [True, True]])
+    shown = _shown(
+        rows_of(np.zeros((2, 2, 1)), np.zeros((2, 2)), counts, np.array([[0.25, 1.0], [4.0, 1.0]])),
+        np.array([[1.0, 2.0], [3.0, 4.0]]),
+    )
+    assert shown == pytest.approx(np.array([[2.0, np.nan], [1.5, 4.0]]), nan_ok=True)
+
+
+def test_too_few_rows_are_counted():
+    counts = np.array([[True, True]] * 5 + [[True, False]] * 2)
+    rows = rows_of(np.zeros((7, 2, 1)), np.zeros((7, 2)), counts)
+    found = [SimpleNamespace(notes=("one thing", "another")), SimpleNamespace(notes=("a third",))]
+    _refuse_few(rows, found, 5)
+    with pytest.raises(
+        ValueError, match="only 7 and 5 independent .* 6 of each .*one thing. another. a third"
+    ):
+        _refuse_few(rows, found, 6)
+
+
+def test_a_second_run_is_predicted_by_the_first():
+    rng = np.random.default_rng(6)
+    n = 400
+    W = rng.normal(size=(n, 2, len(NAMES)))
+    theta = np.array([getattr(ROBOT, name) for name in NAMES])
+    counts = np.ones((n, 2), bool)
+    counts[:100, 1] = False
+    tau = W @ theta + rng.normal(size=(n, 2)) * (0.1, 0.4)
+    found = SimpleNamespace(robot=ROBOT, given=ROBOT, noise=(0.1, 0.2))
+    second = _validation(found, rows_of(W, tau, counts))
+    missed = np.where(counts, tau - W @ theta, 0.0)
+    rms = np.sqrt((missed**2).sum(axis=0) / counts.sum(axis=0))
+    assert second.ratio == pytest.approx((rms[0] / 0.1, rms[1] / 0.2))
+    share = (missed**2).sum(axis=0) / (np.where(counts, tau, 0.0) ** 2).sum(axis=0)
+    assert second.misfit == pytest.approx(np.sqrt(share.mean()))
+    assert np.isnan(second.tau[:100, 1]).all() and np.isnan(second.predicted[:100, 1]).all()
+    assert second.tau[counts] == pytest.approx(tau[counts])
+    assert second.predicted[counts] == pytest.approx((W @ theta)[counts])
+
+
+def fit_of(theta, sd):
+    return RegressionFit(
+        np.array(theta), np.diag(np.array(sd) ** 2), np.zeros((0, 2)), np.ones(2), 0.0
+    )
+
+
+def test_masses_and_friction_surely_below_0_are_impossible():
+    names = ["zz1", "m", "fv1", "fs2", "my11"]
+    found = fit_of([-1.0, -0.5, -1.0, 0.5, -9.0], [0.01, 0.4, 0.01, 0.01, 0.01])
+    assert _impossible(ROBOT, names, found) == ["zz1", "fv1"]
+    found = fit_of([-1.0, -0.5, 1.0, 0.5, -9.0], [0.01, 0.01, 0.01, 0.01, 0.01])
+    assert _impossible(ROBOT, names, found) == ["zz1", "m"]
+    heavy = ["zz1", "zz2", "m", "fv1", "fs2", ROBOT.turning_names[0]]
+    found = fit_of([1.0, 1.0, -0.5, 1.0, 0.5, 1.0], [0.01] * 6)
+    assert _impossible(ROBOT, heavy, found) == []
+
+
+def test_why_a_parameter_was_left_out():
+    full = fit_of([0.012, -0.0034], [0.01, 0.002])
+    assert _why_left_out("fv1", full, 0) == (
+        "0.012 ± 0.01 beside all others, not told from 0: below about 0.035 this log would not"
+        " show it"
+    )
+    assert _why_left_out("fs1", full, 1) == "friction would be -0.0034 ± 0.002, less than none"
+    assert "not told from 0" in _why_left_out("my11", full, 1)
+
+
+def test_the_smallest_model_keeps_masses_and_no_friction_below_0():
+    rng = np.random.default_rng(7)
+    wanted = ("zz1", "zz2", "m", "fv1", "fs1", "fs2", "my11")
+    columns = [NAMES.index(name) for name in wanted]
+    W = np.zeros((600, 2, len(NAMES)))
+    W[:, :, columns] = rng.normal(size=(600, 2, 7))
+    theta = np.zeros(len(NAMES))
+    theta[columns] = [0.0, 2.0, 3.0, 1.0, -1.0, 0.0, -2.0]
+    tau = W @ theta + 0.1 * rng.normal(size=(600, 2))
+    rows = rows_of(W, tau, np.ones((600, 2), bool))
+    chosen, last = _smallest_model(ROBOT, rows, columns, fit(rows, columns))
+    assert [NAMES[k] for k in chosen] == ["zz1", "zz2", "m", "fv1", "my11"]
+    assert last.theta == pytest.approx(fit(rows, chosen).theta)
+
+
+@pytest.fixture(scope="module")
+def search():
+    limits = 4.0, 40.0, 0.3
+    bar = SimpleNamespace(update=lambda: None)
+    return _Search(ROBOT, 2.0, 4, limits, 0.3, (-1, -1), -1, MASSES, bar)
+
+
+def test_series_rest_at_both_ends_and_are_their_own_derivatives(search):
+    shape = search.random(np.random.default_rng(8))
+    series = search.series(shape, 0.2)
+    q, q_dot, q_ddot = series.joints(np.array([0.0, 2.0]))
+    assert np.abs(q_dot).max() < 1e-9 and np.abs(q_ddot).max() < 1e-9
+    assert q[0] == pytest.approx(q[1])
+    t, h = np.linspace(0.1, 1.9, 19), 1e-5
+    before, middle, after = (series.joints(t + shift) for shift in (-h, 0.0, h))
+    for order in (0, 1):
+        slope = (after[order] - before[order]) / (2 * h)
+        assert slope == pytest.approx(middle[order + 1], abs=1e-6)
+    k = np.tile(np.arange(1, 5), 2)
+    assert np.linalg.norm(series.coefficients / np.sqrt(k)) == pytest.approx(0.2)
+    double = search.series(shape, 0.4).joints(t)[0] - shape[:2]
+    assert double == pytest.approx(2 * (middle[0] - shape[:2]))
+    acc = series(t)
+    xi = fb.dgm(ROBOT, middle[0], -1).xi
+    assert acc[:, :2] == pytest.approx(xi)
+    assert (series(t + h) - series(t - h))[:, :4] / (2 * h) == pytest.approx(acc[:, 2:], abs=1e-5)
+
+
+def test_amplitudes_are_the_largest_that_keep_to_the_limits(search):
+    rng = np.random.default_rng(9)
+    found = 0
+    for _ in range(4):
+        shape = search.random(rng)
+        pose = fb.dgm(ROBOT, shape[:2], -1)
+        assert min(*pose.sines, pose.det_A) >= 0.3
+        amplitude = search.amplitude(shape, search.t)
+        if not amplitude:
+            continue
+        found += 1
+        worst = []
+        for own in (amplitude, amplitude + 1 / 512):
+            q, q_dot, q_ddot = search.series(shape, own).joints(search.t)
+            pose = fb.dgm(ROBOT, q, -1, unreachable="nan")
+            tau = fb.inverse_dynamics(fb.dkm2(fb.dkm(pose, q_dot), q_ddot))
+            used = [np.abs(q_dot).max() / 4.0, np.abs(q_ddot).max() / 40.0, np.abs(tau).max() / 0.3]
+            margin = min(each.min() for each in (*pose.sines, pose.det_A))
+            worst.append(max(*used, 1.0 + (0.3 - margin) if margin < 0.3 else 0.0))
+        assert worst[0] <= 1.0 + 1e-9
+        assert not worst[1] <= 1.0
+        q, q_dot, q_ddot = search.series(shape, amplitude).joints(search.t)
+        W = regressor(ROBOT, q, q_dot, q_ddot, -1)[:, :, MASSES].reshape(-1, 3)
+        condition = np.linalg.cond(W / np.linalg.norm(W, axis=0))
+        assert search.condition(q, q_dot, q_ddot) == pytest.approx(condition)
+        size = np.sqrt(np.mean(q_ddot**2)) * 4.0
+        assert search.cost(shape) == pytest.approx(np.log(condition) - 0.1 * np.log(size))
+    assert found >= 2
+
+
+def test_the_best_of_shapes_is_no_worse_than_any_of_them(search, monkeypatch):
+    monkeypatch.setattr(exciting, "STEPS", 12)
+    rng = np.random.default_rng(10)
+    shapes = [search.random(rng) for _ in range(5)]
+    best = _best(search, shapes)
+    assert search.cost(best) <= min(search.cost(each) for each in shapes)
+    shut = SimpleNamespace(cost=lambda shape: np.inf)
+    assert _best(shut, shapes) is None
+
+
+def test_stretches_of_a_run_are_where_time_goes_on():
+    t = np.concatenate([np.arange(10) * 0.1, 2.0 + np.arange(8) * 0.1])
+    known = np.ones(18, bool)
+    known[14] = False
+
+    def ends(restart=None):
+        return [(each.start, each.stop) for each in _stretches(known, t, restart)]
+
+    # A row is lost after the time 2.3 s; three rows are left there, too few.
+    assert ends() == [(0, 10), (10, 14)]
+    known[14] = True
+    assert ends() == [(0, 10), (10, 18)]
+    assert ends(0.4) == [(0, 5), (5, 10), (10, 15)]
+    assert ends(0.01) == [(0, 4), (4, 8), (10, 14), (14, 18)]
+
+
+def test_a_reference_goes_through_the_rows():
+    t = np.linspace(0.0, 1.0, 30)
+    xi = np.stack([np.sin(2 * t), np.cos(3 * t)], axis=1)
+    path = _reference_through(t, xi)
+    values = path(t)
+    assert values[0] == pytest.approx(xi, abs=1e-9)
+    inner = slice(3, -3)
+    assert values[1][inner, 0] == pytest.approx(2 * np.cos(2 * t)[inner], abs=1e-4)
+    assert values[2][inner, 1] == pytest.approx(-9 * np.cos(3 * t)[inner], abs=1e-2)
+    few = _reference_through(t[:4], xi[:4])
+    assert few(t[:4])[0] == pytest.approx(xi[:4], abs=1e-12)

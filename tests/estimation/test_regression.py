@@ -1,0 +1,346 @@
+"""Parts of the regression against sums written out: filtered rows, weights, models, bodies."""
+
+from itertools import combinations
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+import fivebar as fb
+from fivebar.estimation.identification.bodies import consistent
+from fivebar.estimation.identification.filtering import (
+    RegressionRows,
+    at_limit,
+    filtered,
+    spikes,
+)
+from fivebar.estimation.identification.noisy_columns import bias
+from fivebar.estimation.identification.regression import (
+    RegressionFit,
+    _meat,
+    fit,
+    left_out_cost,
+    price,
+    smallest,
+    spread,
+    triangle,
+)
+from fivebar.estimation.identification.regressor import linear_names, regressor
+from fivebar.estimation.identification.samples import noise_gain
+
+ROBOT = fb.FiveBar()
+STEP, CUTOFF = 2e-3, 10.0
+
+
+def pieces_of(rng, lengths, theta):
+    pieces = []
+    start = 0.0
+    for n in lengths:
+        t = start + STEP * np.arange(n)
+        W = rng.normal(size=(n, 2, len(theta)))
+        pieces.append((t, W, W @ theta, np.ones((n, 2), bool)))
+        start = t[-1] + 1.0
+    return pieces
+
+
+def test_filtered_rows_keep_the_equation_whatever_counts():
+    """Both sides have the same filter, so that exact samples make exact rows."""
+    rng = np.random.default_rng(1)
+    theta = np.array([0.5, -2.0, 3.0])
+    pieces = pieces_of(rng, (400, 250), theta)
+    for _, _, tau, counts in pieces:
+        counts[rng.uniform(size=counts.shape) < 0.2] = False
+        counts[100:160, 0] = False
+        tau[~counts] = np.nan
+    rows = filtered(pieces, STEP, CUTOFF)
+    assert rows.W @ theta == pytest.approx(rows.tau, abs=1e-12)
+    down = int(1 / (2.5 * CUTOFF * STEP))
+    assert rows.breaks[0] == 0 and len(rows.breaks) == 2
+    for piece, own in zip(pieces, np.split(np.arange(len(rows.t)), rows.breaks[1:])):
+        t = rows.t[own]
+        assert np.diff(t) == pytest.approx(np.full(len(t) - 1, down * STEP))
+        places = (t - piece[0][0]) / STEP
+        assert places == pytest.approx(np.round(places), abs=1e-6)
+        assert places[0] < down and places[-1] >= len(piece[0]) - down
+    middle = (rows.t > 0.23) & (rows.t < 0.29)
+    assert middle.any() and not rows.counts[middle, 0].any() and rows.counts[middle, 1].all()
+    assert not rows.tau[~rows.counts].any() and not rows.W[~rows.counts].any()
+    assert np.array_equal(rows.counts, rows.cover > 0.2)
+
+
+def test_filtered_rows_of_what_is_slow_are_the_samples_themselves():
+    n = 600
+    t = STEP * np.arange(n)
+    for frequency, share in ((0.0, 1.0), (2.0, 1.0), (0.9 * CUTOFF, 0.99), (2.2 * CUTOFF, 0.0)):
+        wave = np.cos(2 * np.pi * frequency * t)
+        tau = np.stack([wave, -wave], axis=1)
+        rows = filtered([(t, tau[..., None], tau, np.ones((n, 2), bool))], STEP, CUTOFF)
+        inner = (rows.t > 0.2) & (rows.t < 1.0)
+        assert rows.cover[inner] == pytest.approx(1.0, abs=2e-3)
+        place = np.round(rows.t[inner] / STEP).astype(int)
+        assert rows.tau[inner] == pytest.approx(share * tau[place], abs=0.02)
+        assert rows.W[inner, :, 0] == pytest.approx(rows.tau[inner], abs=1e-12)
+
+
+def test_rows_of_white_noise_are_as_noisy_as_said_where_few_samples_count_too():
+    rng = np.random.default_rng(2)
+    n = 60_000
+    counts = np.ones((n, 2), bool)
+    counts[:, 1] = rng.uniform(size=n) < 0.5
+    piece = (STEP * np.arange(n), np.ones((n, 2, 1)), rng.normal(size=(n, 2)), counts)
+    rows = filtered([piece], STEP, CUTOFF)
+    assert rows.tau.std(axis=0) == pytest.approx(np.full(2, rows.gain), rel=0.05)
+    assert rows.cover[:, 1].mean() == pytest.approx(0.5, abs=0.01)
+    noise = rows.tau[:, 0]
+    assert abs(np.mean(noise[1:] * noise[:-1])) < 0.2 * noise.var()
+
+
+def test_spikes_are_few_rows_far_from_their_neighbours():
+    t = np.linspace(0.0, 1.0, 400)
+    wave = np.sin(2 * np.pi * t)
+    for size, found in ((0.9, True), (0.3, False)):
+        column = wave.copy()
+        column[[50, 51, 300]] += size
+        column[120] = np.nan
+        assert np.flatnonzero(spikes(column)).tolist() == ([50, 51, 300] if found else [])
+    many = wave.copy()
+    many[::50] += 3.0
+    assert not spikes(many).any()
+    step = np.where(t < 0.5, 0.0, 1.0)
+    assert not spikes(step).any()
+    assert not spikes(np.array([0.0, 0.0, 9.0, 0.0, 0.0, 0.0])).any()
+    assert spikes(np.array([np.nan] * 200 + [0.0] * 50 + [9.0] + [0.0] * 50)).sum() == 1
+
+
+def test_torques_that_stay_at_their_extreme_are_at_a_limit():
+    tau = np.linspace(0.0, 0.4, 24).reshape(12, 2)
+    tau[2:5, 0] = 2.0
+    tau[7:9, 0] = 2.0
+    tau[0:4, 1] = -1.0
+    tau[6, 1] = 0.5
+    expected = np.zeros((12, 2), bool)
+    expected[2:5, 0] = expected[0:4, 1] = True
+    tau[3, 0] += 1e-9
+    assert np.array_equal(at_limit(tau, tau.min(axis=0), tau.max(axis=0)), expected)
+    tau[3, 0] += 1e-6
+    assert not at_limit(tau, tau.min(axis=0), tau.max(axis=0))[:, 0].any()
+
+
+def rows_of(rng, n, theta, sigma):
+    W = rng.normal(size=(n, 2, len(theta))) * (1.0, 10.0, 0.1)
+    counts = np.ones((n, 2), bool)
+    counts[: n // 4, 0] = False
+    tau = W @ theta + rng.normal(size=(n, 2)) * sigma
+    W[~counts] = 0.0
+    tau[~counts] = 0.0
+    return RegressionRows(W, tau, counts, np.arange(n, dtype=float), counts * 1.0, (0, n // 2), 1.0)
+
+
+def test_a_fit_weighs_each_motor_by_its_noise():
+    """Against weighted least squares of all rows, and the noise that was put in."""
+    rng = np.random.default_rng(3)
+    theta, sigma = np.array([1.0, -0.3, 20.0]), np.array([0.5, 0.05])
+    rows = rows_of(rng, 4000, theta, sigma)
+    found = fit(rows, [0, 1, 2])
+    assert found.sigma == pytest.approx(sigma, rel=0.05)
+    flat = (rows.W / found.sigma[:, None]).reshape(-1, 3)
+    expected = np.linalg.lstsq(flat, (rows.tau / found.sigma).ravel(), rcond=None)[0]
+    assert found.theta == pytest.approx(expected, rel=1e-4)
+    residual = np.where(rows.counts, rows.tau - rows.W @ found.theta, 0.0)
+    assert found.residual == pytest.approx(residual, abs=1e-12)
+    free = rows.counts.sum(axis=0) - 1.5
+    assert found.sigma == pytest.approx(np.sqrt((residual**2).sum(axis=0) / free), rel=1e-3)
+    power = (rows.tau**2).sum(axis=0)
+    misfit = np.sqrt(np.mean((residual**2).sum(axis=0) / power))
+    assert found.misfit == pytest.approx(misfit, rel=1e-9)
+    white = np.linalg.inv(flat.T @ flat)
+    assert np.diag(found.cov) == pytest.approx(np.diag(white), rel=0.15)
+    assert (np.diag(found.cov) >= np.diag(white) * (1 - 1e-3)).all()
+    part = fit(rows, [2, 0], 2 * rows.tau)
+    assert part.theta == pytest.approx(2 * theta[[2, 0]], rel=0.3)
+    assert part.residual.shape == rows.tau.shape
+
+
+def test_deviations_of_a_fit_grow_with_residuals_that_belong_together():
+    """Noise that lasts k rows is as good as n / k rows: Newey and West's deviations say so."""
+    rng = np.random.default_rng(4)
+    n = 2000
+    slow = np.repeat(rng.normal(size=(n // 5, 2)), 5, axis=0)
+    W = np.repeat(rng.normal(size=(n // 5, 2, 1)), 5, axis=0)
+    ones = np.ones((n, 2), bool)
+    rows = RegressionRows(W, W[..., 0] + slow, ones, np.arange(n * 1.0), ones * 1.0, (0,), 1.0)
+    found = fit(rows, [0])
+    white = 1 / (W[..., 0] ** 2 / found.sigma**2).sum()
+    assert 2.2 < found.cov[0, 0] / white < 6.0
+
+
+def test_products_of_scores_up_to_some_rows_apart():
+    rng = np.random.default_rng(5)
+    scores = rng.normal(size=(150, 3))
+    breaks = (0, 60)
+    lags = int(4 * 1.5 ** (2 / 9))
+    expected = np.zeros((3, 3))
+    for one in range(150):
+        for other in range(150):
+            apart = abs(one - other)
+            if apart <= lags and (one < 60) == (other < 60):
+                weight = 1 - apart / (lags + 1)
+                expected += weight * np.outer(scores[one], scores[other])
+    assert lags == 4
+    assert _meat(scores, breaks) == pytest.approx(expected, abs=1e-10)
+
+
+@pytest.mark.parametrize("shape", [(40, 3), (65, 3), (1000, 4), (333, 50)])
+def test_a_triangle_has_the_products_of_its_rows(shape):
+    flat = np.random.default_rng(6).normal(size=shape)
+    found = triangle(flat)
+    assert found.shape[0] <= max(64, 2 * shape[1])
+    assert found.T @ found == pytest.approx(flat.T @ flat, abs=1e-9)
+
+
+def test_the_smallest_model_costs_least_of_all():
+    """Among all subsets of 6 columns, of which two never stay."""
+    rng = np.random.default_rng(7)
+    for _ in range(12):
+        root = rng.normal(size=(6, 6))
+        cov = root @ root.T
+        theta = rng.normal(size=6) * 6.0
+        each = 4.0
+        for forbidden in ((), (2,)):
+            optional = [1, 2, 3, 4, 5]
+            found = smallest(theta, cov, optional, each, forbidden)
+            free = [k for k in optional if k not in forbidden]
+            costs = {}
+            for count in range(len(free) + 1):
+                for kept in combinations(free, count):
+                    out = [k for k in optional if k not in kept]
+                    part = theta[out]
+                    cost = part @ np.linalg.solve(cov[np.ix_(out, out)], part) if out else 0.0
+                    costs[kept] = cost + each * count
+            own = costs[tuple(found)]
+            assert own <= sorted(costs.values())[1] * (1 + 1e-6)
+            out = [k for k in optional if k not in found]
+            assert left_out_cost(theta, cov, out) == pytest.approx(
+                own - each * len(found), rel=1e-6
+            )
+    assert smallest(np.array([9.0, 0.1]), np.eye(2), [0, 1], 5.0) == [0]
+    assert left_out_cost(theta, cov, []) == 0.0
+
+
+def test_prices_and_the_spread_of_what_was_kept():
+    assert price(100, 5) == pytest.approx(np.log(100) + 3 * np.log(5))
+    assert price(0, 0) == pytest.approx(np.log(2))
+    full = RegressionFit(
+        np.array([1.0, 2.0, 3.0]), np.array([[4.0, 1.0, 0.5], [1.0, 9.0, 0.2], [0.5, 0.2, 1.0]]),
+        np.zeros((0, 2)), np.ones(2), 0.0,
+    )  # fmt: skip
+    last = RegressionFit(
+        np.array([1.5, 12.0]), np.diag([1.0, 8.0]), np.zeros((0, 2)), np.ones(2), 0.0
+    )
+    found = spread(full, [0, 1], last)
+    # The first moved by 0.5, which with its last variance is below the full one; the second by 10.
+    assert found[0, 0] == pytest.approx(4.0)
+    assert found[1, 1] == pytest.approx(8.0 + 100.0)
+    assert found[0, 1] / np.sqrt(found[0, 0] * found[1, 1]) == pytest.approx(1 / 6)
+
+
+def nearest(theta, cov, limits):
+    """The nearest values that keep all limits, by SciPy."""
+    weight = np.linalg.inv(cov)
+    scale = np.maximum(np.abs(theta), np.sqrt(np.diag(cov)))
+    best = None
+    for start in (np.maximum(theta, 0.1 * scale), scale):
+        found = minimize(
+            lambda z: (z * scale - theta) @ weight @ (z * scale - theta),
+            start / scale,
+            constraints=[{"type": "ineq", "fun": lambda z: limits(z * scale)}],
+            options={"maxiter": 500, "ftol": 1e-12},
+        )
+        if found.success and (best is None or found.fun < best.fun):
+            best = found
+    return best.x * scale
+
+
+def test_masses_and_friction_that_bodies_can_have_are_the_nearest_ones():
+    names = ["zz1", "m", "fs1", "fv1"]
+    root = np.array([[1e-4, 0, 0, 0], [5e-3, 0.02, 0, 0], [0, 1e-3, 2e-3, 0], [0, 0, 1e-3, 1e-3]])
+    cov = root @ root.T
+    theta = np.array([-2e-4, 0.5, 0.01, -1e-3])
+    found = consistent(ROBOT, names, theta, cov)
+    expected = nearest(theta, cov, lambda z: z)
+    assert found == pytest.approx(expected, rel=1e-3, abs=1e-7)
+    possible = np.array([1e-3, 0.5, 0.01, 1e-3])
+    assert consistent(ROBOT, names, possible, cov) == pytest.approx(possible, rel=1e-4, abs=1e-7)
+
+
+def test_bars_that_bodies_can_have_are_the_nearest_ones():
+    """A heavy distal bar: its inertia is at least what its centre of mass asks for."""
+    robot = fb.FiveBar()
+    names = ["zz1", "zz2", "m", *robot.turning_names]
+    assert len(names) == 7
+    theta = np.array([2e-3, 3e-3, 0.5, 1e-4, 2e-4, 5e-2, -2e-3])
+    cov = np.diag(np.array([1e-4, 1e-4, 0.02, 1e-4, 1e-4, 1e-3, 1e-3]) ** 2)
+    found = consistent(robot, names, theta, cov)
+
+    def limits(z, shares):
+        drives, m, turning, across = z[:2], z[2], z[3:5], z[5:7]
+        m2, at_end = shares[:2], shares[2:]
+        about = turning + at_end * 0.09**2
+        scale = 0.5 * 0.09
+        return np.concatenate([
+            (about * m2 - (at_end * 0.09) ** 2 - across**2) / scale**2 * 10,
+            m2,
+            (drives - (m2 - at_end) * 0.09**2) / (scale * 0.09),
+            [m - at_end.sum()],
+        ])  # fmt: skip
+
+    sd = np.sqrt(np.diag(cov))
+
+    def cost(z):
+        return (((z - theta) / sd) ** 2).sum()
+
+    answer = minimize(
+        lambda v: cost(v[:7] * np.abs(theta)),
+        np.concatenate([found / np.abs(theta), [0.1, 0.1, 0.05, 0.05]]),
+        constraints=[{"type": "ineq", "fun": lambda v: limits(v[:7] * np.abs(theta), v[7:])}],
+        options={"maxiter": 1000, "ftol": 1e-12},
+    )
+    assert cost(found) > 1.0
+    assert cost(found) == pytest.approx(answer.fun, rel=2e-2)
+
+
+def test_a_bias_by_noise_is_what_noisy_accelerations_make():
+    names = linear_names(ROBOT)
+    columns = [names.index(name) for name in ("zz1", "zz2", "m")]
+    theta = np.array([2e-3, 1e-3, 0.5])
+    rng = np.random.default_rng(9)
+    n = 120
+    xi = rng.uniform((-0.05, 0.09), (0.05, 0.13), (n, 2))
+    q = fb.igm(ROBOT, xi).q
+    rates = rng.normal(size=(n, 2))
+    accelerations = 3.0 * rng.normal(size=(n, 2))
+    noise = np.array([1e-4, 3e-4])
+    step, cutoff = 1e-3, 20.0
+    deviation = noise * noise_gain(step, cutoff)
+    sigma = np.array([0.01, 0.02])
+    counts = np.ones((n, 2), bool)
+    W = regressor(ROBOT, q, rates, accelerations, -1)[:, :, columns]
+    flat = (W / sigma[:, None]).reshape(-1, 3)
+    cov = np.linalg.inv(flat.T @ flat)
+    full = RegressionFit(theta, cov, np.zeros((n, 2)), sigma, 0.0)
+    sample = SimpleNamespace(
+        robot=ROBOT, assembly=-1, noise=noise, step=step, cutoff=cutoff,
+        pieces=[(None, None, None, counts)], motion=[(q, rates, accelerations)],
+        rows=SimpleNamespace(counts=counts),
+    )  # fmt: skip
+    found = bias([sample], columns, full)
+    offs = []
+    for _ in range(100):
+        wrong = accelerations + rng.normal(size=(n, 2)) * deviation
+        noisy = regressor(ROBOT, q, rates, wrong, -1)[:, :, columns]
+        change = ((noisy - W) / sigma[:, None]).reshape(-1, 3)
+        offs.append(cov @ (change.T @ change) @ theta)
+    expected = np.abs(np.mean(offs, axis=0)) / np.sqrt(np.diag(cov))
+    assert found == pytest.approx(expected, rel=0.15)
+    assert bias([sample, sample], columns, full) == pytest.approx(2 * found)

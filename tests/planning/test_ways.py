@@ -1,0 +1,161 @@
+"""Ways between poses: where they cross singularities, how they turn, and that they are taut."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.models.four_joints import bars_pose, closed, loop_gap
+from fivebar.planning.coordinates import bars
+from fivebar.planning.problem import PlanError
+from fivebar.planning.search import _at, _lengths, _stops, _waypoints, ways, ways_between
+from fivebar.singularities.passages import known_aspects, passages
+
+from ..conftest import UNEQUAL
+
+ROBOT = fb.FiveBar()
+BIGLIDE = fb.Biglide()
+LONG_BARS = fb.FiveBar(0.05, 0.12, 0.06, 0.13, 0.05)
+
+
+def inside(robot, number):
+    aspect = known_aspects(robot)[number - 1]
+    return fb.igm(robot, aspect.point, aspect.working)
+
+
+@pytest.mark.parametrize("robot", [ROBOT, UNEQUAL, LONG_BARS])
+def test_a_passage_is_crossed_on_the_closed_loop_with_its_bars_in_line(robot):
+    everything = known_aspects(robot)
+    kinds = set()
+    for passage in passages(robot):
+        for number in passage.between:
+            aspect = everything[number - 1]
+            pose = bars_pose(robot, tuple(_at(robot, passage, aspect).tolist()))
+            assert np.hypot(*loop_gap(pose)) < 1e-9
+            xi = np.array(pose.point)
+            if passage.fold:
+                # The tip comes back to the base joint of that leg, and the folded bars lie in line.
+                base = (passage.leg - 0.5) * robot.d
+                assert xi == pytest.approx([base, 0.0], abs=2e-4)
+            else:
+                assert xi == pytest.approx(passage.xi, abs=1e-9)
+            margins = [*pose.sines, pose.det_A]
+            in_line = 2 if passage.leg is None else passage.leg
+            assert abs(margins[in_line]) < 1e-6
+            for other in {0, 1} - {in_line}:
+                assert -np.sign(margins[other]) == aspect.working[other]
+            if in_line < 2:
+                assert -np.sign(pose.det_A) == aspect.assembly
+            reach = np.linalg.norm(passage.xi - [((passage.leg or 0) - 0.5) * robot.d, 0.0])
+            kinds.add((passage.leg, passage.fold, bool(reach > robot.distal[passage.leg or 0])))
+    assert {leg for leg, *_ in kinds} == {None, 0, 1}
+
+
+@pytest.mark.parametrize("robot", [ROBOT, UNEQUAL])
+def test_a_route_leads_through_its_passages_and_the_aspects_between(robot):
+    begin, end = inside(robot, 1), inside(robot, len(known_aspects(robot)))
+    route = max(fb.routes(robot, begin, end), key=lambda each: len(each.passages))
+    points = _waypoints(robot, route, bars(begin), bars(end))
+    assert len(points) == 2 * len(route.passages) + 1
+    assert points[0] == pytest.approx(bars(begin), abs=0)
+    for before, after in zip(points, points[1:]):
+        assert np.abs(after - before).max() <= np.pi + 1e-9
+    for number, point in zip(route.aspects[1:-1], points[2:-1:2]):
+        pose = bars_pose(robot, tuple(point.tolist()))
+        assert known_aspects(robot)[number - 1].contains(np.array(pose.point))
+    assert np.cos(points[-1] - bars(end)) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "robot, start, goal",
+    [
+        (UNEQUAL, ((0.05, 0.15), (-1, -1)), ((-0.05, 0.1), (-1, 1))),
+        (ROBOT, ((0.05, 0.1), (-1, -1)), ((-0.03, 0.12), (-1, -1))),
+        (BIGLIDE, ((0.02, 0.2), (-1, -1)), ((-0.03, 0.22), (-1, 1))),
+    ],
+)
+def test_ways_are_taut_and_all_different(robot, start, goal):
+    begin, end = fb.igm(robot, *start), fb.igm(robot, *goal)
+    found = ways(robot, begin, end)
+    assert 1 <= len(found) <= 6
+    for path, length in found:
+        assert path[0] == pytest.approx(bars(begin), abs=1e-9)
+        turns = (path[-1] - bars(end)) / (2 * np.pi)
+        assert turns == pytest.approx(np.round(turns), abs=1e-9)
+        if not robot.turns:
+            assert not np.round(turns)[[0, 2]].any()
+        steps = np.diff(_lengths(robot, path))
+        assert length == pytest.approx(steps.sum())
+        assert np.abs(np.diff(path, axis=0)).max() < 0.7
+        assert np.hypot(*loop_gap(bars_pose(robot, tuple(path.T)))).max() < 1e-9
+    for one, other in combinations(found, 2):
+        assert np.abs(one.path - other.path).max() > 0.3
+    path, length = found[0]
+    share = np.linspace(0.0, 1.0, len(path))[:, None]
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        bent = path + 0.05 * np.sin(rng.integers(1, 4) * np.pi * share) * rng.normal(size=4)
+        rest = tuple(np.zeros_like(each) for each in bent.T)
+        near = np.stack(closed(robot, tuple(bent.T), rest)[0], axis=1)
+        near = np.stack(closed(robot, tuple(near.T), rest)[0], axis=1)
+        assert _lengths(robot, near)[-1] > 0.98 * length
+
+
+def test_the_shortest_way_in_one_aspect_is_hardly_longer_than_the_straight_one():
+    begin, end = fb.igm(ROBOT, (0.05, 0.1), (-1, -1)), fb.igm(ROBOT, (-0.03, 0.12), (-1, -1))
+    share = np.linspace(0.0, 1.0, 201)[:, None]
+    points = np.array([0.05, 0.1]) + share * np.array([-0.08, 0.02])
+    straight = bars(fb.igm(ROBOT, points, (-1, -1)))
+    along = _lengths(ROBOT, straight.T)[-1]
+    assert 0.8 * along < ways(ROBOT, begin, end)[0].length <= along
+
+
+def test_ways_by_way_of_a_pose_follow_one_another_without_a_jump():
+    places = [((0.02, 0.2), (-1, -1)), ((0.0, 0.22), (-1, 1)), ((-0.03, 0.21), (-1, -1))]
+    points = [fb.igm(BIGLIDE, *each) for each in places]
+    found = ways_between(BIGLIDE, points[0], points[2], 3.0, [(1.2, points[1])])
+    assert found
+    lengths = [length for *_, length in found]
+    assert lengths == sorted(lengths)
+    for stops, paths, length in found:
+        assert [t for _, t in stops] == [0.0, 1.2, 3.0]
+        assert len(paths) == 2
+        assert paths[1][0] == pytest.approx(paths[0][-1], abs=1e-12)
+        assert length == pytest.approx(sum(_lengths(BIGLIDE, path)[-1] for path in paths))
+        ends = [paths[0][0], paths[0][-1], paths[1][-1]]
+        for (conditions, _), end in zip(stops, ends):
+            assert conditions[0] == pytest.approx(end, abs=1e-12)
+        assert [set(conditions) for conditions, _ in stops] == [{0, 1}, {0}, {0, 1}]
+        assert not stops[0][0][1].any() and not stops[-1][0][1].any()
+
+
+def test_later_paths_are_turned_to_where_the_former_end():
+    one = np.zeros((3, 4)) + np.arange(3)[:, None]
+    two = one + 2 * np.pi * np.array([1, 0, -1, 0]) + 2.0
+    stops, moved = _stops([one, two, two + 4.0], [0.0, 1.0, None, 3.0])
+    assert moved[1] == pytest.approx(one + 2.0)
+    assert moved[2] == pytest.approx(one + 4.0)
+    assert [t for _, t in stops] == [0.0, 1.0, None, 3.0]
+
+
+def test_a_point_in_place_of_a_pose_is_reached_in_several_modes():
+    found = ways_between(BIGLIDE, fb.igm(BIGLIDE, (0.02, 0.2)), (0.0, 0.22), 2.0, [])
+    modes = set()
+    for stops, *_ in found:
+        pose = bars_pose(BIGLIDE, tuple(stops[-1][0][0].tolist()))
+        assert pose.point == pytest.approx((0.0, 0.22), abs=1e-9)
+        modes.add(tuple(-np.sign(pose.sines)))
+    assert len(modes) >= 3
+
+
+def test_poses_that_no_way_joins_are_refused_whatever_the_other_ends():
+    apart = fb.FiveBar(0.05, 0.2, 0.05, 0.2, 0.29)
+    first = inside(apart, 1)
+    other = next(
+        pose
+        for pose in (inside(apart, each.number) for each in known_aspects(apart))
+        if fb.routes(apart, first, pose) == ()
+    )
+    with pytest.raises(PlanError, match="no motion joins start and goal"):
+        ways_between(apart, first, other, 1.0, [])
