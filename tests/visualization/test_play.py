@@ -39,7 +39,9 @@ def test_one_small_file_that_lets_only_its_own_script_run(path):
     text = path.read_text("utf-8")
     assert len(text.encode()) <= 400_000
     policy = re.search(r'Content-Security-Policy"\s+content="(.*?)"', text)[1]
-    scripts = r"'sha256-[A-Za-z0-9+/]{43}=' 'sha256-[A-Za-z0-9+/]{43}='; worker-src blob:; style-src"
+    scripts = (
+        r"'sha256-[A-Za-z0-9+/]{43}=' 'sha256-[A-Za-z0-9+/]{43}='; worker-src blob:; style-src"
+    )
     assert re.search(rf"default-src 'none'; script-src {scripts}", policy)
     assert "//" not in re.sub(
         r"http://www\.w3\.org/2000/svg|(?m:(^|\s)//\s.*$)", "", text
