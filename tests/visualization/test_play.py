@@ -532,6 +532,17 @@ def test_let_go_keeps_up_and_its_energy_stays_bounded(page):
     assert seconds < 30
 
 
+def test_the_scale_bar_is_a_round_length(page):
+    """1, 2 or 5 times a power of ten, the largest that fits, and its text says it."""
+    sizes = {"m": 1, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9}
+    for most in [*np.geomspace(2e-8, 90, 61), 1e-3, 0.02, 0.1, 0.5, 1.0, 20.0]:
+        bar = page.evaluate("scaleBar", float(most))
+        digits, unit = bar["text"].split()
+        assert float(digits) * sizes[unit] == pytest.approx(bar["length"], rel=1e-12)
+        assert f"{bar['length']:.0e}"[0] in "125" and float(digits) >= 1
+        assert bar["length"] <= most * (1 + 1e-8) < 2.5001 * bar["length"]
+
+
 @pytest.mark.deep
 def test_names_follow_the_robot(page):
     names = page.get_by_label("robot by name")

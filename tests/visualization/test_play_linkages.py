@@ -96,7 +96,7 @@ def test_what_a_four_bar_can_do_is_said(page):
     np.testing.assert_allclose(sorted(map(tuple, found)), dead, atol=1e-9)
     words = page.locator("#linkage-said").text_content()
     assert (
-        words.startswith(f"{four_bar.kind}: shortest + longest is 40 mm less")
+        words.startswith(f"{four_bar.kind.capitalize()}: shortest + longest is 40 mm less")
         and "turns through full turns" in words
     )
     assert f"time ratio {linkages.time_ratio(four_bar):.5g}" in words

@@ -60,7 +60,7 @@ function verdictLines() {
       l);
     const kind = excess > tiny ? "non-Grashof triple-rocker" : excess >= -tiny ? "change point"
       : GRASHOF[Object.keys(GRASHOF)[sides.indexOf(s)]];
-    lines.push(`${kind}: shortest + longest is ${Math.abs(excess) <= tiny ? "equal to" : `${lengthText(Math.abs(excess))} ` +
+    lines.push(`${sentence(kind)}: shortest + longest is ${Math.abs(excess) <= tiny ? "equal to" : `${lengthText(Math.abs(excess))} ` +
       `${excess > 0 ? "more" : "less"} than`} the two others together, so ${excess > tiny ? "no link"
         : "one link"} can turn fully.`);
   }
