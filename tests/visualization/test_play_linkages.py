@@ -232,3 +232,38 @@ def test_two_studies_on_one_page(opened, tmp_path):  # noqa: F811
     np.testing.assert_allclose(angles, expected, atol=1.5)
     with pytest.raises(ValueError, match="no quantity 'slide'"):
         fb.page({"a": slow, "b": fast}, tmp_path / "other.html", show="slide")
+
+
+@pytest.mark.parametrize(
+    "address, kind, seed",
+    [("four", "four", 1), ("slider", "slider_guide", 2)],
+)
+def test_the_least_transmission_angle_is_exact(page, address, kind, seed):
+    """Of random linkages that turn or lock: by the law of cosines, by the height of the crank."""
+    rng = np.random.default_rng(seed)
+    locks = 0
+    for _ in range(25):
+        page.evaluate("showTab", address)
+        if kind == "four":
+            ground, crank, coupler, rocker = sides = rng.uniform(0.03, 0.3, 4).round(3)
+            if 2 * sides.max() >= sides.sum():
+                continue
+            diagonals = np.abs(ground - crank), ground + crank
+            cosines = [
+                (coupler**2 + rocker**2 - each**2) / (2 * coupler * rocker) for each in diagonals
+            ]
+            exact = min(min(x, np.pi - x) for x in np.arccos(np.clip(cosines, -1, 1)))
+            values = [*sides, 0.05, 0.02]
+        else:
+            crank, rod, offset = values = rng.uniform(0.03, 0.3, 3).round(3)
+            if crank + rod <= offset:
+                continue
+            exact = np.arccos(min((crank + offset) / rod, 1.0))
+            values = values.tolist()
+        assert page.evaluate(
+            "([kind, values]) => chooseKind(kind, values, [1])", [kind, [float(x) for x in values]]
+        )
+        found, edges = page.evaluate("[lab.sweep.least, lab.sweep.edges.length]")
+        locks += edges > 0
+        assert found == pytest.approx(exact, abs=1e-7), values
+    assert 3 < locks < 25

@@ -48,7 +48,7 @@ function arrowCheck(name, text, inks) {
 }
 
 // What a length is called where its own name says too little.
-const LENGTH_WORDS = {along: "M along BC", across: "M across BC", l2: "l2, crank", l3: "l3, coupler", l4: "l4, rocker",
+const LENGTH_WORDS = {along: "M along BC", across: "M off BC", l2: "l2, crank", l3: "l3, coupler", l4: "l4, rocker",
   l5: "l5, bar CE", l11: "l11, ground"};
 
 function buildBench() {

@@ -15,6 +15,8 @@ function sweepOf(branch) {
   let before = null;
   for (let k = 0; k <= SWEEP; k++) {
     const q = angleAt(k), found = at_(q, branch), row = found.closes ? {...found, q} : null;
+    if (row && before && wordsOf().angle)  // a curve of the angle has no jump of a turn
+      row.output[0] += TURN * Math.round((before.output[0] - row.output[0]) / TURN);
     if (k && Boolean(row) !== Boolean(before)) edges.push(edge(angleAt(k - 1), q, Boolean(before), branch));
     else if (row && before && row.output[1] * before.output[1] < 0 && Math.abs(row.output[1]) < 50 * lab.speed)
       ends.push(turnOf(before, row, branch));
@@ -43,8 +45,28 @@ function turnOf(a, b, branch) {
   return {q: wrapped((low + high) / 2), output: at_((low + high) / 2, branch).output[0]};
 }
 
+// The least angle between the bars of the last dyad, folded below a right angle: at a minimum, or where the crank locks.
+function leastTransmission({rows, edges, branch}) {
+  const folded = ({transmission}) => Math.min(transmission, Math.PI - transmission), found = [], step = TURN / SWEEP;
+  const at = q => { const row = at_(q, branch); return row.closes ? folded(row) : NaN; };
+  // Beside a lock an angle is its last value and a root of the distance.
+  for (const q of edges) for (const far of [-1e-10, 1e-10]) found.push(2 * at(q + far) - at(q + 4 * far));
+  for (let k = 0; k < SWEEP; k++) {
+    const [before, row, after_] = [k + SWEEP - 1, k, k + 1].map(each => rows[each % SWEEP]);
+    if (!before || !row || !after_ || folded(row) > Math.min(folded(before), folded(after_))) continue;
+    let low = row.q - step, high = row.q + step;
+    for (let n = 0; n < 80; n++) {
+      const third = (high - low) / 3;
+      if (at(low + third) < at(high - third)) high -= third; else low += third;
+    }
+    found.push(at((low + high) / 2));
+  }
+  return Math.max(Math.min(...found.filter(Number.isFinite)), 0);
+}
+
 function resweep() {
   lab.sweep = sweepOf(lab.branch);
+  lab.sweep.least = leastTransmission(lab.sweep);
   lab.other = sweepOf(wordsOf().branches === 1 ? [-lab.branch[0]] : [-lab.branch[0], lab.branch[1]]);
 }
 
@@ -53,7 +75,7 @@ const GRASHOF = {ground: "double-crank (drag link)", crank: "crank-rocker", coup
 
 // The verdict in words, line by line.
 function verdictLines() {
-  const lines = [], {edges, ends, full, rows} = lab.sweep;
+  const lines = [], {edges, ends, full, least} = lab.sweep;
   if (lab.kind === "four" || lab.kind === "press") {
     const sides = lab.kind === "four" ? lab.values.slice(0, 4) : [lab.values[4], ...lab.values.slice(0, 3)];
     const [s, a, b, l] = [...sides].sort((x, y) => x - y), excess = l - b - (a - s), tiny = 8 * EPSILON * (s + a + b +
@@ -76,8 +98,7 @@ function verdictLines() {
     lines.push(`The ${out} ${wordsOf().angle ? "swings" : "goes"} by ${value(reach)}, ` +
       `time ratio ${number(slow / (TURN - slow), 5)}.`);
   }
-  const angles = rows.filter(Boolean).map(row => Math.min(row.transmission, Math.PI - row.transmission));
-  if (angles.length) lines.push(`Transmission angle down to ${deg(Math.min(...angles))}.`);
+  if (Number.isFinite(least)) lines.push(`Transmission angle down to ${deg(least)}.`);
   const line = straightWords();
   return line ? [...lines, line] : lines;
 }
