@@ -163,9 +163,9 @@ def group_words(names: Sequence[str]) -> tuple[str, list[str]]:
     """
     links = [name.rpartition(".")[0] for name in names]
     kinds = [_kind(name.rpartition(".")[2]) for name in names]
-    if len(names) > 1 and len(set(kinds)) == 1:
+    if len(set(kinds)) == 1 < len(names):
         return kinds[0], links
-    if links[0] and len(set(links)) == 1:
+    if len(set(links)) == 1 and links[0]:
         return f"{', '.join(kinds)} of {links[0]}", kinds
     return ", ".join(names), list(names)
 

@@ -267,3 +267,16 @@ def test_the_least_transmission_angle_is_exact(page, address, kind, seed):
         locks += edges > 0
         assert found == pytest.approx(exact, abs=1e-7), values
     assert 3 < locks < 25
+
+
+def test_the_curve_of_an_angle_has_no_jump(page):
+    page.get_by_role("tab", name="Four-bar").click()
+    page.evaluate("chooseKind('four', [0.2, 0.12, 0.16, 0.14, 0.08, 0.05], [1])")
+    found = np.array(page.evaluate("lab.sweep.rows.filter(Boolean).map(row => row.output[0])"))
+    shown = np.array(
+        page.evaluate("lab.sweep.rows.filter(Boolean).map(row => at_(row.q).output[0])")
+    )
+    assert np.abs(np.diff(shown)).max() > 6 and np.abs(np.diff(found)).max() < 0.5
+    turns = (found - shown) / (2 * np.pi)
+    np.testing.assert_allclose(turns, np.round(turns), atol=1e-12)
+    assert abs(found.mean()) <= np.pi

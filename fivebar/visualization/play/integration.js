@@ -4,7 +4,7 @@
 const {A: TABLEAU, B: WEIGHTS, C: PLACES, E3, E5} = DOP853, TURN = 2 * Math.PI;
 const STAGES = WEIGHTS.length, TOLERANCE = 1e-10, stages = Array.from({length: STAGES + 1}, () => new Float64Array(8));
 const stage = new Float64Array(8), after = new Float64Array(8);
-let motion = null;  // {p, whole, heavy, all, torque, state, t, length, seen, crossings, first}
+let motion = null;  // {p, whole, torque, state, t, length, seen, crossings, first}
 
 const LONGEST_CHORD = 1 / 120;  // s between two points of the trace
 
@@ -47,18 +47,18 @@ function flow(duration) {
 }
 
 function tried(length) {
-  const {state, whole, t} = motion, rightSide = motion.heavy ? slopeHeavy : slope;
+  const {state, whole, t} = motion;
   for (let s = 0; s < STAGES; s++) {
     stage.set(state);
     TABLEAU[s].forEach((weight, r) => {
       if (weight) for (let i = 0; i < 8; i++) stage[i] += length * weight * stages[r][i];
     });
-    rightSide(stage, torqueAt(t + PLACES[s] * length), whole, stages[s]);
+    slope(stage, torqueAt(t + PLACES[s] * length), whole, stages[s]);
   }
   after.set(state);
   for (let s = 0; s < STAGES; s++)
     if (WEIGHTS[s]) for (let i = 0; i < 8; i++) after[i] += length * WEIGHTS[s] * stages[s][i];
-  rightSide(after, torqueAt(t + length), whole, stages[STAGES]);
+  slope(after, torqueAt(t + length), whole, stages[STAGES]);
   let fifth = 0, third = 0;
   for (let i = 0; i < 8; i++) {
     const scale = i < 4 ? 1 : 1 + Math.abs(state[i]);

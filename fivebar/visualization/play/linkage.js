@@ -12,10 +12,11 @@ const deg = x => `${number(zeroBelow(x, 1) * 180 / Math.PI, 5)}°`;
 // rows; null where it does not close.
 function sweepOf(branch) {
   const rows = [], edges = [], ends = [], angleAt = k => -Math.PI + TURN * (k + 0.37) / SWEEP;
+  const {angle: turns} = wordsOf();
   let before = null;
   for (let k = 0; k <= SWEEP; k++) {
     const q = angleAt(k), found = at_(q, branch), row = found.closes ? {...found, q} : null;
-    if (row && before && wordsOf().angle)  // a curve of the angle has no jump of a turn
+    if (row && before && turns)  // a curve of the angle has no jump of a turn
       row.output[0] += TURN * Math.round((before.output[0] - row.output[0]) / TURN);
     if (k && Boolean(row) !== Boolean(before)) edges.push(edge(angleAt(k - 1), q, Boolean(before), branch));
     else if (row && before && row.output[1] * before.output[1] < 0 && Math.abs(row.output[1]) < 50 * lab.speed)
@@ -23,6 +24,8 @@ function sweepOf(branch) {
     rows.push(row);
     before = row;
   }
+  const closing = rows.filter(Boolean), mean = closing.reduce((sum, {output}) => sum + output[0], 0) / closing.length;
+  if (turns) for (const {output} of closing) output[0] -= TURN * Math.round(mean / TURN);
   return {rows, edges, ends, branch, full: rows.every(Boolean)};
 }
 

@@ -214,21 +214,18 @@ def _page(content, title):
     worker that the page makes of the first.
     """
     computing = _models()
-    parts = "", script(HERE.parent, "parts"), script(HERE, *PARTS), ""
-    code = "\n".join(parts)
+    code = f"\n{script(HERE.parent, 'parts')}\n{script(HERE, *PARTS)}\n"
     policy = f"{_hash(computing)} {_hash(code)}; worker-src blob:"
     return document(HERE, title, policy, content=content, models=computing, code=code)
 
 
-@lru_cache(maxsize=1)
 def _models():
     """Return the script of all models and of the integration by DOP853, whose table it holds."""
-    table = {"A": [row[:k].tolist() for k, row in enumerate(DOP853.A[:12])]}
-    table |= {name: getattr(DOP853, name).tolist() for name in ("B", "E3", "E5")}
-    table["C"] = DOP853.C[:12].tolist()
-    parts = "", '"use strict";', f"const DOP853 = {as_json(table)};", models()
-    return "\n".join((*parts, script(HERE, "integration"), ""))
+    table = {name: getattr(DOP853, name).tolist() for name in ("A", "B", "C", "E3", "E5")}
+    constant = f'"use strict";\nconst DOP853 = {as_json(table)};'
+    return f"\n{constant}\n{models()}\n{script(HERE, 'integration')}\n"
 
 
 def _hash(text):
-    return f"'sha256-{b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+    digest = hashlib.sha256(text.encode()).digest()
+    return f"'sha256-{b64encode(digest).decode()}'"

@@ -6,8 +6,6 @@ const FRICTIONS = ["fv1", "fv2", "fv12", "fv22"];
 // friction: more viscous friction of both motors than the robot's own, N m s/rad.
 const allParameters = (friction = 0) => [...p, robot.zz1, robot.zz2, robot.m, ...BEYOND.map(name => robot[name]),
   ...robot.gravity, robot.fv1 + friction, robot.fv2 + friction, robot.fv12, robot.fv22];
-const lightParameters = friction => [...p, robot.zz1, robot.zz2, robot.m, ...robot.gravity, robot.fv1 + friction,
-  robot.fv2 + friction];
 const isHeavy = () => [...BEYOND, "fv12", "fv22"].some(name => robot[name] !== 0);
 
 // About what one motor turns: its own inertia and the load on its bar, kg m².
@@ -32,15 +30,14 @@ function letGo(velocity, torque, friction = 0) {
     const far = elbows.map(([x, y]) => Math.atan2(xi[1] - y, xi[0] - x));
     state = [q[0], far[0], q[1], far[1], 0, 0, 0, 0];
   }
-  const heavy = isHeavy(), whole = heavy ? allParameters(friction) : lightParameters(friction);
-  motion = {p, state: Float64Array.from(closeLoop(state, p).closed), t: 0, length: 0.002, whole, all: allParameters(),
-    torque, heavy, crossings: 0};
+  motion = {p, state: Float64Array.from(closeLoop(state, p).closed), t: 0, length: 0.002, whole: allParameters(friction),
+    torque, crossings: 0};
   motion.seen = closeLoop(motion.state, p);
   motion.first = totalEnergy();
 }
 
 function totalEnergy() {
-  const {kinetic, potential} = energies(motion.state, motion.all);
+  const {kinetic, potential} = energies(motion.state, motion.whole);
   return {kinetic, potential, total: kinetic + potential};
 }
 
