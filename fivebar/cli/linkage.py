@@ -45,7 +45,7 @@ PRESS_LENGTHS = ("l2", "l3", "l4", "l5", "l11", "l12")
 STUDY = {
     "--speed RAD/S": "default: one turn a second; the press: 120 deg/s",
     "--turns NUMBER": "default: 1; the press: 3",
-    "--drive HOW": "turn, until-lock or swing (to and fro)",
+    "--drive HOW": "turn, until-lock or swing (back and forth)",
     "--plot OUT.png": "draw it",
     "--csv OUT.csv": "write its table",
     "--html OUT.html": "animation; or .gif, .mp4, .webm, .png",

@@ -79,6 +79,10 @@ function save(blob, ending) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
+function saveCanvas(canvas) {
+  canvas.toBlob(blob => save(blob, ".png"), "image/png");
+}
+
 // Numbers as Python reads them, with all digits; text in quotes where it needs them.
 function cell(value) {
   const text = String(value).replace(/^NaN$/, "nan").replace(/^(-?)Infinity$/, "$1inf");
@@ -97,6 +101,13 @@ function button(text, label, action) {
 function speedChoice(factors, label, chosen = 1) {
   return element("select", {"aria-label": label}, ...factors.map(factor =>
     element("option", {value: factor, ...(factor === chosen ? {selected: ""} : {})}, `${factor} ×`)));
+}
+
+// The bar of a picture's scale: of at most this length, m, the largest of 1, 2, 5 times a power of ten, and its text.
+function scaleBar(most) {
+  const power = Math.floor(Math.log10(most)), factor = [5, 2, 1].find(each => each * 10 ** power <= most * (1 + 1e-9));
+  const [unit, size] = power >= 0 ? ["m", 0] : power >= -3 ? ["mm", -3] : power >= -6 ? ["µm", -6] : ["nm", -9];
+  return {length: factor * 10 ** power, text: `${+(factor * 10 ** (power - size)).toPrecision(1)} ${unit}`};
 }
 
 // A line of one colour, or of several one after the other; each a name of the theme, or a colour.

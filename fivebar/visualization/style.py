@@ -158,11 +158,22 @@ def shown_unit(
 
 
 def group_words(names: Sequence[str]) -> tuple[str, list[str]]:
-    """Return title and labels of quantities that share a panel: of one kind, their links."""
-    kinds = {name.rpartition(".")[2] for name in names}
-    if len(names) > 1 and len(kinds) == 1:
-        return kinds.pop().replace("_", " "), [name.rpartition(".")[0] for name in names]
+    """Return title and labels of quantities that share a panel: of one kind, their links; of one
+    link or point, their kinds.
+    """
+    links = [name.rpartition(".")[0] for name in names]
+    kinds = [_kind(name.rpartition(".")[2]) for name in names]
+    if len(set(kinds)) == 1 < len(names):
+        return kinds[0], links
+    if len(set(links)) == 1 and links[0]:
+        return f"{', '.join(kinds)} of {links[0]}", kinds
     return ", ".join(names), list(names)
+
+
+def _kind(name):
+    if name in ("tangential", "normal"):
+        return f"{name} acceleration"
+    return name.replace("_", " ")
 
 
 def length(metres: float) -> str:

@@ -135,6 +135,14 @@ def test_the_live_page_computes_here_too(firefox, tmp_path):
             return [flow(2), ...motion.seen.xi]; })()"""
     )
     np.testing.assert_allclose(found[1:], (0.0087618923917, 0.1480740333255), atol=2e-9)
+    moving = """(async () => {
+        release();
+        for (let k = 0; k < 600 && motion.t < 0.3; k++) await new Promise(done => setTimeout(done, 50));
+        const found = [motion.t, Boolean(flying.worker)];
+        halt();
+        return found; })()"""
+    t, by_worker = firefox.evaluate(moving)
+    assert t >= 0.3 and by_worker
     picture = firefox.picture()
     assert (np.ptp(picture, axis=2) > 0.1).mean() > 0.05
     assert firefox.errors == []

@@ -556,8 +556,8 @@ def test_study_over_the_crank_angle(opened, tmp_path, speed):  # noqa: F811
     page = opened(written(result, tmp_path))
     heads = [
         "angle (deg)",
-        "M.speed (mm/s)",
-        "M.tangential, M.normal (mm/s²)",
+        "speed of M (mm/s)",
+        "tangential acceleration, normal acceleration of M (mm/s²)",
     ]  # of the point that is named
     assert page.locator("h2").all_text_contents() == heads
     # The coupler's triangle is one link, and a link has the colour that it has in plots and scenes.

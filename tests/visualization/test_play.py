@@ -39,7 +39,10 @@ def test_one_small_file_that_lets_only_its_own_script_run(path):
     text = path.read_text("utf-8")
     assert len(text.encode()) <= 400_000
     policy = re.search(r'Content-Security-Policy"\s+content="(.*?)"', text)[1]
-    assert re.search(r"default-src 'none'; script-src 'sha256-[A-Za-z0-9+/]{43}='", policy)
+    scripts = (
+        r"'sha256-[A-Za-z0-9+/]{43}=' 'sha256-[A-Za-z0-9+/]{43}='; worker-src blob:; style-src"
+    )
+    assert re.search(rf"default-src 'none'; script-src {scripts}", policy)
     assert "//" not in re.sub(
         r"http://www\.w3\.org/2000/svg|(?m:(^|\s)//\s.*$)", "", text
     )  # but comments
@@ -227,6 +230,56 @@ def test_let_go_and_hold_by_the_button(page):
     assert "names no inertias" in page.locator("#said").text_content()
 
 
+FLIGHT = "({t: motion.t, worker: Boolean(flying.worker), said: byId('said').textContent})"
+
+
+def test_a_worker_computes_the_motion(page):
+    """It runs only while the robot moves; a page that was busy still leaves a smooth trace."""
+    page.get_by_label("motor torques while it moves").select_option("constant")
+    for _ in range(5):
+        page.keyboard.press("g")
+        until(page, "motion && motion.t > 0.1")
+        assert len(page.workers) == 1 and page.evaluate(FLIGHT)["worker"]
+        page.evaluate("for (const from = performance.now(); performance.now() < from + 200;) ;")
+        until(page, "motion.t > 0.4")
+        rows = np.array(page.evaluate("trail.map(({t, xi}) => [t, ...task.at(xi)])"))
+        between = np.diff(rows, axis=0)
+        # 1/120 s between two points, more where they are within two pixels
+        chords = np.hypot(*between.T[1:])
+        assert len(rows) > 10 and np.all((between[:, 0] < 1 / 119) | (chords < 2))
+        page.keyboard.press("g")
+        until(page, "!flying")
+        page.wait_for_timeout(100)
+        assert page.workers == []
+
+
+@pytest.mark.deep
+def test_the_page_computes_where_no_worker_may_be_started(browser, path, tmp_path):  # noqa: F811
+    blocked = tmp_path / "blocked.html"
+    text = path.read_text("utf-8").replace("worker-src blob:", "worker-src 'none'")
+    blocked.write_text(text, "utf-8")
+    page = browser.new_page(**STILL)
+    page.goto(blocked.as_uri())
+    until(page, "document.body.dataset.ready")
+    page.keyboard.press("g")
+    until(page, "motion && motion.t > 0.5")
+    found = page.evaluate(FLIGHT)
+    assert not found["worker"] and "starts no worker here" in found["said"]
+    page.close()
+
+
+@pytest.mark.deep
+def test_in_a_notebooks_frame_a_worker_computes(browser):  # noqa: F811
+    page = browser.new_page(**STILL)
+    page.set_content(fb.play()._repr_html_())
+    frame = page.frames[1]
+    until(frame, "document.body.dataset.ready")
+    frame.get_by_role("button", name="Let go: the robot moves by itself").click()
+    until(frame, "motion && motion.t > 0.3")
+    assert frame.evaluate(FLIGHT)["worker"] and len(page.workers) == 1
+    page.close()
+
+
 CLOSED = "l11=0.1&l12=0.1&l21=0.1&l22=0.1&d=0.1"
 BAD = [
     "#", "#l11", "#x=1", "#l11=0.09&l11=0.09", "#<script>alert(1)</script>", "#__proto__=1",
@@ -247,7 +300,7 @@ def test_the_address_restores_the_state_and_hostile_ones_change_nothing(opened, 
         assert pose_of(page) == before, bad
         if len(bad) > 1:
             assert "The link's address is not taken" in page.locator("#said").text_content(), bad
-            assert page.evaluate("document.querySelectorAll('img, script').length") == 2
+            assert page.evaluate("document.querySelectorAll('img, script').length") == 3
     page.evaluate(
         """hash => new Promise(done => {
             addEventListener("hashchange", () => done(), {once: true});
@@ -477,6 +530,17 @@ def test_let_go_keeps_up_and_its_energy_stays_bounded(page):
     energies, seconds = found
     assert max(energies) < 0.05 and max(energies[600:]) < 2 * max(energies[:600])
     assert seconds < 30
+
+
+def test_the_scale_bar_is_a_round_length(page):
+    """1, 2 or 5 times a power of ten, the largest that fits, and its text says it."""
+    sizes = {"m": 1, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9}
+    for most in [*np.geomspace(2e-8, 90, 61), 1e-3, 0.02, 0.1, 0.5, 1.0, 20.0]:
+        bar = page.evaluate("scaleBar", float(most))
+        digits, unit = bar["text"].split()
+        assert float(digits) * sizes[unit] == pytest.approx(bar["length"], rel=1e-12)
+        assert f"{bar['length']:.0e}"[0] in "125" and float(digits) >= 1
+        assert bar["length"] <= most * (1 + 1e-8) < 2.5001 * bar["length"]
 
 
 @pytest.mark.deep

@@ -99,7 +99,7 @@ def test_any_address_is_taken_or_refused(opened, tmp_path):  # noqa: F811
     for text in (SHORT, *texts[:SHOWN]):
         shown = page.evaluate(SHOW, text)
         assert not any(word in shown for word in ("NaN", "undefined", "Infinity")), (text, shown)
-        assert page.evaluate("document.querySelectorAll('img, script').length") == 2, text
+        assert page.evaluate("document.querySelectorAll('img, script').length") == 3, text
     page.evaluate(SHOW, SHORT)
     locks = np.array(page.evaluate("lab.sweep.edges"))
     held = replace(linkages.PRINTED, l5=0.001)

@@ -96,7 +96,7 @@ def test_what_a_four_bar_can_do_is_said(page):
     np.testing.assert_allclose(sorted(map(tuple, found)), dead, atol=1e-9)
     words = page.locator("#linkage-said").text_content()
     assert (
-        words.startswith(f"{four_bar.kind}: shortest + longest is 40 mm less")
+        words.startswith(f"{four_bar.kind.capitalize()}: shortest + longest is 40 mm less")
         and "turns through full turns" in words
     )
     assert f"time ratio {linkages.time_ratio(four_bar):.5g}" in words
@@ -232,3 +232,51 @@ def test_two_studies_on_one_page(opened, tmp_path):  # noqa: F811
     np.testing.assert_allclose(angles, expected, atol=1.5)
     with pytest.raises(ValueError, match="no quantity 'slide'"):
         fb.page({"a": slow, "b": fast}, tmp_path / "other.html", show="slide")
+
+
+@pytest.mark.parametrize(
+    "address, kind, seed",
+    [("four", "four", 1), ("slider", "slider_guide", 2)],
+)
+def test_the_least_transmission_angle_is_exact(page, address, kind, seed):
+    """Of random linkages that turn or lock: by the law of cosines, by the height of the crank."""
+    rng = np.random.default_rng(seed)
+    locks = 0
+    for _ in range(25):
+        page.evaluate("showTab", address)
+        if kind == "four":
+            ground, crank, coupler, rocker = sides = rng.uniform(0.03, 0.3, 4).round(3)
+            if 2 * sides.max() >= sides.sum():
+                continue
+            diagonals = np.abs(ground - crank), ground + crank
+            cosines = [
+                (coupler**2 + rocker**2 - each**2) / (2 * coupler * rocker) for each in diagonals
+            ]
+            exact = min(min(x, np.pi - x) for x in np.arccos(np.clip(cosines, -1, 1)))
+            values = [*sides, 0.05, 0.02]
+        else:
+            crank, rod, offset = values = rng.uniform(0.03, 0.3, 3).round(3)
+            if crank + rod <= offset:
+                continue
+            exact = np.arccos(min((crank + offset) / rod, 1.0))
+            values = values.tolist()
+        assert page.evaluate(
+            "([kind, values]) => chooseKind(kind, values, [1])", [kind, [float(x) for x in values]]
+        )
+        found, edges = page.evaluate("[lab.sweep.least, lab.sweep.edges.length]")
+        locks += edges > 0
+        assert found == pytest.approx(exact, abs=1e-7), values
+    assert 3 < locks < 25
+
+
+def test_the_curve_of_an_angle_has_no_jump(page):
+    page.get_by_role("tab", name="Four-bar").click()
+    page.evaluate("chooseKind('four', [0.2, 0.12, 0.16, 0.14, 0.08, 0.05], [1])")
+    found = np.array(page.evaluate("lab.sweep.rows.filter(Boolean).map(row => row.output[0])"))
+    shown = np.array(
+        page.evaluate("lab.sweep.rows.filter(Boolean).map(row => at_(row.q).output[0])")
+    )
+    assert np.abs(np.diff(shown)).max() > 6 and np.abs(np.diff(found)).max() < 0.5
+    turns = (found - shown) / (2 * np.pi)
+    np.testing.assert_allclose(turns, np.round(turns), atol=1e-12)
+    assert abs(found.mean()) <= np.pi

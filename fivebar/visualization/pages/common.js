@@ -89,7 +89,7 @@ async function savePng(scenes, state, plots) {
     if (down >= 0 && down <= frame.height) line(...at(0, down), ...at(frame.width, down), cursor.ink);
     y += height + gap;
   }
-  save(await new Promise(done => canvas.toBlob(done, "image/png")), ".png");
+  saveCanvas(canvas);
 }
 
 function readNotes() {

@@ -44,11 +44,12 @@ def save_page(front: Front, path: Path) -> None:
     png = io.BytesIO()
     front.plot().savefig(png, format="png", dpi=90)
     goals = " and ".join(f"{name} ({way})" for name, way in front.goals.items())
+    notes = f"{repr(first.task)[1:-1]}; SI units.".removeprefix("Task: ; ")  # without a task
     title = f"Pareto front of {len(front)} robots: {goals}"
     page = report(
         "designs",
         title,
-        notes=html.escape(f"{repr(first.task)[1:-1]}; SI units."),
+        notes=html.escape(notes),
         picture=picture(png.getvalue(), f"{title}, and robots along it"),
         table=table("designs", [*heads, "active constraints"], rows),
     )

@@ -144,8 +144,11 @@ function choose(layer) {
   draw();
 }
 
-plot.legend = () => drawn.map(({kind}) =>
-  ({text: kind, colour: STYLES[kind].line_color ?? theme("--ink"), dash: STYLES[kind].line_dash ?? [], mark: MARKS[STYLES[kind].marker]}));
+const legendOfNumbers = content.numbers.length ? [{text: "number of an aspect", mark: "①"}] : [];
+legend.append(...legendOfNumbers.map(({text, mark}) => entry(element("span", {"aria-hidden": "true"}, mark), text)));
+
+plot.legend = () => drawn.map(({kind}) => ({text: kind, colour: STYLES[kind].line_color ?? theme("--ink"),
+  dash: STYLES[kind].line_dash ?? [], mark: MARKS[STYLES[kind].marker]})).concat(legendOfNumbers);
 plot.pointed = () => Object.assign(plot.pixels(scaleX * at[0], scaleY * at[1]), {ink: INK});
 plot.element.setAttribute("aria-label",
   `map of ${field.words} over ${nameX} and ${nameY}; the point is moved by the arrow keys`);

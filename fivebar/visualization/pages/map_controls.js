@@ -32,7 +32,9 @@ byId("controls").append(
   element("details", {}, element("summary", {}, "More"),
     "Point at the map, or drag: the robot is shown in that pose, in the chosen mode, pale in the others. A click " +
     "keeps the point, another one follows the pointer again. Arrow keys move the point (with Shift finely), 1 2 3 4 " +
-    "choose the mode, H keeps the point, + − 0 zoom. Ctrl and wheel zooms at the pointer."));
+    "choose the mode, H keeps the point, + − 0 zoom. Ctrl and wheel zooms at the pointer." + (robot.turns
+      ? " Working mode +1: the elbow is on the left of the line from its motor to the end-effector, and the sine is " +
+        "negative. −1: on the right, and the sine is positive." : "")));
 
 function keep(now) {
   held = now;

@@ -58,7 +58,7 @@ const mechanisms = subjects.map((subject, k) => {
 const state = element("span", {class: "state"});
 frame.append(element("div", {class: "under"}, state,
   button("−", "picture: zoom out", () => magnify(1 / 2)),
-  button("+", "picture: zoom in on the end-effector", () => magnify(2)),
+  button("+", "picture: zoom in on the point of the path", () => magnify(2)),
   button("Fit", "picture: fit all in", () => magnify(0))));
 frame.append(pathLegend());
 const marks = subjects.flatMap(subject => subject.marks.map(([t, text]) => {

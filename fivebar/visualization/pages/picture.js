@@ -114,14 +114,11 @@ class Picture {
     this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     for (const curve of this.curves) this.trace(curve);
     for (const mechanism of this.mechanisms) this.draw(mechanism);
-    const most = 0.3 * width / this.scale, step = 10 ** Math.floor(Math.log10(most));
-    const length = step * ([5, 2].find(factor => factor * step <= most) ?? 1);
-    const power = Math.floor(Math.log10(length) + 1e-9);
+    const {length, text} = scaleBar(0.3 * width / this.scale);
     this.rule.setAttribute("d", `M12 ${height - 18}v6h${this.scale * length}v-6`);
     this.length.setAttribute("x", 16);
     this.length.setAttribute("y", height - 18);
-    const [factor, unit] = power >= 0 ? [1, "m"] : power >= -3 ? [1e3, "mm"] : power >= -6 ? [1e6, "µm"] : [1e9, "nm"];
-    this.length.textContent = `${+(factor * length).toPrecision(1)} ${unit}`;
+    this.length.textContent = text;
   }
 
   onScreen([x, y]) {

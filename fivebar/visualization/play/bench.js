@@ -83,7 +83,7 @@ function drawCurves() {
   const panels = [
     {title: `${output} (${turns ? "deg" : "mm"})`, curves: [[row => row.output[0] * (turns ? 180 / Math.PI : 1e3),
       "c2", []]]},
-    {title: "speed, a_t, a_n (scaled)", range: [-1.2, 1.2], curves: [
+    {title: "speed and accelerations (scaled)", range: [-1.2, 1.2], curves: [
       [row => Math.hypot(...row.velocity) / lab.most[0], "c2", []], [row => row.tangential / lab.most[1], "c5", [6, 3]],
       [row => row.normal / lab.most[1], "c4", [2, 3]]]},
     {title: "transmission angle (deg)", curves: [[row => row.transmission * 180 / Math.PI, "c3", []]], range: [0, 180]},

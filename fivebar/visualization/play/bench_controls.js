@@ -32,21 +32,6 @@ study.page("study.html")
 `;
 }
 
-function benchPicture(png) {
-  if (!png) {
-    const pen = new SvgPen();
-    bench.begin(pen);
-    drawBench(pen, false);
-    return save(new Blob([pen.text()], {type: "image/svg+xml"}), ".svg");
-  }
-  const canvas = document.createElement("canvas"), pen = new CanvasPen(canvas);
-  pen.begin(bench.width, bench.height, 2);
-  pen.pen.fillStyle = inks.paper;
-  pen.pen.fillRect(0, 0, bench.width, bench.height);
-  drawBench(pen, false);
-  canvas.toBlob(blob => save(blob, ".png"), "image/png");
-}
-
 function chooseKind(kind, values = kinds[kind].parameters.map(({value}) => value), branch = kinds[kind].branch,
   q = lab.q) {
   Object.assign(lab, {kind, branch: [...branch], q, trail: [], ghost: null, preset: ""});
@@ -62,9 +47,14 @@ function arrowCheck(name, text, inks) {
   return made.label;
 }
 
+// What a length is called where its own name says too little.
+const LENGTH_WORDS = {along: "M along BC", across: "M off BC", l2: "l2, crank", l3: "l3, coupler", l4: "l4, rocker",
+  l5: "l5, bar CE", l11: "l11, ground"};
+
 function buildBench() {
   const {parameters, title} = wordsOf();
-  const rows = parameters.map(({name, signed}, k) => {
+  const rows = parameters.map(({name: own, signed}, k) => {
+    const name = LENGTH_WORDS[own] ?? own;
     const most = Math.max(...lab.values.map(Math.abs), 0.1) * 2;
     const range = element("input", {type: "range", min: signed ? -most : 0.002, max: most, step: "any",
       "aria-label": `${name}, mm`});
@@ -125,13 +115,15 @@ function buildBench() {
     }
     relabbed();
   });
-  const printed = button("crank of the paper", "crank of the paper as printed, 202 mm: it cannot turn fully", () => {
+  const printed = button("crank of 202 mm", "crank of 202 mm, as in the paper on this press: it cannot turn fully", () => {
     rememberLab();
     chooseKind("press", [0.202, ...lab.values.slice(1)]);
   });
   const python_ = element("pre", {tabindex: 0, "aria-label": "as Python"});
   const pythonBox_ = element("details", {}, element("summary", {}, "as Python"), python_);
   pythonBox_.ontoggle = () => { python_.textContent = linkagePython(); };
+  const curves = element("ul", {class: "legend", "aria-label": "curves"},
+    legendEntry("--c4", 2, [], "path of the point"), legendEntry("--c4", 1.4, [7, 4], "on the other branch"));
   byId("linkage-panel").replaceChildren(
     field_(`${title[0].toUpperCase()}${title.slice(1)}, lengths in mm`,
       ...(four ? [element("div", {class: "row"}, preset)] : []),
@@ -142,11 +134,11 @@ function buildBench() {
         if (invert()) { buildBench(); relabbed(); }
       })] : []), ...(lab.kind === "press" ? [printed] : []),
       button("Clear trace", "clear the trace", () => { lab.trail = []; benchFrame(); }))),
-    field_("Arrows", arrowCheck("velocity", "velocity of the point", [["--ink", ""]]),
+    field_("Curves and arrows", curves, arrowCheck("velocity", "velocity of the point", [["--ink", ""]]),
       arrowCheck("acceleration", "its acceleration:", [["--c5", "tangential"], ["--c4", "normal"]])),
     element("div", {class: "row"}, button("Undo", "undo (Ctrl Z)", undoLab),
-      button("PNG", "save the linkage's picture as PNG", () => benchPicture(true)),
-      button("SVG", "save the linkage's picture as SVG", () => benchPicture(false)),
+      button("PNG", "save the linkage's picture as PNG", () => savePicture(bench, drawBench, true)),
+      button("SVG", "save the linkage's picture as SVG", () => savePicture(bench, drawBench, false)),
       button("Copy link", "Copy link to this linkage", () => copyLink(linkageFragment()))),
     pythonBox_,
     element("details", {id: "linkage-help"}, element("summary", {}, "Pointer and keys"),

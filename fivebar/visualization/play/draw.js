@@ -64,11 +64,9 @@ function drawType2(pen, wanted, alpha, width) {
 }
 
 function drawRule(pen) {
-  const most = 0.25 * task.width / task.scale, power = 10 ** Math.floor(Math.log10(most));
-  const length = power * ([5, 2].find(factor => factor * power <= most) ?? 1), y = task.height - 10;
+  const {length, text} = scaleBar(0.25 * task.width / task.scale), y = task.height - 10;
   pen.lines([[[12, y - 5], [12, y], [12 + length * task.scale, y], [12 + length * task.scale, y - 5]]], {ink: "quiet"});
-  pen.words(length >= 1 ? `${length} m` : `${+(1e3 * length).toPrecision(3)} mm`, [18, y - 5],
-    {ink: "quiet", size: 12});
+  pen.words(text, [18, y - 5], {ink: "quiet", size: 12});
 }
 
 // Of the trace what is drawn: all that a hand made, the last second that the robot moved by itself.

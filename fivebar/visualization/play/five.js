@@ -69,10 +69,10 @@ function moved() {  // after the pose changed
   if (!flying && !idle) keepFragment();
 }
 
-function leaveTrace() {
+function leaveTrace(t = flying ? motion.t : performance.now() / 1000) {
   const last = trail[trail.length - 1], least = 0.5 / task.scale;
   if (last && Math.hypot(last.xi[0] - pose.xi[0], last.xi[1] - pose.xi[1]) < least) return;
-  trail.push({t: flying ? motion.t : performance.now() / 1000, xi: [...pose.xi], q: [...pose.q], tip: [...tipOf(pose)]});
+  trail.push({t, xi: [...pose.xi], q: [...pose.q], tip: [...tipOf(pose)]});
   if (trail.length > MOST_TRACED) trail.splice(0, MOST_TRACED / 4);
 }
 
@@ -123,7 +123,8 @@ const countText = count => count === 1 ? "once" : `${count} times`;
 
 function stateWords(now) {
   if (motion && flying) return `Moving by itself, ${motion.t.toFixed(1)} s.` +
-    (motion.crossings ? ` Crossed Type 2 ${countText(motion.crossings)}.` : "");
+    (motion.crossings ? ` Crossed Type 2 ${countText(motion.crossings)}.` : "") +
+    (flying.worker ? "" : " This browser starts no worker here: the page computes the motion itself.");
   const brief = noted.until > now && noted.words;
   return said || brief || checked?.words || `End-effector at ${pointText(pose.xi)}, working mode ` +
     `${modes.map(sign).join(", ")}, assembly mode ${sign(pose.assembly)}.`;
@@ -214,7 +215,7 @@ function release(velocity = [0, 0]) {
   trail = [];
   const tau = torqueKind.value === "none" ? [0, 0] : torqueInputs.map(input => +input.value || 0);
   letGo(velocity, {tau, wave: torqueKind.value === "wave"}, friction.input.checked ? addedFriction() : 0);
-  flying = {before: performance.now()};
+  flying = {before: performance.now(), asked: false, worker: startWorker()};
   showFlying();
   frame();
 }
@@ -227,6 +228,7 @@ function showFlying() {
 
 function halt(why = "") {
   if (!flying) return;
+  flying.worker?.terminate();
   flying = null;
   showFlying();
   if (!take(igm(pose.xi, modes, p))) take({...pose, closes: 1});
@@ -235,12 +237,39 @@ function halt(why = "") {
   settle();
 }
 
-const LONGEST_WAIT = 0.25;  // s: a page that slept longer goes on where it was
+const LONGEST_WAIT = 1;  // s: a page that slept longer goes on where it was
 
 function fly(now) {
+  if (flying.asked) return;  // the next request asks for all the time since
   const duration = Math.min(Math.max(now - flying.before, 0) / 1000, LONGEST_WAIT) * +paceInput.value;
   flying.before = now;
-  if (duration && !flow(duration)) return halt("The motion became too fast to be followed: it is paused here.");
-  pose = poseOfMotion();
+  if (!duration) return;
+  flying.asked = true;
+  if (flying.worker) flying.worker.postMessage({motion, duration}); else flown(integrate({motion, duration}));
+}
+
+function flown({motion: now, path, followed}) {
+  flying.asked = false;
+  motion = now;
+  for (const seen of path) {
+    pose = poseOfMotion(seen);
+    leaveTrace(seen.t);
+  }
   moved();
+  if (!followed) halt("The motion became too fast to be followed: it is paused here.");
+}
+
+let workerAddress = "";  // one for all motions of the page
+
+// A worker that integrates, from the page's own text; null where the browser starts none.
+function startWorker() {
+  workerAddress ||= URL.createObjectURL(new Blob([byId("models").textContent], {type: "text/javascript"}));
+  try {
+    const worker = new Worker(workerAddress), isCurrent = () => flying?.worker === worker;
+    worker.onmessage = ({data}) => { if (isCurrent()) flown(data); };
+    worker.onerror = () => { if (isCurrent()) Object.assign(flying, {worker: null, asked: false}); };
+    return worker;
+  } catch {
+    return null;
+  }
 }

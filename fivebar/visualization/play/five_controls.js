@@ -165,9 +165,11 @@ const ellipses = check("ellipses of velocity (solid) and force (dashed), and the
   { shown.ellipses = on; ask(); });
 const angle = element("input", {type: "range", min: 0, max: 360, value: 90, step: 1,
   "aria-label": "direction of the force", "aria-valuetext": "90°"});
+const angleValue = element("output", {}, "90°");
 angle.oninput = () => {
   force.angle = +angle.value * Math.PI / 180;
-  angle.setAttribute("aria-valuetext", `${angle.value}°`);
+  angleValue.value = `${angle.value}°`;
+  angle.setAttribute("aria-valuetext", angleValue.value);
   ask();
 };
 const torqueKind = element("select", {"aria-label": "motor torques while it moves"},
@@ -250,26 +252,7 @@ function saveTrace() {
     [["t", "q1", "q2", "x", "y", ...ends], ...rows]);
 }
 
-function pictureSvg() {
-  const pen = new SvgPen();
-  drawTaskBack(pen);
-  drawTaskFront(pen, false);
-  return pen.text();
-}
-
-function picturePng() {
-  const canvas = document.createElement("canvas"), pen = new CanvasPen(canvas), [ratio, scale] = [task.ratio, 2];
-  task.ratio = scale;
-  drawTaskBack(pen);
-  pen.pen.globalCompositeOperation = "destination-over";
-  pen.pen.globalAlpha = 1;
-  pen.pen.fillStyle = inks.paper;
-  pen.pen.fillRect(0, 0, task.width, task.height);
-  pen.pen.globalCompositeOperation = "source-over";
-  drawTaskFront(pen, false);
-  task.ratio = ratio;
-  canvas.toBlob(blob => save(blob, ".png"), "image/png");
-}
+const drawPicture = pen => { drawTaskBack(pen); drawTaskFront(pen, false); };
 
 async function copyText(text, done, failed) {
   let words = done;
@@ -287,8 +270,8 @@ function copyLink(fragment) {
   if (/^https?:/.test(address))
     return copyText(address + fragment, "Link copied.",
       "The browser does not allow copying here: copy the address instead.");
-  return copyText(fragment, "This page is a file, so the link works beside it only. Copied is what follows the file's " +
-    "name, #…; `fivebar play --site DIR` makes a page to put online.",
+  return copyText(fragment, "This page is a file, so a link works only beside it. The part after the file's name, " +
+    "#…, is copied. `fivebar play --site DIR` makes a page to put online.",
   "The browser does not allow copying here. The state is in the address, after #.");
 }
 
@@ -321,14 +304,14 @@ byId("more").append(
     legendEntry("--c5", 2, [], "trace")),
   element("div", {class: "row"},
     button("Clear path", "Clear path that was drawn", () => { sketch = []; checked = null; ask(); }),
-    button("PNG", "save the picture as PNG", picturePng),
-    button("SVG", "save the picture as SVG", () => save(new Blob([pictureSvg()], {type: "image/svg+xml"}), ".svg")),
+    button("PNG", "save the picture as PNG", () => savePicture(task, drawPicture, true)),
+    button("SVG", "save the picture as SVG", () => savePicture(task, drawPicture, false)),
     button("CSV", "save the trace as CSV", saveTrace),
     button("Copy link", "Copy link to this state", () => copyLink(writeFragment())),
     button("Copy Python", "Copy Python lines that make this robot", () => copyText(asPython(), "Python lines copied.",
       "The browser does not allow copying here: open the box \"as Python\" below."))),
   sketchBox.label, ellipses.label, element("div", {class: "slide wide"}, element("span", {"aria-hidden": "true"},
-    "direction of the force"), angle),
+    "direction of the force"), angle, angleValue),
   field_("Let go", element("div", {class: "row"}, paceInput, torqueKind),
     element("div", {class: "slide few"}, element("span", {"aria-hidden": "true"}, "torques (N m)"), ...torqueInputs),
     friction.label, gravity.label, throws.label, ...inertias.map(([, , label]) => label), moreParameters),

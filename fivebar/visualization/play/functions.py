@@ -40,17 +40,11 @@ BEYOND = (
     "fv12",
     "fv22",
 )
-LIGHT = (
-    "gravity",
-    "fv1",
-    "fv2",
-)  # of a robot whose distal bars carry forces along them alone
 FLAT = (
     "sense",
     "fourBarMotion",
     "inLine",
     "slope",
-    "slopeHeavy",
 )
 
 
@@ -194,26 +188,25 @@ def _motion():
     )
 
     c, c_dot, rates = closed(_robot(p), *halves(state, chart))
-    (x, y), (vx, vy) = rates.pose.point, rates.components[1]
     seen = {
         "closed": ca.vertcat(*c, *c_dot),
-        "xi": ca.vertcat(x, y),
-        "xi_dot": ca.vertcat(vx, vy),
+        "xi": rates.pose.xi,
         "serial": ca.vertcat(*rates.pose.sines),
         "parallel": rates.pose.det_A,
     }
     yield named_function("closeLoop", seen, state, p)
 
-    for name, names in (("slope", LIGHT), ("slopeHeavy", BEYOND)):
-        whole = ca.SX.sym("whole", count_of(FiveBar, names))
-        robot = with_parameters(FiveBar, whole, names)
-        acc = forward_dynamics(chart.rates(robot, *halves(state, chart), None), tau)
-        found = {"derivative": ca.vertcat(state[4:], *chart.accelerations(acc))}
-        yield named_function(name, found, state, tau, whole)
-
     whole = ca.SX.sym("whole", count_of(FiveBar, BEYOND))
     robot = with_parameters(FiveBar, whole, BEYOND)
     rates = bars_rates(robot, *halves(state, chart))
+    accelerations = chart.accelerations(forward_dynamics(rates, tau))
+    yield named_function(
+        "slope",
+        {"derivative": ca.vertcat(state[4:], *accelerations)},
+        state,
+        tau,
+        whole,
+    )
     yield named_function(
         "energies",
         {"kinetic": energy(rates), "potential": potential(rates.pose)},

@@ -12,15 +12,20 @@ const deg = x => `${number(zeroBelow(x, 1) * 180 / Math.PI, 5)}°`;
 // rows; null where it does not close.
 function sweepOf(branch) {
   const rows = [], edges = [], ends = [], angleAt = k => -Math.PI + TURN * (k + 0.37) / SWEEP;
+  const {angle: turns} = wordsOf();
   let before = null;
   for (let k = 0; k <= SWEEP; k++) {
     const q = angleAt(k), found = at_(q, branch), row = found.closes ? {...found, q} : null;
+    if (row && before && turns)  // a curve of the angle has no jump of a turn
+      row.output[0] += TURN * Math.round((before.output[0] - row.output[0]) / TURN);
     if (k && Boolean(row) !== Boolean(before)) edges.push(edge(angleAt(k - 1), q, Boolean(before), branch));
     else if (row && before && row.output[1] * before.output[1] < 0 && Math.abs(row.output[1]) < 50 * lab.speed)
       ends.push(turnOf(before, row, branch));
     rows.push(row);
     before = row;
   }
+  const closing = rows.filter(Boolean), mean = closing.reduce((sum, {output}) => sum + output[0], 0) / closing.length;
+  if (turns) for (const {output} of closing) output[0] -= TURN * Math.round(mean / TURN);
   return {rows, edges, ends, branch, full: rows.every(Boolean)};
 }
 
@@ -43,8 +48,28 @@ function turnOf(a, b, branch) {
   return {q: wrapped((low + high) / 2), output: at_((low + high) / 2, branch).output[0]};
 }
 
+// The least angle between the bars of the last dyad, folded below a right angle: at a minimum, or where the crank locks.
+function leastTransmission({rows, edges, branch}) {
+  const folded = ({transmission}) => Math.min(transmission, Math.PI - transmission), found = [], step = TURN / SWEEP;
+  const at = q => { const row = at_(q, branch); return row.closes ? folded(row) : NaN; };
+  // Beside a lock an angle is its last value and a root of the distance.
+  for (const q of edges) for (const far of [-1e-10, 1e-10]) found.push(2 * at(q + far) - at(q + 4 * far));
+  for (let k = 0; k < SWEEP; k++) {
+    const [before, row, after_] = [k + SWEEP - 1, k, k + 1].map(each => rows[each % SWEEP]);
+    if (!before || !row || !after_ || folded(row) > Math.min(folded(before), folded(after_))) continue;
+    let low = row.q - step, high = row.q + step;
+    for (let n = 0; n < 80; n++) {
+      const third = (high - low) / 3;
+      if (at(low + third) < at(high - third)) high -= third; else low += third;
+    }
+    found.push(at((low + high) / 2));
+  }
+  return Math.max(Math.min(...found.filter(Number.isFinite)), 0);
+}
+
 function resweep() {
   lab.sweep = sweepOf(lab.branch);
+  lab.sweep.least = leastTransmission(lab.sweep);
   lab.other = sweepOf(wordsOf().branches === 1 ? [-lab.branch[0]] : [-lab.branch[0], lab.branch[1]]);
 }
 
@@ -53,14 +78,14 @@ const GRASHOF = {ground: "double-crank (drag link)", crank: "crank-rocker", coup
 
 // The verdict in words, line by line.
 function verdictLines() {
-  const lines = [], {edges, ends, full, rows} = lab.sweep;
+  const lines = [], {edges, ends, full, least} = lab.sweep;
   if (lab.kind === "four" || lab.kind === "press") {
     const sides = lab.kind === "four" ? lab.values.slice(0, 4) : [lab.values[4], ...lab.values.slice(0, 3)];
     const [s, a, b, l] = [...sides].sort((x, y) => x - y), excess = l - b - (a - s), tiny = 8 * EPSILON * (s + a + b +
       l);
     const kind = excess > tiny ? "non-Grashof triple-rocker" : excess >= -tiny ? "change point"
       : GRASHOF[Object.keys(GRASHOF)[sides.indexOf(s)]];
-    lines.push(`${kind}: shortest + longest is ${Math.abs(excess) <= tiny ? "equal to" : `${lengthText(Math.abs(excess))} ` +
+    lines.push(`${sentence(kind)}: shortest + longest is ${Math.abs(excess) <= tiny ? "equal to" : `${lengthText(Math.abs(excess))} ` +
       `${excess > 0 ? "more" : "less"} than`} the two others together, so ${excess > tiny ? "no link"
         : "one link"} can turn fully.`);
   }
@@ -76,8 +101,7 @@ function verdictLines() {
     lines.push(`The ${out} ${wordsOf().angle ? "swings" : "goes"} by ${value(reach)}, ` +
       `time ratio ${number(slow / (TURN - slow), 5)}.`);
   }
-  const angles = rows.filter(Boolean).map(row => Math.min(row.transmission, Math.PI - row.transmission));
-  if (angles.length) lines.push(`Transmission angle down to ${deg(Math.min(...angles))}.`);
+  if (Number.isFinite(least)) lines.push(`Transmission angle down to ${deg(least)}.`);
   const line = straightWords();
   return line ? [...lines, line] : lines;
 }

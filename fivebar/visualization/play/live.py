@@ -138,11 +138,8 @@ def _fragment(robot, pose, tool):
 
 
 def _content(robot, pose, opening, tool=None):
-    rows = {"A": [row[:k].tolist() for k, row in enumerate(DOP853.A[:12])]}
-    rows |= {name: getattr(DOP853, name).tolist() for name in ("B", "E3", "E5")}
     return {
         "opening": opening,
-        "tableau": rows | {"C": DOP853.C[:12].tolist()},
         "presets": _presets(),
         "kinds": mechanisms()[1],
         "legs": LEGS[:2],
@@ -213,14 +210,22 @@ def _start(robot):
 
 @lru_cache(maxsize=4)
 def _page(content, title):
-    """Return the page around this JSON; only a script of this very text is run by the browser."""
-    parts = (
-        "",
-        script(HERE.parent, "parts"),
-        models(),
-        script(HERE, *PARTS),
-        "",
-    )
-    code = "\n".join(parts)
-    policy = f"'sha256-{b64encode(hashlib.sha256(code.encode()).digest()).decode()}'"
-    return document(HERE, title, policy, content=content, code=code)
+    """Return the page around this JSON; the browser runs only scripts of these very texts, and a
+    worker that the page makes of the first.
+    """
+    computing = _models()
+    code = f"\n{script(HERE.parent, 'parts')}\n{script(HERE, *PARTS)}\n"
+    policy = f"{_hash(computing)} {_hash(code)}; worker-src blob:"
+    return document(HERE, title, policy, content=content, models=computing, code=code)
+
+
+def _models():
+    """Return the script of all models and of the integration by DOP853, whose table it holds."""
+    table = {name: getattr(DOP853, name).tolist() for name in ("A", "B", "C", "E3", "E5")}
+    constant = f'"use strict";\nconst DOP853 = {as_json(table)};'
+    return f"\n{constant}\n{models()}\n{script(HERE, 'integration')}\n"
+
+
+def _hash(text):
+    digest = hashlib.sha256(text.encode()).digest()
+    return f"'sha256-{b64encode(digest).decode()}'"

@@ -1,7 +1,7 @@
 // The exact singularity loci of the robot at hand: which closed four-bars there are is told apart here as in
 // singularities/four_bar_motion.py, their points are those of the generated functions.
 
-const EPSILON = 2 ** -52, TURN = 2 * Math.PI;
+const EPSILON = 2 ** -52;
 const SAME = 1e-9;  // of the robot's size: what is nearer together is one
 const unit = ([x, y]) => { const size = Math.hypot(x, y); return [x / size, y / size]; };
 const times = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];

@@ -132,3 +132,19 @@ class View {
 
   begin(pen) { pen.begin(this.width, this.height, this.ratio); }
 }
+
+// Save what draw(pen) draws in a view: PNG on the page's own paper at twice the size, or SVG.
+function savePicture(view, draw, png) {
+  if (!png) {
+    const pen = new SvgPen();
+    draw(pen);
+    return save(new Blob([pen.text()], {type: "image/svg+xml"}), ".svg");
+  }
+  const made = new CanvasPen(document.createElement("canvas")), {canvas, pen} = made, {ratio} = view;
+  view.ratio = 2;
+  draw(made);
+  view.ratio = ratio;
+  Object.assign(pen, {globalCompositeOperation: "destination-over", globalAlpha: 1, fillStyle: inks.paper});
+  pen.fillRect(0, 0, view.width, view.height);
+  saveCanvas(canvas);
+}

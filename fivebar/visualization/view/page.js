@@ -42,7 +42,6 @@ function find(path) {
 }
 
 function furnish() {
-  document.body.style.setProperty("--shape", content.half[0] / content.half[1]);
   for (const [low, high] of content.gaps) {
     const gap = element("div", {title: "nothing is known here"});
     gap.style.left = 100 * low / content.duration + "%";
