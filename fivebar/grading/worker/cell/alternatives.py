@@ -1,0 +1,512 @@
+"""What may stand in the place of an expression or a statement: the slips that people make, undone;
+standard library only.
+
+Each alternative is (rank, kind, new): likely ones have a low rank. Nothing here knows the right
+answers.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import permutations
+
+_OPERATORS: dict[type, tuple] = {
+    ast.Add: ((ast.Sub, "a sign"), (ast.Mult, "an operator")),
+    ast.Sub: ((ast.Add, "a sign"), (ast.Mult, "an operator")),
+    ast.Mult: (
+        (ast.Div, "an operator"),
+        (ast.Pow, "a square"),
+        (ast.MatMult, "a matrix product"),
+        (ast.Add, "an operator"),
+        (ast.Sub, "an operator"),
+    ),
+    ast.Div: ((ast.Mult, "an operator"),),
+    ast.FloorDiv: ((ast.Div, "an operator"),),
+    ast.Pow: ((ast.Mult, "a square"),),
+    ast.MatMult: ((ast.Mult, "a matrix product"),),
+}
+_DROPPED: dict[type, str] = {
+    ast.Add: "a term",
+    ast.Sub: "a term",
+    ast.Mult: "a factor",
+    ast.Div: "a factor",
+    ast.MatMult: "a factor",
+    ast.Pow: "a square",
+}
+_COMPARED: dict[type, tuple] = {
+    ast.Lt: (ast.Gt, ast.LtE),
+    ast.LtE: (ast.GtE, ast.Lt),
+    ast.Gt: (ast.Lt, ast.GtE),
+    ast.GtE: (ast.LtE, ast.Gt),
+    ast.Eq: (ast.NotEq, ast.Lt, ast.Gt),
+    ast.NotEq: (ast.Eq,),
+}
+FUNCTIONS = {
+    "sin": ("cos", "tan"),
+    "cos": ("sin",),
+    "tan": ("sin",),
+    "asin": ("acos",),
+    "acos": ("asin",),
+    "arcsin": ("arccos",),
+    "arccos": ("arcsin",),
+    "real": ("imag",),
+    "imag": ("real",),
+    "min": ("max",),
+    "max": ("min",),
+    "outer": ("dot", "cross"),
+    "cross": ("dot",),
+    "dot": ("cross", "outer"),
+    "column_stack": ("vstack",),
+    "vstack": ("column_stack",),
+}
+_ATAN = {"atan": "atan2", "arctan": "arctan2"}
+_FACTORS = (1, 2, 0.5, 0.25)  # tried in the place of another number
+MOST_WHOLE = 20  # of whole numbers that may be off by 1
+MOST_FACTORS = 4  # of a product of matrices of which all orders are tried
+MOST_ARGUMENTS = 4  # of a call of which all orders are tried
+LINEAR_ALGEBRA = "__import__('numpy').linalg."
+_VALUES = ast.BinOp | ast.Call | ast.Name | ast.Subscript | ast.Attribute | ast.Constant
+_GROUPS = ast.Mult | ast.Div | ast.MatMult | ast.Pow | ast.FloorDiv
+_ADDED = 3  # rank from which on something is added, or any name tried
+_TURNED = ("sin", "cos", "tan", "atan2", "arctan2")
+Alternatives = Iterator[tuple[int, str, ast.expr]]
+
+
+@dataclass(frozen=True)
+class Scope:
+    """The names of a function: arguments in order, those to which it gives a value, numbers of the
+    file; all of them; functions of the file with their arguments; terms of other formulas in which
+    only such names stand; complex_numbers: whether the file computes with them.
+    """
+
+    function: ast.FunctionDef | ast.Lambda
+    name: str
+    arguments: list[str]
+    stored: list[str]
+    constants: list[str]
+    names: frozenset[str]
+    functions: dict[str, list[str]]
+    terms: list[ast.expr] = field(default_factory=list)
+    complex_numbers: bool = False
+
+    def like(self, name: str) -> list[str]:
+        """Return names that are taken for this one by mistake: other digits, u and v, x and y."""
+        bare = _bare(name)
+        return sorted(other for other in self.names if other != name and _bare(other) == bare)
+
+    @property
+    def values(self) -> list[str]:
+        """Names that hold numbers: first the file's numbers and the modes, then all others."""
+        modes = [name for name in self.arguments if re.match("assembly|gamma|branch", name)]
+        return [*dict.fromkeys((*self.constants, *modes, *self.stored, *self.arguments))]
+
+
+@dataclass(frozen=True)
+class Place:
+    """An expression, its parent, the scope that it is in; term: whether it is no factor of a
+    product.
+    """
+
+    node: ast.expr
+    parent: ast.AST
+    scope: Scope
+    term: bool
+
+
+def _bare(name):
+    return re.sub(r"^v", "u", re.sub(r"^y", "x", re.sub(r"\d", "", name)))
+
+
+def places(scope: Scope) -> Iterator[Place]:
+    """Yield the expressions of a function that may be changed."""
+    body = scope.function.body
+    waiting: list[ast.AST] = [*reversed(body)] if isinstance(body, list) else [scope.function]
+    while waiting:
+        parent = waiting.pop()
+        if _is_text(parent) or isinstance(parent, ast.Raise | ast.arguments):
+            continue
+        product = isinstance(parent, ast.BinOp) and isinstance(parent.op, _GROUPS)
+        sign = isinstance(parent, ast.UnaryOp)
+        for node in ast.iter_child_nodes(parent):
+            if isinstance(node, ast.expr) and _is_read(node) and not _is_called(node, parent):
+                yield Place(node, parent, scope, not product and not sign)
+            waiting.append(node)
+
+
+def _is_text(node):
+    return isinstance(node, ast.JoinedStr) or (
+        isinstance(node, ast.Constant) and not isinstance(node.value, int | float | complex)
+    )
+
+
+def _is_read(node):
+    loaded = isinstance(getattr(node, "ctx", ast.Load()), ast.Load)
+    return loaded and not isinstance(node, ast.Starred | ast.Slice)
+
+
+def _is_called(node, parent):
+    """Return whether a node only names what is called or taken a part of, or lists indices."""
+    if isinstance(parent, ast.Call) and node is parent.func:
+        name = node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
+        return name not in FUNCTIONS
+    if isinstance(parent, ast.Subscript) and node is parent.slice:
+        return isinstance(node, ast.Tuple)
+    return isinstance(parent, ast.Attribute) and isinstance(node, ast.Name) and not _is_array(node)
+
+
+def _is_array(node):
+    return node.id not in ("np", "numpy", "math", "cmath", "linalg", "mt")
+
+
+def alternatives(place: Place, ranks: range) -> Alternatives:
+    """Yield what may stand there: first what replaces one sign or name, last what adds one.
+
+    Others than those of these ranks may be among them.
+    """
+    if ranks.start <= _ADDED:
+        yield from _replaced(place)
+    if ranks.stop > _ADDED:
+        yield from _more(place)
+
+
+def _replaced(place):
+    node = place.node
+    if isinstance(node, ast.BinOp):
+        yield from _of_operation(node)
+    elif isinstance(node, ast.UnaryOp):
+        yield 0, "a sign", node.operand
+    elif isinstance(node, ast.Compare) and len(node.ops) == 1:
+        for other in _COMPARED.get(type(node.ops[0]), ()):
+            yield 1, "a comparison", ast.Compare(node.left, [other()], node.comparators)
+    elif isinstance(node, ast.BoolOp):
+        other = ast.Or() if isinstance(node.op, ast.And) else ast.And()
+        yield 1, "a comparison", ast.BoolOp(other, node.values)
+    elif isinstance(node, ast.IfExp):
+        yield 1, "the order", ast.IfExp(node.test, node.orelse, node.body)
+    elif isinstance(node, ast.Name):
+        yield from _of_name(place)
+    elif isinstance(node, ast.Attribute):
+        yield from _of_attribute(node)
+    elif isinstance(node, ast.Constant):
+        yield from _of_number(node.value)
+    elif isinstance(node, ast.Call):
+        yield from _of_call(place)
+    elif isinstance(node, ast.Subscript):
+        yield from _of_subscript(node, place)
+    elif isinstance(node, ast.Tuple | ast.List):
+        yield from _of_list(node)
+    if isinstance(place.parent, ast.stmt | ast.Lambda) or isinstance(node, ast.Call):
+        yield from _exchanged(node)
+
+
+def _more(place):
+    node = place.node
+    if isinstance(node, ast.Name):
+        yield from _other_names(place)
+    index = isinstance(place.parent, ast.Subscript) and node is place.parent.slice
+    called = isinstance(place.parent, ast.Call) and node is place.parent.func
+    if isinstance(node, _VALUES) and not index and not called and not _is_text(node):
+        given = isinstance(node, ast.Name) and node.id in place.scope.arguments
+        for rank, kind, new in (*_added(place), *_added_terms(place)):
+            yield rank + given, kind, new  # an argument itself is seldom what is wrong
+
+
+def _exchanged(node):
+    """Yield a whole formula with sine and cosine, or both legs, in each other's place."""
+    text = ast.unparse(node)
+    pairs = (
+        ("a function", {"sin": "cos", "cos": "sin"}, r"\b(sin|cos)\b"),
+        ("a variable", {"1": "2", "2": "1"}, r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)"),
+        ("a variable", {"A": "B", "B": "A"}, r"\b[AB]\b"),
+    )
+    for kind, others, pattern in pairs:
+        changed = re.sub(pattern, lambda found, others=others: others[found[0]], text)
+        if changed != text:
+            yield 2, kind, ast.parse(changed, mode="eval").body
+
+
+def _name(name):
+    return ast.Name(name, ast.Load())
+
+
+def _of_name(place):
+    name, scope = place.node.id, place.scope
+    yield from ((0, "a variable", _name(other)) for other in scope.like(name))
+    yield from ((0, "a function", _name(other)) for other in FUNCTIONS.get(name, ()))
+    arguments = scope.functions.get(name)
+    if arguments is not None and set(arguments) <= scope.names:
+        yield 1, "a call", ast.Call(place.node, [*map(_name, arguments)], [])
+
+
+def _other_names(place):
+    known = {*place.scope.like(place.node.id), place.node.id}
+    for other in place.scope.values:
+        if other not in known:
+            yield 6, "a variable", _name(other)
+
+
+def _of_operation(node):
+    left, op, right = node.left, node.op, node.right
+    for other, kind in _OPERATORS.get(type(op), ()):
+        yield 0, kind, ast.BinOp(left, other(), right)
+    kind = _DROPPED.get(type(op), "a term")
+    yield 2, kind, left
+    if not isinstance(op, ast.Pow):
+        yield 2, kind, right
+    if isinstance(op, ast.Sub):
+        yield 1, "a sign", ast.UnaryOp(ast.USub(), ast.BinOp(left, ast.Add(), right))
+    if isinstance(op, ast.Mult) and isinstance(left, ast.Constant):
+        yield 1, "a square", ast.BinOp(right, ast.Pow(), left)
+    if isinstance(op, ast.Div) and isinstance(left, ast.Constant):
+        yield 2, "an inverse", inverse_of(right)
+    if isinstance(op, ast.Pow) and isinstance(right, ast.UnaryOp):
+        yield 2, "an inverse", inverse_of(left)
+    if not isinstance(op, ast.Add | ast.Mult):
+        yield 1, "the order", ast.BinOp(right, op, left)
+    yield from ((1, "a bracket", new) for new in _brackets(left, op, right))
+    if isinstance(op, ast.MatMult):
+        yield from _of_matrices(node)
+
+
+def _of_matrices(node):
+    """Yield a product of matrices in all orders, and with the inverse at another factor."""
+    factors = [*_factors(node)]
+    if len(factors) > MOST_FACTORS:
+        return
+    inverses = [_inverted(factor) for factor in factors]
+    plain = [inverse or factor for factor, inverse in zip(factors, inverses)]
+    ways: list = [factors]
+    if any(inverses):
+        ways += [
+            [inverse_of(part) if k == place else part for k, part in enumerate(plain)]
+            for place in range(len(plain))
+        ]
+    for rank, way in enumerate(ways):
+        for order in permutations(way):
+            kind = "an inverse" if rank else "the order"
+            yield 2 + (rank > 0), kind, _product([*order])
+
+
+def _factors(node):
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
+        yield from _factors(node.left)
+        yield from _factors(node.right)
+    else:
+        yield node
+
+
+def _product(factors):
+    product = factors[0]
+    for factor in factors[1:]:
+        product = ast.BinOp(product, ast.MatMult(), factor)
+    return product
+
+
+def _inverted(node):
+    """Return the matrix of which a node is the inverse, None where it is none."""
+    if isinstance(node, ast.Call) and len(node.args) == 1:
+        name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+        return node.args[0] if name.endswith("inv") else None
+    return None
+
+
+def _brackets(left, op, right):
+    """Yield the other ways to set brackets in an operation on operations."""
+    if isinstance(left, ast.BinOp):
+        yield ast.BinOp(left.left, left.op, ast.BinOp(left.right, op, right))
+    if isinstance(right, ast.BinOp):
+        yield ast.BinOp(ast.BinOp(left, op, right.left), right.op, right.right)
+    powers = isinstance(left, ast.BinOp) and isinstance(right, ast.BinOp)
+    if powers and isinstance(left.op, ast.Pow) and isinstance(right.op, ast.Pow):
+        yield ast.BinOp(ast.BinOp(left.left, op, right.left), ast.Pow(), left.right)
+    if isinstance(op, ast.Add | ast.Sub) and isinstance(left, ast.Call) and left.args:
+        inner = ast.BinOp(left.args[-1], op, right)
+        yield ast.Call(left.func, [*left.args[:-1], inner], left.keywords)
+
+
+def _of_number(value):
+    if type(value) not in (int, float) or abs(value) > MOST_WHOLE:
+        return
+    near = (value - 1, value + 1) if type(value) is int else ()
+    for other in dict.fromkeys((*near, *_FACTORS)):
+        if other != value:
+            yield 1, "a number", ast.Constant(other)
+
+
+def inverse_of(node: ast.expr) -> ast.expr:
+    """Return the inverse of a matrix, in code that needs no import."""
+    return ast.Call(ast.parse(f"{LINEAR_ALGEBRA}inv", mode="eval").body, [node], [])
+
+
+def _length_of(node):
+    return ast.Call(ast.parse(f"{LINEAR_ALGEBRA}norm", mode="eval").body, [node], [])
+
+
+def _transposed(node):
+    return ast.Attribute(node, "T", ast.Load())
+
+
+def _of_attribute(node):
+    if node.attr == "T":
+        yield 0, "a transpose", node.value
+        yield 2, "an inverse", inverse_of(node.value)
+    for other in FUNCTIONS.get(node.attr, ()):
+        yield 0, "a function", ast.Attribute(node.value, other, ast.Load())
+
+
+def _of_call(place):
+    node, scope = place.node, place.scope
+    name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+    arguments, keywords = node.args, node.keywords
+    if not arguments:
+        return
+    if len(arguments) == 1:
+        kind = "an inverse" if name.endswith("inv") else "a root" if name == "sqrt" else "a call"
+        yield 2, kind, arguments[0]
+        if kind == "an inverse":
+            yield 2, "an inverse", _transposed(arguments[0])
+    elif len(arguments) <= MOST_ARGUMENTS:
+        for order in [*permutations(arguments)][1:]:
+            yield 1, "the order", ast.Call(node.func, [*order], keywords)
+    else:
+        for order in exchanges(arguments):
+            yield 2, "the order", ast.Call(node.func, order, keywords)
+    if name == "solve" and len(arguments) == 2:
+        yield 1, "an inverse", ast.BinOp(arguments[0], ast.MatMult(), arguments[1])
+        yield 1, "a transpose", ast.Call(node.func, [_transposed(arguments[0]), arguments[1]], [])
+    quotient = arguments[0]
+    if name in _ATAN and isinstance(quotient, ast.BinOp) and isinstance(quotient.op, ast.Div):
+        both = [quotient.left, quotient.right]
+        whole = isinstance(node.func, ast.Attribute)
+        other = f"{ast.unparse(node.func.value)}.{_ATAN[name]}" if whole else "atan2"
+        missing = not whole and "atan2" not in scope.names
+        other = "__import__('math').atan2" if missing else other
+        yield 1, "a function", ast.Call(ast.parse(other, mode="eval").body, both, [])
+    last = arguments[-1]
+    if isinstance(last, ast.BinOp) and isinstance(last.op, ast.Add | ast.Sub):
+        inner = ast.Call(node.func, [*arguments[:-1], last.left], keywords)
+        yield 1, "a bracket", ast.BinOp(inner, last.op, last.right)
+    forgotten = scope.functions.get(name, [])[len(arguments) :]
+    if forgotten and not keywords and set(forgotten) <= scope.names:
+        yield 1, "a call", ast.Call(node.func, [*arguments, *map(_name, forgotten)], [])
+
+
+def exchanges(parts: list) -> Iterator[list]:
+    """Yield a list with any two of its parts in each other's place."""
+    for k in range(len(parts)):
+        for m in range(k):
+            order = [*parts]
+            order[k], order[m] = order[m], order[k]
+            yield order
+
+
+def _of_list(node):
+    """Yield a list in other orders, and a vector turned by +-90 degrees."""
+    parts, kind = node.elts, type(node)
+    for order in exchanges(parts):
+        yield 1, "the order", kind(order, ast.Load())
+    if len(parts) == 2 and not any(isinstance(part, ast.Tuple | ast.List) for part in parts):
+        first, second = parts
+        yield 2, "a direction", kind([ast.UnaryOp(ast.USub(), second), first], ast.Load())
+        yield 2, "a direction", kind([second, ast.UnaryOp(ast.USub(), first)], ast.Load())
+
+
+def _of_subscript(node, place):
+    index = node.slice
+    called = getattr(node.value, "id", "") in place.scope.functions
+    if called:
+        yield 1, "a call", ast.Call(node.value, getattr(index, "elts", [index]), [])
+    if isinstance(index, ast.Slice):
+        yield 1, "the order", node.value
+    elif isinstance(index, ast.Tuple) and len(index.elts) == 2:
+        yield 1, "an index", _part(node, ast.Tuple(index.elts[::-1], ast.Load()))
+        for k, one in enumerate(index.elts):
+            for other in _indices(one):
+                both = [*index.elts]
+                both[k] = other
+                yield 1, "an index", _part(node, ast.Tuple(both, ast.Load()))
+    else:
+        yield from ((0, "an index", _part(node, other)) for other in _indices(index))
+
+
+def _part(node, index):
+    return ast.Subscript(node.value, index, ast.Load())
+
+
+def _indices(node):
+    if isinstance(node, ast.Constant) and type(node.value) is int:
+        yield from (ast.Constant(k) for k in range(3) if k != node.value)
+
+
+def _added(place):
+    """Yield what has been forgotten: a sign, a square, a root, a factor, an inverse."""
+    node, parent, scope = place.node, place.parent, place.scope
+
+    def with_(op, right):
+        return ast.BinOp(node, op, right)
+
+    whole = isinstance(parent, ast.Return | ast.Assign | ast.Tuple | ast.List | ast.Lambda)
+    if not isinstance(node, ast.Constant):
+        yield 3, "a square", with_(ast.Pow(), ast.Constant(2))
+        if place.term or isinstance(node, ast.Call):
+            yield 3, "a root", with_(ast.Pow(), ast.Constant(0.5))
+        yield 5, "a factor", with_(ast.Div(), _length_of(node))
+        if scope.complex_numbers:
+            conjugate = ast.parse(f"__import__('numpy').conj({ast.unparse(node)})", mode="eval")
+            yield 4, "a conjugate", conjugate.body
+            yield 4, "a direction", with_(ast.Mult(), ast.Constant(1j))
+            yield 4, "a direction", with_(ast.Mult(), ast.UnaryOp(ast.USub(), ast.Constant(1j)))
+    matrices = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult)
+    if not isinstance(node, ast.Constant) and (
+        matrices or whole or isinstance(parent, ast.Call | ast.Attribute)
+    ):
+        yield 3, "a transpose", _transposed(node)
+        yield 3, "an inverse", inverse_of(node)
+    if not place.term:
+        return
+    yield 3, "a sign", ast.UnaryOp(ast.USub(), node)
+    yield 4, "a factor", with_(ast.Div(), ast.Constant(2))
+    yield 4, "a factor", with_(ast.Mult(), ast.Constant(2))
+    called = getattr(parent, "func", None)
+    if whole or getattr(called, "attr", getattr(called, "id", "")) in _TURNED:
+        for op in (ast.Mult(), ast.Div()):
+            yield 5, "degrees", with_(op, ast.Constant(57.29577951308232))
+    for name in scope.values:
+        rank = 4 if name in scope.constants or re.match("assembly|gamma|branch", name) else 5
+        yield rank, "a factor", with_(ast.Mult(), _name(name))
+        yield rank, "a factor", with_(ast.Div(), _name(name))
+        if name in scope.constants:
+            square = ast.BinOp(_name(name), ast.Pow(), ast.Constant(2))
+            yield 6, "a factor", with_(ast.Mult(), square)
+            yield 6, "a factor", with_(ast.Div(), square)
+        elif name in scope.stored:
+            yield 6, "a factor", with_(ast.MatMult(), _name(name))
+            yield 6, "a factor", ast.BinOp(_name(name), ast.MatMult(), node)
+
+
+def _added_terms(place):
+    """Yield a sum with one term more: a number, a name, a term that stands in another formula."""
+    node, parent, scope = place.node, place.parent, place.scope
+    sum_ = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.Add | ast.Sub)
+    more: list = []
+    if place.term:
+        more += [(5, ast.Constant(1))]
+    if isinstance(node, ast.Name):
+        for name in scope.values:
+            near = name in scope.arguments and _kind(name) == _kind(node.id)
+            more += [(3 if near else 6, _name(name))] * (name != node.id)
+    elif isinstance(parent, ast.Return | ast.Tuple | ast.List):
+        more += [(5, _name(name)) for name in (*scope.arguments, *scope.stored)]
+    if place.term and (not sum_ or node is parent.right) and not isinstance(node, ast.Constant):
+        more += [(7, term) for term in scope.terms]
+    for rank, term in more:
+        yield rank, "a term", ast.BinOp(node, ast.Add(), term)
+        yield rank, "a term", ast.BinOp(node, ast.Sub(), term)
+
+
+def _kind(name):
+    """Return a name without its digits: q11 and q22 are angles, q11D and q22D are rates."""
+    return re.sub(r"\d", "", name)
