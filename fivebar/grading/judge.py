@@ -183,7 +183,7 @@ def rows_right(
     exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: np.ndarray
 ) -> np.ndarray:
     """Return which rows (n,) are right, within tolerance (n,)."""
-    return numbers_right(exercise, robot, columns, replies, tolerance).all(axis=1)
+    return np.all(numbers_right(exercise, robot, columns, replies, tolerance), axis=1)
 
 
 def numbers_right(

@@ -18,7 +18,7 @@ from .questions import AskedRows, Questions, rows_from
 from .worker.student import Tried
 from .worker.wire import Change
 
-LIKELY, WAVES = 2, 4  # the last wave of likely changes; how many there are
+LIKELY, WAVES = 2, 5  # the last wave of likely changes; how many there are
 MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
@@ -144,9 +144,7 @@ class _Search:
             return None
         better: list[tuple[int, Tried]] = []
         found = None
-        for wave in range(WAVES if deep else LIKELY + 1):
-            if wave > LIKELY and found:
-                break
+        for wave in range(WAVES if deep or self.others else LIKELY + 1):
             now = self._single(few, replace(self.tried, wave=wave), better)
             if now and (now.helps or not self.others):
                 return now
@@ -244,9 +242,7 @@ class _Search:
             replies = self.student.ask(
                 rows.exercise.name, plain * len(some), rows.constants, tried=asked
             )
-            good = numbers_right(
-                rows.exercise, rows.robot, rows.columns, replies, rows.tolerance
-            )
+            good = numbers_right(rows.exercise, rows.robot, rows.columns, replies, rows.tolerance)
             right.append(good.reshape(len(some), len(plain), -1))
         count = len(rows.exercise.is_angle())
         return np.concatenate(right) if right else np.ones((0, len(plain), count), bool)

@@ -21,7 +21,14 @@ from changes import WAVES, Variants  # noqa: E402
 sys.path.remove(str(places.CELL))
 
 TOLD = re.compile(r"line (\d+): (.*): right answers come with (.*)")
-NUMBERS = {"L": "l", "dist": "d", "D": "d", "m": "mR", "masse": "mR", "Izz": "ZZ1R"}  # files' names -> the lab's
+NUMBERS = {
+    "L": "l",
+    "dist": "d",
+    "D": "d",
+    "m": "mR",
+    "masse": "mR",
+    "Izz": "ZZ1R",
+}  # files' names -> the lab's
 
 
 def in_the_right_place(case, base, spot):
@@ -51,7 +58,9 @@ def holds_elsewhere(case, function, spot):
     robot = unequal_biglide(draw) if "biglide" in lab.name else unequal_robot(draw)
     numbers = {file: getattr(robot, own[0]) for file, own in lab.constants().items()}
     numbers |= {name: numbers[own] for name, own in NUMBERS.items() if own in numbers}
-    shared = {own: value for keys in lab.constants().values() for own, value in _shared(robot, keys)}
+    shared = {
+        own: value for keys in lab.constants().values() for own, value in _shared(robot, keys)
+    }
     robot = type(robot)(**(robot.parameters | shared))
     columns = columns_of(function, motions(robot, draw, 24))
     source = re.sub(r"(?m)^(from lab_amoro|import rclpy|import matplotlib).*$", "", source)
@@ -69,7 +78,9 @@ def _shared(robot, keys):
 
 def _changes(spot):
     return [
-        (int(line), old, new) for part in spot.split("; and ") for line, old, new in TOLD.findall(part)
+        (int(line), old, new)
+        for part in spot.split("; and ")
+        for line, old, new in TOLD.findall(part)
     ]
 
 

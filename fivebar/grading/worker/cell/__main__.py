@@ -157,8 +157,8 @@ def main() -> None:
                 methods(asked, constants, anew=True)
             wanted = sorted({number for numbers in tried["numbers"] for number in numbers})
             few = wanted if len(wanted) <= MOST_TOLD else []
-            told = {"count": len(variants.changes)}
-            told["changes"] = [[*variants.changes[number].told] for number in few]
+            words = [[*variants.changes[number].told] for number in few]
+            told = {"count": len(variants.changes), "changes": words}
         send({"n": nonce, "k": "asked", **told})
         for place, row in enumerate(request["rows"]):
             if tried:

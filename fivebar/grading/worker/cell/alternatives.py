@@ -11,7 +11,7 @@ import ast
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import permutations
+from itertools import chain, permutations
 
 _OPERATORS: dict[type, tuple] = {
     ast.Add: ((ast.Sub, "a sign"), (ast.Mult, "an operator")),
@@ -68,6 +68,9 @@ MOST_WHOLE = 20  # of whole numbers that may be off by 1
 MOST_FACTORS = 4  # of a product of matrices of which all orders are tried
 MOST_ARGUMENTS = 4  # of a call of which all orders are tried
 LINEAR_ALGEBRA = "__import__('numpy').linalg."
+MOST_TOKENS = 60  # of a formula in which brackets are tried
+_TOKEN = re.compile(r"[\w.]+|\*\*|//|[^\s\w]")
+_WORD = re.compile(r"[\w.]")
 _VALUES = ast.BinOp | ast.Call | ast.Name | ast.Subscript | ast.Attribute | ast.Constant
 _GROUPS = ast.Mult | ast.Div | ast.MatMult | ast.Pow | ast.FloorDiv
 _ADDED = 3  # rank from which on something is added, or any name tried
@@ -79,7 +82,8 @@ Alternatives = Iterator[tuple[int, str, ast.expr]]
 class Scope:
     """The names of a function: arguments in order, those to which it gives a value, numbers of the
     file; all of them; functions of the file with their arguments; terms of other formulas in which
-    only such names stand; complex_numbers: whether the file computes with them.
+    only such names stand; known: all names with a value; complex_numbers: whether the file
+    computes with them.
     """
 
     function: ast.FunctionDef | ast.Lambda
@@ -89,6 +93,7 @@ class Scope:
     constants: list[str]
     names: frozenset[str]
     functions: dict[str, list[str]]
+    known: frozenset[str]
     terms: list[ast.expr] = field(default_factory=list)
     complex_numbers: bool = False
 
@@ -176,6 +181,8 @@ def _replaced(place):
     node = place.node
     if isinstance(node, ast.BinOp):
         yield from _of_operation(node)
+        if not isinstance(place.parent, ast.BinOp | ast.UnaryOp):
+            yield from ((1, "a bracket", new) for new in _brackets(node))
     elif isinstance(node, ast.UnaryOp):
         yield 0, "a sign", node.operand
     elif isinstance(node, ast.Compare) and len(node.ops) == 1:
@@ -236,16 +243,20 @@ def _of_name(place):
     name, scope = place.node.id, place.scope
     yield from ((0, "a variable", _name(other)) for other in scope.like(name))
     yield from ((0, "a function", _name(other)) for other in FUNCTIONS.get(name, ()))
+    if name not in scope.known:
+        yield from ((0, "a variable", _name(other)) for other in scope.stored)
     arguments = scope.functions.get(name)
     if arguments is not None and set(arguments) <= scope.names:
         yield 1, "a call", ast.Call(place.node, [*map(_name, arguments)], [])
 
 
 def _other_names(place):
-    known = {*place.scope.like(place.node.id), place.node.id}
+    parent, known = place.parent, {*place.scope.like(place.node.id), place.node.id}
     for other in place.scope.values:
         if other not in known:
             yield 6, "a variable", _name(other)
+            if isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult):
+                yield 6, "an inverse", inverse_of(_name(other))
 
 
 def _of_operation(node):
@@ -266,7 +277,7 @@ def _of_operation(node):
         yield 2, "an inverse", inverse_of(left)
     if not isinstance(op, ast.Add | ast.Mult):
         yield 1, "the order", ast.BinOp(right, op, left)
-    yield from ((1, "a bracket", new) for new in _brackets(left, op, right))
+    yield from ((1, "a bracket", new) for new in _moved_ends(node))
     if isinstance(op, ast.MatMult):
         yield from _of_matrices(node)
 
@@ -313,12 +324,56 @@ def _inverted(node):
     return None
 
 
-def _brackets(left, op, right):
-    """Yield the other ways to set brackets in an operation on operations."""
-    if isinstance(left, ast.BinOp):
-        yield ast.BinOp(left.left, left.op, ast.BinOp(left.right, op, right))
-    if isinstance(right, ast.BinOp):
-        yield ast.BinOp(ast.BinOp(left, op, right.left), right.op, right.right)
+def _brackets(node: ast.expr) -> Iterator[ast.expr]:
+    """Yield a formula with one more pair of brackets, or with one pair less."""
+    text = ast.unparse(node)
+    tokens = [found.span() for found in _TOKEN.finditer(text)]
+    if len(tokens) > MOST_TOKENS:
+        return
+    words = [text[first:last] for first, last in tokens]
+    made = {text}
+    for changed in chain(_more_brackets(text, tokens, words), _less_brackets(text, tokens, words)):
+        try:
+            new = ast.parse(changed, mode="eval").body
+        except SyntaxError:
+            continue
+        if (read := ast.unparse(new)) not in made:
+            made.add(read)
+            yield new
+
+
+def _more_brackets(text, tokens, words):
+    starts = [k for k, word in enumerate(words) if _WORD.match(word) or word in "-("]
+    for k in starts:
+        depth = 0
+        for m in range(k, len(words)):
+            depth += (words[m] in "([") - (words[m] in ")]")
+            if depth < 0:
+                break
+            if depth == 0 and m > k + 1 and (_WORD.match(words[m]) or words[m] in ")]"):
+                first, last = tokens[k][0], tokens[m][1]
+                yield f"{text[:first]}({text[first:last]}){text[last:]}"
+
+
+def _less_brackets(text, tokens, words):
+    for k, word in enumerate(words):
+        called = k and (_WORD.match(words[k - 1]) or words[k - 1] in ")]")
+        if word != "(" or called:
+            continue
+        depth = 0
+        for m in range(k, len(words)):
+            depth += (words[m] == "(") - (words[m] == ")")
+            if depth == 0:
+                (first, inside), (end, last) = tokens[k], tokens[m]
+                yield text[:first] + text[inside:end] + text[last:]
+                break
+
+
+def _moved_ends(node):
+    """Yield a sum with a function in it that ends later, f(a) + b as f(a + b), and a sum of squares
+    as the square of the sum.
+    """
+    left, op, right = node.left, node.op, node.right
     powers = isinstance(left, ast.BinOp) and isinstance(right, ast.BinOp)
     if powers and isinstance(left.op, ast.Pow) and isinstance(right.op, ast.Pow):
         yield ast.BinOp(ast.BinOp(left.left, op, right.left), ast.Pow(), left.right)
@@ -465,6 +520,9 @@ def _added(place):
     ):
         yield 3, "a transpose", _transposed(node)
         yield 3, "an inverse", inverse_of(node)
+    if isinstance(node, ast.Name):
+        for name in scope.constants:
+            yield 6, "a factor", ast.BinOp(_name(name), ast.MatMult(), node)
     if not place.term:
         return
     yield 3, "a sign", ast.UnaryOp(ast.USub(), node)
@@ -490,17 +548,18 @@ def _added(place):
 def _added_terms(place):
     """Yield a sum with one term more: a number, a name, a term that stands in another formula."""
     node, parent, scope = place.node, place.parent, place.scope
-    sum_ = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.Add | ast.Sub)
+    inside = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.Add | ast.Sub)
+    last = not inside or node is parent.right
     more: list = []
     if place.term:
         more += [(5, ast.Constant(1))]
     if isinstance(node, ast.Name):
         for name in scope.values:
-            near = name in scope.arguments and _kind(name) == _kind(node.id)
+            near = _kind(name) == _kind(node.id)
             more += [(3 if near else 6, _name(name))] * (name != node.id)
-    elif isinstance(parent, ast.Return | ast.Tuple | ast.List):
-        more += [(5, _name(name)) for name in (*scope.arguments, *scope.stored)]
-    if place.term and (not sum_ or node is parent.right) and not isinstance(node, ast.Constant):
+    elif place.term and last and not isinstance(node, ast.Constant):
+        more += [(5 if name in scope.constants else 6, _name(name)) for name in scope.values]
+    if place.term and last and not isinstance(node, ast.Constant):
         more += [(7, term) for term in scope.terms]
     for rank, term in more:
         yield rank, "a term", ast.BinOp(node, ast.Add(), term)

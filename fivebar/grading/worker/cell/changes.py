@@ -8,11 +8,12 @@ right answers: the grader compares.
 from __future__ import annotations
 
 import ast
+import builtins
 import re
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain
 from typing import Any
 
@@ -21,15 +22,17 @@ from loading import deep
 
 MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # lists of changes that are remembered
-WAVES = range(2), range(2, 3), range(3, 6), range(6, 9)  # ranks of the changes tried together
+WAVES = range(2), range(2, 3), range(3, 6), range(6, 7), range(7, 8)  # ranks tried together
 MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
 MOST_TEXT = 60  # characters quoted
-MOST_TERMS = 40  # of other formulas that may be missing in one
+MOST_TERMS = 60  # of other formulas that may be missing in one
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
 DROPPED = "no such line"
 _LEG = re.compile(r"(?<=[A-Za-z_])[12]|left|right")
 _INDEX = re.compile(r"(?<=\[)[01](?=\])")  # is the leg where no name has its number
+_NAME = re.compile(r"(?<![(\w])[A-Za-z_]\w*")  # of a variable, in a short text of a node
+MOST_ALIKE = 1  # rank of changes that are made together where they read alike but for the names
 _LEGS = {"1": 1, "0": 1, "left": 1, "2": 2, "right": 2}
 
 
@@ -110,14 +113,18 @@ class Variants:
         signs = _Signs()
         for scope in self.scopes:
             for one in _single_changes(scope, ranks, signs):
-                for key in (one.key, one.key[:2]):
+                kind, text, _ = one.key
+                alike = kind, _NAME.sub("", text) if one.rank <= MOST_ALIKE else text
+                line = one.place[0]
+                for key in (one.key, (kind, text), (kind, text, line), alike, (*alike, line)):
                     groups.setdefault(key, []).append(one)
         self.changes = _ordered(groups)
 
     def changed(self, number: int) -> list[ast.stmt]:
         """Return the program's statements after a change."""
         swaps = self.changes[number].swaps
-        return [rebuilt(node, lambda old, new: swaps.get(id(old), new)) for node in self.body]
+        body = [rebuilt(node, lambda old, new: swaps.get(id(old), new)) for node in self.body]
+        return [ast.fix_missing_locations(node) for node in body]
 
     @cached_property
     def _with_switches(self):
@@ -228,6 +235,7 @@ def _scopes(body, function, apart):
             constants,
             used | {*given, *constants},
             arguments,
+            frozenset({*known, *dir(builtins)}),
             in_scope[:MOST_TERMS],
             complex_numbers,
         )
@@ -249,21 +257,37 @@ def _names(node):
 
 def _terms(functions) -> Iterator[ast.expr]:
     """Yield the terms of sums in these functions, as they stand, of the other leg, and with the
-    next derivative.
+    next derivative; also with the formulas of their names in place of these.
     """
     seen: set = set()
     for function in functions:
+        formulas = _formulas(function)
         for part in ast.walk(function):
             if not isinstance(part, ast.BinOp) or not isinstance(part.op, ast.Add | ast.Sub):
                 continue
             for term in (part.left, part.right):
-                text = ast.unparse(term)
-                if not _names(term) or len(text) > 2 * MOST_TEXT:
-                    continue
-                for other in (text, _other_leg(text), re.sub(r"\b(\w*\dD)\b", r"\1D", text)):
-                    if other not in seen:
-                        seen.add(other)
-                        yield ast.parse(other, mode="eval").body
+                long = _names(term) & formulas.keys()
+                written = rebuilt(term, partial(_formula_or_copy, formulas))
+                for text in map(ast.unparse, (term, written) if long else (term,)):
+                    later = re.sub(r"\b(\w*\dD)\b", r"\1D", text)
+                    for other in (text, _other_leg(text), later, _other_leg(later)):
+                        if _names(term) and len(text) <= MOST_TEXT and other not in seen:
+                            seen.add(other)
+                            yield ast.parse(other, mode="eval").body
+
+
+def _formulas(function):
+    """Return the formulas of names that a function gives a value once."""
+    found: dict = {}
+    for part in ast.walk(function):
+        target = part.targets[0] if isinstance(part, ast.Assign) else None
+        if isinstance(target, ast.Name):
+            found.setdefault(target.id, []).append(part.value)
+    return {name: formulas[0] for name, formulas in found.items() if len(formulas) == 1}
+
+
+def _formula_or_copy(formulas, node, copy):
+    return formulas.get(getattr(node, "id", None), copy)
 
 
 def _other_leg(text):
