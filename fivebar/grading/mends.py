@@ -207,11 +207,9 @@ class _Search:
         kept = [rows for called, rows in self.kept if inside & called]
         if not all(self._right(rows, tried, [numbers]).all() for rows in kept):
             return None
-        helps = sum(
-            all(self._right(rows, tried, [numbers]).all() for rows in asked)
-            for asked in self.others.values()
-            if inside - {self.function}
-        )
+        helps = 0
+        for asked in self.others.values() if inside - {self.function} else ():
+            helps += all(self._right(rows, tried, [numbers]).all() for rows in asked)
         return Mend(tuple(changes), self.function, replace(tried, numbers=[numbers]), helps)
 
     def _told(self, tried, number):

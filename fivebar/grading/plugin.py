@@ -324,7 +324,10 @@ class Checks:
             wrong = {check.function for check in self.found if check.share < 1}
             if not any(may_be_mended(self.found[k]) for k in places):
                 continue  # it was judged with a change found before
-            named = all(self._is_model(k) for k in places if self.found[k].share < 1)
+            told = [self._diagnosis(k) for k in places if self.found[k].share < 1]
+            if all(mistake and mistake.idle for mistake in told):
+                continue  # it is still to be written, or answers by chance
+            named = all(mistake and mistake.model for mistake in told)
             mend = find_mend(self.program, lab, function, asked, wrong, not named)
             if mend is None:
                 continue
@@ -353,12 +356,10 @@ class Checks:
                 self.tell_mends(lab)
         self.program = live
 
-    def _is_model(self, place):
-        """Return whether a check's answers are those of a known mistake, not only related to the
-        right ones.
-        """
+    def _diagnosis(self, place):
+        """Return what was found wrong with the answers of a check, None where nothing was."""
         verdict = self._verdicts.get(self.found[place].function, {}).get(place)
-        return bool(verdict and verdict.diagnosis and verdict.diagnosis.model)
+        return verdict and verdict.diagnosis
 
     def _judge_with(self, mend, lab):
         """Judge the other functions that call the one that is to be mended with the change made."""

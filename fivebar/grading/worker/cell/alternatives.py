@@ -71,10 +71,8 @@ LINEAR_ALGEBRA = "__import__('numpy').linalg."
 MOST_TOKENS = 60  # of a formula in which brackets are tried
 _TOKEN = re.compile(r"[\w.]+|\*\*|//|[^\s\w]")
 _WORD = re.compile(r"[\w.]")
-_VALUES = ast.BinOp | ast.Call | ast.Name | ast.Subscript | ast.Attribute | ast.Constant
 _GROUPS = ast.Mult | ast.Div | ast.MatMult | ast.Pow | ast.FloorDiv
-_ADDED = 3  # rank from which on something is added, or any name tried
-_TURNED = ("sin", "cos", "tan", "atan2", "arctan2")
+FIRST_ADDED = 3  # rank from which on something is added, or any name tried
 Alternatives = Iterator[tuple[int, str, ast.expr]]
 
 
@@ -131,7 +129,7 @@ def places(scope: Scope) -> Iterator[Place]:
     waiting: list[ast.AST] = [*reversed(body)] if isinstance(body, list) else [scope.function]
     while waiting:
         parent = waiting.pop()
-        if _is_text(parent) or isinstance(parent, ast.Raise | ast.arguments):
+        if is_text(parent) or isinstance(parent, ast.Raise | ast.arguments):
             continue
         product = isinstance(parent, ast.BinOp) and isinstance(parent.op, _GROUPS)
         sign = isinstance(parent, ast.UnaryOp)
@@ -141,7 +139,8 @@ def places(scope: Scope) -> Iterator[Place]:
             waiting.append(node)
 
 
-def _is_text(node):
+def is_text(node: ast.AST) -> bool:
+    """Return whether a node is a text or another constant that is no number."""
     return isinstance(node, ast.JoinedStr) or (
         isinstance(node, ast.Constant) and not isinstance(node.value, int | float | complex)
     )
@@ -166,18 +165,8 @@ def _is_array(node):
     return node.id not in ("np", "numpy", "math", "cmath", "linalg", "mt")
 
 
-def alternatives(place: Place, ranks: range) -> Alternatives:
-    """Yield what may stand there: first what replaces one sign or name, last what adds one.
-
-    Others than those of these ranks may be among them.
-    """
-    if ranks.start <= _ADDED:
-        yield from _replaced(place)
-    if ranks.stop > _ADDED:
-        yield from _more(place)
-
-
-def _replaced(place):
+def alternatives(place: Place) -> Alternatives:
+    """Yield what may stand there where nothing but a sign, a name or an order is wrong."""
     node = place.node
     if isinstance(node, ast.BinOp):
         yield from _of_operation(node)
@@ -209,18 +198,6 @@ def _replaced(place):
         yield from _exchanged(node)
 
 
-def _more(place):
-    node = place.node
-    if isinstance(node, ast.Name):
-        yield from _other_names(place)
-    index = isinstance(place.parent, ast.Subscript) and node is place.parent.slice
-    called = isinstance(place.parent, ast.Call) and node is place.parent.func
-    if isinstance(node, _VALUES) and not index and not called and not _is_text(node):
-        given = isinstance(node, ast.Name) and node.id in place.scope.arguments
-        for rank, kind, new in (*_added(place), *_added_terms(place)):
-            yield rank + given, kind, new  # an argument itself is seldom what is wrong
-
-
 def _exchanged(node):
     """Yield a whole formula with sine and cosine, or both legs, in each other's place."""
     text = ast.unparse(node)
@@ -235,28 +212,20 @@ def _exchanged(node):
             yield 2, kind, ast.parse(changed, mode="eval").body
 
 
-def _name(name):
+def name_of(name: str) -> ast.expr:
+    """Return the name as it is read."""
     return ast.Name(name, ast.Load())
 
 
 def _of_name(place):
     name, scope = place.node.id, place.scope
-    yield from ((0, "a variable", _name(other)) for other in scope.like(name))
-    yield from ((0, "a function", _name(other)) for other in FUNCTIONS.get(name, ()))
+    yield from ((0, "a variable", name_of(other)) for other in scope.like(name))
+    yield from ((0, "a function", name_of(other)) for other in FUNCTIONS.get(name, ()))
     if name not in scope.known:
-        yield from ((0, "a variable", _name(other)) for other in scope.stored)
+        yield from ((0, "a variable", name_of(other)) for other in scope.stored)
     arguments = scope.functions.get(name)
     if arguments is not None and set(arguments) <= scope.names:
-        yield 1, "a call", ast.Call(place.node, [*map(_name, arguments)], [])
-
-
-def _other_names(place):
-    parent, known = place.parent, {*place.scope.like(place.node.id), place.node.id}
-    for other in place.scope.values:
-        if other not in known:
-            yield 6, "a variable", _name(other)
-            if isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult):
-                yield 6, "an inverse", inverse_of(_name(other))
+        yield 1, "a call", ast.Call(place.node, [*map(name_of, arguments)], [])
 
 
 def _of_operation(node):
@@ -290,11 +259,8 @@ def _of_matrices(node):
     inverses = [_inverted(factor) for factor in factors]
     plain = [inverse or factor for factor, inverse in zip(factors, inverses)]
     ways: list = [factors]
-    if any(inverses):
-        ways += [
-            [inverse_of(part) if k == place else part for k, part in enumerate(plain)]
-            for place in range(len(plain))
-        ]
+    for place in range(len(plain) if any(inverses) else 0):
+        ways.append([*plain[:place], inverse_of(plain[place]), *plain[place + 1 :]])
     for rank, way in enumerate(ways):
         for order in permutations(way):
             kind = "an inverse" if rank else "the order"
@@ -396,11 +362,8 @@ def inverse_of(node: ast.expr) -> ast.expr:
     return ast.Call(ast.parse(f"{LINEAR_ALGEBRA}inv", mode="eval").body, [node], [])
 
 
-def _length_of(node):
-    return ast.Call(ast.parse(f"{LINEAR_ALGEBRA}norm", mode="eval").body, [node], [])
-
-
-def _transposed(node):
+def transposed(node: ast.expr) -> ast.expr:
+    """Return the transpose of a matrix."""
     return ast.Attribute(node, "T", ast.Load())
 
 
@@ -416,13 +379,13 @@ def _of_call(place):
     node, scope = place.node, place.scope
     name = getattr(node.func, "attr", getattr(node.func, "id", ""))
     arguments, keywords = node.args, node.keywords
-    if not arguments:
+    if not arguments or any(isinstance(argument, ast.Starred) for argument in arguments):
         return
     if len(arguments) == 1:
         kind = "an inverse" if name.endswith("inv") else "a root" if name == "sqrt" else "a call"
         yield 2, kind, arguments[0]
         if kind == "an inverse":
-            yield 2, "an inverse", _transposed(arguments[0])
+            yield 2, "an inverse", transposed(arguments[0])
     elif len(arguments) <= MOST_ARGUMENTS:
         for order in [*permutations(arguments)][1:]:
             yield 1, "the order", ast.Call(node.func, [*order], keywords)
@@ -431,7 +394,7 @@ def _of_call(place):
             yield 2, "the order", ast.Call(node.func, order, keywords)
     if name == "solve" and len(arguments) == 2:
         yield 1, "an inverse", ast.BinOp(arguments[0], ast.MatMult(), arguments[1])
-        yield 1, "a transpose", ast.Call(node.func, [_transposed(arguments[0]), arguments[1]], [])
+        yield 1, "a transpose", ast.Call(node.func, [transposed(arguments[0]), arguments[1]], [])
     quotient = arguments[0]
     if name in _ATAN and isinstance(quotient, ast.BinOp) and isinstance(quotient.op, ast.Div):
         both = [quotient.left, quotient.right]
@@ -446,7 +409,7 @@ def _of_call(place):
         yield 1, "a bracket", ast.BinOp(inner, last.op, last.right)
     forgotten = scope.functions.get(name, [])[len(arguments) :]
     if forgotten and not keywords and set(forgotten) <= scope.names:
-        yield 1, "a call", ast.Call(node.func, [*arguments, *map(_name, forgotten)], [])
+        yield 1, "a call", ast.Call(node.func, [*arguments, *map(name_of, forgotten)], [])
 
 
 def exchanges(parts: list) -> Iterator[list]:
@@ -494,78 +457,3 @@ def _part(node, index):
 def _indices(node):
     if isinstance(node, ast.Constant) and type(node.value) is int:
         yield from (ast.Constant(k) for k in range(3) if k != node.value)
-
-
-def _added(place):
-    """Yield what has been forgotten: a sign, a square, a root, a factor, an inverse."""
-    node, parent, scope = place.node, place.parent, place.scope
-
-    def with_(op, right):
-        return ast.BinOp(node, op, right)
-
-    whole = isinstance(parent, ast.Return | ast.Assign | ast.Tuple | ast.List | ast.Lambda)
-    if not isinstance(node, ast.Constant):
-        yield 3, "a square", with_(ast.Pow(), ast.Constant(2))
-        if place.term or isinstance(node, ast.Call):
-            yield 3, "a root", with_(ast.Pow(), ast.Constant(0.5))
-        yield 5, "a factor", with_(ast.Div(), _length_of(node))
-        if scope.complex_numbers:
-            conjugate = ast.parse(f"__import__('numpy').conj({ast.unparse(node)})", mode="eval")
-            yield 4, "a conjugate", conjugate.body
-            yield 4, "a direction", with_(ast.Mult(), ast.Constant(1j))
-            yield 4, "a direction", with_(ast.Mult(), ast.UnaryOp(ast.USub(), ast.Constant(1j)))
-    matrices = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult)
-    if not isinstance(node, ast.Constant) and (
-        matrices or whole or isinstance(parent, ast.Call | ast.Attribute)
-    ):
-        yield 3, "a transpose", _transposed(node)
-        yield 3, "an inverse", inverse_of(node)
-    if isinstance(node, ast.Name):
-        for name in scope.constants:
-            yield 6, "a factor", ast.BinOp(_name(name), ast.MatMult(), node)
-    if not place.term:
-        return
-    yield 3, "a sign", ast.UnaryOp(ast.USub(), node)
-    yield 4, "a factor", with_(ast.Div(), ast.Constant(2))
-    yield 4, "a factor", with_(ast.Mult(), ast.Constant(2))
-    called = getattr(parent, "func", None)
-    if whole or getattr(called, "attr", getattr(called, "id", "")) in _TURNED:
-        for op in (ast.Mult(), ast.Div()):
-            yield 5, "degrees", with_(op, ast.Constant(57.29577951308232))
-    for name in scope.values:
-        rank = 4 if name in scope.constants or re.match("assembly|gamma|branch", name) else 5
-        yield rank, "a factor", with_(ast.Mult(), _name(name))
-        yield rank, "a factor", with_(ast.Div(), _name(name))
-        if name in scope.constants:
-            square = ast.BinOp(_name(name), ast.Pow(), ast.Constant(2))
-            yield 6, "a factor", with_(ast.Mult(), square)
-            yield 6, "a factor", with_(ast.Div(), square)
-        elif name in scope.stored:
-            yield 6, "a factor", with_(ast.MatMult(), _name(name))
-            yield 6, "a factor", ast.BinOp(_name(name), ast.MatMult(), node)
-
-
-def _added_terms(place):
-    """Yield a sum with one term more: a number, a name, a term that stands in another formula."""
-    node, parent, scope = place.node, place.parent, place.scope
-    inside = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.Add | ast.Sub)
-    last = not inside or node is parent.right
-    more: list = []
-    if place.term:
-        more += [(5, ast.Constant(1))]
-    if isinstance(node, ast.Name):
-        for name in scope.values:
-            near = _kind(name) == _kind(node.id)
-            more += [(3 if near else 6, _name(name))] * (name != node.id)
-    elif place.term and last and not isinstance(node, ast.Constant):
-        more += [(5 if name in scope.constants else 6, _name(name)) for name in scope.values]
-    if place.term and last and not isinstance(node, ast.Constant):
-        more += [(7, term) for term in scope.terms]
-    for rank, term in more:
-        yield rank, "a term", ast.BinOp(node, ast.Add(), term)
-        yield rank, "a term", ast.BinOp(node, ast.Sub(), term)
-
-
-def _kind(name):
-    """Return a name without its digits: q11 and q22 are angles, q11D and q22D are rates."""
-    return re.sub(r"\d", "", name)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import contextlib
 import re
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -17,7 +18,8 @@ from functools import cached_property, partial
 from itertools import chain
 from typing import Any
 
-from alternatives import LINEAR_ALGEBRA, Scope, alternatives, exchanges, places
+from additions import additions
+from alternatives import FIRST_ADDED, LINEAR_ALGEBRA, Scope, alternatives, exchanges, places
 from loading import deep
 
 MOST_CHANGES = 4_000
@@ -140,7 +142,8 @@ class Variants:
             if any(id(part) in inside for part in ast.walk(node)):
                 made = ast.fix_missing_locations(rebuilt(node, choices.chosen))
                 name = getattr(node, "name", "") or _function_of(node)[1]
-                code[name] = compile(ast.Module([made], []), "<changed>", "exec")
+                with contextlib.suppress(SyntaxError, ValueError):  # it is left as it stands
+                    code[name] = compile(ast.Module([made], []), "<changed>", "exec")
         return code, on
 
     def install(self, space: dict, apart: list[str]) -> bool:
@@ -298,7 +301,9 @@ def _other_leg(text):
 def _single_changes(scope, ranks, signs) -> Iterator[_Single]:
     for place in places(scope):
         old, around = signs.of(place.node), _leg_free(signs.of(place.parent))
-        for rank, kind, new in alternatives(place, ranks):
+        found = [*alternatives(place)] if ranks.start < FIRST_ADDED else []
+        found += additions(place) if ranks.stop > FIRST_ADDED else ()
+        for rank, kind, new in found:
             if rank in ranks:
                 key = kind, _leg_free(f"{old}; {signs.of(new)}"), around
                 yield _Single(rank, kind, scope, [place.node], {id(place.node): new}, key)
