@@ -105,7 +105,7 @@ def find_mend(
     with helped(program, given, program.robot_in(lab), lab.constants()) as other:
         search = _Search(other, lab, function, asked[function])
         for name in asked.keys() - {function}:
-            search.keep(name, asked[name], name in wrong)
+            search.keep(name, asked[name])
         return search.mend(deep)
 
 
@@ -120,11 +120,12 @@ class _Search:
         self.kept: list[tuple[set[str], AskedRows]] = []
         self.others: dict[str, list[AskedRows]] = {}
 
-    def keep(self, name: str, asked: list[AskedRows], wrong: bool) -> None:
+    def keep(self, name: str, asked: list[AskedRows]) -> None:
         """Let a right function stay right where it calls the one that is changed; a wrong one that
-        calls the same helper may become right.
+        calls the same helper may become right, also where it has its points in spite of the helper.
         """
         called = reached(self.student.outline, name)
+        wrong = not all((rows.good | rows.refuse).all() for rows in asked)
         if wrong and not called & reached(self.student.outline, self.function):
             return
         for rows in asked:
