@@ -1,11 +1,12 @@
-"""The one change that makes a function right: tried in the student's own process, and told if it holds."""
+"""The change that makes a function right: tried in the student's own process, told if it holds."""
 
 import ast
+import linecache
 import sys
 
 import pytest
 
-from fivebar.grading.grade import grade
+from fivebar.grading.grade import check, grade
 from fivebar.grading.labs import find_lab
 from fivebar.grading.program import Job
 from fivebar.grading.worker import places
@@ -193,3 +194,36 @@ def test_what_cannot_be_mended_in_one_place_is_not_told_so(tmp_path):
     found = grade(find_lab("amoro"), Job(path, seed="mends"))
     assert found.points == 18
     assert not any(c.spot or c.misconception for c in found.checks if c.function == "ikm")
+
+
+def test_two_slips_in_one_function_are_told_together(tmp_path):
+    path = tmp_path / "my.py"
+    wrong = FRAMES.replace(
+        "P = E2 + rot(assembly_mode * alpha)", "P = E1 + rot(assembly_mode + alpha)"
+    )
+    path.write_text(wrong, "utf-8")
+    found = grade(find_lab("amoro"), Job(path, seed="mends"))
+    (name,) = {c.misconception for c in found.checks if c.function == "dgm"}
+    assert found.points == 18 and name.startswith("right but for two things: ")
+    (spot,) = {c.spot for c in found.checks if c.function == "dgm"}
+    assert spot.count("right answers come with") == 2 and "E1: right answers come with E2" in spot
+
+
+def test_a_session_is_told_the_same_as_a_file(monkeypatch):
+    source = (FOLDER / "fresh/lab1.py").read_text("utf-8")
+    source = source.replace("D = np.linalg.norm(PQ)", "D = np.linalg.norm(PQ) ** 2")
+    lines = source.splitlines(keepends=True)
+    monkeypatch.setitem(linecache.cache, "<cell 1>", (len(source), None, lines, "<cell 1>"))
+    space = {"__name__": "__main__"}
+    exec(compile(source, "<cell 1>", "exec"), space)
+    functions = {name: space[name] for name in ("dgm", "igm", "dgm_passive")}
+    found = check("lab1", **functions)
+    spots = {c.spot for c in found.checks if c.function == "dgm" and c.share < 1}
+    assert spots == {"line 5 of dgm: 2: right answers come with 1"}
+
+
+def test_a_session_whose_source_is_not_to_be_had_is_told_no_change():
+    space = {"__name__": "__main__"}
+    exec("def dgm(q11, q21, assembly_mode):\n    return q11 * q21, q11 + q21\n", space)
+    found = check("lab1", dgm=space["dgm"])
+    assert found.points == 0 and not any(c.spot for c in found.checks)
