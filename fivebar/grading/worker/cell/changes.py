@@ -26,7 +26,8 @@ MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # lists of changes that are remembered
 WAVES = range(2), range(2, 3), range(3, 6), range(6, 7), range(7, 8)  # ranks tried together
 MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
-MOST_TEXT = 60  # characters quoted
+MOST_TEXT = 120  # characters quoted: what is told can be carried out
+LONGEST_TERM = 60  # characters
 MOST_TERMS = 60  # of other formulas that may be missing in one
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
@@ -274,7 +275,7 @@ def _terms(functions) -> Iterator[ast.expr]:
                 for text in map(ast.unparse, (term, written) if long else (term,)):
                     later = re.sub(r"\b(\w*\dD)\b", r"\1D", text)
                     for other in (text, _other_leg(text), later, _other_leg(later)):
-                        if _names(term) and len(text) <= MOST_TEXT and other not in seen:
+                        if _names(term) and len(text) <= LONGEST_TERM and other not in seen:
                             seen.add(other)
                             yield ast.parse(other, mode="eval").body
 
