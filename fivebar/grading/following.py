@@ -60,6 +60,7 @@ class Helped:
     constants = property(lambda self: self.student.constants)
     outline = property(lambda self: self.student.outline)
     changes = property(lambda self: self.student.changes)
+    changes_count = property(lambda self: self.student.count)
 
     def ask(
         self,
@@ -83,7 +84,7 @@ class Helped:
     def _tried(self, rows):
         """Return the change, if any, with which all rows are asked."""
         change = self.change
-        return change and replace(change, numbers=(change.numbers or []) * len(rows))
+        return change and replace(change, numbers=change.numbers * len(rows))
 
     def _right(self, name, robot):
         exercise = self.exercises[name]

@@ -20,10 +20,9 @@ import pytest
 from ..base.progress import progress
 from .labs import Lab, find_lab, known_labs
 from .plugin import Checks
-from .program import Job, NoProgram, Program
+from .program import Job, NoProgram, Program, session
 from .report.shown import ShownReport
 from .variants import PUBLIC_SEED, parameters
-from .worker.live import from_functions
 from .worker.submission import MOST_ARCHIVE
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
@@ -126,7 +125,7 @@ def check(
     if submission is not None:
         return grade(lab, Job(Path(submission), seed=seed), home=True, watched=True)
     before = time.perf_counter()
-    checks = run_checks(lab, Program(from_functions(**functions), None), seed)
+    checks = run_checks(lab, session(functions), seed)
     return _report(lab, checks, before, True, submission="this session")
 
 

@@ -183,10 +183,20 @@ def rows_right(
     exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: np.ndarray
 ) -> np.ndarray:
     """Return which rows (n,) are right, within tolerance (n,)."""
+    return np.all(numbers_right(exercise, robot, columns, replies, tolerance), axis=1)
+
+
+def numbers_right(
+    exercise: Exercise, robot: Robot, columns: Columns, replies: list[Reply], tolerance: np.ndarray
+) -> np.ndarray:
+    """Return which numbers (m, k) of the replies are right, within tolerance (n,); m: a multiple of
+    the n rows, which are asked again and again.
+    """
     came = _outcomes(exercise, replies, np.zeros(len(replies), bool))[0]
     expected = exercise.outcome(exercise.answer, robot, columns)
-    limits = _limits(exercise, expected, tolerance)
-    return np.all(difference(came, expected, exercise.is_angle()) <= limits, axis=1)
+    times = len(replies) // len(expected), 1
+    limits = np.tile(_limits(exercise, expected, tolerance), times)
+    return difference(came, np.tile(expected, times), exercise.is_angle()) <= limits
 
 
 def _limits(exercise, expected, tolerance):

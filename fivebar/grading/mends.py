@@ -1,27 +1,31 @@
-"""The one change in a student's own formulas that makes a wrong function right: nothing is told
-that was not tried.
+"""The change in a student's own formulas that makes a wrong function right, or two of them: nothing
+is told that was not tried.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
 from .following import Helped, helped, may_help, reached
-from .judge import rows_right
+from .judge import numbers_right
 from .labs import Lab
 from .program import Program
 from .questions import AskedRows, Questions, rows_from
 from .worker.student import Tried
 from .worker.wire import Change
 
-NO_CHANGE = -1
+LIKELY, WAVES = 2, 5  # the last wave of likely changes; how many there are
 MOST_SURE = 30  # changes right in a few rows that are asked all of them
-FEW = 3  # rows that the others must have right first
+FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
+MOST_FIRST = 6  # changes that make more numbers right, to each of which a second one is sought
+MOST_PAIRS = 6_000  # of likely changes that are tried together
+AT_ONCE = 1_000  # calls of one request
 HINTS = {
     "a sign": "Go through the signs of your formula: which terms add, and which subtract?",
     "a square": "Write the unit of each term beside it: all terms of a sum have the same.",
@@ -34,35 +38,52 @@ HINTS = {
     "a variable": "Read each name in your formula: which leg, which bar, which derivative is it?",
     "an index": "Read each index in your formula: which row, which column, which leg is it?",
     "a function": "Draw the angle: which side of the triangle is the cosine, which the sine?",
-    "the order": "In which order are these two wanted?",
+    "the order": "In which order are these wanted?",
+    "the order of lines": "Which values have your names when each line is reached?",
     "a transpose": "Write the shapes and the meaning of rows and columns beside each matrix.",
     "an inverse": "Solve the equation for what you look for: which matrix is on the other side?",
     "a matrix product": "What does * do with two arrays, and what does @ do?",
     "a call": "What does each function that you call do with its argument?",
+    "a comparison": "Go through your conditions: which case do they choose, and when?",
+    "a direction": "Draw the vector: which way does it point, and which way should it?",
+    "a conjugate": "Multiply two complex numbers on paper: is that their scalar product?",
+    "a line": "What does each line change? Is it needed?",
+    "degrees": "Which unit do sin and cos use here, and which do they ask for?",
 }
 
 
 @dataclass(frozen=True)
 class Mend:
-    """A change that makes a function right, in words: the name without the place, and the place."""
+    """Changes that make a function right, in words: the name without the place, and the place.
 
-    change: Change
+    helps: how many other wrong functions become right with them, too.
+    """
+
+    changes: tuple[Change, ...]
     function: str
     made: Tried
+    helps: int = 0
 
     @property
     def name(self) -> str:
-        inside = self.change.function
-        where = "" if inside == self.function else f", in your {inside}"
-        return f"right but for one thing: {self.change.kind}{where}"
+        count = "one thing" if len(self.changes) == 1 else "two things"
+        return f"right but for {count}: {' and '.join(map(self._told, self.changes))}"
+
+    def _told(self, change):
+        inside = change.function
+        return change.kind + ("" if inside == self.function else f", in your {inside}")
 
     @property
     def hint(self) -> str:
-        return HINTS[self.change.kind]
+        return " ".join(dict.fromkeys(HINTS[change.kind] for change in self.changes))
 
-    def spot(self, place: str) -> str:
-        """Return where it is and what would be right; place: the line in its author's words."""
-        return f"{place}: {self.change.old}: right answers come with {self.change.new}"
+    def spot(self, where: Callable[[int], str]) -> str:
+        """Return where it is and what would be right; where: a line in its author's words."""
+        told = [
+            f"{where(change.line)}: {change.old}: right answers come with {change.new}"
+            for change in self.changes
+        ]
+        return "; and ".join(told)
 
 
 def find_mend(
@@ -71,29 +92,25 @@ def find_mend(
     function: str,
     asked: dict[str, list[AskedRows]],
     wrong: set[str],
-    known: list[Change],
+    deep: bool,
 ) -> Mend | None:
-    """Return the change that makes a function right, None where there is none.
+    """Return the changes that make a function right, None where there are none.
 
     asked: what the checks asked of all functions: what is right stays right; wrong: the wrong
-    functions of the lab, of which right ones stand in for those that are called; known: changes
-    that are tried first.
+    functions of the lab, of which right ones stand in for those that are called; deep: whether
+    unlikely changes, and two at once, are tried as well.
     """
     called = may_help(program.student.outline, lab, {function}) & wrong
     given = {name: lab.exercises()[name] for name in called}
     with helped(program, given, program.robot_in(lab), lab.constants()) as other:
         search = _Search(other, lab, function, asked[function])
-        for name in asked.keys() - wrong:
+        for name in asked.keys() - {function}:
             search.keep(name, asked[name])
-        number = search.number(known)
-    if number is None:
-        return None
-    made = replace(search.tried, numbers=[number])
-    return Mend(search.student.changes[number], function, made)
+        return search.mend(deep)
 
 
 class _Search:
-    """Search of a change for one function, in a process of its own."""
+    """Search of changes for one function, in a process of its own."""
 
     def __init__(self, program: Program, lab: Lab, function: str, asked: list[AskedRows]):
         self.function, self.tried = function, Tried(function, tuple(lab.exercises()))
@@ -101,30 +118,108 @@ class _Search:
         questions = Questions(program, lab, {}, np.random.default_rng(0))
         self.asked = [rows for each in asked for rows in _answerable(each, questions)]
         self.kept: list[tuple[set[str], AskedRows]] = []
+        self.others: dict[str, list[AskedRows]] = {}
 
     def keep(self, name: str, asked: list[AskedRows]) -> None:
-        """Let a right function stay right where it calls the one that is changed."""
+        """Let a right function stay right where it calls the one that is changed; a wrong one that
+        calls the same helper may become right, also where it has its points in spite of the helper.
+        """
         called = reached(self.student.outline, name)
+        wrong = not all((rows.good | rows.refuse).all() for rows in asked)
+        if wrong and not called & reached(self.student.outline, self.function):
+            return
         for rows in asked:
             places = np.arange(len(rows.good))[:: max(1, len(rows.good) // MOST_KEPT)]
             answered = places[~rows.refuse[places]]
-            if len(answered):
+            if not len(answered):
+                continue
+            if wrong:
+                self.others.setdefault(name, []).append(_part(rows, answered))
+            else:
                 self.kept.append((called, _part(rows, answered)))
 
-    def number(self, known: list[Change]) -> int | None:
-        """Return the first change after which all rows are right; known: tried before others."""
-        first = self._wrong_rows()
-        if first is None:
+    def mend(self, deep: bool) -> Mend | None:
+        """Return the first change after which all rows are right, or the first two."""
+        few = self._wrong_rows()
+        if few is None:
             return None
-        self._right(first, [NO_CHANGE])
-        changes = self.student.changes
-        likely = [k for k, change in enumerate(changes) if change in known]
-        for k in (*likely, *self._sieved(first, range(len(changes)))):
-            inside = changes[k].function
-            kept = [rows for called, rows in self.kept if inside in called]
-            if all(self._right(rows, [k])[0] for rows in (*self.asked, *kept)):
-                return k
+        better: list[tuple[int, Tried]] = []
+        found = None
+        for wave in range(WAVES if deep or self.others else LIKELY + 1):
+            now = self._single(few, replace(self.tried, wave=wave), better)
+            if now and (now.helps or not self.others):
+                return now
+            found = found or now
+        if found or not deep:
+            return found
+        better.sort(key=lambda one: -one[0])
+        for _, first in better[:MOST_FIRST]:
+            made = first.wave, first.numbers[0][0]
+            for wave in range(LIKELY + 1):
+                second = replace(first, first=(made,), wave=wave, numbers=[])
+                if found := self._single(few, second, []):
+                    return found
+        return self._pair(few)
+
+    def _single(self, few, tried, better):
+        """Return the first change of a wave that makes all right; better: those that make more
+        numbers right and none wrong are added.
+        """
+        count = self._count(tried)
+        before = self._right(few, tried, [[]])[0]
+        right = self._right(_part(few, [0]), tried, [[k] for k in range(count)])[:, 0]
+        more = (right >= before[0]).all(axis=1) & (right > before[0]).any(axis=1)
+        candidates = [[k] for k in np.flatnonzero(more).tolist()]
+        now = self._right(few, tried, candidates)
+        whole = [k for k, good in zip(candidates, now) if good.all()]
+        sure = []
+        for numbers in whole[:MOST_SURE]:
+            if found := self._sure(tried, numbers):
+                sure.append(found)
+                if not self.others:
+                    break
+        if sure:
+            return max(sure, key=lambda mend: mend.helps)
+        for numbers, good in zip(candidates, now):
+            if (good >= before).all() and not good.all():
+                better.append((int(good.sum()), replace(tried, numbers=[numbers])))
         return None
+
+    def _pair(self, few):
+        """Return the first two likely changes that make all right together."""
+        count = self._count(self.tried)
+        most = int((2 * MOST_PAIRS) ** 0.5)
+        pairs = [[*pair] for pair in combinations(range(min(count, most)), 2)]
+        for place in range(len(few.tolerance)):
+            right = self._right(_part(few, [place]), self.tried, pairs).all(axis=(1, 2))
+            pairs = [pair for pair, good in zip(pairs, right) if good]
+        found = (self._sure(self.tried, pair) for pair in pairs[:MOST_SURE])
+        return next(filter(None, found), None)
+
+    def _sure(self, tried, numbers):
+        """Return the mend of these changes if all rows are right with them, and those of right
+        functions stay so.
+        """
+        if not all(self._right(rows, tried, [numbers]).all() for rows in self.asked):
+            return None
+        changes = [self._told(replace(tried, first=(), wave=wave), k) for wave, k in tried.first]
+        changes += [self._told(tried, number) for number in numbers]
+        inside = {change.function for change in changes}
+        kept = [rows for called, rows in self.kept if inside & called]
+        if not all(self._right(rows, tried, [numbers]).all() for rows in kept):
+            return None
+        helps = 0
+        for asked in self.others.values() if inside - {self.function} else ():
+            helps += all(self._right(rows, tried, [numbers]).all() for rows in asked)
+        return Mend(tuple(changes), self.function, replace(tried, numbers=[numbers]), helps)
+
+    def _told(self, tried, number):
+        self._right(_part(self.asked[0], [0]), tried, [[number]])
+        return self.student.changes[0]
+
+    def _count(self, tried):
+        self._right(_part(self.asked[0], [0]), tried, [[]])
+        return self.student.changes_count
 
     def _wrong_rows(self):
         """Return a few rows of which the first has a wrong answer, None where none has."""
@@ -132,28 +227,28 @@ class _Search:
             places = np.flatnonzero(~rows.good)
             if len(places):
                 picked = np.linspace(0, len(places) - 1, FEW).round().astype(int)
-                return _part(rows, places[np.unique(picked)])
+                few = _part(rows, places[np.unique(picked)])
+                if not self._right(few, self.tried, [[]]).all():
+                    return few
         return None
 
-    def _sieved(self, few, candidates):
-        for place in range(len(few.tolerance)):
-            row = _part(few, [place])
-            right = self._right(row, candidates)
-            candidates = [k for k, good in zip(candidates, right) if good]
-        return candidates[:MOST_SURE]
+    def _right(self, rows: AskedRows, tried: Tried, changes: list[list[int]]) -> np.ndarray:
+        """Return which numbers are right with each of these changes: (changes, rows, numbers)."""
+        plain, right = rows_from(rows.columns), []
+        for some in _batches(changes, max(1, AT_ONCE // len(plain))):
+            numbers = [each for each in some for _ in plain]
+            asked = replace(tried, numbers=numbers)
+            replies = self.student.ask(
+                rows.exercise.name, plain * len(some), rows.constants, tried=asked
+            )
+            good = numbers_right(rows.exercise, rows.robot, rows.columns, replies, rows.tolerance)
+            right.append(good.reshape(len(some), len(plain), -1))
+        count = len(rows.exercise.is_angle())
+        return np.concatenate(right) if right else np.ones((0, len(plain), count), bool)
 
-    def _right(self, rows: AskedRows, changes: Iterable[int]) -> list[bool]:
-        """Return whether all rows are right, after each of the changes alone."""
-        plain, changes = rows_from(rows.columns), [*changes]
-        if not changes:
-            return []
-        many = plain * len(changes)
-        tried = replace(self.tried, numbers=[k for k in changes for _ in plain])
-        replies = self.student.ask(rows.exercise.name, many, rows.constants, tried=tried)
-        columns = tuple(np.tile(column, len(changes)) for column in rows.columns)
-        tolerance = np.tile(rows.tolerance, len(changes))
-        right = rows_right(rows.exercise, rows.robot, columns, replies, tolerance)
-        return np.all(right.reshape(len(changes), len(plain)), axis=1).tolist()
+
+def _batches(parts, size) -> Iterator[list]:
+    return (parts[start : start + size] for start in range(0, len(parts), size))
 
 
 def _part(rows, places):

@@ -309,27 +309,29 @@ class Checks:
         """Tell where one change makes a function right; what else builds on the function that is
         changed is judged with the change.
         """
+        if self.program is not None and self.program.confined:
+            self._tell_mends_of_session(lab)
+            return
         if self.program is None or self.program.again is None:
             return
         told_at_all = lab.spots_from() is not None
         asked: dict = {}
         for rows in chain.from_iterable(ask.rows_asked for ask in self._asks):
             asked.setdefault(rows.exercise.name, []).append(rows)
-        known: list = []
         written = {check.function: None for check in self.found if may_be_mended(check)}
         for function in [name for name in written if name in asked][:MOST_FUNCTIONS]:
             places = [k for k, check in enumerate(self.found) if check.function == function]
             wrong = {check.function for check in self.found if check.share < 1}
             if not any(may_be_mended(self.found[k]) for k in places):
                 continue  # it was judged with a change found before
-            named = all(is_named(self.found[k]) for k in places if self.found[k].share < 1)
-            if named and not self._shares_helpers(function, wrong, lab):
-                continue
-            mend = find_mend(self.program, lab, function, asked, wrong, known)
+            told = [self._diagnosis(k) for k in places if self.found[k].share < 1]
+            if all(mistake and mistake.idle for mistake in told):
+                continue  # it is still to be written, or answers by chance
+            named = all(mistake and mistake.model for mistake in told)
+            mend = find_mend(self.program, lab, function, asked, wrong, not named)
             if mend is None:
                 continue
-            known.append(mend.change)
-            spot = mend.spot(self.program.where(mend.change.line))
+            spot = mend.spot(self.program.where)
             for k in places:
                 if self.found[k].share == 1:
                     continue
@@ -339,28 +341,42 @@ class Checks:
                 self.found[k] = replace(self.found[k], **told)
             self._judge_with(mend, lab)
 
-    def _shares_helpers(self, function, wrong, lab):
-        """Return whether another wrong function calls a helper that this one calls."""
-        outline, tasks = self.program.student.outline, lab.exercises().keys()
-        own = reached(outline, function) - tasks
-        return any(own & reached(outline, other) for other in wrong - {function})
+    def _tell_mends_of_session(self, lab):
+        """Tell mends of a session's functions: what is tried runs in a process of its own."""
+        live = self.program
+        if all(check.share == 1 for check in self.found):
+            return
+        try:
+            other = live.confined()
+        except IsolationError:
+            return
+        with other.student:
+            self.program = replace(other, robot=live.robot_in(lab))
+            if other.student.trouble is None:
+                self.tell_mends(lab)
+        self.program = live
+
+    def _diagnosis(self, place):
+        """Return what was found wrong with the answers of a check, None where nothing was."""
+        verdict = self._verdicts.get(self.found[place].function, {}).get(place)
+        return verdict and verdict.diagnosis
 
     def _judge_with(self, mend, lab):
         """Judge the other functions that call the one that is to be mended with the change made."""
-        outline, helper = self.program.student.outline, mend.change.function
+        outline, changed = self.program.student.outline, {c.function for c in mend.changes}
         for k, check in enumerate(self.found):
             failed = self._failed.get(check.name)
             if failed is None or check.share == 1 or check.function == mend.function:
                 continue
             item, asked = failed[0], failed[1].asked
-            if not any(helper in reached(outline, name) for name in asked):
+            if not any(changed & reached(outline, name) for name in asked):
                 continue
             given = self._called(lab, asked)
             ask, share, left = self._again(item, lab, given, True, mend.made)
             if share > check.share:
-                ask.remark(
-                    f"judged with one change in your {helper}, for which {mend.function} pays"
-                )
+                count = "one change" if len(mend.changes) == 1 else "two changes"
+                helper = " and ".join(sorted(changed))
+                ask.remark(f"judged with {count} in your {helper}, for which {mend.function} pays")
                 self.found[k] = checked(check.name, check.title, check.max_points, ask.record, left)
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:

@@ -4,6 +4,7 @@ judged for.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,9 @@ from .intake.hand_in import ProgramFile, imported
 from .lab_constants import robot_of_file
 from .labs import Lab
 from .variants import PUBLIC_SEED, robot_from
+from .worker.live import from_functions
 from .worker.replies import Reply
+from .worker.session import session_program
 from .worker.student import Student
 from .worker.submission import SubmissionError, read_submission
 
@@ -48,7 +51,8 @@ class Program:
     robot_from_standard: gives the robot where it is a student's own, but which lab is asked is not
         known yet;
     where: a line's number in its author's words; remark: how the file was read, where that is worth
-    a sentence; again: opens the same file in another process.
+    a sentence; again: opens the same file in another process; confined: of a session, gives the
+    Program of its source.
     """
 
     student: Any  # Student, Live, NoProgram or Helped
@@ -57,6 +61,7 @@ class Program:
     remark: str = ""
     robot_from_standard: Callable[[Robot], Robot] | None = None
     again: Any = None  # gives a context with a Student
+    confined: Any = None
 
     def robot_in(self, lab: Lab) -> Robot:
         if lab.constants():
@@ -70,6 +75,23 @@ class Program:
         be said of them.
         """
         return robot_of_file(lab.robot(), lab.constants(), self.student.constants)
+
+
+def session(functions: dict[str, Callable]) -> Program:
+    """Return the Program of a session's functions."""
+    live = from_functions(**functions)
+    found = session_program(functions, live.constants) if sys.platform != "win32" else None
+    if found is None:
+        return Program(live)
+    submission, where = found
+
+    def again():
+        return Student(submission, total=30.0)
+
+    def confined():
+        return Program(again(), where=where, again=again)
+
+    return Program(live, confined=confined)
 
 
 @dataclass(frozen=True)
@@ -115,6 +137,6 @@ class Job:
 
         def again():
             known = {"modules": modules, "packages": self.packages}
-            return Student(submission, isolate=self.isolate, total=8.0, **known)
+            return Student(submission, isolate=self.isolate, total=30.0, **known)
 
         return Program(student, self.robot, submission.where, submission.remark, again=again)

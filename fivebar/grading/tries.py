@@ -27,14 +27,15 @@ def with_try_counted(report: Report, lab: Lab, program: Path) -> Report:
     A function's try is wrong if one of its checks is; the same file checked again is no new try.
     """
     least = lab.spots_from()
-    known, key = _read(), f"{lab.name}: {program.resolve()}"
+    known, trouble = _read()
+    key = f"{lab.name}: {program.resolve()}"
     last = known.pop(key, {})
     wrong: dict = last.get("wrong", {})
     if last.get("file") != report.submission_hash:
         functions = {check.function for check in report.checks if check.share < 1}
         wrong = {name: wrong.get(name, 0) + 1 for name in sorted(functions)}
     known[key] = {"file": report.submission_hash, "wrong": wrong}
-    notes = report.notes
+    notes = (*report.notes, trouble) if trouble else report.notes
     try:
         _write(dict([*known.items()][-MOST_FILES:]))
     except OSError as error:
@@ -51,14 +52,22 @@ def with_try_counted(report: Report, lab: Lab, program: Path) -> Report:
 
 
 def _read():
-    """Return what is counted: nothing where there is no such file, or not one of ours."""
+    """Return what is counted, and a sentence where the file is not one of ours: counting then
+    begins anew.
+    """
     try:
-        known = json.loads(tries_file().read_text("utf-8"))
-    except (OSError, ValueError):
-        return {}
-    rows = known.values() if isinstance(known, dict) else [None]
-    whole = all(isinstance(row, dict) and isinstance(row.get("wrong"), dict) for row in rows)
-    return known if whole else {}
+        text = tries_file().read_text("utf-8")
+    except OSError:
+        return {}, ""
+    try:
+        known = json.loads(text)
+        rows = [row["wrong"] for row in known.values()]
+        counts = [count for wrong in rows for count in wrong.values()]
+    except (ValueError, AttributeError, TypeError, KeyError):
+        counts = [None]
+    if all(type(count) is int and count >= 0 for count in counts):
+        return known, ""
+    return {}, f"{tries_file()} is damaged: wrong tries are counted from 0 again."
 
 
 def _write(known):

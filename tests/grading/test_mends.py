@@ -1,42 +1,48 @@
-"""The one change that makes a function right: tried in the student's own process, and told if it holds."""
+"""The change that makes a function right: tried in the student's own process, told if it holds."""
 
 import ast
+import linecache
 import sys
 
 import pytest
 
-from fivebar.grading.grade import grade
+from fivebar.grading.grade import check, grade
 from fivebar.grading.labs import find_lab
 from fivebar.grading.program import Job
 from fivebar.grading.worker import places
-from fivebar.grading.worker.wire import Garbled, told
+from fivebar.grading.worker.wire import Garbled, told, whole
 from tests.helpers.hand_ins import FOLDER, hand_ins
 
 sys.path.insert(0, str(places.CELL))
-from changes import changes  # noqa: E402
+from changes import DROPPED, WAVES, Trials, Variants  # noqa: E402
 
 sys.path.remove(str(places.CELL))
 
 FRAMES = (FOLDER / "fresh/amoro_frames.py").read_text("utf-8")
 
 
+def each_change(source, function):
+    """The lists of changes of all waves, the likely ones first."""
+    return [Variants(ast.parse(source).body, function, [], ranks) for ranks in WAVES]
+
+
 def outcomes(source, function, *row):
-    """old -> new of the changes after which the function gives what the source below gives."""
+    """(kind, old, new) of the changes after which the function gives what the source below gives."""
     right, wrong, space = source[0], source[1], {}
     exec(right, space)
     wanted = space[function](*row)
-    found, own = [], {}
-    exec(wrong, own)
-    for change in changes(wrong, function, []):
-        kept = dict(own)
-        own.update(change.made(own))
-        try:
-            if own[function](*row) == pytest.approx(wanted, rel=1e-12):
-                found.append((change.kind, change.old, change.new))
-        except Exception:  # noqa: S110  most changes make no sense
-            pass
-        own.clear()
-        own.update(kept)
+    found = []
+    for variants in each_change(wrong, function):
+        own = {}
+        exec(wrong, own)
+        variants.install(own, [])
+        for number, change in enumerate(variants.changes):
+            variants.switch(own, [number])
+            try:
+                if own[function](*row) == pytest.approx(wanted, rel=1e-12):
+                    found.append(change.told[1:2] + change.told[3:])
+            except Exception:  # noqa: S110  most changes make no sense
+                pass
     return found
 
 
@@ -73,30 +79,81 @@ def f(a, b):
 
 
 @pytest.mark.parametrize(("right", "wrong"), TRIED.values(), ids=TRIED)
-def test_each_kind_of_slip_is_undone_by_a_change(right, wrong):
-    assert outcomes((HEAD + right, HEAD + wrong), "f", 0.37, 0.61)
+def test_each_kind_of_slip_is_undone_by_a_change(right, wrong, request):
+    found = outcomes((HEAD + right, HEAD + wrong), "f", 0.37, 0.61)
+    kind = request.node.callspec.id
+    assert kind in {told[0] for told in found}, found
 
 
 def test_a_change_is_made_in_both_legs_alike():
     wrong = FRAMES.replace("u1 = rot(q11 + q12)", "u1 = rot(q12)")
     wrong = wrong.replace("u2 = rot(q21 + q22)", "u2 = rot(q22)")
-    found = [c for c in changes(wrong, "rows", []) if (c.old, c.kind) == ("q12", "a term")]
-    both = next(c for c in found if c.new.startswith("q12 + q11") and len(c.swaps) > 1)
-    assert both.new == "q12 + q11, in 2 places"
-    assert "rot(q12)" in ast.unparse(ast.Module([*both.functions], []))
-    assert both.made({}).keys() == {"rows"}
+    made = [
+        ast.unparse(ast.Module(variants.changed(number), []))
+        for variants in each_change(wrong, "rows")
+        for number, change in enumerate(variants.changes)
+        if change.told[3:] == ("q12", "q12 + q11, in 2 places")
+    ]
+    assert any("rot(q12 + q11)" in source and "rot(q22 + q21)" in source for source in made)
 
 
-def test_loops_and_guards_are_left_alone():
-    source = (
-        "def f(a):\n    while a > 3:\n        a = a - 6\n"
-        "    if a > 7:\n        raise ValueError(a)\n    return a\n"
-    )
-    assert {change.line for change in changes(source, "f", [])} == {6}
+def test_a_loop_that_a_change_makes_endless_ends():
+    source = "def f(a):\n    while a > 3:\n        a = a - 6\n    return a\n"
+    found = outcomes((source, source.replace("a > 3", "a < 3")), "f", 10.0)
+    assert ("a comparison", "a < 3", "a > 3") in found
 
 
-def test_a_source_that_cannot_be_read_has_no_changes():
-    assert changes("def f(:\n", "f", []) == [] == changes("x = 1", "f", [])
+RIGHT_LINES = "def f(a, b):\n    c = a * b\n    a = c + 1\n    c += a\n    return c\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "change"),
+    [
+        ("    return", "    c = c - b\n    return", ("a line", "c = c - b", DROPPED)),
+        ("c += a", "c -= a", ("a sign", "c -= a", "c += a")),
+        (
+            "    a = c + 1\n    c += a",
+            "    c += a\n    a = c + 1",
+            ("the order of lines", "c += a; a = c + 1", "a = c + 1; c += a"),
+        ),
+    ],
+)
+def test_a_line_too_much_and_lines_in_the_wrong_order(old, new, change):
+    found = outcomes((RIGHT_LINES, RIGHT_LINES.replace(old, new)), "f", 0.37, 0.61)
+    assert change in found
+
+
+def test_a_second_change_is_made_in_what_the_first_one_left():
+    wrong = "def f(a, b):\n    return a * 2 + b\n"
+    trials = Trials(ast.parse(wrong).body)
+    request = {"function": "f", "apart": [], "wave": 0, "first": []}
+    signs = [
+        k for k, change in enumerate(trials.of(request).changes) if change.told[4] == "a * 2 - b"
+    ]
+    second = trials.of(request | {"first": [[0, signs[0]]]})
+    own = {}
+    exec(wrong, own)
+    second.install(own, [])
+    squares = [k for k, change in enumerate(second.changes) if change.told[4] == "a ** 2"]
+    second.switch(own, squares[:1])
+    assert own["f"](0.4, 0.7) == pytest.approx(0.4**2 - 0.7)
+
+
+def test_a_method_and_a_lambda_are_changed_too():
+    source = "class R:\n    def f(self, a):\n        return a + 1\ng = lambda a: a + 1\n"
+    for name in ("f", "g"):
+        told = [c.told for v in each_change(source, name) for c in v.changes]
+        assert any(old == "a + 1" and new == "a - 1" for *_, old, new in told)
+
+
+def test_a_source_without_the_function_has_no_changes():
+    assert not any(variants.changes for variants in each_change("x = 1", "f"))
+
+
+@pytest.mark.parametrize("data", [None, -1, 2.0, True, "3", 10**7])
+def test_what_is_no_count_is_refused(data):
+    with pytest.raises(Garbled):
+        whole(data)
 
 
 @pytest.mark.parametrize(
@@ -140,3 +197,36 @@ def test_what_cannot_be_mended_in_one_place_is_not_told_so(tmp_path):
     found = grade(find_lab("amoro"), Job(path, seed="mends"))
     assert found.points == 18
     assert not any(c.spot or c.misconception for c in found.checks if c.function == "ikm")
+
+
+def test_two_slips_in_one_function_are_told_together(tmp_path):
+    path = tmp_path / "my.py"
+    wrong = FRAMES.replace(
+        "P = E2 + rot(assembly_mode * alpha)", "P = E1 + rot(assembly_mode + alpha)"
+    )
+    path.write_text(wrong, "utf-8")
+    found = grade(find_lab("amoro"), Job(path, seed="mends"))
+    (name,) = {c.misconception for c in found.checks if c.function == "dgm"}
+    assert found.points == 18 and name.startswith("right but for two things: ")
+    (spot,) = {c.spot for c in found.checks if c.function == "dgm"}
+    assert spot.count("right answers come with") == 2 and "E1: right answers come with E2" in spot
+
+
+def test_a_session_is_told_the_same_as_a_file(monkeypatch):
+    source = (FOLDER / "fresh/lab1.py").read_text("utf-8")
+    source = source.replace("D = np.linalg.norm(PQ)", "D = np.linalg.norm(PQ) ** 2")
+    lines = source.splitlines(keepends=True)
+    monkeypatch.setitem(linecache.cache, "<cell 1>", (len(source), None, lines, "<cell 1>"))
+    space = {"__name__": "__main__"}
+    exec(compile(source, "<cell 1>", "exec"), space)
+    functions = {name: space[name] for name in ("dgm", "igm", "dgm_passive")}
+    found = check("lab1", **functions)
+    spots = {c.spot for c in found.checks if c.function == "dgm" and c.share < 1}
+    assert spots == {"line 5 of dgm: 2: right answers come with 1"}
+
+
+def test_a_session_whose_source_is_not_to_be_had_is_told_no_change():
+    space = {"__name__": "__main__"}
+    exec("def dgm(q11, q21, assembly_mode):\n    return q11 * q21, q11 + q21\n", space)
+    found = check("lab1", dgm=space["dgm"])
+    assert found.points == 0 and not any(c.spot for c in found.checks)

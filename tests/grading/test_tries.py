@@ -74,8 +74,29 @@ def test_a_right_try_ends_the_count_and_a_spoilt_file_begins_anew(program, wrong
     for report, told in ((wrong, False), (right, False), (wrong, False)):
         found = with_try_counted(report, lab, program)
         assert any("line 99" in check.spot for check in found.checks) is told
-    tries_file().write_text("[no JSON", "utf-8")
-    assert with_try_counted(wrong, lab, program).points == 18
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[no JSON",
+        "[1]",
+        '{"amoro: PATH": 3}',
+        '{"amoro: PATH": {"file": "a", "wrong": [1]}}',
+        '{"amoro: PATH": {"file": "a", "wrong": {"dkm_passive": "two"}}}',
+        '{"amoro: PATH": {"file": "a", "wrong": {"dkm_passive": null}}}',
+        '{"amoro: PATH": {"file": "a", "wrong": {"dkm_passive": 1.5}}}',
+        '{"amoro: OTHER": {"file": "a", "wrong": {"igm": "x"}}}',
+    ],
+)
+def test_a_damaged_file_is_told_and_counting_begins_anew(text, program, wrong):
+    lab = find_lab("amoro")
+    tries_file().parent.mkdir(parents=True)
+    tries_file().write_text(text.replace("PATH", str(program.resolve())), "utf-8")
+    found = with_try_counted(wrong, lab, program)
+    assert found.points == 18 and not any("line 99" in check.spot for check in found.checks)
+    assert any("damaged: wrong tries are counted from 0 again" in note for note in found.notes)
+    assert not with_try_counted(wrong, lab, program).notes
 
 
 def test_where_nothing_can_be_written_the_report_says_so(program, wrong, monkeypatch, tmp_path):

@@ -5,12 +5,14 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
 from fivebar.grading.program import Job
 from tests.helpers import DATA
+from tests.helpers.mended import holds_elsewhere, in_the_right_place
 
 FOLDER = DATA / "hand_ins"
 
@@ -61,15 +63,38 @@ def outcome(case, report):
     for check in report.checks:
         true = case.truths.get(check.function)
         notes = " ".join((check.misconception, check.spot, check.text, *check.remarks))
-        # A change that was tried is true in whichever words it is told.
-        if true is not None and (check.spot or re.search(true, notes, re.DOTALL)):
+        beside = re.match("(consistent with|fails in) your", check.misconception)
+        told = check.misconception and not beside or check.spot
+        if true is not None and (re.search(true, notes, re.DOTALL) or mends(case, check)):
             named.add(check.function)
-        elif check.misconception and not re.match(
-            "(consistent with|fails in) your", check.misconception
-        ):
-            false.add((check.function, check.misconception))
+        elif told:
+            false.add((check.function, f"{check.misconception} {check.spot}".strip()))
         lost += (check.max_points - check.points) * (true is None)
     return named, false, lost
+
+
+@cache
+def _base(base):
+    return (FOLDER / f"{base}.py").read_text("utf-8")
+
+
+@cache
+def _mends(case_key, function, spot):
+    case = _CASES[case_key]
+    return in_the_right_place(case, _base(case.base), spot) and (
+        holds_elsewhere(case, function, spot) is not False
+    )
+
+
+_CASES = {}
+
+
+def mends(case, check):
+    """Whether a change is told that is made where the mistake is, and makes the function right elsewhere, too."""
+    _CASES[case.title, case.source] = case
+    return "right answers come with" in check.spot and _mends(
+        (case.title, case.source), check.function, check.spot
+    )
 
 
 def main(files):

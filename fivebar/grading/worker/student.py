@@ -10,7 +10,7 @@ import secrets
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from inspect import getsource
 from math import isfinite
 
@@ -21,7 +21,7 @@ from .places import bwrap_trouble
 from .replies import KINDS, Reply
 from .sandbox import MOST_OUTPUT, IsolationError, KilledError, Lost, SandboxWorker
 from .submission import Submission
-from .wire import Change, Garbled, clean, outlined, place, reply, told, value
+from .wire import Change, Garbled, clean, outlined, place, reply, told, value, whole
 
 MOST_LOSSES = 3  # workers that one function, or the file, may cost
 MOST_KILLED = 5  # workers of a submission that something else may kill
@@ -34,13 +34,17 @@ LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
 
 @dataclass(frozen=True)
 class Tried:
-    """Changes of a program to be tried: of each row that is asked, the number of its change, in the
-    list for this function; apart: functions that are not changed.
+    """Changes of a program to be tried: of each row that is asked, the numbers of its changes in
+    the list for this function and wave.
+
+    apart: functions that are not changed; first: (wave, number) of changes that are made before.
     """
 
-    function: str = ""
-    apart: tuple[str, ...] = ()
-    numbers: list[int] | None = None
+    function: str
+    apart: tuple[str, ...]
+    wave: int = 0
+    first: tuple[tuple[int, int], ...] = ()
+    numbers: list[list[int]] = field(default_factory=list)
 
 
 class Student:
@@ -95,7 +99,8 @@ class Student:
         self.constants: dict = {}
         self.outline: dict = {}
         self.changes: list[Change] = []
-        self._tried = Tried()
+        self._tried: Tried | None = None
+        self.count = 0  # of changes
         self.trouble = None
         self.notes = ()
         self.mended: list[Reply] = []
@@ -137,11 +142,12 @@ class Student:
             seconds for one call.
         given: name -> right(row), which stands in for the program's own function, as in `StandIn`;
         for good, so that nothing else should be asked of this Student.
-        tried: the changes of the file with which the rows are asked; `changes` is then filled.
+        tried: the changes of the file with which the rows are asked; `count` is then how many there
+        are, and `changes` holds those asked, in the order of their numbers, if they are few.
         What only today's NumPy refuses is asked again as it ran before; `mended` holds the first
         refusal.
         """
-        self._tried = tried or Tried()
+        self._tried = tried
         replies = self._ask(function, rows, constants, limit, given or {})
         refused = [
             reply
@@ -214,9 +220,7 @@ class Student:
             "rows": rows,
             "constants": constants,
             "given": [*given],
-            "changes": tried.numbers and tried.numbers[len(replies) :],
-            "changes_of": tried.function,
-            "apart": [*tried.apart],
+            "tried": tried and asdict(tried) | {"numbers": tried.numbers[len(replies) :]},
         }
         self._worker.send(request, limit)
         data = self._worker.receive(
@@ -225,7 +229,8 @@ class Student:
         if data.get("k") == "missing":
             replies += [self._missing(function, data.get("absent"))] * len(rows)
             return
-        self.changes = told(data["changes"]) if data.get("changes") else self.changes
+        if tried:
+            self.changes, self.count = told(data.get("changes")), whole(data.get("count"))
         for _ in rows:
             until = min(time.monotonic() + limit, end)
             while (data := self._worker.receive(nonce, until - time.monotonic())).get(

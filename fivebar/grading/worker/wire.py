@@ -102,6 +102,13 @@ def told(data: object) -> list[Change]:
     return changes
 
 
+def whole(data: object) -> int:
+    """Return a count that a worker tells. Raises Garbled."""
+    if type(data) is not int or not 0 <= data < 1e6:
+        raise Garbled("a count that is none")
+    return data
+
+
 def value(data: object, depth: int = 0) -> object:
     """Return python and NumPy values of plain data: numbers, text, None, lists, and objects marked
     by "~".

@@ -17,13 +17,13 @@ import types
 from collections.abc import Callable
 
 from answers import call, plain
-from changes import changes
+from changes import Trials
 from confine import confine
-from loading import FILE, Siblings, load, methods, outline, own_values
+from loading import FILE, Siblings, load, methods, outline, own_values, statements
 from stand_in import StandIn
 
 MOST_LINE = 1_000_000  # bytes of a message
-NO_CHANGE = -1  # number of the program as it is
+MOST_TOLD = 8  # changes of one request that are told in words
 SPARE = b'{"n": "%s", "k": "memory", "t": ""}\n'  # of no new objects but one
 
 
@@ -118,7 +118,7 @@ def main() -> None:
     loaded = {"names": names, "trouble": trouble, "numbers": numbers, "outline": functions}
     send({"n": nonce, "k": "loaded", **loaded})
 
-    changed: dict = {}  # function and those left as they are -> its changes
+    trials = Trials(statements(request["source"], FILE)[0])
 
     while True:
         request = receive()
@@ -150,25 +150,20 @@ def main() -> None:
                     own.ask = ask
                 elif callable(own):
                     vars(space)[name] = StandIn(own, ask)
-        known: list = []
-        if request["changes"] is not None:
-            key = request["changes_of"], *request["apart"]
-            if key not in changed:
-                changed[key] = changes(file[0], request["changes_of"], request["apart"])
-            known = changed[key]
-        wanted = known if set(request["changes"] or ()) == {NO_CHANGE} else []
-        told = [[each.line, each.kind, each.function, each.old, each.new] for each in wanted]
-        send({"n": nonce, "k": "asked", "changes": told})
+        tried, told, named = request["tried"], {}, vars(asked)
+        variants = tried and trials.of(tried)
+        if tried:
+            if variants.install(named, request["given"]):
+                methods(asked, constants, anew=True)
+            wanted = sorted({number for numbers in tried["numbers"] for number in numbers})
+            few = wanted if len(wanted) <= MOST_TOLD else []
+            words = [[*variants.changes[number].told] for number in few]
+            told = {"count": len(variants.changes), "changes": words}
+        send({"n": nonce, "k": "asked", **told})
         for place, row in enumerate(request["rows"]):
-            number = request["changes"][place] if known else NO_CHANGE
-            kept: dict = {}
-            if number != NO_CHANGE:
-                made = known[number].made(vars(asked))
-                kept = {name: vars(asked)[name] for name in made}
-                vars(asked).update(made)
-                function = vars(asked)[request["function"]]
-            answer = call(function, row, FILE)
-            vars(asked).update(kept)
+            if tried:
+                variants.switch(named, tried["numbers"][place])
+            answer = call(named[request["function"]], row, FILE)
             answer["n"] = nonce
             try:
                 send(answer)

@@ -1,179 +1,412 @@
-"""Single changes of a student's own formulas, to be tried one after the other; standard library
-only.
+"""Changes of a student's own formulas, to be tried one after the other; standard library only.
 
-A change is made in one place, or in all places that read alike but for the leg. Nothing here knows
-the right answers: the grader compares.
+A change is made in one place, or in all places that read alike but for the leg. All changes are
+compiled at once: each place asks which of its alternatives is switched on. Nothing here knows the
+right answers: the grader compares.
 """
 
 from __future__ import annotations
 
 import ast
+import builtins
+import contextlib
 import re
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property, partial
+from itertools import chain
 from typing import Any
 
-MOST_CHANGES = 2_000
-MOST_TEXT = 60  # characters quoted
-_OPERATORS: dict[type, tuple] = {
-    ast.Add: ((ast.Sub, "a sign"), (ast.Mult, "an operator")),
-    ast.Sub: ((ast.Add, "a sign"), (ast.Mult, "an operator")),
-    ast.Mult: (
-        (ast.Div, "an operator"),
-        (ast.Pow, "a square"),
-        (ast.MatMult, "a matrix product"),
-        (ast.Add, "an operator"),
-    ),
-    ast.Div: ((ast.Mult, "an operator"),),
-    ast.Pow: ((ast.Mult, "a square"),),
-    ast.MatMult: ((ast.Mult, "a matrix product"),),
-}
-_DROPPED: dict[type, str] = {
-    ast.Add: "a term",
-    ast.Sub: "a term",
-    ast.Mult: "a factor",
-    ast.Div: "a factor",
-    ast.MatMult: "a factor",
-    ast.Pow: "a square",
-}
-_FUNCTIONS = {
-    "sin": ("cos", "tan"),
-    "cos": ("sin",),
-    "tan": ("sin",),
-    "asin": ("acos",),
-    "acos": ("asin",),
-    "arcsin": ("arccos",),
-    "arccos": ("arcsin",),
-    "real": ("imag",),
-    "imag": ("real",),
-    "min": ("max",),
-    "max": ("min",),
-}
-_ATAN = {"atan": "atan2", "arctan": "arctan2"}
-_FACTORS = (1, 2, 0.5, 0.25)  # tried in the place of another number
-MOST_WHOLE = 20  # of whole numbers that may be off by 1
-_INVERSE = "__import__('numpy').linalg.inv"
-_VALUES = ast.BinOp | ast.Call | ast.Name | ast.Subscript | ast.Attribute | ast.Constant
-_GROUPS = ast.Mult | ast.Div | ast.MatMult | ast.Pow
+from additions import additions
+from alternatives import FIRST_ADDED, LINEAR_ALGEBRA, Scope, alternatives, exchanges, places
+from loading import deep
+
+MOST_CHANGES = 4_000
+MOST_KNOWN = 4  # lists of changes that are remembered
+WAVES = range(2), range(2, 3), range(3, 6), range(6, 7), range(7, 8)  # ranks tried together
+MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
+MOST_TEXT = 120  # characters quoted: what is told can be carried out
+LONGEST_TERM = 60  # characters
+MOST_TERMS = 60  # of other formulas that may be missing in one
+MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
+SWITCHES = "__on__"  # name of the switches in the student's module
+DROPPED = "no such line"
+_LEG = re.compile(r"(?<=[A-Za-z_])[12]|left|right")
+_INDEX = re.compile(r"(?<=\[)[01](?=\])")  # is the leg where no name has its number
+_NAME = re.compile(r"(?<![(\w])[A-Za-z_]\w*")  # of a variable, in a short text of a node
+MOST_ALIKE = 1  # rank of changes that are made together where they read alike but for the names
+_LEGS = {"1": 1, "0": 1, "left": 1, "2": 2, "right": 2}
+
+
+class Switches(dict):
+    """The alternatives that are switched on: number of a place -> that of its alternative."""
+
+    def __init__(self):
+        super().__init__()
+        self.steps = 0
+
+    def set_to(self, on: dict[int, int]) -> None:
+        self.clear()
+        self.update(on)
+        self.steps = 0
+
+    def step(self) -> None:
+        """Count a step of a loop. Raises RuntimeError where a change lets it go on for ever."""
+        self.steps += 1
+        if self and self.steps > MOST_STEPS:
+            raise RuntimeError(f"more than {MOST_STEPS} steps")
 
 
 @dataclass(frozen=True)
 class Change:
-    """A change: the line, what it is about, the function that it is in, what stands there and what
-    is tried; swaps: id of a node -> the node in its place.
-    """
+    """A change in one place or more; swaps: id of a node -> the node in its place, or lines."""
 
-    line: int
-    kind: str
-    function: str
-    old: str
-    new: str
+    members: list[_Single]
     swaps: dict
-    functions: tuple[ast.FunctionDef, ...]
 
-    def made(self, space: dict) -> dict:
-        """Return the changed functions by name, made of the names of this module."""
-        made: dict = {}
-        for function in self.functions:
-            tree = ast.Module([rebuilt(function, self.swaps)], [])
-            own = dict(space)
-            exec(compile(ast.fix_missing_locations(tree), "<changed>", "exec"), own)
-            made[function.name] = _in_module(own[function.name], space)
-        return made
+    @property
+    def told(self) -> tuple[int, str, str, str, str]:
+        """The line, what it is about, the function that it is in, what stands there and what is
+        tried.
+        """
+        first, count = min(self.members, key=lambda one: one.place), len(self.members)
+        new = _text(first.new) + (f", in {count} places" if count > 1 else "")
+        return first.place[0], first.kind, first.scope.name, _text(first.old), new
 
 
-def _in_module(function, space):
-    """Return the function with the module's own names, so that what it calls is what stands there
-    when it is called.
+class Trials:
+    """A program to be run with changes in it; request: the function that is changed, those that are
+    left apart, the wave of changes, and those made before, each with its wave.
     """
-    own = type(function)(
-        function.__code__, space, function.__name__, function.__defaults__, function.__closure__
-    )
-    own.__kwdefaults__ = function.__kwdefaults__
-    return own
+
+    def __init__(self, body: list[ast.stmt]):
+        self._body = body
+        self._known: dict = {}
+
+    def of(self, request: dict) -> Variants:
+        """Return the changes of a request; the last few are remembered."""
+        function, apart = request["function"], request["apart"]
+        first, wave = [tuple(pair) for pair in request["first"]], request["wave"]
+        key = function, *apart, *first, wave
+        if key not in self._known:
+            body = self._body
+            if first:
+                *before, (earlier, number) = first
+                body = self.of(request | {"first": before, "wave": earlier}).changed(number)
+            with deep():
+                made = Variants(body, function, apart, WAVES[wave])
+            self._known[key] = made
+            if len(self._known) > MOST_KNOWN:
+                del self._known[next(iter(self._known))]
+        return self._known[key]
 
 
-def changes(source: str, function: str, apart: list[str]) -> list[Change]:
-    """Return single changes in a function and in those of the file that it calls, likely ones
-    first; apart: functions that are left as they are.
+class Variants:
+    """A program's functions and the changes of them, likely ones first.
+
+    body: the statements of the program; apart: functions that are left as they are; ranks: of the
+    changes, the likely ones have the lowest.
     """
-    try:
-        body = ast.parse(source).body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return []
-    defined = {node.name: node for node in body if isinstance(node, ast.FunctionDef)}
+
+    def __init__(self, body: list[ast.stmt], function: str, apart: list[str], ranks: range):
+        self.body = body
+        self.scopes = [*_scopes(body, function, apart)]
+        groups: dict = {}
+        signs = _Signs()
+        for scope in self.scopes:
+            for one in _single_changes(scope, ranks, signs):
+                kind, text, _ = one.key
+                alike = kind, _NAME.sub("", text) if one.rank <= MOST_ALIKE else text
+                line = one.place[0]
+                for key in (one.key, (kind, text), (kind, text, line), alike, (*alike, line)):
+                    groups.setdefault(key, []).append(one)
+        self.changes = _ordered(groups)
+
+    def changed(self, number: int) -> list[ast.stmt]:
+        """Return the program's statements after a change."""
+        swaps = self.changes[number].swaps
+        body = [rebuilt(node, lambda old, new: swaps.get(id(old), new)) for node in self.body]
+        return [ast.fix_missing_locations(node) for node in body]
+
+    @cached_property
+    def _with_switches(self):
+        """The code of the functions with all alternatives, by name, and what is switched on for
+        each change.
+        """
+        choices, on = _Choices(), []
+        for change in self.changes:
+            on.append({choices.place(k): choices.number(k, new) for k, new in change.swaps.items()})
+        inside = {id(scope.function) for scope in self.scopes}
+        code = {}
+        for node in self.body:
+            if any(id(part) in inside for part in ast.walk(node)):
+                made = ast.fix_missing_locations(rebuilt(node, choices.chosen))
+                name = getattr(node, "name", "") or _function_of(node)[1]
+                with contextlib.suppress(SyntaxError, ValueError):  # it is left as it stands
+                    code[name] = compile(ast.Module([made], []), "<changed>", "exec")
+        return code, on
+
+    def install(self, space: dict, apart: list[str]) -> bool:
+        """Put the functions with all alternatives into a module, all switched off; return whether
+        a class is among them.
+        """
+        with deep():
+            code, _ = self._with_switches
+        space[SWITCHES] = Switches()
+        for name, lines in code.items():
+            if name not in apart:
+                exec(lines, space)
+        return any(isinstance(space.get(name), type) for name in code)
+
+    def switch(self, space: dict, numbers: list[int]) -> None:
+        """Switch these changes on in the module, all others off."""
+        on: dict = {}
+        for number in numbers:
+            on |= self._with_switches[1][number]
+        space[SWITCHES].set_to(on)
+
+
+@dataclass(frozen=True)
+class _Single:
+    """A change of one expression, or of whole lines: the nodes, and what comes in their place."""
+
+    rank: int
+    kind: str
+    scope: Scope
+    nodes: list[Any]
+    swaps: dict
+    key: tuple
+
+    @property
+    def place(self) -> tuple[int, int]:
+        return self.nodes[0].lineno, self.nodes[0].col_offset
+
+    @property
+    def old(self) -> str:
+        return "; ".join(map(ast.unparse, self.nodes))
+
+    @property
+    def new(self) -> str:
+        told = [new if isinstance(new, list) else [new] for new in self.swaps.values()]
+        lines = [ast.unparse(ast.fix_missing_locations(part)) for part in chain(*told)]
+        return "; ".join(line for line in lines if line != "pass") or DROPPED
+
+
+def _scopes(body, function, apart):
+    """Yield a function's scope, and those of the functions that it calls."""
+    defined, arguments = {}, {}
+    for node in body:
+        parts = node.body if isinstance(node, ast.ClassDef) else [node]
+        for part in parts:
+            made, name = _function_of(part)
+            if made is not None and sum(1 for _ in ast.walk(made)) <= MOST_NODES:
+                defined[name] = made
+                arguments[name] = [part.arg for part in made.args.args if part.arg != "self"]
     constants = [
         target.id
         for node in body
-        if isinstance(node, ast.Assign)
+        if isinstance(node, ast.Assign) and _function_of(node)[0] is None
         for target in node.targets
         if isinstance(target, ast.Name)
     ]
-    waiting: list[str] = [function]
-    seen: list[str] = []
-    found: dict = {}
+    top = {part.asname or part.name for node in body for part in getattr(node, "names", ())}
+    complex_numbers = any("1j" in ast.unparse(node) for node in defined.values())
+    waiting, seen = deque([function]), []
     while waiting:
-        name = waiting.pop(0)
+        name = waiting.popleft()
         if name in seen or name not in defined or (name in apart and name != function):
             continue
         seen.append(name)
+        for part in ast.walk(defined[name]):
+            if isinstance(part, ast.Name | ast.Attribute):
+                waiting.append(getattr(part, "id", getattr(part, "attr", "")))
+    terms = [*_terms([defined[name] for name in (*seen, *defined)])]
+    for name in seen:
         node = defined[name]
-        waiting += [part.id for part in ast.walk(node) if isinstance(part, ast.Name)]
-        for place in _places(node, constants):
-            for rank, kind, new in _alternatives(place, constants):
-                change = _leg_free(f"{ast.unparse(place.node)}; {ast.unparse(new)}")
-                key = kind, change, _LEG.sub("", ast.unparse(place.parent))
-                found.setdefault(key, []).append((rank, kind, place, new))
-    return _ordered(found.values())
+        parts = [*ast.walk(node)]
+        given = [part.arg for part in parts if isinstance(part, ast.arg) and part.arg != "self"]
+        names = [part for part in parts if isinstance(part, ast.Name)]
+        stored = sorted({part.id for part in names if isinstance(part.ctx, ast.Store)})
+        used = frozenset(part.id for part in names)
+        known = {*given, *stored, *constants, *defined, *top}
+        in_scope = [term for term in terms if _names(term) <= known]
+        yield Scope(
+            node,
+            name,
+            arguments[name],
+            stored,
+            constants,
+            used | {*given, *constants},
+            arguments,
+            frozenset({*known, *dir(builtins)}),
+            in_scope[:MOST_TERMS],
+            complex_numbers,
+        )
+
+
+def _function_of(node):
+    """Return the function that a statement makes, and its name; None where it makes none."""
+    if isinstance(node, ast.FunctionDef):
+        return node, node.name
+    target = node.targets[0] if isinstance(node, ast.Assign) else None
+    if isinstance(target, ast.Name) and isinstance(node.value, ast.Lambda):
+        return node.value, target.id
+    return None, ""
+
+
+def _names(node):
+    return {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
+
+
+def _terms(functions) -> Iterator[ast.expr]:
+    """Yield the terms of sums in these functions, as they stand, of the other leg, and with the
+    next derivative; also with the formulas of their names in place of these.
+    """
+    seen: set = set()
+    for function in functions:
+        formulas = _formulas(function)
+        for part in ast.walk(function):
+            if not isinstance(part, ast.BinOp) or not isinstance(part.op, ast.Add | ast.Sub):
+                continue
+            for term in (part.left, part.right):
+                long = _names(term) & formulas.keys()
+                written = rebuilt(term, partial(_formula_or_copy, formulas))
+                for text in map(ast.unparse, (term, written) if long else (term,)):
+                    later = re.sub(r"\b(\w*\dD)\b", r"\1D", text)
+                    for other in (text, _other_leg(text), later, _other_leg(later)):
+                        if _names(term) and len(text) <= LONGEST_TERM and other not in seen:
+                            seen.add(other)
+                            yield ast.parse(other, mode="eval").body
+
+
+def _formulas(function):
+    """Return the formulas of names that a function gives a value once."""
+    found: dict = {}
+    for part in ast.walk(function):
+        target = part.targets[0] if isinstance(part, ast.Assign) else None
+        if isinstance(target, ast.Name):
+            found.setdefault(target.id, []).append(part.value)
+    return {name: formulas[0] for name, formulas in found.items() if len(formulas) == 1}
+
+
+def _formula_or_copy(formulas, node, copy):
+    return formulas.get(getattr(node, "id", None), copy)
+
+
+def _other_leg(text):
+    exchanged = {"1": "2", "2": "1"}
+    return re.sub(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)", lambda m: exchanged[m[0]], text)
+
+
+def _single_changes(scope, ranks, signs) -> Iterator[_Single]:
+    for place in places(scope):
+        old, around = signs.of(place.node), _leg_free(signs.of(place.parent))
+        found = [*alternatives(place)] if ranks.start < FIRST_ADDED else []
+        found += additions(place) if ranks.stop > FIRST_ADDED else ()
+        for rank, kind, new in found:
+            if rank in ranks:
+                key = kind, _leg_free(f"{old}; {signs.of(new)}"), around
+                yield _Single(rank, kind, scope, [place.node], {id(place.node): new}, key)
+    if isinstance(scope.function, ast.FunctionDef):
+        for rank, kind, nodes, new in _of_statements(scope):
+            if rank in ranks:
+                swaps = dict(zip(map(id, nodes), new))
+                key = kind, _leg_free("; ".join(map(signs.of, (*nodes, *chain(*new))))), ""
+                yield _Single(rank, kind, scope, nodes, swaps, key)
+
+
+class _Signs:
+    """Short texts of nodes, each made once: two nodes that read alike have the same."""
+
+    def __init__(self):
+        self._known: dict[int, tuple[ast.AST, str]] = {}
+
+    def of(self, node: ast.AST) -> str:
+        known = self._known.get(id(node))
+        if known is None or known[0] is not node:
+            known = node, self._made(node)
+            self._known[id(node)] = known
+        return known[1]
+
+    def _made(self, node):
+        if isinstance(node, ast.Name):
+            return node.id
+        parts = [type(node).__name__]
+        for _, value in ast.iter_fields(node):
+            if isinstance(value, ast.AST):
+                parts.append(self.of(value))
+            elif isinstance(value, list):
+                parts += [self.of(part) if isinstance(part, ast.AST) else part for part in value]
+            elif value is not None:
+                parts.append(repr(value))
+        return f"({' '.join(map(str, parts))})"
+
+
+def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
+    """Yield (rank, kind, lines, lines in their place): left out, exchanged, with other targets."""
+    parts = [*ast.walk(scope.function)]
+    lists = [getattr(node, name, None) for node in parts for name in ("body", "orelse")]
+    for body in [part for part in lists if isinstance(part, list)]:
+        for node, after in zip(body, [*body[1:], None]):
+            if isinstance(node, ast.AugAssign):
+                yield from _of_update(node)
+            again = isinstance(node, ast.Assign) and not _is_first(node, scope)
+            if again or isinstance(node, ast.AugAssign):
+                yield 3, "a line", [node], [[ast.Pass()]]
+            if isinstance(node, ast.If) and node.orelse:
+                yield 1, "a comparison", [node], [[ast.If(node.test, node.orelse, node.body)]]
+            targets = node.targets[0] if isinstance(node, ast.Assign) else None
+            if isinstance(targets, ast.Tuple):
+                for elements in exchanges(targets.elts):
+                    other = ast.Assign([ast.Tuple(elements, ast.Store())], node.value)
+                    yield 2, "the order", [node], [[other]]
+            simple = isinstance(after, ast.Assign | ast.AugAssign)
+            if simple and isinstance(node, ast.Assign | ast.AugAssign):
+                yield 4, "the order of lines", [node, after], [[after, node], [ast.Pass()]]
+
+
+def _of_update(node):
+    others = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
+    other = others.get(type(node.op))
+    if other:
+        kind = "a sign" if isinstance(node.op, ast.Add | ast.Sub) else "an operator"
+        yield 0, kind, [node], [[ast.AugAssign(node.target, other(), node.value)]]
+    yield 2, "an operator", [node], [[ast.Assign([node.target], node.value)]]
+
+
+def _is_first(node, scope):
+    """Return whether a line is where its names get their first value."""
+    stored = [
+        part
+        for part in ast.walk(scope.function)
+        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
+    ]
+    names = {part.id for part in stored if part.lineno == node.lineno}
+    earlier = {part.id for part in stored if part.lineno < node.lineno}
+    return bool(names) and not names & {*earlier, *scope.arguments}
 
 
 def _ordered(groups):
     """Return the changes, of one place and of all places alike, by rank."""
-    ranked = []
-    for group in groups:
-        group.sort(key=lambda one: (one[2].node.lineno, one[2].node.col_offset))
+    ranked, seen = [], set()
+    for group in groups.values():
         sets = [[one] for one in group] + ([group] if len(group) > 1 else [])
         for members in sets:
-            rank, kind, first, new = members[0]
-            functions = {place.function.name: place.function for _, _, place, _ in members}
-            change = Change(
-                first.node.lineno,
-                kind,
-                first.function.name,
-                _text(first.node),
-                _text(new) + (f", in {len(members)} places" if len(members) > 1 else ""),
-                {id(place.node): other for _, _, place, other in members},
-                tuple(functions.values()),
-            )
-            ranked.append((rank, len(ranked), change))
+            swaps: dict = {}
+            for one in members:
+                swaps |= one.swaps
+            key = frozenset(map(id, swaps.values()))
+            if key not in seen:
+                seen.add(key)
+                ranked.append((members[0].rank, len(ranked), members, swaps))
     ranked.sort(key=lambda item: item[:2])
-    return [change for _, _, change in ranked[:MOST_CHANGES]]
+    return [Change(members, swaps) for _, _, members, swaps in ranked[:MOST_CHANGES]]
 
 
-def _text(node):
-    text = ast.unparse(node).replace(_INVERSE, "inv")
+def _text(text):
+    text = text.replace(LINEAR_ALGEBRA, "").replace("__import__('numpy').", "")
     return text if len(text) <= MOST_TEXT else f"{text[: MOST_TEXT - 4]} ..."
-
-
-def rebuilt(node: ast.AST, swaps: dict) -> Any:
-    """Return a copy of a tree with other nodes in some places."""
-    if id(node) in swaps:
-        return ast.copy_location(swaps[id(node)], node)
-    fields = {name: _copied(value, swaps) for name, value in ast.iter_fields(node)}
-    return ast.copy_location(type(node)(**fields), node)
-
-
-def _copied(value, swaps):
-    if isinstance(value, ast.AST):
-        return rebuilt(value, swaps)
-    if isinstance(value, list):
-        return [_copied(part, swaps) for part in value]
-    return value
-
-
-_LEG = re.compile(r"(?<=[A-Za-z_])[12]|left|right")
-_INDEX = re.compile(r"(?<=\[)[01](?=\])")  # is the leg where no name has its number
-_LEGS = {"1": 1, "0": 1, "left": 1, "2": 2, "right": 2}
 
 
 def _leg_free(text):
@@ -192,289 +425,69 @@ def _leg_of(found):
     return int(found[0]) + 1 if bracket else _LEGS[found[0]]
 
 
-@dataclass(frozen=True)
-class Place:
-    """An expression, its parent, and the function that it is in; term: whether it is no factor of a
-    product.
-    """
-
-    node: ast.expr
-    parent: ast.AST
-    function: ast.FunctionDef
-    term: bool
-    names: frozenset[str]
-
-    @property
-    def arguments(self) -> list[str]:
-        return [argument.arg for argument in self.function.args.args]
-
-    @property
-    def stored(self) -> list[str]:
-        """Names to which the function itself gives a value."""
-        parts = [part for part in ast.walk(self.function) if isinstance(part, ast.Name)]
-        return sorted({part.id for part in parts if isinstance(part.ctx, ast.Store)})
-
-    def like(self, name: str) -> list[str]:
-        """Return names that are taken for this one by mistake: other digits, u and v, x and y."""
-        bare = _bare(name)
-        return sorted(other for other in self.names if other != name and _bare(other) == bare)
+def rebuilt(node: ast.AST, put: Callable) -> Any:
+    """Return a copy of a tree; put(node, its copy) gives what comes in its place."""
+    fields = {name: _copied(value, put) for name, value in ast.iter_fields(node)}
+    return put(node, ast.copy_location(type(node)(**fields), node))
 
 
-def _bare(name):
-    return re.sub(r"^v", "u", re.sub(r"^y", "x", re.sub(r"\d", "", name)))
+def _copied(value, put):
+    if isinstance(value, ast.AST):
+        return rebuilt(value, put)
+    if not isinstance(value, list):
+        return value
+    parts = []
+    for part in value:
+        copy = _copied(part, put)
+        parts += copy if isinstance(copy, list) else [copy]
+    return parts
 
 
-def _places(function: ast.FunctionDef, constants: list[str]) -> Iterator[Place]:
-    """Yield the expressions of a function that may be changed: not those that guard it, and no
-    condition of a loop, which might then not end.
-    """
-    arguments = {part.arg for part in ast.walk(function) if isinstance(part, ast.arg)}
-    used = {part.id for part in ast.walk(function) if isinstance(part, ast.Name)}
-    names = frozenset(arguments | used | set(constants))
-    waiting: list[tuple[ast.AST, bool]] = [(node, True) for node in reversed(function.body)]
-    while waiting:
-        parent, _ = waiting.pop()
-        if isinstance(parent, ast.While) or _is_guard(parent) or _is_text(parent):
-            continue
-        product = isinstance(parent, ast.BinOp) and isinstance(parent.op, _GROUPS)
-        sign = isinstance(parent, ast.UnaryOp)
-        for node in ast.iter_child_nodes(parent):
-            if isinstance(node, ast.expr) and _is_read(node) and not _is_called(node, parent):
-                yield Place(node, parent, function, not product and not sign, names)
-            waiting.append((node, True))
+class _Choices:
+    """The alternatives of each place."""
+
+    def __init__(self):
+        self._numbers: dict = {}
+        self._new: dict = {}
+
+    def place(self, key: int) -> int:
+        return self._numbers.setdefault(key, len(self._numbers))
+
+    def number(self, key: int, new: Any) -> int:
+        known = self._new.setdefault(key, [])
+        for number, other in enumerate(known):
+            if other is new:
+                return number
+        known.append(new)
+        return len(known) - 1
+
+    def chosen(self, node: ast.AST, copy: Any) -> Any:
+        """Return a copy of a node that is one of its alternatives where that is switched on."""
+        if isinstance(copy, ast.While):
+            copy.body.insert(0, ast.parse(f"{SWITCHES}.step()").body[0])
+        new = self._new.get(id(node))
+        if new is None:
+            return copy
+        place = self._numbers[id(node)]
+        test = ast.Compare(ast.Constant(place), [ast.In()], [_switches()])
+        other = _one_of(place, new, 0)
+        if isinstance(node, ast.stmt):
+            return ast.copy_location(ast.If(test, other, [copy]), node)
+        return ast.copy_location(ast.IfExp(test, other, copy), node)
 
 
-def _is_guard(node):
-    return isinstance(node, ast.If) and isinstance(node.body[0], ast.Raise)
+def _one_of(place, new, first):
+    """Return what chooses one of a place's alternatives by halves; first: number of new[0]."""
+    if len(new) == 1:
+        return new[0]
+    half = len(new) // 2
+    low, high = _one_of(place, new[:half], first), _one_of(place, new[half:], first + half)
+    which = ast.Subscript(_switches(), ast.Constant(place), ast.Load())
+    test = ast.Compare(which, [ast.Lt()], [ast.Constant(first + half)])
+    if isinstance(low, list):
+        return [ast.If(test, low, high)]
+    return ast.IfExp(test, low, high)
 
 
-def _is_text(node):
-    return isinstance(node, ast.JoinedStr) or (
-        isinstance(node, ast.Constant) and isinstance(node.value, str)
-    )
-
-
-def _is_read(node):
-    return isinstance(getattr(node, "ctx", ast.Load()), ast.Load)
-
-
-def _is_called(node, parent):
-    """Return whether a node only names what is called or taken a part of."""
-    if isinstance(parent, ast.Call) and node is parent.func:
-        name = node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
-        return name not in _FUNCTIONS
-    return isinstance(parent, ast.Attribute) and isinstance(node, ast.Name) and not _is_array(node)
-
-
-def _is_array(node):
-    return node.id not in ("np", "numpy", "math", "cmath", "linalg")
-
-
-def _alternatives(place: Place, constants: list[str]) -> Iterator[tuple[int, str, ast.expr]]:
-    """Yield (rank, kind, new node): first what replaces one sign or name, last what adds one."""
-    node = place.node
-    if isinstance(node, ast.BinOp):
-        yield from _of_operation(node)
-    elif isinstance(node, ast.UnaryOp):
-        yield 0, "a sign", node.operand
-    elif isinstance(node, ast.Name):
-        yield from ((0, "a variable", _name(other)) for other in place.like(node.id))
-        yield from ((0, "a function", _name(other)) for other in _FUNCTIONS.get(node.id, ()))
-    elif isinstance(node, ast.Attribute):
-        yield from _of_attribute(node)
-    elif isinstance(node, ast.Constant):
-        yield from _of_number(node.value)
-    elif isinstance(node, ast.Call):
-        yield from _of_call(node)
-    elif isinstance(node, ast.Subscript):
-        yield from _of_subscript(node)
-    elif isinstance(node, ast.Tuple | ast.List) and len(node.elts) == 2:
-        yield 1, "the order", type(node)(node.elts[::-1], node.ctx)
-    if isinstance(place.parent, ast.stmt) or isinstance(node, ast.Call):
-        yield from _exchanged(node)
-    if isinstance(node, _VALUES) and not _is_called_name(place):
-        given = isinstance(node, ast.Name) and node.id in place.arguments
-        for rank, kind, new in _added(place, constants):
-            yield rank + given, kind, new  # an argument itself is seldom what is wrong
-
-
-def _exchanged(node):
-    """Yield a whole formula with sine and cosine, or both legs, in each other's place."""
-    text = ast.unparse(node)
-    pairs = (
-        ("a function", {"sin": "cos", "cos": "sin"}, r"\b(sin|cos)\b"),
-        ("a variable", {"1": "2", "2": "1"}, r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)"),
-    )
-    for kind, others, pattern in pairs:
-        changed = re.sub(pattern, lambda found, others=others: others[found[0]], text)
-        if changed != text:
-            yield 2, kind, ast.parse(changed, mode="eval").body
-
-
-def _is_called_name(place):
-    """Return whether a node is the name of a function in a call, or an index."""
-    parent = place.parent
-    return (
-        isinstance(parent, ast.Call)
-        and place.node is parent.func
-        or isinstance(parent, ast.Subscript)
-        and place.node is parent.slice
-    )
-
-
-def _name(name):
-    return ast.Name(name, ast.Load())
-
-
-def _of_operation(node):
-    left, op, right = node.left, node.op, node.right
-    for other, kind in _OPERATORS.get(type(op), ()):
-        yield 0, kind, ast.BinOp(left, other(), right)
-    kind = _DROPPED.get(type(op), "a term")
-    yield 2, kind, left
-    if not isinstance(op, ast.Pow):
-        yield 2, kind, right
-    if isinstance(op, ast.Sub):
-        yield 1, "a sign", ast.UnaryOp(ast.USub(), ast.BinOp(left, ast.Add(), right))
-    if isinstance(op, ast.Div) and isinstance(left, ast.Constant):
-        yield 2, "an inverse", _inverse_of(right)
-    if isinstance(op, ast.Pow) and isinstance(right, ast.UnaryOp):
-        yield 2, "an inverse", _inverse_of(left)
-    if not isinstance(op, ast.Add | ast.Mult):
-        yield 1, "the order", ast.BinOp(right, op, left)
-    yield from ((1, "a bracket", new) for new in _brackets(left, op, right))
-
-
-def _brackets(left, op, right):
-    """Yield the other ways to set brackets in an operation on operations."""
-    if isinstance(left, ast.BinOp):
-        yield ast.BinOp(left.left, left.op, ast.BinOp(left.right, op, right))
-    if isinstance(right, ast.BinOp):
-        yield ast.BinOp(ast.BinOp(left, op, right.left), right.op, right.right)
-    powers = isinstance(left, ast.BinOp) and isinstance(right, ast.BinOp)
-    if powers and isinstance(left.op, ast.Pow) and isinstance(right.op, ast.Pow):
-        yield ast.BinOp(ast.BinOp(left.left, op, right.left), ast.Pow(), left.right)
-    if isinstance(op, ast.Add | ast.Sub) and isinstance(left, ast.Call) and left.args:
-        inner = ast.BinOp(left.args[-1], op, right)
-        yield ast.Call(left.func, [*left.args[:-1], inner], left.keywords)
-
-
-def _of_number(value):
-    if type(value) not in (int, float) or abs(value) > MOST_WHOLE:
-        return
-    near = (value - 1, value + 1) if type(value) is int else ()
-    for other in dict.fromkeys((*near, *_FACTORS)):
-        if other != value:
-            yield 1, "a number", ast.Constant(other)
-
-
-def _inverse_of(node):
-    return ast.Call(ast.parse(_INVERSE, mode="eval").body, [node], [])
-
-
-def _of_attribute(node):
-    if node.attr == "T":
-        yield 0, "a transpose", node.value
-        yield 2, "an inverse", _inverse_of(node.value)
-    for other in _FUNCTIONS.get(node.attr, ()):
-        yield 0, "a function", ast.Attribute(node.value, other, ast.Load())
-
-
-def _of_call(node):
-    name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-    arguments = node.args
-    if node.keywords or not arguments:
-        return
-    if len(arguments) == 2:
-        yield 1, "the order", ast.Call(node.func, arguments[::-1], [])
-    if len(arguments) == 1:
-        kind = "an inverse" if name.endswith("inv") else "a root" if name == "sqrt" else "a call"
-        yield 2, kind, arguments[0]
-    if name == "solve" and len(arguments) == 2:
-        yield 1, "an inverse", ast.BinOp(arguments[0], ast.MatMult(), arguments[1])
-    quotient = arguments[0]
-    if name in _ATAN and isinstance(quotient, ast.BinOp) and isinstance(quotient.op, ast.Div):
-        both = [quotient.left, quotient.right]
-        if isinstance(node.func, ast.Attribute):
-            yield (
-                1,
-                "a function",
-                ast.Call(ast.Attribute(node.func.value, _ATAN[name], ast.Load()), both, []),
-            )
-    last = arguments[-1]
-    if isinstance(last, ast.BinOp) and isinstance(last.op, ast.Add | ast.Sub):
-        inner = ast.Call(node.func, [*arguments[:-1], last.left], [])
-        yield 1, "a bracket", ast.BinOp(inner, last.op, last.right)
-
-
-def _of_subscript(node):
-    index = node.slice
-    if isinstance(index, ast.Slice):
-        yield 1, "the order", node.value
-    elif isinstance(index, ast.Tuple) and len(index.elts) == 2:
-        yield 1, "an index", _part(node, ast.Tuple(index.elts[::-1], ast.Load()))
-        for k, one in enumerate(index.elts):
-            for other in _indices(one):
-                both = [*index.elts]
-                both[k] = other
-                yield 1, "an index", _part(node, ast.Tuple(both, ast.Load()))
-    else:
-        yield from ((0, "an index", _part(node, other)) for other in _indices(index))
-
-
-def _part(node, index):
-    return ast.Subscript(node.value, index, ast.Load())
-
-
-def _indices(node):
-    if isinstance(node, ast.Constant) and type(node.value) is int:
-        yield from (ast.Constant(k) for k in range(3) if k != node.value)
-
-
-def _added(place, constants):
-    """Yield what has been forgotten: a sign, a square, a root, a factor, a term."""
-    node, parent = place.node, place.parent
-
-    def with_(op, right):
-        return ast.BinOp(node, op, right)
-
-    if not isinstance(node, ast.Constant):
-        yield 3, "a square", with_(ast.Pow(), ast.Constant(2))
-        if place.term or isinstance(node, ast.Call):
-            yield 3, "a root", with_(ast.Pow(), ast.Constant(0.5))
-    matrices = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult)
-    if matrices or (isinstance(parent, ast.Call) and not isinstance(node, ast.Constant)):
-        yield 3, "a transpose", ast.Attribute(node, "T", ast.Load())
-        yield 3, "an inverse", _inverse_of(node)
-    if isinstance(node, ast.Name):
-        for name in place.arguments:
-            if _kind(name) == _kind(node.id) and name != node.id:
-                yield 2, "a term", with_(ast.Add(), _name(name))
-                yield 2, "a term", with_(ast.Sub(), _name(name))
-        for name in place.stored:
-            if name != node.id:
-                yield 6, "a term", with_(ast.Add(), _name(name))
-                yield 6, "a term", with_(ast.Sub(), _name(name))
-    if not place.term:
-        return
-    yield 3, "a sign", ast.UnaryOp(ast.USub(), node)
-    yield 4, "a factor", with_(ast.Div(), ast.Constant(2))
-    yield 4, "a factor", with_(ast.Mult(), ast.Constant(2))
-    yield 5, "a term", with_(ast.Add(), ast.Constant(1))
-    yield 5, "a term", with_(ast.Sub(), ast.Constant(1))
-    modes = [name for name in place.arguments if re.match("assembly|gamma|branch", name)]
-    known = (*constants, *modes)
-    for name in (*known, *(name for name in place.stored if name not in known)):
-        rank = 4 if name in known else 5
-        yield rank, "a factor", with_(ast.Mult(), _name(name))
-        yield rank, "a factor", with_(ast.Div(), _name(name))
-    if isinstance(parent, ast.Return | ast.Tuple | ast.List):
-        yield 3, "a transpose", ast.Attribute(node, "T", ast.Load())
-        for name in place.arguments:
-            yield 5, "a term", with_(ast.Add(), _name(name))
-            yield 5, "a term", with_(ast.Sub(), _name(name))
-
-
-def _kind(name):
-    """Return a name without its digits: q11 and q22 are angles, q11D and q22D are rates."""
-    return re.sub(r"\d", "", name)
+def _switches():
+    return ast.Name(SWITCHES, ast.Load())

@@ -109,7 +109,7 @@ class Siblings:
 
 def _run(module, file, source, notebook, skip, announce, constants, rewrite):
     """Return (first trouble or None, numbers) after running a source in a module."""
-    body, trouble = _statements(source, file)
+    body, trouble = statements(source, file)
     if notebook:
         used = _used(body)
         body = [node for node in body if _is_definition(node) or node in used]
@@ -147,7 +147,7 @@ def outline(sources: list[tuple[str, str]]) -> dict[str, list[list[str]]]:
     """
     defined: dict = {}
     for source, file in sources:
-        for node in _statements(source, file)[0]:
+        for node in statements(source, file)[0]:
             for name in {node.name} if hasattr(node, "name") else _stored(node):
                 defined.setdefault(name, []).append(node)
     return {
@@ -192,14 +192,18 @@ def own_values(module: types.ModuleType) -> list:
     return own
 
 
-def methods(module: types.ModuleType, constants: dict | None = None) -> dict[str, float]:
+def methods(
+    module: types.ModuleType, constants: dict | None = None, anew: bool = False
+) -> dict[str, float]:
     """Give the module the methods of a class of its own that needs no arguments, where it has no
     function of such a name; return the numbers of its object.
 
     It runs what makes the object, which may take for ever: not where the file has functions that
-    are asked. constants: other values for some of the numbers.
+    are asked. constants: other values for some of the numbers; anew: in place of those that it has.
     """
     numbers: dict = {}
+    for name in [k for k, v in vars(module).items() if anew and isinstance(v, types.MethodType)]:
+        del vars(module)[name]
     for own in own_values(module):
         if not isinstance(own, type):
             continue
@@ -253,7 +257,8 @@ def _number(value):
         return None
 
 
-def _statements(source, file):
+def statements(source: str, file: str) -> tuple[list[ast.stmt], dict | None]:
+    """Return a source's statements, as far as they can be read, and the trouble with it."""
     try:
         with deep():
             return ast.parse(source, file).body, None

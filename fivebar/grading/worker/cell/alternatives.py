@@ -1,0 +1,459 @@
+"""What may stand in the place of an expression or a statement: the slips that people make, undone;
+standard library only.
+
+Each alternative is (rank, kind, new): likely ones have a low rank. Nothing here knows the right
+answers.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import chain, permutations
+
+_OPERATORS: dict[type, tuple] = {
+    ast.Add: ((ast.Sub, "a sign"), (ast.Mult, "an operator")),
+    ast.Sub: ((ast.Add, "a sign"), (ast.Mult, "an operator")),
+    ast.Mult: (
+        (ast.Div, "an operator"),
+        (ast.Pow, "a square"),
+        (ast.MatMult, "a matrix product"),
+        (ast.Add, "an operator"),
+        (ast.Sub, "an operator"),
+    ),
+    ast.Div: ((ast.Mult, "an operator"),),
+    ast.FloorDiv: ((ast.Div, "an operator"),),
+    ast.Pow: ((ast.Mult, "a square"),),
+    ast.MatMult: ((ast.Mult, "a matrix product"),),
+}
+_DROPPED: dict[type, str] = {
+    ast.Add: "a term",
+    ast.Sub: "a term",
+    ast.Mult: "a factor",
+    ast.Div: "a factor",
+    ast.MatMult: "a factor",
+    ast.Pow: "a square",
+}
+_COMPARED: dict[type, tuple] = {
+    ast.Lt: (ast.Gt, ast.LtE),
+    ast.LtE: (ast.GtE, ast.Lt),
+    ast.Gt: (ast.Lt, ast.GtE),
+    ast.GtE: (ast.LtE, ast.Gt),
+    ast.Eq: (ast.NotEq, ast.Lt, ast.Gt),
+    ast.NotEq: (ast.Eq,),
+}
+FUNCTIONS = {
+    "sin": ("cos", "tan"),
+    "cos": ("sin",),
+    "tan": ("sin",),
+    "asin": ("acos",),
+    "acos": ("asin",),
+    "arcsin": ("arccos",),
+    "arccos": ("arcsin",),
+    "real": ("imag",),
+    "imag": ("real",),
+    "min": ("max",),
+    "max": ("min",),
+    "outer": ("dot", "cross"),
+    "cross": ("dot",),
+    "dot": ("cross", "outer"),
+    "column_stack": ("vstack",),
+    "vstack": ("column_stack",),
+}
+_ATAN = {"atan": "atan2", "arctan": "arctan2"}
+_FACTORS = (1, 2, 0.5, 0.25)  # tried in the place of another number
+MOST_WHOLE = 20  # of whole numbers that may be off by 1
+MOST_FACTORS = 4  # of a product of matrices of which all orders are tried
+MOST_ARGUMENTS = 4  # of a call of which all orders are tried
+LINEAR_ALGEBRA = "__import__('numpy').linalg."
+MOST_TOKENS = 60  # of a formula in which brackets are tried
+_TOKEN = re.compile(r"[\w.]+|\*\*|//|[^\s\w]")
+_WORD = re.compile(r"[\w.]")
+_GROUPS = ast.Mult | ast.Div | ast.MatMult | ast.Pow | ast.FloorDiv
+FIRST_ADDED = 3  # rank from which on something is added, or any name tried
+Alternatives = Iterator[tuple[int, str, ast.expr]]
+
+
+@dataclass(frozen=True)
+class Scope:
+    """The names of a function: arguments in order, those to which it gives a value, numbers of the
+    file; all of them; functions of the file with their arguments; terms of other formulas in which
+    only such names stand; known: all names with a value; complex_numbers: whether the file
+    computes with them.
+    """
+
+    function: ast.FunctionDef | ast.Lambda
+    name: str
+    arguments: list[str]
+    stored: list[str]
+    constants: list[str]
+    names: frozenset[str]
+    functions: dict[str, list[str]]
+    known: frozenset[str]
+    terms: list[ast.expr] = field(default_factory=list)
+    complex_numbers: bool = False
+
+    def like(self, name: str) -> list[str]:
+        """Return names that are taken for this one by mistake: other digits, u and v, x and y."""
+        bare = _bare(name)
+        return sorted(other for other in self.names if other != name and _bare(other) == bare)
+
+    @property
+    def values(self) -> list[str]:
+        """Names that hold numbers: first the file's numbers and the modes, then all others."""
+        modes = [name for name in self.arguments if re.match("assembly|gamma|branch", name)]
+        return [*dict.fromkeys((*self.constants, *modes, *self.stored, *self.arguments))]
+
+
+@dataclass(frozen=True)
+class Place:
+    """An expression, its parent, the scope that it is in; term: whether it is no factor of a
+    product.
+    """
+
+    node: ast.expr
+    parent: ast.AST
+    scope: Scope
+    term: bool
+
+
+def _bare(name):
+    return re.sub(r"^v", "u", re.sub(r"^y", "x", re.sub(r"\d", "", name)))
+
+
+def places(scope: Scope) -> Iterator[Place]:
+    """Yield the expressions of a function that may be changed."""
+    body = scope.function.body
+    waiting: list[ast.AST] = [*reversed(body)] if isinstance(body, list) else [scope.function]
+    while waiting:
+        parent = waiting.pop()
+        if is_text(parent) or isinstance(parent, ast.Raise | ast.arguments):
+            continue
+        product = isinstance(parent, ast.BinOp) and isinstance(parent.op, _GROUPS)
+        sign = isinstance(parent, ast.UnaryOp)
+        for node in ast.iter_child_nodes(parent):
+            if isinstance(node, ast.expr) and _is_read(node) and not _is_called(node, parent):
+                yield Place(node, parent, scope, not product and not sign)
+            waiting.append(node)
+
+
+def is_text(node: ast.AST) -> bool:
+    """Return whether a node is a text or another constant that is no number."""
+    return isinstance(node, ast.JoinedStr) or (
+        isinstance(node, ast.Constant) and not isinstance(node.value, int | float | complex)
+    )
+
+
+def _is_read(node):
+    loaded = isinstance(getattr(node, "ctx", ast.Load()), ast.Load)
+    return loaded and not isinstance(node, ast.Starred | ast.Slice)
+
+
+def _is_called(node, parent):
+    """Return whether a node only names what is called or taken a part of, or lists indices."""
+    if isinstance(parent, ast.Call) and node is parent.func:
+        name = node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
+        return name not in FUNCTIONS
+    if isinstance(parent, ast.Subscript) and node is parent.slice:
+        return isinstance(node, ast.Tuple)
+    return isinstance(parent, ast.Attribute) and isinstance(node, ast.Name) and not _is_array(node)
+
+
+def _is_array(node):
+    return node.id not in ("np", "numpy", "math", "cmath", "linalg", "mt")
+
+
+def alternatives(place: Place) -> Alternatives:
+    """Yield what may stand there where nothing but a sign, a name or an order is wrong."""
+    node = place.node
+    if isinstance(node, ast.BinOp):
+        yield from _of_operation(node)
+        if not isinstance(place.parent, ast.BinOp | ast.UnaryOp):
+            yield from ((1, "a bracket", new) for new in _brackets(node))
+    elif isinstance(node, ast.UnaryOp):
+        yield 0, "a sign", node.operand
+    elif isinstance(node, ast.Compare) and len(node.ops) == 1:
+        for other in _COMPARED.get(type(node.ops[0]), ()):
+            yield 1, "a comparison", ast.Compare(node.left, [other()], node.comparators)
+    elif isinstance(node, ast.BoolOp):
+        other = ast.Or() if isinstance(node.op, ast.And) else ast.And()
+        yield 1, "a comparison", ast.BoolOp(other, node.values)
+    elif isinstance(node, ast.IfExp):
+        yield 1, "the order", ast.IfExp(node.test, node.orelse, node.body)
+    elif isinstance(node, ast.Name):
+        yield from _of_name(place)
+    elif isinstance(node, ast.Attribute):
+        yield from _of_attribute(node)
+    elif isinstance(node, ast.Constant):
+        yield from _of_number(node.value)
+    elif isinstance(node, ast.Call):
+        yield from _of_call(place)
+    elif isinstance(node, ast.Subscript):
+        yield from _of_subscript(node, place)
+    elif isinstance(node, ast.Tuple | ast.List):
+        yield from _of_list(node)
+    if isinstance(place.parent, ast.stmt | ast.Lambda) or isinstance(node, ast.Call):
+        yield from _exchanged(node)
+
+
+def _exchanged(node):
+    """Yield a whole formula with sine and cosine, or both legs, in each other's place."""
+    text = ast.unparse(node)
+    pairs = (
+        ("a function", {"sin": "cos", "cos": "sin"}, r"\b(sin|cos)\b"),
+        ("a variable", {"1": "2", "2": "1"}, r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)"),
+        ("a variable", {"A": "B", "B": "A"}, r"\b[AB]\b"),
+    )
+    for kind, others, pattern in pairs:
+        changed = re.sub(pattern, lambda found, others=others: others[found[0]], text)
+        if changed != text:
+            yield 2, kind, ast.parse(changed, mode="eval").body
+
+
+def name_of(name: str) -> ast.expr:
+    """Return the name as it is read."""
+    return ast.Name(name, ast.Load())
+
+
+def _of_name(place):
+    name, scope = place.node.id, place.scope
+    yield from ((0, "a variable", name_of(other)) for other in scope.like(name))
+    yield from ((0, "a function", name_of(other)) for other in FUNCTIONS.get(name, ()))
+    if name not in scope.known:
+        yield from ((0, "a variable", name_of(other)) for other in scope.stored)
+    arguments = scope.functions.get(name)
+    if arguments is not None and set(arguments) <= scope.names:
+        yield 1, "a call", ast.Call(place.node, [*map(name_of, arguments)], [])
+
+
+def _of_operation(node):
+    left, op, right = node.left, node.op, node.right
+    for other, kind in _OPERATORS.get(type(op), ()):
+        yield 0, kind, ast.BinOp(left, other(), right)
+    kind = _DROPPED.get(type(op), "a term")
+    yield 2, kind, left
+    if not isinstance(op, ast.Pow):
+        yield 2, kind, right
+    if isinstance(op, ast.Sub):
+        yield 1, "a sign", ast.UnaryOp(ast.USub(), ast.BinOp(left, ast.Add(), right))
+    if isinstance(op, ast.Mult) and isinstance(left, ast.Constant):
+        yield 1, "a square", ast.BinOp(right, ast.Pow(), left)
+    if isinstance(op, ast.Div) and isinstance(left, ast.Constant):
+        yield 2, "an inverse", inverse_of(right)
+    if isinstance(op, ast.Pow) and isinstance(right, ast.UnaryOp):
+        yield 2, "an inverse", inverse_of(left)
+    if not isinstance(op, ast.Add | ast.Mult):
+        yield 1, "the order", ast.BinOp(right, op, left)
+    yield from ((1, "a bracket", new) for new in _moved_ends(node))
+    if isinstance(op, ast.MatMult):
+        yield from _of_matrices(node)
+
+
+def _of_matrices(node):
+    """Yield a product of matrices in all orders, and with the inverse at another factor."""
+    factors = [*_factors(node)]
+    if len(factors) > MOST_FACTORS:
+        return
+    inverses = [_inverted(factor) for factor in factors]
+    plain = [inverse or factor for factor, inverse in zip(factors, inverses)]
+    ways: list = [factors]
+    for place in range(len(plain) if any(inverses) else 0):
+        ways.append([*plain[:place], inverse_of(plain[place]), *plain[place + 1 :]])
+    for rank, way in enumerate(ways):
+        for order in permutations(way):
+            kind = "an inverse" if rank else "the order"
+            yield 2 + (rank > 0), kind, _product([*order])
+
+
+def _factors(node):
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
+        yield from _factors(node.left)
+        yield from _factors(node.right)
+    else:
+        yield node
+
+
+def _product(factors):
+    product = factors[0]
+    for factor in factors[1:]:
+        product = ast.BinOp(product, ast.MatMult(), factor)
+    return product
+
+
+def _inverted(node):
+    """Return the matrix of which a node is the inverse, None where it is none."""
+    if isinstance(node, ast.Call) and len(node.args) == 1:
+        name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+        return node.args[0] if name.endswith("inv") else None
+    return None
+
+
+def _brackets(node: ast.expr) -> Iterator[ast.expr]:
+    """Yield a formula with one more pair of brackets, or with one pair less."""
+    text = ast.unparse(node)
+    tokens = [found.span() for found in _TOKEN.finditer(text)]
+    if len(tokens) > MOST_TOKENS:
+        return
+    words = [text[first:last] for first, last in tokens]
+    made = {text}
+    for changed in chain(_more_brackets(text, tokens, words), _less_brackets(text, tokens, words)):
+        try:
+            new = ast.parse(changed, mode="eval").body
+        except SyntaxError:
+            continue
+        if (read := ast.unparse(new)) not in made:
+            made.add(read)
+            yield new
+
+
+def _more_brackets(text, tokens, words):
+    starts = [k for k, word in enumerate(words) if _WORD.match(word) or word in "-("]
+    for k in starts:
+        depth = 0
+        for m in range(k, len(words)):
+            depth += (words[m] in "([") - (words[m] in ")]")
+            if depth < 0:
+                break
+            if depth == 0 and m > k + 1 and (_WORD.match(words[m]) or words[m] in ")]"):
+                first, last = tokens[k][0], tokens[m][1]
+                yield f"{text[:first]}({text[first:last]}){text[last:]}"
+
+
+def _less_brackets(text, tokens, words):
+    for k, word in enumerate(words):
+        called = k and (_WORD.match(words[k - 1]) or words[k - 1] in ")]")
+        if word != "(" or called:
+            continue
+        depth = 0
+        for m in range(k, len(words)):
+            depth += (words[m] == "(") - (words[m] == ")")
+            if depth == 0:
+                (first, inside), (end, last) = tokens[k], tokens[m]
+                yield text[:first] + text[inside:end] + text[last:]
+                break
+
+
+def _moved_ends(node):
+    """Yield a sum with a function in it that ends later, f(a) + b as f(a + b), and a sum of squares
+    as the square of the sum.
+    """
+    left, op, right = node.left, node.op, node.right
+    powers = isinstance(left, ast.BinOp) and isinstance(right, ast.BinOp)
+    if powers and isinstance(left.op, ast.Pow) and isinstance(right.op, ast.Pow):
+        yield ast.BinOp(ast.BinOp(left.left, op, right.left), ast.Pow(), left.right)
+    if isinstance(op, ast.Add | ast.Sub) and isinstance(left, ast.Call) and left.args:
+        inner = ast.BinOp(left.args[-1], op, right)
+        yield ast.Call(left.func, [*left.args[:-1], inner], left.keywords)
+
+
+def _of_number(value):
+    if type(value) not in (int, float) or abs(value) > MOST_WHOLE:
+        return
+    near = (value - 1, value + 1) if type(value) is int else ()
+    for other in dict.fromkeys((*near, *_FACTORS)):
+        if other != value:
+            yield 1, "a number", ast.Constant(other)
+
+
+def inverse_of(node: ast.expr) -> ast.expr:
+    """Return the inverse of a matrix, in code that needs no import."""
+    return ast.Call(ast.parse(f"{LINEAR_ALGEBRA}inv", mode="eval").body, [node], [])
+
+
+def transposed(node: ast.expr) -> ast.expr:
+    """Return the transpose of a matrix."""
+    return ast.Attribute(node, "T", ast.Load())
+
+
+def _of_attribute(node):
+    if node.attr == "T":
+        yield 0, "a transpose", node.value
+        yield 2, "an inverse", inverse_of(node.value)
+    for other in FUNCTIONS.get(node.attr, ()):
+        yield 0, "a function", ast.Attribute(node.value, other, ast.Load())
+
+
+def _of_call(place):
+    node, scope = place.node, place.scope
+    name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+    arguments, keywords = node.args, node.keywords
+    if not arguments or any(isinstance(argument, ast.Starred) for argument in arguments):
+        return
+    if len(arguments) == 1:
+        kind = "an inverse" if name.endswith("inv") else "a root" if name == "sqrt" else "a call"
+        yield 2, kind, arguments[0]
+        if kind == "an inverse":
+            yield 2, "an inverse", transposed(arguments[0])
+    elif len(arguments) <= MOST_ARGUMENTS:
+        for order in [*permutations(arguments)][1:]:
+            yield 1, "the order", ast.Call(node.func, [*order], keywords)
+    else:
+        for order in exchanges(arguments):
+            yield 2, "the order", ast.Call(node.func, order, keywords)
+    if name == "solve" and len(arguments) == 2:
+        yield 1, "an inverse", ast.BinOp(arguments[0], ast.MatMult(), arguments[1])
+        yield 1, "a transpose", ast.Call(node.func, [transposed(arguments[0]), arguments[1]], [])
+    quotient = arguments[0]
+    if name in _ATAN and isinstance(quotient, ast.BinOp) and isinstance(quotient.op, ast.Div):
+        both = [quotient.left, quotient.right]
+        whole = isinstance(node.func, ast.Attribute)
+        other = f"{ast.unparse(node.func.value)}.{_ATAN[name]}" if whole else "atan2"
+        missing = not whole and "atan2" not in scope.names
+        other = "__import__('math').atan2" if missing else other
+        yield 1, "a function", ast.Call(ast.parse(other, mode="eval").body, both, [])
+    last = arguments[-1]
+    if isinstance(last, ast.BinOp) and isinstance(last.op, ast.Add | ast.Sub):
+        inner = ast.Call(node.func, [*arguments[:-1], last.left], keywords)
+        yield 1, "a bracket", ast.BinOp(inner, last.op, last.right)
+    forgotten = scope.functions.get(name, [])[len(arguments) :]
+    if forgotten and not keywords and set(forgotten) <= scope.names:
+        yield 1, "a call", ast.Call(node.func, [*arguments, *map(name_of, forgotten)], [])
+
+
+def exchanges(parts: list) -> Iterator[list]:
+    """Yield a list with any two of its parts in each other's place."""
+    for k in range(len(parts)):
+        for m in range(k):
+            order = [*parts]
+            order[k], order[m] = order[m], order[k]
+            yield order
+
+
+def _of_list(node):
+    """Yield a list in other orders, and a vector turned by +-90 degrees."""
+    parts, kind = node.elts, type(node)
+    for order in exchanges(parts):
+        yield 1, "the order", kind(order, ast.Load())
+    if len(parts) == 2 and not any(isinstance(part, ast.Tuple | ast.List) for part in parts):
+        first, second = parts
+        yield 2, "a direction", kind([ast.UnaryOp(ast.USub(), second), first], ast.Load())
+        yield 2, "a direction", kind([second, ast.UnaryOp(ast.USub(), first)], ast.Load())
+
+
+def _of_subscript(node, place):
+    index = node.slice
+    called = getattr(node.value, "id", "") in place.scope.functions
+    if called:
+        yield 1, "a call", ast.Call(node.value, getattr(index, "elts", [index]), [])
+    if isinstance(index, ast.Slice):
+        yield 1, "the order", node.value
+    elif isinstance(index, ast.Tuple) and len(index.elts) == 2:
+        yield 1, "an index", _part(node, ast.Tuple(index.elts[::-1], ast.Load()))
+        for k, one in enumerate(index.elts):
+            for other in _indices(one):
+                both = [*index.elts]
+                both[k] = other
+                yield 1, "an index", _part(node, ast.Tuple(both, ast.Load()))
+    else:
+        yield from ((0, "an index", _part(node, other)) for other in _indices(index))
+
+
+def _part(node, index):
+    return ast.Subscript(node.value, index, ast.Load())
+
+
+def _indices(node):
+    if isinstance(node, ast.Constant) and type(node.value) is int:
+        yield from (ast.Constant(k) for k in range(3) if k != node.value)
