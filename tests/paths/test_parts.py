@@ -156,6 +156,11 @@ def test_pieces_say_what_they_are():
     assert "degree 2" in repr(Polynomial([(0, 0), (1, 0), (0, 1)], 1.0))
     part = Line((0, 0), (4, 0)).part(1.0, 4.0)
     assert (part.start, part.end) == ((1.0, 0.0), (4.0, 0.0))
+    curve = Polynomial([(0, 0), (1, 0), (0, 1), (2, 0)], 3.0)
+    third = curve.part(1.0, 2.0)
+    assert third.length == 1.0
+    for here, there in zip(third(0.4), curve(1.4)):
+        np.testing.assert_allclose(here, there, atol=1e-14)
     half = arc.part(1.0, 3.0)
     assert (half.angle0, half.angle1) == (-0.5, -1.5) and half.length == pytest.approx(2.0)
 

@@ -184,6 +184,19 @@ def test_a_hole_in_a_page_counts():
         assert clearance == pytest.approx(expected) and at == 3j
 
 
+def test_regions_keep_the_constraints_on_poses():
+    module = importlib.import_module("fivebar.paths.placing.place")
+    kept = fb.Constraints(det_A=0.5, sin=0.3, half_planes=[(0, 1, 0.0)], clearance=0.1)
+    found = module._regions(ROBOT, None, (-1, -1), kept)
+    exact = [part for part in fb.dexterous(ROBOT, 0.5, 0.3) if part.working == (-1, -1)]
+    assert [part.area for part in found] == [part.area for part in exact] and found
+    assert all(part.working == (-1, -1) for part in found)
+    below = np.array([-0.05j, 0.1j])
+    for part in found:
+        assert not part.allowed(below)[0] and part.walls is not None
+    assert len(module._regions(ROBOT, None, None, kept)) == len(fb.dexterous(ROBOT, 0.5, 0.3))
+
+
 @pytest.mark.parametrize("page", [None, (0.1, 0.05)])
 @pytest.mark.parametrize("count", [1, 2])
 def test_what_does_not_fit_is_told_its_largest_scale(page, count, room, monkeypatch):
