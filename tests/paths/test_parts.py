@@ -9,7 +9,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.paths.curve import Path
-from fivebar.paths.fit import Bezier, Ellipse, quintic
+from fivebar.paths.fit import Bezier, Ellipse, fitted, quintic
 from fivebar.paths.pieces import Arc, Line, Polynomial
 from fivebar.paths.reading.draft import Draft, Move, listed
 from fivebar.paths.setpoints import setpoints
@@ -126,6 +126,27 @@ def test_a_quintic_has_both_ends_points_tangents_and_curvatures():
             derivative = np.polynomial.polynomial.polyder(c, order)
             here = np.polynomial.polynomial.polyval(u, derivative) / 1.7**order
             assert here == pytest.approx(value, abs=1e-13)
+
+
+@pytest.mark.parametrize("within", [1e-5, 1e-8, 1e-11])
+def test_a_circle_is_fitted_by_as_few_quintics_as_keep_the_distance(within):
+    """Halves of halves; how far each is off the circle is told by its distance from the centre."""
+    u = np.linspace(0, 1, 301)
+    count = 1
+    while True:
+        angle = 2.0 / count
+        turn = np.exp(1j * angle)
+        ends = ((0.1, 1j, -10), (0.1 * turn, 1j * turn, -10 * turn))
+        ends = tuple(tuple(np.array([v]) for v in end) for end in ends)
+        curve = np.polynomial.polynomial.polyval(u, quintic(ends, np.array([0.1 * angle]))[:, 0])
+        if np.abs(np.abs(curve) - 0.1).max() <= within:
+            break
+        count *= 2
+    (pieces,) = fitted([Ellipse(0j, 0.1, 0.1j, 0.0, 2.0)], within)
+    assert len(pieces) == count
+    for piece in pieces:
+        z = piece(np.linspace(0, piece.length, 100))[0] @ (1, 1j)
+        assert np.abs(np.abs(z) - 0.1).max() <= within
 
 
 @pytest.mark.parametrize(

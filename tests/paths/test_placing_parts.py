@@ -54,6 +54,17 @@ def test_distances_from_an_aspect_and_their_bounds(room, points):
     assert np.median(room.bounds(points) - exact) < 2 * step
 
 
+def test_distances_beside_chords_of_the_border(room):
+    """Nearer than the samples are to each other, they are those from the chords between them."""
+    k = np.random.default_rng(1).integers(len(room.border) - len(room.points), size=200)
+    for neighbours in (room.before, room.after):
+        chord = neighbours[k] - room.border[k]
+        z = room.border[k] + (0.4 + 0.5j) * chord
+        known = np.abs(chord) > 1e-9
+        share = np.abs(room.rough(z)[0])[known] / np.abs(chord)[known]
+        assert (np.abs(share - 0.5) < 1e-3).mean() > 0.9
+
+
 def test_distances_beyond_corners_of_the_border(room):
     """There the nearest place is the corner itself, and not a place on a chord that goes on."""
     loop = room.part.boundary[0]
