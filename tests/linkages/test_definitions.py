@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import fields, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -144,3 +145,42 @@ def test_what_fits_a_linkage():
     found = loads({"M": (1, np.array([2.0, 3.0]))}, "load")
     assert found["M"][0] == 1.0 and found["M"][1].tolist() == [2, 3] and loads(None, "load") is None
     assert linkage_rule(SLIDER, "linkage") is SLIDER
+
+
+class Ranged:
+    """Stands for a linkage that closes at crank angles from 1 to -1 and on to 0 rad."""
+
+    title, usual_branch, start = "ranged", 1, 0.0
+
+    def crank_limits(self, branch):
+        return [-1.0, 0.0, 1.0]
+
+    def chain(self, q, branch):
+        closes = (np.abs((np.asarray(q) + np.pi) % (2 * np.pi) - np.pi) > 1) | (np.asarray(q) < 0)
+        return SimpleNamespace(found=np.where(closes, 1.0, np.nan))
+
+
+def test_a_range_goes_on_over_half_a_turn():
+    found = crank_range(Ranged())
+    assert not found.full and len(found.intervals) == 1
+    assert found.intervals[0] == pytest.approx((1.0, 2 * np.pi))
+    assert found.contains(-0.5) and found.contains(3.0) and not found.contains(0.5)
+    assert found.nearest(0.3) == pytest.approx(0.0, abs=1e-12) and found.nearest(0.8) == 1.0
+
+
+@pytest.mark.parametrize(
+    "held, offset, flats",
+    [
+        ("guide", 0.0, []),
+        ("guide", 0.15, [-math.pi / 2]),
+        ("guide", -0.15, [math.pi / 2]),
+        ("guide", 0.15 + 1e-9, []),
+        ("slider", 0.15, [-math.pi / 2]),
+        ("crank", 0.15, [math.pi]),
+        ("crank", 0.1, []),
+        ("rod", -0.15, [0.0]),
+    ],
+)
+def test_where_a_slider_crank_is_flat(held, offset, flats):
+    """The rod is perpendicular to the guide with the crank in line, or rod and crank fold onto it."""
+    assert SliderCrank(0.05, 0.2, offset, held=held).flats == flats
