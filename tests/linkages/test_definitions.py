@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import fields, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from fivebar.linkages import (
     crank_range,
     move,
 )
+from fivebar.linkages.checks import check_branch, loads, one_branch, pair
+from fivebar.linkages.checks import linkage as linkage_rule
 
 BODY = fb.linkages.Body(0.2, 1e-3)
 FOUR_BAR = FourBar(
@@ -108,3 +111,76 @@ def test_a_press_with_a_short_bar_locks_where_its_range_ends(theta11):
                 with pytest.raises(fb.UnreachableError):
                     move(press, outside, branch=branch)
     assert found
+
+
+@pytest.mark.parametrize(
+    "check, words",
+    [
+        (lambda: one_branch(FOUR_BAR, [1, -1]), r"branch must be one branch of this linkage, not array"),
+        (lambda: check_branch(REPAIRED, 1), "the branch of this linkage must be a pair of .1 or -1, not 1"),
+        (lambda: check_branch(FOUR_BAR, 2), "branch"),
+        (lambda: loads([1], "load"), r"load must be \{point: \(Fx, Fy\)\}, not \[1\]"),
+        (lambda: loads({3: (0, 1)}, "load"), r"load must be \{point: \(Fx, Fy\)\}, not \{3: "),
+        (lambda: loads({"M": (0, 1, 2)}, "load"), r"load\['M'\] must be two numbers \(Fx, Fy\), .*\(0, 1, 2\)"),
+        (lambda: loads({"M": 3.0}, "load"), r"load\['M'\] must be two numbers \(Fx, Fy\), or arrays, not 3"),
+        (lambda: loads({"M": (0, math.nan)}, "load"), r"load\['M'\]"),
+        (lambda: pair((1, 2, 3), "base"), r"base must be finite, two numbers, not \(1, 2, 3\)"),
+        (lambda: pair(1.0, "base"), "base must be finite, two numbers, not 1"),
+        (lambda: pair((0, 1e12), "base"), "base must be"),
+        (lambda: linkage_rule(FourBar, "linkage"), "linkage must be a linkage, as FourBar or SliderCrank, not"),
+        (lambda: linkage_rule(3, "linkage"), "linkage must be a linkage, as FourBar or SliderCrank, not 3"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_a_linkage_is_named(check, words):
+    with pytest.raises((ValueError, TypeError), match=f"^{words}"):
+        check()
+
+
+def test_what_fits_a_linkage():
+    assert check_branch(FOUR_BAR, None) == FOUR_BAR.usual_branch == one_branch(FOUR_BAR, None)
+    assert check_branch(FOUR_BAR, np.array([1, -1])).tolist() == [1, -1]
+    assert check_branch(REPAIRED, [1, -1]) == (1, -1)
+    assert type(check_branch(FOUR_BAR, np.array(-1))) is int
+    assert pair(None, "base") is None and pair(np.array([1, 2]), "base") == (1.0, 2.0)
+    found = loads({"M": (1, np.array([2.0, 3.0]))}, "load")
+    assert found["M"][0] == 1.0 and found["M"][1].tolist() == [2, 3] and loads(None, "load") is None
+    assert linkage_rule(SLIDER, "linkage") is SLIDER
+
+
+class Ranged:
+    """Stands for a linkage that closes at crank angles from 1 to -1 and on to 0 rad."""
+
+    title, usual_branch, start = "ranged", 1, 0.0
+
+    def crank_limits(self, branch):
+        return [-1.0, 0.0, 1.0]
+
+    def chain(self, q, branch):
+        closes = (np.abs((np.asarray(q) + np.pi) % (2 * np.pi) - np.pi) > 1) | (np.asarray(q) < 0)
+        return SimpleNamespace(found=np.where(closes, 1.0, np.nan))
+
+
+def test_a_range_goes_on_over_half_a_turn():
+    found = crank_range(Ranged())
+    assert not found.full and len(found.intervals) == 1
+    assert found.intervals[0] == pytest.approx((1.0, 2 * np.pi))
+    assert found.contains(-0.5) and found.contains(3.0) and not found.contains(0.5)
+    assert found.nearest(0.3) == pytest.approx(0.0, abs=1e-12) and found.nearest(0.8) == 1.0
+
+
+@pytest.mark.parametrize(
+    "held, offset, flats",
+    [
+        ("guide", 0.0, []),
+        ("guide", 0.15, [-math.pi / 2]),
+        ("guide", -0.15, [math.pi / 2]),
+        ("guide", 0.15 + 1e-9, []),
+        ("slider", 0.15, [-math.pi / 2]),
+        ("crank", 0.15, [math.pi]),
+        ("crank", 0.1, []),
+        ("rod", -0.15, [0.0]),
+    ],
+)
+def test_where_a_slider_crank_is_flat(held, offset, flats):
+    """The rod is perpendicular to the guide with the crank in line, or rod and crank fold onto it."""
+    assert SliderCrank(0.05, 0.2, offset, held=held).flats == flats

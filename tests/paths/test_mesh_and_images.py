@@ -11,9 +11,12 @@ import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Line
 from fivebar.paths.placing.tool_regions import _bends, _between, _Image
+from fivebar.paths.timing.constraint_rows import Limits
 from fivebar.paths.timing.jerk import refuse_kinks
 from fivebar.paths.timing.mesh import mesh_of
 from fivebar.paths.timing.refusals import where
+from fivebar.paths.timing.solve import refined
+from fivebar.paths.timing.time_path import _timed
 from fivebar.paths.tool import MountedTool
 from fivebar.singularities.dexterous import bent_parts
 from fivebar.singularities.leg_circles import LegCircles
@@ -81,6 +84,18 @@ def test_a_factor_of_the_torques_beside_type_2(mesh):
     h = mesh.stretches.length[k]
     layers = [abs(a.first[k] * h / (2 * (a.middle[k] - a.first[k]))) for a in (a1, a2)]
     assert mesh.layer(k) == pytest.approx(min(layers))
+
+
+def test_torques_are_kept_on_both_sides_of_type_2(mesh):
+    """On a coarse mesh, by the models at places between its nodes."""
+    limits = Limits(torque=(0.1, 0.12))
+    motion = _timed(limits, *refined(mesh, limits, 0.2, math.inf))
+    assert motion.crossing.sum() == 1 and 0 < motion.gap < 0.2
+    share = np.array([0.03, 0.3, 0.7, 0.97])
+    t = (motion.times[:-1, None] + np.diff(motion.times)[:, None] * share).ravel()
+    used = np.abs(motion.tau(t)) / limits.torque
+    near = np.abs(t - motion.times[motion.crossing][0]) < 0.05
+    assert used.max() <= 1 + 1e-6 and used[near].max() > 0.3
 
 
 def test_places_in_words():

@@ -9,7 +9,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.paths.curve import Path
-from fivebar.paths.fit import Bezier, Ellipse, quintic
+from fivebar.paths.fit import Bezier, Ellipse, fitted, quintic
 from fivebar.paths.pieces import Arc, Line, Polynomial
 from fivebar.paths.reading.draft import Draft, Move, listed
 from fivebar.paths.setpoints import setpoints
@@ -128,6 +128,27 @@ def test_a_quintic_has_both_ends_points_tangents_and_curvatures():
             assert here == pytest.approx(value, abs=1e-13)
 
 
+@pytest.mark.parametrize("within", [1e-5, 1e-8, 1e-11])
+def test_a_circle_is_fitted_by_as_few_quintics_as_keep_the_distance(within):
+    """Halves of halves; how far each is off the circle is told by its distance from the centre."""
+    u = np.linspace(0, 1, 301)
+    count = 1
+    while True:
+        angle = 2.0 / count
+        turn = np.exp(1j * angle)
+        ends = ((0.1, 1j, -10), (0.1 * turn, 1j * turn, -10 * turn))
+        ends = tuple(tuple(np.array([v]) for v in end) for end in ends)
+        curve = np.polynomial.polynomial.polyval(u, quintic(ends, np.array([0.1 * angle]))[:, 0])
+        if np.abs(np.abs(curve) - 0.1).max() <= within:
+            break
+        count *= 2
+    (pieces,) = fitted([Ellipse(0j, 0.1, 0.1j, 0.0, 2.0)], within)
+    assert len(pieces) == count
+    for piece in pieces:
+        z = piece(np.linspace(0, piece.length, 100))[0] @ (1, 1j)
+        assert np.abs(np.abs(z) - 0.1).max() <= within
+
+
 @pytest.mark.parametrize(
     "make, words",
     [
@@ -156,6 +177,11 @@ def test_pieces_say_what_they_are():
     assert "degree 2" in repr(Polynomial([(0, 0), (1, 0), (0, 1)], 1.0))
     part = Line((0, 0), (4, 0)).part(1.0, 4.0)
     assert (part.start, part.end) == ((1.0, 0.0), (4.0, 0.0))
+    curve = Polynomial([(0, 0), (1, 0), (0, 1), (2, 0)], 3.0)
+    third = curve.part(1.0, 2.0)
+    assert third.length == 1.0
+    for here, there in zip(third(0.4), curve(1.4)):
+        np.testing.assert_allclose(here, there, atol=1e-14)
     half = arc.part(1.0, 3.0)
     assert (half.angle0, half.angle1) == (-0.5, -1.5) and half.length == pytest.approx(2.0)
 

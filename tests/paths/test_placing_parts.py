@@ -54,6 +54,17 @@ def test_distances_from_an_aspect_and_their_bounds(room, points):
     assert np.median(room.bounds(points) - exact) < 2 * step
 
 
+def test_distances_beside_chords_of_the_border(room):
+    """Nearer than the samples are to each other, they are those from the chords between them."""
+    k = np.random.default_rng(1).integers(len(room.border) - len(room.points), size=200)
+    for neighbours in (room.before, room.after):
+        chord = neighbours[k] - room.border[k]
+        z = room.border[k] + (0.4 + 0.5j) * chord
+        known = np.abs(chord) > 1e-9
+        share = np.abs(room.rough(z)[0])[known] / np.abs(chord)[known]
+        assert (np.abs(share - 0.5) < 1e-3).mean() > 0.9
+
+
 def test_distances_beyond_corners_of_the_border(room):
     """There the nearest place is the corner itself, and not a place on a chord that goes on."""
     loop = room.part.boundary[0]
@@ -182,6 +193,19 @@ def test_a_hole_in_a_page_counts():
     for shift, expected in ((0.1, -0.08), (0.18, -0.07), (0.5, 0.4)):
         clearance, at = search.exactly(Found(0.0, (0,), complex(shift), 0.0, 1.0))
         assert clearance == pytest.approx(expected) and at == 3j
+
+
+def test_regions_keep_the_constraints_on_poses():
+    module = importlib.import_module("fivebar.paths.placing.place")
+    kept = fb.Constraints(det_A=0.5, sin=0.3, half_planes=[(0, 1, 0.0)], clearance=0.1)
+    found = module._regions(ROBOT, None, (-1, -1), kept)
+    exact = [part for part in fb.dexterous(ROBOT, 0.5, 0.3) if part.working == (-1, -1)]
+    assert [part.area for part in found] == [part.area for part in exact] and found
+    assert all(part.working == (-1, -1) for part in found)
+    below = np.array([-0.05j, 0.1j])
+    for part in found:
+        assert not part.allowed(below)[0] and part.walls is not None
+    assert len(module._regions(ROBOT, None, None, kept)) == len(fb.dexterous(ROBOT, 0.5, 0.3))
 
 
 @pytest.mark.parametrize("page", [None, (0.1, 0.05)])

@@ -119,8 +119,9 @@ def test_rounded_centres_are_mended():
     ],
 )
 def test_what_is_wrong_is_named_with_its_line(text, message):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(ValueError, match=message) as refused:
         read(text)
+    assert str(refused.value).startswith("the open file")
 
 
 LASERS = {

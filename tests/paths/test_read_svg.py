@@ -126,6 +126,21 @@ def test_what_is_seen_where(body, ends):
     np.testing.assert_allclose(lines, [(x, 50 - y, u, 50 - v) for x, y, u, v in ends], atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    "smooth, plain",
+    [
+        ("M0 0C1 2 3 2 4 0S7 2 8 0", "M0 0C1 2 3 2 4 0C5 -2 7 2 8 0"),
+        ("M0 0Q2 4 4 0T8 0T12 0", "M0 0Q2 4 4 0Q6 -4 8 0Q10 4 12 0"),
+    ],
+)
+def test_curves_that_go_on_smoothly(smooth, plain):
+    """Their first handle is the last one of the curve before, mirrored."""
+    one, other = (read(f'<path d="{d}"/>') for d in (smooth, plain))
+    assert one.length == pytest.approx(other.length, rel=1e-12) and len(one.stops) == 2
+    s = np.linspace(0, one.length, 50)
+    np.testing.assert_allclose(one(s)[0], other(s)[0], atol=1e-12)
+
+
 def test_curves_are_kept_within_the_deviation():
     q = read('<path d="M0 50 Q 50 0 100 50"/>', deviation=1e-6)
     t = np.linspace(0, 1, 20001)
@@ -196,8 +211,9 @@ def test_what_is_passed_over_is_listed():
     ],
 )
 def test_what_is_wrong_is_named_with_its_line(body, message):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(ValueError, match=message) as refused:
         read(body)
+    assert str(refused.value).startswith("the open file")
 
 
 def test_what_is_no_svg(tmp_path):

@@ -29,7 +29,7 @@ from fivebar.paths.timing.lower_bound import (
     duration,
 )
 from fivebar.paths.timing.mesh import _over_distance, _sign
-from fivebar.paths.timing.polygons import _add_friction
+from fivebar.paths.timing.polygons import _add_friction, _root
 from fivebar.paths.timing.slower import _mixture, _slower
 from fivebar.paths.timing.solve import (
     Solved,
@@ -579,6 +579,39 @@ def test_a_wanted_duration_with_a_limit_on_jerk(pace, monkeypatch):
     crossing = replace(timed(), crossing=np.arange(7) == 3)
     with pytest.raises(fb.SingularityError, match="is not known across Type 2, .* at s = 0.027"):
         jerk.smoothed(crossing)
+
+
+@pytest.mark.parametrize("off", [0.0, 0.01])
+def test_lines_above_and_below_a_square_root(off):
+    """Close to it where the torques are small beside friction: there a tangent, or narrow bounds."""
+    n = 4
+    v = np.zeros((3, 2, n))
+    v[:, 0] = [0.01, 0.5, 0.5, 0.5]
+    rows = SimpleNamespace(parts={"v": v}, torque=np.array([True, False]))
+    near = np.array([0.4, 0.5, 0.6, 0.0, 0.3])
+    one = np.ones(n)
+    mesh = SimpleNamespace(tied=np.array([True]), found={"D": SimpleNamespace(middle=one)})
+    close = np.array([False, True, False, False])  # beside rest x is not close to anything
+    lines, low, high = _root(rows, mesh, near, off * one, 2.0 * one, 0.8 * one)
+    for k in range(n):
+        (p, q), (p_below, q_below) = lines[:, :, k]
+        if close[k] and not off:
+            mean = 0.55
+            assert p * mean + q == pytest.approx(np.sqrt(mean)) and p == p_below and q == q_below
+            assert p == pytest.approx(0.5 / np.sqrt(mean)) and (low[k], high[k]) == (0, 2)
+            continue
+        x = np.linspace(low[k], high[k], 101)
+        assert (p * x + q >= np.sqrt(x) - 1e-12).all()
+        assert (p_below * x + q_below <= np.sqrt(x) + 1e-12).all()
+        if close[k]:
+            assert (low[k], high[k]) == pytest.approx((0.95 * 0.5, 1.05 * 0.6))
+            assert (p * x + q - p_below * x - q_below).max() < 0.01
+        else:
+            assert (low[k], high[k]) == (0, 2)
+            assert p * 0.8 + q == pytest.approx(np.sqrt(0.8))
+    mesh.tied[:] = False
+    plain, low, high = _root(rows, mesh, near, off * one, 2.0 * one, 0.8 * one)
+    assert (plain[0, 0] == 0.5 / np.sqrt(0.8)).all() and not low.any() and (high == 2).all()
 
 
 def test_viscous_friction_is_bounded_from_above():
