@@ -439,3 +439,16 @@ def test_a_machine_is_what_was_calibrated():
     assert np.diag(found.correlation) == pytest.approx(1.0)
     low, high = found.intervals(0.9)["l11"]
     assert high - low == pytest.approx(2 * stats.norm.ppf(0.95) * slope)
+
+
+def test_no_priors_are_advised_without_lengths_or_beside_priors():
+    rows, pose = measured(np.random.default_rng(16))
+    points = rows.points + 1e-4 * np.random.default_rng(17).normal(size=rows.points.shape)
+    data = {"q1": pose.q[:, 0], "q2": pose.q[:, 1], "x": points[:, 0], "y": points[:, 1]}
+    turned = fb.calibrate(ROBOT, data, ("offset1", "offset2"), sigma=1e-4)
+    assert turned.advised_priors == {}
+    lengths = ("l11", "l12", "l21", "l22", "d")
+    known = fb.calibrate(ROBOT, data, lengths, sigma=1e-4, priors={"d": 1e-3})
+    assert known.advised_priors == {}
+    free = fb.calibrate(ROBOT, data, lengths, sigma=1e-4)
+    assert set(free.advised_priors) in (set(), set(lengths))

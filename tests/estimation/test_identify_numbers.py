@@ -6,6 +6,7 @@ import pytest
 import fivebar as fb
 from fivebar.estimation.identification.regressor import linear_names, regressor
 from fivebar.estimation.identification.samples import CREEPING, log_of, samples
+from fivebar.estimation.logs.derivatives import HIGHEST
 from fivebar.estimation.logs.logs import AT_THE_JOINTS
 
 GIVEN = fb.FiveBar()
@@ -123,6 +124,7 @@ def test_samples_are_differentiated_and_those_of_creeping_motors_do_not_count():
     assert means[1:] == pytest.approx((tau[1:] + tau[:-1]) / 2) and means[0] == pytest.approx(
         tau[0]
     )
+    assert samples(own, held, GIVEN, -1, HIGHEST / own.step).cutoff == HIGHEST / own.step
     with pytest.raises(ValueError, match="cutoff = 60 Hz must be above 0 and at most 41.67 Hz"):
         samples(own, held, GIVEN, -1, 60.0)
     with pytest.raises(ValueError, match="hardly moves"):

@@ -299,6 +299,21 @@ def test_amplitudes_are_the_largest_that_keep_to_the_limits(search):
     assert found >= 2
 
 
+def test_limits_that_are_not_given_do_not_count(search):
+    """Only the margin stays: a motion within it may be as fast as it likes."""
+    free = _Search(
+        ROBOT, 2.0, 4, (None, None, None), 0.3, (-1, -1), -1, MASSES, search.bar
+    )  # fmt: skip
+    q = np.tile(fb.igm(ROBOT, (0.0, 0.12)).q, (5, 1))
+    fast = np.full((5, 2), 1e3)
+    assert free.keeps(q, fast, 1e3 * fast) and not search.keeps(q, fast, 0.0 * fast)
+    assert not search.keeps(q, 0.0 * fast, 1e3 * fast)
+    slow = _Search(ROBOT, 2.0, 4, (None, None, 0.3), 0.3, (-1, -1), -1, MASSES, search.bar)
+    assert slow.keeps(q, 0.0 * fast, 0.0 * fast) and not slow.keeps(q, 0.0 * fast, 1e3 * fast)
+    folded = np.tile(fb.igm(ROBOT, (0.0, 0.17)).q, (5, 1))
+    assert not free.keeps(folded, 0.0 * fast, 0.0 * fast)
+
+
 def test_the_best_of_shapes_is_no_worse_than_any_of_them(search, monkeypatch):
     monkeypatch.setattr(exciting, "STEPS", 12)
     rng = np.random.default_rng(10)

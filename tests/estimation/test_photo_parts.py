@@ -122,6 +122,12 @@ def test_marks_are_found_with_their_middles_and_sides():
     noise = np.random.default_rng(4).uniform(size=(40, 40)) < 0.5
     middles, sides = _marks(0.9 - 0.8 * np.kron(noise, np.ones((15, 15))))
     assert middles.shape[1] == 2
+    specks = np.full((600, 500), 0.9)
+    for row in range(4):
+        for column in range(4):
+            specks[30 + row : 570 : 20, 30 + column : 470 : 20] = 0.0
+    middles, sides = _marks(specks)
+    assert middles.shape == (0, 2) and sides.shape == (0,)
 
 
 def drawing():

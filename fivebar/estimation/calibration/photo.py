@@ -87,17 +87,15 @@ def _corners(image):
     sizes = np.bincount(parts.ravel())
     sizes[0] = 0
     contrast = bright - dark
-    least = LEAST * image.size
-    if contrast < 0.1 * abs(bright) or sizes.max() < least:
+    if contrast < 0.1 * abs(bright) or sizes.max() < LEAST * image.size:
         raise ValueError("photo: no sheet, bright on a darker ground, fills a part of it")
     mask = parts == sizes.argmax()
     inside = mask[1:-1, 1:-1]
     if inside.sum() < mask.sum():
         raise ValueError("photo: the sheet is cut off: all four corners must be on it")
     rough = _rough_corners(np.argwhere(mask).astype(float))
-    edges = []
-    for start, end in zip(rough, np.roll(rough, -1, axis=0)):
-        edges.append(_edge(image, start, end, level))
+    after = np.roll(rough, -1, axis=0)
+    edges = [_edge(image, start, end, level) for start, end in zip(rough, after)]
     lens = Lens.of(edges, image.shape)
     lines = []
     for edge in edges:
@@ -112,13 +110,12 @@ def _corners(image):
 
 def _rough_corners(points):
     """Return the corners (4, 2) of a quadrilateral among its points, in order along its edge."""
-    from_middle = np.linalg.norm(points - points.mean(axis=0), axis=1)
-    first = points[from_middle.argmax()]
-    away = points - first
-    third = points[np.linalg.norm(away, axis=1).argmax()]
-    row, column = third - first
-    side = away @ (column, -row)
-    return np.array([first, points[side.argmax()], third, points[side.argmin()]])
+    z = points @ (1, 1j)
+    first = np.abs(z - z.mean()).argmax()
+    away = z - z[first]
+    third = np.abs(away).argmax()
+    side = (away.conj() * away[third]).imag
+    return points[[first, side.argmax(), third, side.argmin()]]
 
 
 def _sides(paper, size):
@@ -283,7 +280,7 @@ def _marks(straight):
     with_diagonals = np.ones((3, 3))
     parts, count = label(dark, structure=with_diagonals)
     if count >= MOST:
-        return np.empty((0, 2)), np.empty(0)
+        count = 0
     centres = []
     sides = []
     for part in range(1, count + 1):
@@ -336,7 +333,6 @@ def _known_again(sheet, centres, sides):
         columns = np.stack([known, np.ones_like(known)], axis=1)
         solution, *_ = np.linalg.lstsq(columns, matches, rcond=None)
         turned, shift = solution
-    found = np.full((len(wanted), 2), np.nan)
-    found[crosses, 0] = matches.real
-    found[crosses, 1] = matches.imag
-    return found
+    found = np.full(len(wanted), np.nan * (1 + 1j))
+    found[crosses] = matches
+    return np.stack([found.real, found.imag], axis=-1)

@@ -231,8 +231,8 @@ def candidates(
     reach = [robot.l11 + robot.l12, robot.l21 + robot.l22]
     low = max(-robot.d / 2 - reach[0], robot.d / 2 - reach[1])
     high = min(robot.d / 2 + reach[1], reach[0] - robot.d / 2)
-    box = (low, high, -min(reach), min(reach)) if window is None else _window(window)
-    x_min, x_max, y_min, y_max = box
+    whole = low, high, -min(reach), min(reach)
+    x_min, x_max, y_min, y_max = whole if window is None else _window(window)
     x, y = np.meshgrid(
         np.linspace(x_min, x_max, SIDE),
         np.linspace(y_min, y_max, SIDE),
@@ -249,9 +249,7 @@ def candidates(
         raise ValueError(
             f"no pose keeps the margin {margin:g} and is in the window: a smaller margin?"
         )
-    working = []
-    for mode, k in zip(modes, kept):
-        working.append(np.tile(mode, (len(k), 1)))
+    working = [np.tile(mode, (len(k), 1)) for mode, k in zip(modes, kept)]
     return igm(robot, xi, np.concatenate(working))
 
 

@@ -52,7 +52,7 @@ def independent(
 def any_motion(robot: Robot, assembly: int, working: Sequence[int]) -> ndarray:
     """Return W of motions through poses all over the workspace in these modes."""
     rng = np.random.default_rng(16)
-    reach = np.pi if robot.turns else sum(robot.distal) + 1e-9
+    reach = np.pi if robot.turns else sum(robot.distal)
     drawn = rng.uniform(-1, 1, (24_000, 2)) * reach
     pose = dgm(robot, drawn, assembly, unreachable="nan")
     good = np.abs(pose.det_A) > 0.2  # False for nan

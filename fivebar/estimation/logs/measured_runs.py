@@ -169,9 +169,7 @@ def _run_of(log, robot, assembly):
 
 def rates_of(log: Log) -> ndarray:
     """Return q' (n, 2) of a log without rates, by derivatives between its gaps."""
-    pieces = []
-    for rows in log.stretches:
-        pieces.append(evenly(log.t[rows], {"q": log.q[rows]}, log.step))
+    pieces = [evenly(log.t[rows], {"q": log.q[rows]}, log.step) for rows in log.stretches]
     own_cutoff = spectrum([pairs["q"] for _, pairs, _ in pieces], log.step).cutoff
     highest = HIGHEST / log.step
     result = np.full(log.q.shape, np.nan)
