@@ -121,7 +121,7 @@ def test_rounded_centres_are_mended():
 def test_what_is_wrong_is_named_with_its_line(text, message):
     with pytest.raises(ValueError, match=message) as refused:
         read(text)
-    assert str(refused.value).startswith("the open file")
+    assert str(refused.value).startswith("the open file") and "None" not in str(refused.value)
 
 
 LASERS = {

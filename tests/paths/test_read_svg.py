@@ -213,7 +213,7 @@ def test_what_is_passed_over_is_listed():
 def test_what_is_wrong_is_named_with_its_line(body, message):
     with pytest.raises(ValueError, match=message) as refused:
         read(body)
-    assert str(refused.value).startswith("the open file")
+    assert str(refused.value).startswith("the open file") and "None" not in str(refused.value)
 
 
 def test_what_is_no_svg(tmp_path):
