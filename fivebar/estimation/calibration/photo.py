@@ -114,7 +114,14 @@ def _rough_corners(points):
     away = z - z[first]
     third = np.abs(away).argmax()
     side = (away.conj() * away[third]).imag
-    return points[[first, side.argmax(), third, side.argmin()]]
+    return points[
+        [
+            first,
+            side.argmax(),
+            third,
+            side.argmin(),
+        ]
+    ]
 
 
 def _sides(paper, size):
