@@ -82,8 +82,7 @@ def _corners(image):
     dark, bright = np.quantile(image, (0.02, 0.98))
     level = (dark + bright) / 2
     # The drawing's frame parts its inside from the border: so holes are filled.
-    filled = binary_fill_holes(image > level)
-    parts, _ = label(filled)
+    parts, _ = label(binary_fill_holes(image > level))
     sizes = np.bincount(parts.ravel())
     sizes[0] = 0
     contrast = bright - dark
@@ -115,7 +114,14 @@ def _rough_corners(points):
     away = z - z[first]
     third = np.abs(away).argmax()
     side = (away.conj() * away[third]).imag
-    return points[[first, side.argmax(), third, side.argmin()]]
+    return points[
+        [
+            first,
+            side.argmax(),
+            third,
+            side.argmin(),
+        ]
+    ]
 
 
 def _sides(paper, size):
