@@ -24,7 +24,7 @@ FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
 MOST_FIRST = 6  # changes that make more numbers right, to each of which a second one is sought
-MOST_PAIRS = 6_000  # of likely changes that are tried together
+MOST_PAIRS = 20_000  # of likely changes that are tried together
 AT_ONCE = 1_000  # calls of one request
 HINTS = {
     "a sign": "Go through the signs of your formula: which terms add, and which subtract?",
@@ -47,6 +47,7 @@ HINTS = {
     "a comparison": "Go through your conditions: which case do they choose, and when?",
     "a direction": "Draw the vector: which way does it point, and which way should it?",
     "a conjugate": "Multiply two complex numbers on paper: is that their scalar product?",
+    "an array in place": "Which other name means the same array, and changes with it?",
     "a line": "What does each line change? Is it needed?",
     "degrees": "Which unit do sin and cos use here, and which do they ask for?",
 }
@@ -140,7 +141,7 @@ class _Search:
 
     def mend(self, deep: bool) -> Mend | None:
         """Return the first change after which all rows are right, or the first two."""
-        few = self._wrong_rows()
+        few = self._wrong_rows(self.tried)
         if few is None:
             return None
         better: list[tuple[int, Tried]] = []
@@ -155,9 +156,11 @@ class _Search:
         better.sort(key=lambda one: -one[0])
         for _, first in better[:MOST_FIRST]:
             made = first.wave, first.numbers[0][0]
+            second = replace(first, first=(made,), numbers=[])
+            if (left := self._wrong_rows(second)) is None:
+                continue
             for wave in range(LIKELY + 1):
-                second = replace(first, first=(made,), wave=wave, numbers=[])
-                if found := self._single(few, second, []):
+                if found := self._single(left, replace(second, wave=wave), []):
                     return found
         return self._pair(few)
 
@@ -181,7 +184,7 @@ class _Search:
         if sure:
             return max(sure, key=lambda mend: mend.helps)
         for numbers, good in zip(candidates, now):
-            if (good >= before).all() and not good.all():
+            if (good >= before).all():
                 better.append((int(good.sum()), replace(tried, numbers=[numbers])))
         return None
 
@@ -221,15 +224,13 @@ class _Search:
         self._right(_part(self.asked[0], [0]), tried, [[]])
         return self.student.changes_count
 
-    def _wrong_rows(self):
+    def _wrong_rows(self, tried):
         """Return a few rows of which the first has a wrong answer, None where none has."""
         for rows in self.asked:
-            places = np.flatnonzero(~rows.good)
+            places = np.flatnonzero(~self._right(rows, tried, [[]])[0].all(axis=1))
             if len(places):
                 picked = np.linspace(0, len(places) - 1, FEW).round().astype(int)
-                few = _part(rows, places[np.unique(picked)])
-                if not self._right(few, self.tried, [[]]).all():
-                    return few
+                return _part(rows, places[np.unique(picked)])
         return None
 
     def _right(self, rows: AskedRows, tried: Tried, changes: list[list[int]]) -> np.ndarray:

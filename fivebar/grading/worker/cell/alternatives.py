@@ -187,7 +187,7 @@ def alternatives(place: Place) -> Alternatives:
     elif isinstance(node, ast.Attribute):
         yield from _of_attribute(node)
     elif isinstance(node, ast.Constant):
-        yield from _of_number(node.value)
+        yield from _of_number(place)
     elif isinstance(node, ast.Call):
         yield from _of_call(place)
     elif isinstance(node, ast.Subscript):
@@ -348,7 +348,11 @@ def _moved_ends(node):
         yield ast.Call(left.func, [*left.args[:-1], inner], left.keywords)
 
 
-def _of_number(value):
+def _of_number(place):
+    value = place.node.value
+    if isinstance(place.parent, ast.Subscript):
+        yield from ((1, "an index", other) for other in _indices(place.node))
+        return
     if type(value) not in (int, float) or abs(value) > MOST_WHOLE:
         return
     near = (value - 1, value + 1) if type(value) is int else ()

@@ -19,7 +19,7 @@ from itertools import chain
 from typing import Any
 
 from additions import additions
-from alternatives import FIRST_ADDED, LINEAR_ALGEBRA, Scope, alternatives, exchanges, places
+from alternatives import FIRST_ADDED, Scope, alternatives, exchanges, places
 from loading import deep
 
 MOST_CHANGES = 4_000
@@ -35,6 +35,7 @@ DROPPED = "no such line"
 _LEG = re.compile(r"(?<=[A-Za-z_])[12]|left|right")
 _INDEX = re.compile(r"(?<=\[)[01](?=\])")  # is the leg where no name has its number
 _NAME = re.compile(r"(?<![(\w])[A-Za-z_]\w*")  # of a variable, in a short text of a node
+_TURNED = re.compile(r"\b(sin|cos)\b")
 MOST_ALIKE = 1  # rank of changes that are made together where they read alike but for the names
 _LEGS = {"1": 1, "0": 1, "left": 1, "2": 2, "right": 2}
 
@@ -116,10 +117,7 @@ class Variants:
         signs = _Signs()
         for scope in self.scopes:
             for one in _single_changes(scope, ranks, signs):
-                kind, text, _ = one.key
-                alike = kind, _NAME.sub("", text) if one.rank <= MOST_ALIKE else text
-                line = one.place[0]
-                for key in (one.key, (kind, text), (kind, text, line), alike, (*alike, line)):
+                for key in one.alike:
                     groups.setdefault(key, []).append(one)
         self.changes = _ordered(groups)
 
@@ -181,6 +179,19 @@ class _Single:
     @property
     def place(self) -> tuple[int, int]:
         return self.nodes[0].lineno, self.nodes[0].col_offset
+
+    @property
+    def alike(self) -> set[tuple]:
+        """Keys of the groups of changes that are made together: those of equal places, of a line,
+        under sine and cosine, and of all places that read alike.
+        """
+        kind, text, around = self.key
+        line = self.place[0]
+        bare = kind, _NAME.sub("", text) if self.rank <= MOST_ALIKE else text
+        near = {(kind, text, line), (*bare, line)}
+        if isinstance(self.nodes[0], ast.Constant):  # equal numbers mean different things
+            return near if kind == "an index" else {self.key, *near}
+        return {self.key, *near, (kind, text, _TURNED.sub("", around)), (kind, text), bare}
 
     @property
     def old(self) -> str:
@@ -373,6 +384,9 @@ def _of_update(node):
         kind = "a sign" if isinstance(node.op, ast.Add | ast.Sub) else "an operator"
         yield 0, kind, [node], [[ast.AugAssign(node.target, other(), node.value)]]
     yield 2, "an operator", [node], [[ast.Assign([node.target], node.value)]]
+    if isinstance(node.target, ast.Name):
+        new = ast.BinOp(ast.Name(node.target.id, ast.Load()), node.op, node.value)
+        yield 1, "an array in place", [node], [[ast.Assign([node.target], new)]]
 
 
 def _is_first(node, scope):
@@ -405,7 +419,7 @@ def _ordered(groups):
 
 
 def _text(text):
-    text = text.replace(LINEAR_ALGEBRA, "").replace("__import__('numpy').", "")
+    text = re.sub(r"__import__\('(numpy|math)'\)\.(linalg\.)?", "", text)
     return text if len(text) <= MOST_TEXT else f"{text[: MOST_TEXT - 4]} ..."
 
 
