@@ -208,7 +208,8 @@ class _Search:
         changes = [self._told(replace(tried, first=(), wave=wave), k) for wave, k in tried.first]
         changes += [self._told(tried, number) for number in numbers]
         inside = {change.function for change in changes}
-        kept = [rows for called, rows in self.kept if inside & called]
+        is_method = not inside <= self.student.outline.keys()
+        kept = [rows for called, rows in self.kept if is_method or inside & called]
         if not all(self._right(rows, tried, [numbers]).all() for rows in kept):
             return None
         helps = 0

@@ -369,7 +369,8 @@ class Checks:
             if failed is None or check.share == 1 or check.function == mend.function:
                 continue
             item, asked = failed[0], failed[1].asked
-            if not any(changed & reached(outline, name) for name in asked):
+            is_method = not changed <= outline.keys()  # the outline has its class alone
+            if not is_method and not any(changed & reached(outline, name) for name in asked):
                 continue
             given = self._called(lab, asked)
             ask, share, left = self._again(item, lab, given, True, mend.made)

@@ -42,11 +42,18 @@ def additions(place: Place) -> Alternatives:
 
 def _other_names(place):
     parent, known = place.parent, {*place.scope.like(place.node.id), place.node.id}
+    derivative = _order(place.node.id)
     for other in place.scope.values:
         if other not in known:
-            yield 6, "a variable", name_of(other)
+            rank = 3 if derivative and _order(other) == derivative else 6
+            yield rank, "a variable", name_of(other)
             if isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult):
                 yield 6, "an inverse", inverse_of(name_of(other))
+
+
+def _order(name):
+    """Return which derivative a name is by its last letters: 0 of q11, 1 of q11D, 2 of q11DD."""
+    return len(name) - len(name.rstrip("D"))
 
 
 def _added(place):
