@@ -15,6 +15,7 @@ from .judge import numbers_right
 from .labs import Lab
 from .program import Program
 from .questions import AskedRows, Questions, rows_from
+from .ten_models import TEN, columns_of, motions
 from .worker.student import Tried
 from .worker.wire import Change
 
@@ -23,8 +24,9 @@ MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
-MOST_FIRST = 6  # changes that make more numbers right, to each of which a second one is sought
+MOST_FIRST = 4  # changes that make more numbers right, to each of which a second one is sought
 MOST_PAIRS = 20_000  # of likely changes that are tried together
+OTHERS = 16  # rows for a robot of other lengths
 AT_ONCE = 1_000  # calls of one request
 HINTS = {
     "a sign": "Go through the signs of your formula: which terms add, and which subtract?",
@@ -159,7 +161,7 @@ class _Search:
             second = replace(first, first=(made,), numbers=[])
             if (left := self._wrong_rows(second)) is None:
                 continue
-            for wave in range(LIKELY + 1):
+            for wave in range(LIKELY):
                 if found := self._single(left, replace(second, wave=wave), []):
                     return found
         return self._pair(few)
@@ -264,15 +266,29 @@ def _part(rows, places):
 
 
 def _answerable(rows, questions):
-    """Yield the rows that have an answer, and the same for other lengths and masses where the file
+    """Yield the rows that have an answer, and the same for other masses and lengths where the file
     lets them be set.
     """
-    others = []
+    asked = [rows]
     if not rows.constants:
-        others = [questions.with_others(longer) for longer in (False, True)]
-    for robot, constants in ((rows.robot, rows.constants), *others):
+        for longer in (False, True):
+            robot, constants = questions.with_others(longer)
+            moved = _moving(rows, robot) if longer else rows
+            asked.append(replace(moved, robot=robot, constants=constants))
+    for each in asked:
         with np.errstate(all="ignore"):
-            right = rows.exercise.outcome(rows.exercise.answer, robot, rows.columns)
-        places = np.flatnonzero(np.isfinite(right).all(axis=1) & ~rows.refuse)
+            right = each.exercise.outcome(each.exercise.answer, each.robot, each.columns)
+        places = np.flatnonzero(np.isfinite(right).all(axis=1) & ~each.refuse)
         if len(places):
-            yield replace(_part(rows, places), robot=robot, constants=constants)
+            yield _part(each, places)
+
+
+def _moving(rows, robot):
+    """Return rows for one of the lab's ten functions with motions that another robot can make: on
+    angles and rates that do not belong together, right formulas differ.
+    """
+    if rows.exercise.name not in TEN:
+        return rows
+    columns = columns_of(rows.exercise.name, motions(robot, np.random.default_rng(0), OTHERS))
+    tolerance, none = np.full(OTHERS, rows.tolerance.max()), np.zeros(OTHERS, bool)
+    return replace(rows, columns=columns, tolerance=tolerance, refuse=none, good=none)

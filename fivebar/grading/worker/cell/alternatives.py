@@ -11,7 +11,7 @@ import ast
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import chain, permutations
+from itertools import chain, combinations, permutations
 
 _OPERATORS: dict[type, tuple] = {
     ast.Add: ((ast.Sub, "a sign"), (ast.Mult, "an operator")),
@@ -195,13 +195,18 @@ def alternatives(place: Place) -> Alternatives:
     elif isinstance(node, ast.Tuple | ast.List):
         yield from _of_list(node)
     if isinstance(place.parent, ast.stmt | ast.Lambda) or isinstance(node, ast.Call):
-        yield from _exchanged(node)
+        yield from _exchanged(node, place.scope.constants)
 
 
-def _exchanged(node):
-    """Yield a whole formula with sine and cosine, or both legs, in each other's place."""
+def _exchanged(node, constants):
+    """Yield a whole formula with sine and cosine, both legs, or two of the file's numbers in each
+    other's place.
+    """
     text = ast.unparse(node)
+    used = sorted({*constants} & {part.id for part in ast.walk(node) if isinstance(part, ast.Name)})
+    numbers = (("a variable", {a: b, b: a}, rf"\b({a}|{b})\b") for a, b in combinations(used, 2))
     pairs = (
+        *numbers,
         ("a function", {"sin": "cos", "cos": "sin"}, r"\b(sin|cos)\b"),
         ("a variable", {"1": "2", "2": "1"}, r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)"),
         ("a variable", {"A": "B", "B": "A"}, r"\b[AB]\b"),

@@ -215,11 +215,11 @@ def _scopes(body, function, apart):
                 defined[name] = made
                 arguments[name] = [part.arg for part in made.args.args if part.arg != "self"]
     constants = [
-        target.id
+        part.id
         for node in body
         if isinstance(node, ast.Assign) and _function_of(node)[0] is None
-        for target in node.targets
-        if isinstance(target, ast.Name)
+        for part in chain(*map(ast.walk, node.targets))
+        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
     ]
     top = {part.asname or part.name for node in body for part in getattr(node, "names", ())}
     complex_numbers = any("1j" in ast.unparse(node) for node in defined.values())
