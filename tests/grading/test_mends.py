@@ -212,6 +212,7 @@ def test_two_slips_in_one_function_are_told_together(tmp_path):
     assert spot.count("right answers come with") == 2 and "E1: right answers come with E2" in spot
 
 
+@pytest.mark.deep
 def test_a_session_is_told_the_same_as_a_file(monkeypatch):
     source = (FOLDER / "fresh/lab1.py").read_text("utf-8")
     source = source.replace("D = np.linalg.norm(PQ)", "D = np.linalg.norm(PQ) ** 2")
