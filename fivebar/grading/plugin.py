@@ -35,6 +35,7 @@ from .variants import PUBLIC_SEED, robot_for
 from .worker.sandbox import IsolationError, KilledError
 
 _ASK = pytest.StashKey[Ask]()
+MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
 MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
 
 
@@ -320,6 +321,7 @@ class Checks:
         for rows in chain.from_iterable(ask.rows_asked for ask in self._asks):
             asked.setdefault(rows.exercise.name, []).append(rows)
         written = {check.function: None for check in self.found if may_be_mended(check)}
+        in_vain = 0
         for function in [name for name in written if name in asked][:MOST_FUNCTIONS]:
             places = [k for k, check in enumerate(self.found) if check.function == function]
             wrong = {check.function for check in self.found if check.share < 1}
@@ -329,8 +331,10 @@ class Checks:
             if all(mistake and mistake.idle for mistake in told):
                 continue  # it is still to be written, or answers by chance
             named = all(mistake and mistake.model for mistake in told)
-            mend = find_mend(self.program, lab, function, asked, wrong, not named)
+            deep = not named and in_vain < MOST_IN_VAIN
+            mend = find_mend(self.program, lab, function, asked, wrong, deep)
             if mend is None:
+                in_vain += deep
                 continue
             spot = mend.spot(self.program.where)
             for k in places:
