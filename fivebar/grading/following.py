@@ -166,6 +166,13 @@ def reached(outline: dict, function: str) -> set[str]:
     return seen - {function}
 
 
+def builds_on(outline: dict, function: str, changed: set[str]) -> bool:
+    """Return whether a function calls one of these, or may: a method may be called by any, as the
+    outline holds its class alone.
+    """
+    return not changed <= outline.keys() or bool(changed & reached(outline, function))
+
+
 def may_help(outline: dict, lab: Lab, asked: set[str]) -> set[str]:
     """Return the functions of the lab that those which were asked may call, and whose mistakes they
     need not pay for: all of them where the program's outline does not hold one asked.

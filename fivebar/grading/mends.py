@@ -10,7 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from .following import Helped, helped, may_help, reached
+from .following import Helped, builds_on, helped, may_help, reached
 from .judge import numbers_right
 from .labs import Lab
 from .program import Program
@@ -120,16 +120,16 @@ class _Search:
         self.student: Helped = program.student
         questions = Questions(program, lab, {}, np.random.default_rng(0))
         self.asked = [rows for each in asked for rows in _answerable(each, questions)]
-        self.kept: list[tuple[set[str], AskedRows]] = []
+        self.kept: list[tuple[str, AskedRows]] = []
         self.others: dict[str, list[AskedRows]] = {}
 
     def keep(self, name: str, asked: list[AskedRows]) -> None:
         """Let a right function stay right where it calls the one that is changed; a wrong one that
         calls the same helper may become right, also where it has its points in spite of the helper.
         """
-        called = reached(self.student.outline, name)
+        outline = self.student.outline
         wrong = not all((rows.good | rows.refuse).all() for rows in asked)
-        if wrong and not called & reached(self.student.outline, self.function):
+        if wrong and not reached(outline, name) & reached(outline, self.function):
             return
         for rows in asked:
             places = np.arange(len(rows.good))[:: max(1, len(rows.good) // MOST_KEPT)]
@@ -139,7 +139,7 @@ class _Search:
             if wrong:
                 self.others.setdefault(name, []).append(_part(rows, answered))
             else:
-                self.kept.append((called, _part(rows, answered)))
+                self.kept.append((name, _part(rows, answered)))
 
     def mend(self, deep: bool) -> Mend | None:
         """Return the first change after which all rows are right, or the first two."""
@@ -210,8 +210,8 @@ class _Search:
         changes = [self._told(replace(tried, first=(), wave=wave), k) for wave, k in tried.first]
         changes += [self._told(tried, number) for number in numbers]
         inside = {change.function for change in changes}
-        is_method = not inside <= self.student.outline.keys()
-        kept = [rows for called, rows in self.kept if is_method or inside & called]
+        outline = self.student.outline
+        kept = [rows for name, rows in self.kept if builds_on(outline, name, inside)]
         if not all(self._right(rows, tried, [numbers]).all() for rows in kept):
             return None
         helps = 0

@@ -23,7 +23,7 @@ import pytest
 from ..models.robots import Robot
 from .ask import Ask, Wrong
 from .diagnosis import consistent, explains
-from .following import NEVER, helped, may_help, reached, remark
+from .following import NEVER, builds_on, helped, may_help, reached, remark
 from .helpers import wrong_helpers
 from .judge import Verdict
 from .labs import Lab
@@ -327,10 +327,10 @@ class Checks:
             wrong = {check.function for check in self.found if check.share < 1}
             if not any(may_be_mended(self.found[k]) for k in places):
                 continue  # it was judged with a change found before
-            told = [self._diagnosis(k) for k in places if self.found[k].share < 1]
-            if all(mistake and mistake.idle for mistake in told):
+            mistakes = [self._diagnosis(k) for k in places if self.found[k].share < 1]
+            if all(mistake and mistake.idle for mistake in mistakes):
                 continue  # it is still to be written, or answers by chance
-            named = all(mistake and mistake.model for mistake in told)
+            named = all(mistake and mistake.model for mistake in mistakes)
             deep = not named and in_vain < MOST_IN_VAIN
             mend = find_mend(self.program, lab, function, asked, wrong, deep)
             if mend is None:
@@ -374,8 +374,7 @@ class Checks:
             if failed is None or check.share == 1 or check.function == mend.function:
                 continue
             item, asked = failed[0], failed[1].asked
-            is_method = not changed <= outline.keys()  # the outline has its class alone
-            if not is_method and not any(changed & reached(outline, name) for name in asked):
+            if not any(builds_on(outline, name, changed) for name in asked):
                 continue
             given = self._called(lab, asked)
             ask, share, left = self._again(item, lab, given, True, mend.made)

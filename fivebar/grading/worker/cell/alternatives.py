@@ -10,8 +10,10 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import chain, combinations, permutations
+
+from scopes import Scope, other_leg
 
 _OPERATORS: dict[type, tuple] = {
     ast.Add: ((ast.Sub, "a sign"), (ast.Mult, "an operator")),
@@ -77,37 +79,6 @@ Alternatives = Iterator[tuple[int, str, ast.expr]]
 
 
 @dataclass(frozen=True)
-class Scope:
-    """The names of a function: arguments in order, those to which it gives a value, numbers of the
-    file; all of them; functions of the file with their arguments; terms of other formulas in which
-    only such names stand; known: all names with a value; complex_numbers: whether the file
-    computes with them.
-    """
-
-    function: ast.FunctionDef | ast.Lambda
-    name: str
-    arguments: list[str]
-    stored: list[str]
-    constants: list[str]
-    names: frozenset[str]
-    functions: dict[str, list[str]]
-    known: frozenset[str]
-    terms: list[ast.expr] = field(default_factory=list)
-    complex_numbers: bool = False
-
-    def like(self, name: str) -> list[str]:
-        """Return names that are taken for this one by mistake: other digits, u and v, x and y."""
-        bare = _bare(name)
-        return sorted(other for other in self.names if other != name and _bare(other) == bare)
-
-    @property
-    def values(self) -> list[str]:
-        """Names that hold numbers: first the file's numbers and the modes, then all others."""
-        modes = [name for name in self.arguments if re.match("assembly|gamma|branch", name)]
-        return [*dict.fromkeys((*self.constants, *modes, *self.stored, *self.arguments))]
-
-
-@dataclass(frozen=True)
 class Place:
     """An expression, its parent, the scope that it is in; term: whether it is no factor of a
     product.
@@ -117,10 +88,6 @@ class Place:
     parent: ast.AST
     scope: Scope
     term: bool
-
-
-def _bare(name):
-    return re.sub(r"^v", "u", re.sub(r"^y", "x", re.sub(r"\d", "", name)))
 
 
 def places(scope: Scope) -> Iterator[Place]:
@@ -204,17 +171,20 @@ def _exchanged(node, constants):
     """
     text = ast.unparse(node)
     used = sorted({*constants} & {part.id for part in ast.walk(node) if isinstance(part, ast.Name)})
-    numbers = (("a variable", {a: b, b: a}, rf"\b({a}|{b})\b") for a, b in combinations(used, 2))
-    pairs = (
-        *numbers,
-        ("a function", {"sin": "cos", "cos": "sin"}, r"\b(sin|cos)\b"),
-        ("a variable", {"1": "2", "2": "1"}, r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)"),
-        ("a variable", {"A": "B", "B": "A"}, r"\b[AB]\b"),
-    )
-    for kind, others, pattern in pairs:
-        changed = re.sub(pattern, lambda found, others=others: others[found[0]], text)
+    ways = [
+        *(("a variable", _swapped(text, *pair)) for pair in combinations(used, 2)),
+        ("a function", _swapped(text, "sin", "cos")),
+        ("a variable", other_leg(text)),
+        ("a variable", _swapped(text, "A", "B")),
+    ]
+    for kind, changed in ways:
         if changed != text:
             yield 2, kind, ast.parse(changed, mode="eval").body
+
+
+def _swapped(text, a, b):
+    """Return a formula with two names in each other's place."""
+    return re.sub(rf"\b({a}|{b})\b", lambda found: b if found[0] == a else a, text)
 
 
 def name_of(name: str) -> ast.expr:

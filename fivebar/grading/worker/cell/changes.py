@@ -8,27 +8,23 @@ right answers: the grader compares.
 from __future__ import annotations
 
 import ast
-import builtins
 import contextlib
 import re
-from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import chain
 from typing import Any
 
 from additions import additions
-from alternatives import FIRST_ADDED, Scope, alternatives, exchanges, places
+from alternatives import FIRST_ADDED, alternatives, exchanges, places
 from loading import deep
+from scopes import Scope, function_of, rebuilt, scopes
 
 MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # lists of changes that are remembered
 WAVES = range(2), range(2, 3), range(3, 6), range(6, 7), range(7, 8)  # ranks tried together
-MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
 MOST_TEXT = 120  # characters quoted: what is told can be carried out
-LONGEST_TERM = 60  # characters
-MOST_TERMS = 60  # of other formulas that may be missing in one
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
 DROPPED = "no such line"
@@ -112,7 +108,7 @@ class Variants:
 
     def __init__(self, body: list[ast.stmt], function: str, apart: list[str], ranks: range):
         self.body = body
-        self.scopes = [*_scopes(body, function, apart)]
+        self.scopes = [*scopes(body, function, apart)]
         groups: dict = {}
         signs = _Signs()
         for scope in self.scopes:
@@ -140,7 +136,7 @@ class Variants:
         for node in self.body:
             if any(id(part) in inside for part in ast.walk(node)):
                 made = ast.fix_missing_locations(rebuilt(node, choices.chosen))
-                name = getattr(node, "name", "") or _function_of(node)[1]
+                name = getattr(node, "name", "") or function_of(node)[1]
                 with contextlib.suppress(SyntaxError, ValueError):  # it is left as it stands
                     code[name] = compile(ast.Module([made], []), "<changed>", "exec")
         return code, on
@@ -202,112 +198,6 @@ class _Single:
         told = [new if isinstance(new, list) else [new] for new in self.swaps.values()]
         lines = [ast.unparse(ast.fix_missing_locations(part)) for part in chain(*told)]
         return "; ".join(line for line in lines if line != "pass") or DROPPED
-
-
-def _scopes(body, function, apart):
-    """Yield a function's scope, and those of the functions that it calls."""
-    defined, arguments = {}, {}
-    for node in body:
-        parts = node.body if isinstance(node, ast.ClassDef) else [node]
-        for part in parts:
-            made, name = _function_of(part)
-            if made is not None and sum(1 for _ in ast.walk(made)) <= MOST_NODES:
-                defined[name] = made
-                arguments[name] = [part.arg for part in made.args.args if part.arg != "self"]
-    constants = [
-        part.id
-        for node in body
-        if isinstance(node, ast.Assign) and _function_of(node)[0] is None
-        for part in chain(*map(ast.walk, node.targets))
-        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
-    ]
-    top = {part.asname or part.name for node in body for part in getattr(node, "names", ())}
-    complex_numbers = any("1j" in ast.unparse(node) for node in defined.values())
-    waiting, seen = deque([function]), []
-    while waiting:
-        name = waiting.popleft()
-        if name in seen or name not in defined or (name in apart and name != function):
-            continue
-        seen.append(name)
-        for part in ast.walk(defined[name]):
-            if isinstance(part, ast.Name | ast.Attribute):
-                waiting.append(getattr(part, "id", getattr(part, "attr", "")))
-    terms = [*_terms([defined[name] for name in (*seen, *defined)])]
-    for name in seen:
-        node = defined[name]
-        parts = [*ast.walk(node)]
-        given = [part.arg for part in parts if isinstance(part, ast.arg) and part.arg != "self"]
-        names = [part for part in parts if isinstance(part, ast.Name)]
-        stored = sorted({part.id for part in names if isinstance(part.ctx, ast.Store)})
-        used = frozenset(part.id for part in names)
-        known = {*given, *stored, *constants, *defined, *top}
-        in_scope = [term for term in terms if _names(term) <= known]
-        yield Scope(
-            node,
-            name,
-            arguments[name],
-            stored,
-            constants,
-            used | {*given, *constants},
-            arguments,
-            frozenset({*known, *dir(builtins)}),
-            in_scope[:MOST_TERMS],
-            complex_numbers,
-        )
-
-
-def _function_of(node):
-    """Return the function that a statement makes, and its name; None where it makes none."""
-    if isinstance(node, ast.FunctionDef):
-        return node, node.name
-    target = node.targets[0] if isinstance(node, ast.Assign) else None
-    if isinstance(target, ast.Name) and isinstance(node.value, ast.Lambda):
-        return node.value, target.id
-    return None, ""
-
-
-def _names(node):
-    return {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
-
-
-def _terms(functions) -> Iterator[ast.expr]:
-    """Yield the terms of sums in these functions, as they stand, of the other leg, and with the
-    next derivative; also with the formulas of their names in place of these.
-    """
-    seen: set = set()
-    for function in functions:
-        formulas = _formulas(function)
-        for part in ast.walk(function):
-            if not isinstance(part, ast.BinOp) or not isinstance(part.op, ast.Add | ast.Sub):
-                continue
-            for term in (part.left, part.right):
-                long = _names(term) & formulas.keys()
-                written = rebuilt(term, partial(_formula_or_copy, formulas))
-                for text in map(ast.unparse, (term, written) if long else (term,)):
-                    later = re.sub(r"\b(\w*\dD)\b", r"\1D", text)
-                    for other in (text, _other_leg(text), later, _other_leg(later)):
-                        if _names(term) and len(text) <= LONGEST_TERM and other not in seen:
-                            seen.add(other)
-                            yield ast.parse(other, mode="eval").body
-
-
-def _formulas(function):
-    """Return the formulas of names that a function gives a value once."""
-    found: dict = {}
-    for part in ast.walk(function):
-        target = part.targets[0] if isinstance(part, ast.Assign) else None
-        if isinstance(target, ast.Name):
-            found.setdefault(target.id, []).append(part.value)
-    return {name: formulas[0] for name, formulas in found.items() if len(formulas) == 1}
-
-
-def _formula_or_copy(formulas, node, copy):
-    return formulas.get(getattr(node, "id", None), copy)
-
-
-def _other_leg(text):
-    exchanged = {"1": "2", "2": "1"}
-    return re.sub(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)", lambda m: exchanged[m[0]], text)
 
 
 def _single_changes(scope, ranks, signs) -> Iterator[_Single]:
@@ -437,24 +327,6 @@ def _leg_of(found):
     """Return the leg that a match means: in brackets the first one is number 0."""
     bracket = found.string[found.start() - 1] == "["
     return int(found[0]) + 1 if bracket else _LEGS[found[0]]
-
-
-def rebuilt(node: ast.AST, put: Callable) -> Any:
-    """Return a copy of a tree; put(node, its copy) gives what comes in its place."""
-    fields = {name: _copied(value, put) for name, value in ast.iter_fields(node)}
-    return put(node, ast.copy_location(type(node)(**fields), node))
-
-
-def _copied(value, put):
-    if isinstance(value, ast.AST):
-        return rebuilt(value, put)
-    if not isinstance(value, list):
-        return value
-    parts = []
-    for part in value:
-        copy = _copied(part, put)
-        parts += copy if isinstance(copy, list) else [copy]
-    return parts
 
 
 class _Choices:

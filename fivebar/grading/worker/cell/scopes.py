@@ -1,0 +1,180 @@
+"""The functions of a program with the names that have a value in them, and copies of its trees;
+standard library only.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import re
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import chain
+from typing import Any
+
+MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
+LONGEST_TERM = 60  # characters
+MOST_TERMS = 60  # of other formulas that may be missing in one
+_LEG_NUMBER = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)")
+
+
+@dataclass(frozen=True)
+class Scope:
+    """The names of a function: arguments in order, those to which it gives a value, numbers of the
+    file; all of them; functions of the file with their arguments; terms of other formulas in which
+    only such names stand; known: all names with a value; complex_numbers: whether the file
+    computes with them.
+    """
+
+    function: ast.FunctionDef | ast.Lambda
+    name: str
+    arguments: list[str]
+    stored: list[str]
+    constants: list[str]
+    names: frozenset[str]
+    functions: dict[str, list[str]]
+    known: frozenset[str]
+    terms: list[ast.expr] = field(default_factory=list)
+    complex_numbers: bool = False
+
+    def like(self, name: str) -> list[str]:
+        """Return names that are taken for this one by mistake: other digits, u and v, x and y."""
+        bare = _bare(name)
+        return sorted(other for other in self.names if other != name and _bare(other) == bare)
+
+    @property
+    def values(self) -> list[str]:
+        """Names that hold numbers: first the file's numbers and the modes, then all others."""
+        modes = [name for name in self.arguments if re.match("assembly|gamma|branch", name)]
+        return [*dict.fromkeys((*self.constants, *modes, *self.stored, *self.arguments))]
+
+
+def _bare(name):
+    return re.sub(r"^v", "u", re.sub(r"^y", "x", re.sub(r"\d", "", name)))
+
+
+def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Scope]:
+    """Yield a function's scope, and those of the functions that it calls."""
+    defined, arguments = {}, {}
+    for node in body:
+        parts = node.body if isinstance(node, ast.ClassDef) else [node]
+        for part in parts:
+            made, name = function_of(part)
+            if made is not None and sum(1 for _ in ast.walk(made)) <= MOST_NODES:
+                defined[name] = made
+                arguments[name] = [part.arg for part in made.args.args if part.arg != "self"]
+    constants = [
+        part.id
+        for node in body
+        if isinstance(node, ast.Assign) and function_of(node)[0] is None
+        for part in chain(*map(ast.walk, node.targets))
+        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
+    ]
+    top = {part.asname or part.name for node in body for part in getattr(node, "names", ())}
+    complex_numbers = any("1j" in ast.unparse(node) for node in defined.values())
+    waiting, seen = deque([function]), []
+    while waiting:
+        name = waiting.popleft()
+        if name in seen or name not in defined or (name in apart and name != function):
+            continue
+        seen.append(name)
+        for part in ast.walk(defined[name]):
+            if isinstance(part, ast.Name | ast.Attribute):
+                waiting.append(getattr(part, "id", getattr(part, "attr", "")))
+    terms = [*_terms([defined[name] for name in (*seen, *defined)])]
+    for name in seen:
+        node = defined[name]
+        parts = [*ast.walk(node)]
+        given = [part.arg for part in parts if isinstance(part, ast.arg) and part.arg != "self"]
+        names = [part for part in parts if isinstance(part, ast.Name)]
+        stored = sorted({part.id for part in names if isinstance(part.ctx, ast.Store)})
+        used = frozenset(part.id for part in names)
+        known = {*given, *stored, *constants, *defined, *top}
+        in_scope = [term for term in terms if _names(term) <= known]
+        yield Scope(
+            node,
+            name,
+            arguments[name],
+            stored,
+            constants,
+            used | {*given, *constants},
+            arguments,
+            frozenset({*known, *dir(builtins)}),
+            in_scope[:MOST_TERMS],
+            complex_numbers,
+        )
+
+
+def function_of(node: ast.stmt) -> tuple[ast.FunctionDef | ast.Lambda | None, str]:
+    """Return the function that a statement makes, and its name; None where it makes none."""
+    if isinstance(node, ast.FunctionDef):
+        return node, node.name
+    if isinstance(node, ast.Assign) and isinstance(node.value, ast.Lambda):
+        target = node.targets[0]
+        if isinstance(target, ast.Name):
+            return node.value, target.id
+    return None, ""
+
+
+def _names(node):
+    return {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
+
+
+def _terms(functions) -> Iterator[ast.expr]:
+    """Yield the terms of sums in these functions, as they stand, of the other leg, and with the
+    next derivative; also with the formulas of their names in place of these.
+    """
+    seen: set = set()
+    for function in functions:
+        formulas = _formulas(function)
+        for part in ast.walk(function):
+            if not isinstance(part, ast.BinOp) or not isinstance(part.op, ast.Add | ast.Sub):
+                continue
+            for term in (part.left, part.right):
+                long = _names(term) & formulas.keys()
+                written = rebuilt(term, partial(_formula_or_copy, formulas))
+                for text in map(ast.unparse, (term, written) if long else (term,)):
+                    later = re.sub(r"\b(\w*\dD)\b", r"\1D", text)
+                    for other in (text, other_leg(text), later, other_leg(later)):
+                        if _names(term) and len(text) <= LONGEST_TERM and other not in seen:
+                            seen.add(other)
+                            yield ast.parse(other, mode="eval").body
+
+
+def _formulas(function):
+    """Return the formulas of names that a function gives a value once."""
+    found: dict = {}
+    for part in ast.walk(function):
+        target = part.targets[0] if isinstance(part, ast.Assign) else None
+        if isinstance(target, ast.Name):
+            found.setdefault(target.id, []).append(part.value)
+    return {name: formulas[0] for name, formulas in found.items() if len(formulas) == 1}
+
+
+def _formula_or_copy(formulas, node, copy):
+    return formulas.get(getattr(node, "id", None), copy)
+
+
+def other_leg(text: str) -> str:
+    """Return a formula with the names of one leg in place of those of the other."""
+    return _LEG_NUMBER.sub(lambda found: str(3 - int(found[0])), text)
+
+
+def rebuilt(node: ast.AST, put: Callable) -> Any:
+    """Return a copy of a tree; put(node, its copy) gives what comes in its place."""
+    fields = {name: _copied(value, put) for name, value in ast.iter_fields(node)}
+    return put(node, ast.copy_location(type(node)(**fields), node))
+
+
+def _copied(value, put):
+    if isinstance(value, ast.AST):
+        return rebuilt(value, put)
+    if not isinstance(value, list):
+        return value
+    parts = []
+    for part in value:
+        copy = _copied(part, put)
+        parts += copy if isinstance(copy, list) else [copy]
+    return parts
