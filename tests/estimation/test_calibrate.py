@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import fivebar as fb
 from fivebar.estimation.calibration.measured_robot import FRAME, LENGTHS, READING, UNKNOWNS
@@ -263,6 +264,20 @@ def test_profile_likelihood():
         assert found.refit({name: bent[name][1]}) - found.chi2 == pytest.approx(
             1.6448536**2, rel=1e-3
         )
+
+
+def test_intervals_of_one_degree_of_freedom_are_students_and_of_none_infinite():
+    rng = np.random.default_rng(23)
+    data = measured(twin(rng, LAB, LENGTHS), 3, rng, 1e-4)
+    found = fb.calibrate(LAB, data, LENGTHS)
+    assert found.dof == 1
+    for name, interval in found.intervals(0.9).items():
+        expected = stats.t(1, found.values[name], found.sd[name]).interval(0.9)
+        assert interval == pytest.approx(expected, abs=1e-9)
+    data["x"][1] = np.nan
+    found = fb.calibrate(LAB, data, LENGTHS)
+    assert found.dof == 0
+    assert set(found.intervals().values()) == {(-np.inf, np.inf)}
 
 
 def test_bounds_hold_and_are_named():

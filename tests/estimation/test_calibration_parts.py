@@ -1,18 +1,23 @@
 """Parts of calibrations against sums written out: chosen poses, rows left out, intervals, frames."""
 
+from dataclasses import replace
 from itertools import permutations
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.optimize import minimize
 
 import fivebar as fb
+from fivebar.estimation.calibration.calibrate import _reaching
 from fivebar.estimation.calibration.fit import (
+    LeastSquares,
     assembly_modes,
     loss_slopes,
     noted_assembly,
     robust_scatter,
+    solve,
     spectrum,
 )
 from fivebar.estimation.calibration.measured_robot import UNKNOWNS, seen, values_of
@@ -207,23 +212,28 @@ def test_profile_intervals():
     assert (low, high) == pytest.approx((3.0 - 0.7, 3.0 + 0.98), abs=1e-5)
     low, high = profile(calibration(lambda way: 0.0), "d", 1.96)
     assert (low, high) == (-np.inf, np.inf)
+    # Without sigma, chi2 is in square metres, and small.
+    small = calibration(lambda way: 2e-9 * (way / 0.5) ** 2, variance=2e-9, chi2=7e-9)
+    assert profile(small, "d", 1.96) == pytest.approx((3.0 - 0.98, 3.0 + 0.98), abs=1e-5)
     assert profile(calibration(bent, sd=np.inf), "d", 2.0) == (-np.inf, np.inf)
 
 
-@pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy", "arctan"])
+LOSSES = {  # rho(z), as of SciPy's least_squares
+    "soft_l1": lambda z: 2 * (np.sqrt(1 + z) - 1),
+    "huber": lambda z: np.where(z <= 1, z, 2 * np.sqrt(z) - 1),
+    "cauchy": np.log1p,
+    "arctan": np.arctan,
+}
+
+
+@pytest.mark.parametrize("loss", LOSSES)
 def test_slopes_of_a_loss_are_those_of_scipy(loss):
     """psi is half of rho's derivative, rho as in SciPy's least_squares, over the scatter."""
     off = np.random.default_rng(8).normal(size=41) * 3.0
     scatter = 1.4826 * np.median(np.abs(off))
-    rho = {
-        "soft_l1": lambda z: 2 * (np.sqrt(1 + z) - 1),
-        "huber": lambda z: np.where(z <= 1, z, 2 * np.sqrt(z) - 1),
-        "cauchy": np.log1p,
-        "arctan": np.arctan,
-    }[loss]
 
     def half(r):
-        return scatter**2 * rho((r / scatter) ** 2) / 2
+        return scatter**2 * LOSSES[loss]((r / scatter) ** 2) / 2
 
     h = 1e-4
     psi, slope = loss_slopes(loss, off)
@@ -264,6 +274,36 @@ def task_of(rows, names):
         rows=rows, names=tuple(names), free=free, start=values_of(ROBOT), size=np.ones(len(free)),
         bar=float(np.mean(values_of(ROBOT)[:4])),
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("loss", ["huber", "cauchy"])
+def test_a_robust_fit_has_the_least_sum_of_its_loss(loss):
+    """Against a simplex on points of `dgm`; the scatter is that of the start, then of the fit."""
+    rng = np.random.default_rng(15)
+    rows, pose = measured(rng)
+    points = rows.points + 1e-4 * rng.normal(size=(12, 2))
+    points[3] += (5e-3, -4e-3)
+    rows = replace(rows, points=points)
+    free = np.array([UNKNOWNS.index(name) for name in ("l11", "l22")])
+    start = values_of(ROBOT)
+    task = LeastSquares(rows, free, start, np.ones(2), np.full(24, 1e4), loss=loss)
+    found, held = solve(task, start, pose.assembly)
+
+    def off(z):
+        robot = replace(ROBOT, l11=z[0], l22=z[1])
+        return 1e4 * (fb.dgm(robot, rows.q, pose.assembly).xi - points)
+
+    z = start[free]
+    for _ in range(2):
+        scatter = 1.4826 * np.median(np.abs(off(z)))
+        z = minimize(
+            lambda z, scatter=scatter: LOSSES[loss]((off(z) / scatter) ** 2).sum(),
+            z,
+            method="Nelder-Mead",
+            options={"xatol": 1e-10, "fatol": 1e-12},
+        ).x
+    assert found[free] == pytest.approx(z, abs=1e-8)
+    assert not held.any()
 
 
 @pytest.mark.parametrize("note", [(), ("assembly",)])
@@ -341,6 +381,9 @@ def test_distances_to_rows_that_are_left_out_are_left_out():
     assert rows.whole.tolist() == [True, False, False, False]
     assert rows.row_of.tolist() == [0, 0, 1, 2]
     assert rows.numbers.tolist() == [0.0, 0.1, 0.2, 0.3]
+    to_first = rows_of({**data, "to": [np.nan, 1, 1, 5, np.nan]})
+    assert to_first.to.tolist() == [-1, 0, 3, -1]
+    assert to_first.numbers.tolist() == [0.0, 0.1, 0.2, 0.2, 0.3]
     out = rows.without(np.array([True, False, False, False]))
     assert out.to.tolist() == [-1, 2, -1] and len(out) == 3
     for to, words in ((3.0, "row 3"), (6.0, "row 3"), (0.0, "row 3"), (1.5, "row 3")):
@@ -348,6 +391,31 @@ def test_distances_to_rows_that_are_left_out_are_left_out():
             rows_of({**data, "to": [np.nan, 1, to, 5, np.nan]})
     with pytest.raises(ValueError, match="row 3: distance = -0.2"):
         rows_of({**data, "distance": [np.nan, 0.1, -0.2, 0.3, np.nan]})
+
+
+def test_a_row_out_of_reach_is_reached_by_a_fit_of_the_others():
+    """With distances to and from it, which are left out, too; each number keeps its own weight."""
+    q = np.array([(1.8, 1.2), (2.0, 1.4), (1.6, 0.9), (1.9, 1.3), (2.2, 0.7)])
+    xi = fb.dgm(ROBOT, q, -1).xi
+    x, y = xi.T.copy()
+    x[4] = y[4] = np.nan
+    distance = np.full(5, np.nan)
+    to = np.array([4, 5, np.nan, np.nan, 3])
+    for row, other in ((0, 3), (1, 4), (4, 2)):
+        distance[row] = np.linalg.norm(xi[row] - xi[other])
+    distance[0] += 0.01
+    columns = {"x": x, "y": y, "distance": distance, "to": to, "assembly": np.full(5, -1)}
+    rows = rows_of({"q1": q[:, 0], "q2": q[:, 1], **columns})
+    weight = np.full(11, 1e4)
+    weight[8] = 1e-4  # of the wrong distance
+    short = values_of(ROBOT)
+    short[[1, 3]] -= 0.02
+    assert np.isnan(seen(short, rows.q, rows.assembly, False)[0][:, 0]).tolist() == [False] * 4 + [
+        True
+    ]
+    task = LeastSquares(rows, np.array([1, 3]), short, np.full(2, 0.1), weight)
+    found = _reaching(task, short, rows.assembly)
+    assert found == pytest.approx(values_of(ROBOT), abs=1e-12)
 
 
 def both_sides(rng, n=10):

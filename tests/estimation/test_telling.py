@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.estimation.calibration.indistinguishable import plainest
+from fivebar.estimation.calibration.indistinguishable import plainest, weak_combinations
 from fivebar.estimation.calibration.measured_robot import LENGTHS, UNKNOWNS, sizes
 from tests.estimation.test_machine import exact_jacobian
 from tests.helpers.twins import HOME, LAB, NOMINAL, poses, seen, twin
@@ -154,3 +154,14 @@ def test_plainest_vectors_have_the_fewest_entries():
     plain = np.array([[1.0, 1, 0, 0, 0, 0], [0, 0, 0, 1, -0.5, 0]])
     mixed = np.array([[0.6, 0.8], [-0.8, 0.6]]) @ plain
     assert np.abs(plainest(np.linalg.svd(mixed)[2][:2])) == pytest.approx(np.abs(plain))
+
+
+def test_weak_combinations_are_named_with_their_largest_entries():
+    names = ("l11", "offset1", "ratio1")
+    sds = {"l11": 2e-3, "offset1": np.radians(3.0), "ratio1": 0.5}
+    vectors = np.array([[0.9, -0.3, 0.2], [0.6, 0.7, 0.4], [0.1, 0.2, -0.97], [0.1, 0.96, 0.25]])
+    assert weak_combinations(np.array([0.2, 0.1, 0.3, 0.11]), vectors, names, sds) == (
+        "l11 and offset1 together hardly: l11 to +-2 mm",
+        "ratio1 hardly: ratio1 to +-0.5",
+        "offset1 and ratio1 together hardly: offset1 to +-3 deg",
+    )

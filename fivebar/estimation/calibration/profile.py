@@ -30,10 +30,10 @@ def profile(found: Calibration, name: str, far: float) -> tuple[float, float]:
         near, wall, reach = 0.0, np.inf, far * step
         for _ in range(60):
             risen = excess(reach)
-            if 0 < risen < np.inf:
-                return value + sign * brentq(excess, near, reach, xtol=exact)
-            if risen > 0:  # beyond what the robot reaches
+            if risen == np.inf:  # beyond what the robot reaches
                 wall = reach
+            elif risen > 0:
+                return value + sign * brentq(excess, near, reach, xtol=exact)
             else:
                 near = reach
             if wall - near < exact:
