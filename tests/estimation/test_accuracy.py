@@ -118,6 +118,10 @@ def test_a_list_of_poses_to_fill_in(tmp_path):
             "unknown: no points x, y tell these apart: l11, l12, l21, l22, d and scale",
         ),
         (dict(margin=0.94, window=(0.0, 0.001, 0.0, 0.001)), "no pose keeps the margin 0.94"),
+        (
+            dict(margin=0.93, working=[(-1, -1)]),
+            r"only 6 poses keep the margin 0.93 \(and are in the window\): a smaller margin\?",
+        ),
         (dict(working=[(1, 2)]), "working must be"),
         (dict(window=(1, 0, 0, 1)), "window must be"),
         (dict(criterion="A"), "criterion must be one of tip, D"),

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.estimation.identification import exciting
+from fivebar.estimation.identification.regressor import linear_names, regressor
 
 ROBOT = fb.ROBOTS["iri-vertical"].robot
 LIMITS = dict(period=5.0, harmonics=4, rate=5.0, acceleration=60.0, torque=9.0, starts=20)
@@ -59,7 +61,55 @@ def test_it_is_simulated_written_and_read(tmp_path, found):
 def test_a_biglide_and_what_cannot_be():
     found = fb.exciting_trajectory(fb.Biglide(), period=4.0, harmonics=3, starts=5)
     assert found.margin >= 0.25 * (1 - 1e-3) and np.isfinite(found.condition)
-    with pytest.raises(ValueError, match="no motion was found within these limits"):
-        fb.exciting_trajectory(ROBOT, torque=0.01, starts=2)
     with pytest.raises(ValueError, match="margin must be finite and from 0.01 to 0.9"):
         fb.exciting_trajectory(ROBOT, margin=0.0)
+
+
+@pytest.mark.parametrize(
+    "robot, unknown, unit",
+    [
+        (fb.FiveBar(), ["zz1", "zz2", "m"], "rates to {} rad/s, torques to {} N m"),
+        (fb.Biglide(), ["mf1", "m"], "rates to {} m/s, forces to {} N"),
+    ],
+)
+def test_a_short_search_says_what_its_motion_is(robot, unknown, unit, monkeypatch, tmp_path):
+    """Peaks, margin and condition by the models, at other times than those of the search."""
+    monkeypatch.setattr(exciting, "BEST", 2)
+    monkeypatch.setattr(exciting, "STEPS", 5)
+    limits = {"rate": 5.0, "acceleration": 4.0, "torque": 8.0}
+    found = fb.exciting_trajectory(
+        robot, period=2.0, cycles=3, harmonics=2, starts=3, unknown=unknown, **limits
+    )
+    t = np.linspace(0.0, 2.0, 2801)
+    q, q_dot, q_ddot = found.joints(t)
+    pose = fb.dgm(robot, q, found.assembly)
+    acc = fb.dkm2(fb.dkm(pose, q_dot), q_ddot)
+    values = {"rate": q_dot, "acceleration": q_ddot, "torque": fb.inverse_dynamics(acc)}
+    for name, limit in limits.items():
+        peaks = np.abs(values[name]).max(axis=0)
+        assert found.peaks[name] == pytest.approx(peaks, rel=1e-4)
+        assert peaks.max() <= limit
+    margin = min(np.abs(each).min() for each in (*pose.sines, pose.det_A))
+    assert found.margin == pytest.approx(margin, rel=1e-4) and margin >= 0.25
+    assert pose.working.tolist() == [[-1, -1]] * len(t)
+    columns = [linear_names(robot).index(name) for name in unknown]
+    W = regressor(robot, q, q_dot, q_ddot, -1)[:, :, columns].reshape(-1, len(columns))
+    condition = np.linalg.cond(W / np.linalg.norm(W, axis=0))
+    assert found.condition == pytest.approx(condition, rel=1e-3)
+    assert (found.start, found.duration) == (0.0, 6.0)
+    for value, exact in zip(found(t + 4.0), (pose.xi, acc.rates.xi_dot, acc.xi_ddot)):
+        assert value == pytest.approx(exact, abs=1e-9)
+    largest = (f"{max(found.peaks[name]):.3g}" for name in ("rate", "torque"))
+    words = f"6 s, condition {found.condition:.3g}, {unit.format(*largest)}"
+    assert repr(found) == f"<Excitation: {words}>"
+    found.to_csv(tmp_path / "a.csv", step=0.05)
+    table = np.loadtxt(tmp_path / "a.csv", delimiter=",", comments=("#", "t"))
+    own = np.linspace(0.0, 6.0, 121)
+    xi, xi_dot, _ = found(own)
+    rows = np.column_stack([own, xi, xi_dot, found.joints(own)[0]])
+    assert table == pytest.approx(rows, abs=1e-12)
+
+
+def test_limits_that_no_motion_keeps_are_refused():
+    with pytest.raises(ValueError, match="no motion was found .* modes .-1, -1. .* mode -1"):
+        fb.exciting_trajectory(fb.FiveBar(), period=2.0, harmonics=2, torque=1e-4, starts=2)

@@ -130,3 +130,11 @@ def test_samples_are_differentiated_and_those_of_creeping_motors_do_not_count():
     with pytest.raises(ValueError, match="hardly moves"):
         still = {**log, "q": np.column_stack([q[:, 0], np.full(len(q), q[0, 1])])}
         samples(log_of(still, GIVEN, None, AT_THE_JOINTS)[0], False, GIVEN, -1, 25.0)
+
+
+def test_a_log_of_fewer_than_two_rows_for_each_unknown_is_refused():
+    short, _ = log_from(5, n=130)
+    words = "only 31 and 31 independent rows of the two motors are left, and at least 34 of each"
+    with pytest.raises(ValueError, match=words):
+        fb.identify(GIVEN, short)
+    assert len(fb.identify(GIVEN, short, unknown=linear_names(GIVEN)[:15]).t) == 33

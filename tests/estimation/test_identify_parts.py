@@ -8,6 +8,7 @@ import pytest
 
 import fivebar as fb
 from fivebar.estimation.identification import exciting
+from fivebar.estimation.identification.dependent_columns import any_motion
 from fivebar.estimation.identification.exciting import _best, _Search
 from fivebar.estimation.identification.filtering import RegressionRows
 from fivebar.estimation.identification.identify import (
@@ -23,8 +24,9 @@ from fivebar.estimation.identification.regression import RegressionFit, fit
 from fivebar.estimation.identification.regressor import linear_names, regressor
 from fivebar.estimation.identification.samples import Samples, noise_gain
 from fivebar.estimation.identification.suspicions import _noise, _suspicions, beyond_the_model
+from fivebar.estimation.logs import replays
 from fivebar.estimation.logs.logs import Log
-from fivebar.estimation.logs.replays import _reference_through, _stretches
+from fivebar.estimation.logs.replays import _by_torques, _reference_through, _stretches
 
 ROBOT = fb.FiveBar()
 NAMES = linear_names(ROBOT)
@@ -351,3 +353,38 @@ def test_a_reference_goes_through_the_rows():
     assert values[2][inner, 1] == pytest.approx(-9 * np.cos(3 * t)[inner], abs=1e-2)
     few = _reference_through(t[:4], xi[:4])
     assert few(t[:4])[0] == pytest.approx(xi[:4], abs=1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_any_motion_covers_the_workspace_of_a_biglide_of_any_size(size):
+    robot = fb.Biglide(0.3 * size, 0.3 * size, 0.4 * size)
+    W = any_motion(robot, -1, (-1, -1))
+    assert len(W) == 400 and np.isfinite(W).all()
+    columns = W.reshape(-1, W.shape[-1])
+    same = any_motion(fb.Biglide(0.3, 0.3, 0.4), -1, (-1, -1))[..., :3].reshape(-1, 3)
+    # Masses of the feet and of the load make forces of any size alike.
+    spread = np.linalg.norm(columns[:, :2], axis=0) / np.linalg.norm(same[:, :2], axis=0)
+    assert spread == pytest.approx((1.0, 1.0), rel=0.2)
+
+
+@pytest.mark.parametrize("measured", [None, True])
+def test_torques_of_uneven_rows_are_interpolated(monkeypatch, measured):
+    """Of a straight line in time; measured ones are means from each time to the next."""
+    monkeypatch.setattr(replays, "simulate", lambda robot, law, **options: (law, options))
+    n, step = 20, 0.01
+    even = step * np.arange(n)
+    t = 3.0 + even + 0.3 * step * np.sin(even * 50.0) * (even > 0) * (even < even[-1])
+    q = np.tile(fb.igm(ROBOT, (0.0, 0.12)).q, (n, 1))
+    xi = np.tile((0.0, 0.12), (n, 1))
+    tau = np.stack([t - 3.0, 1.0 - 5.0 * (t - 3.0)], axis=1)
+    run = SimpleNamespace(t=t, tau=tau, q=q, q_dot=0.0 * q, xi=xi, measured=measured)
+    law, options = _by_torques(run, ROBOT, slice(0, n))
+    assert options["duration"] == pytest.approx(even[-1])
+    assert options["step"] == options["control_period"] == pytest.approx(step)
+    assert options["start"].pose.xi == pytest.approx((0.0, 0.12))
+    for k in (0, 1, 7, 18):
+        middle = even[k] + (0.5 * step if measured else 0.0)
+        expected = (middle, 1.0 - 5.0 * middle)
+        near = 0.25 * step if measured else 1e-12
+        assert law(even[k] + 0.4 * step, None, None, None) == pytest.approx(expected, abs=5 * near)
+    assert law(99.0, None, None, None) == pytest.approx(tau[-1])

@@ -14,6 +14,7 @@ from fivebar.estimation.calibration.photo import (
     _marks,
     _sides,
     _straightened,
+    crosses_in,
 )
 from fivebar.estimation.calibration.sheet import ARM, MARK
 
@@ -206,3 +207,15 @@ def test_pictures_without_a_whole_sheet_are_refused():
         _corners(sheet_on_ground(small))
     with pytest.raises(ValueError, match="the sheet is cut off"):
         _corners(sheet_on_ground(corners - (45.0, 0.0)))
+
+
+@pytest.mark.parametrize("shape", [(99, 300), (300, 99), (300,), (2, 300, 300, 3)])
+def test_what_is_no_photograph_is_refused(shape):
+    with pytest.raises(ValueError, match=r"photo must be \(rows, columns\), 100 at least, not"):
+        crosses_in(np.zeros(shape), None)
+
+
+@pytest.mark.parametrize("shape", [(100, 100), (100, 100, 3), (100, 100, 4)])
+def test_a_black_photograph_has_no_sheet(shape):
+    with pytest.raises(ValueError, match="no sheet, bright on a darker ground"):
+        crosses_in(np.zeros(shape), None)

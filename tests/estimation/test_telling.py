@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from fivebar.estimation.calibration.indistinguishable import plainest, weak_combinations
-from fivebar.estimation.calibration.measured_robot import LENGTHS, UNKNOWNS, sizes
+from fivebar.estimation.calibration.indistinguishable import _poses, plainest, weak_combinations
+from fivebar.estimation.calibration.measured_robot import LENGTHS, UNKNOWNS, sizes, values_of
 from tests.estimation.test_machine import exact_jacobian
 from tests.helpers.twins import HOME, LAB, NOMINAL, poses, seen, twin
 
@@ -165,3 +165,13 @@ def test_weak_combinations_are_named_with_their_largest_entries():
         "ratio1 hardly: ratio1 to +-0.5",
         "offset1 and ratio1 together hardly: offset1 to +-3 deg",
     )
+
+
+def test_poses_of_remedies_are_regular_ones_of_all_modes():
+    p = values_of(LAB, {"offset1": 0.3, "offset2": -0.2, "ratio1": 2.0, "ratio2": -0.5})
+    readings, modes = _poses(p)
+    assert len(readings) == len(modes) > 200
+    pose = fb.dgm(LAB, readings * (2.0, -0.5) + (0.3, -0.2), modes[:, 2])
+    assert np.array_equal(pose.working, modes[:, :2])
+    assert np.abs([*pose.sines, pose.det_A]).min() > 0.2
+    assert len(np.unique(modes, axis=0)) == 8
