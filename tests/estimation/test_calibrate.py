@@ -291,6 +291,36 @@ def test_bounds_hold_and_are_named():
     assert "at a bound: l11" in str(found) and np.isfinite(found.sd["l12"])
 
 
+@pytest.mark.parametrize("name", ["l12", "d", "offset1", "x0"])
+@pytest.mark.parametrize("cut", [1e-9, -1e-6])
+def test_at_a_bound_the_others_fit_as_if_it_were_known(name, cut):
+    """A bound that cuts off the best value, which is known to 1e-5 m."""
+    rng = np.random.default_rng(24)
+    unknown = (*GEOMETRY, "x0")
+    data = measured(twin(rng, LAB, unknown), 12, rng, 1e-5)
+    best = fb.calibrate(LAB, data, unknown, mistakes="keep").values[name]
+    bound = best + cut
+    limits = (bound, bound + 1.0) if cut > 0 else (bound - 1.0, bound)
+    found = fb.calibrate(LAB, data, unknown, bounds={name: limits}, mistakes="keep")
+    assert found.values[name] == bound and found.sd[name] == np.inf
+    assert found.held.tolist() == [each == name for each in unknown]
+    others = [each for each in unknown if each != name]
+    known = fb.calibrate(LAB, data, others, start={name: bound}, mistakes="keep")
+    assert off(found, known.values, others) < 1e-11
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_motors_on_one_axis_are_no_less_than_0_apart(seed):
+    """By noise, half of such robots have their least squares at a base distance below 0."""
+    nominal = fb.FiveBar(0.1, 0.2, 0.1, 0.2, 0.0)
+    rng = np.random.default_rng(seed)
+    data = measured(twin(rng, nominal, (*LENGTHS[:4], "offset1", "offset2")), 12, rng, 1e-5)
+    found = fb.calibrate(nominal, data, GEOMETRY, mistakes="keep")
+    assert found.held[4] == ("at a bound: d" in str(found)) == (seed != 3)
+    assert found.robot.d == found.values["d"]
+    assert (found.robot.d == 0.0) == found.held[4]
+
+
 @pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy", "arctan"])
 def test_robust_losses_pass_over_wrong_rows(loss):
     rng = np.random.default_rng(18)

@@ -258,18 +258,18 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, n
     high = np.full(len(task.free), np.inf)
     for k, name in enumerate(task.names):
         if task.bounds and name in task.bounds:
-            limits = np.array(task.bounds[name])
-            start = task.start[PLACE[name]]
-            change = limits - start
-            low[k], high[k] = change / task.size[k]
+            low[k], high[k] = task.bounds[name]
+    start = task.start[task.free]
     if task.bounds:
         unbounded = replace(task, bounds=None)
         free, held = solve(unbounded, p, assembly)
-        moved = (free - task.start)[task.free] / task.size
-        inside = (moved >= low) & (moved <= high)
+        values = free[task.free]
+        inside = (values >= low) & (values <= high)
         if inside.all():
             return free, held
 
+    lowest = (low - start) / task.size
+    highest = (high - start) / task.size
     prior = np.zeros((0, len(low)))
     if task.prior is not None:
         prior = np.diag(task.prior)
@@ -299,7 +299,7 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, n
             off,
             z,
             slope,
-            bounds=(low, high),
+            bounds=(lowest, highest),
             loss=task.loss,
             f_scale=scatter,
             max_nfev=200,
@@ -308,8 +308,8 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, n
             gtol=tolerance,
         )
 
-    moved = (p - task.start)[task.free] / task.size
-    z = np.clip(moved, low, high)
+    moved = (p[task.free] - start) / task.size
+    z = np.clip(moved, lowest, highest)
     if not np.isfinite(off(z)).all():
         raise ValueError(
             "no five-bar fits these data: values beyond their bounds (a length below 0?) come out,"
@@ -318,11 +318,42 @@ def solve(task: LeastSquares, p: ndarray, assembly: ndarray) -> tuple[ndarray, n
     result = fitted(z, 1e-12)
     if task.loss != "linear":  # once more with the scatter of the fit, not of the start
         result = fitted(result.x, 1e-14)
+    z = result.x
     held = result.active_mask != 0
-    if held.any() or task.loss != "linear":
-        return task.at(result.x), held
-    z = _polish(off, slope, result.x)
-    return task.at(np.clip(z, low, high)), held
+    if task.loss == "linear":
+        z, held = _polish_within(off, slope, z, held, lowest, highest)
+    found = task.at(z)
+    bound = np.where(z - lowest < highest - z, low, high)
+    found[task.free] = np.where(held, bound, found[task.free])
+    return found, held
+
+
+def _polish_within(off, slope, z, held, lowest, highest):
+    """Return z polished within its bounds, and which of its numbers are at one.
+
+    What is at a bound stays there, and so does what polishing would move over it.
+    """
+    free = ~held
+    if not free.any():
+        return z, held
+
+    def whole(part):
+        result = z.copy()
+        result[free] = part
+        return result
+
+    part = _polish(
+        lambda part: off(whole(part)),
+        lambda part: slope(whole(part))[:, free],
+        z[free],
+    )
+    polished = whole(part)
+    beyond = np.maximum(lowest - polished, polished - highest)
+    within = np.clip(polished, lowest, highest)
+    if beyond.max() <= 0:
+        return within, held
+    worst = beyond == beyond.max()
+    return _polish_within(off, slope, within, held | worst, lowest, highest)
 
 
 def _polish(off, slope, z):
