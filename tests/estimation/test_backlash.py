@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
+from fivebar.estimation.calibration.backlash import backlashes
 
 DRAWN = fb.FiveBar()
 BUILT = fb.FiveBar(l11=0.0905, l22=0.0897, d=0.1185)
@@ -37,8 +38,6 @@ def test_a_calibration_names_the_motor_with_backlash(seed):
 
 @pytest.mark.deep
 def test_the_value_is_within_its_interval():
-    from fivebar.estimation.calibration.backlash import backlashes
-
     truth = np.radians([0.05, 0.2])
     off = []
     for seed in range(8):
@@ -52,6 +51,15 @@ def test_the_value_is_within_its_interval():
 def test_none_is_named_without_backlash(seed):
     found = fb.calibrate(DRAWN, measured((0.0, 0.0), 2e-5, seed), UNKNOWN)
     assert not any("approach" in note for note in found.notes)
+
+
+def test_backlashes_need_six_numbers_beyond_the_unknowns():
+    data = measured((0.0, 0.01), 2e-5, 3, rows=7)
+    assert backlashes(fb.calibrate(DRAWN, data, UNKNOWN)) is not None
+    data["x"][3] = np.nan
+    assert backlashes(fb.calibrate(DRAWN, data, UNKNOWN)) is not None
+    data["y"][5] = np.nan
+    assert backlashes(fb.calibrate(DRAWN, data, UNKNOWN)) is None
 
 
 def test_backlash_is_a_tolerance_of_the_tip():

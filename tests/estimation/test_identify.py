@@ -11,7 +11,9 @@ from fivebar.estimation.identification.bodies import consistent
 from fivebar.estimation.identification.filtering import RegressionRows, filtered
 from fivebar.estimation.identification.regression import fit, left_out_cost, smallest, spread
 from fivebar.estimation.identification.regressor import ladder, linear_names, regressor
-from tests.helpers.synthetic_logs import RUNGS, case_of, motion_of, torques_of
+from fivebar.estimation.identification.samples import log_of, samples
+from fivebar.estimation.logs.logs import AT_THE_JOINTS
+from tests.helpers.synthetic_logs import RUNGS, case_of, jerky_motion, motion_of, torques_of
 
 ALL = case_of(3, RUNGS["all"])
 BIGLIDE = fb.Biglide(
@@ -179,6 +181,21 @@ def test_the_cut_off_falls_until_noise_in_the_columns_bends_nothing():
         )
         assert (found.cutoff < 8.0) is (cutoff is None)
     assert off[None] < 4 < off[40.0]
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_of_jerky_moves_the_cut_off_falls_below_where_they_sink_into_noise(seed):
+    """There, noise of the encoders would bend the mass."""
+    has = RUNGS["heavy bars, gravity, friction"]
+    case = case_of(seed, has, 6.0, 2e-3, jerky_motion, encoder=2e-4, torque=4e-3)
+    log, held = log_of(case.log, case.known, None, AT_THE_JOINTS)
+    highest = samples(log, held, case.known, -1, None).cutoff
+    found = fb.identify(case.known, case.log)
+    assert found.cutoff == pytest.approx(0.7 * highest)
+    bent = fb.identify(case.known, case.log, cutoff=highest)
+    assert abs(found.robot.m - case.robot.m) < 0.5 * abs(bent.robot.m - case.robot.m)
+    for name, value in found.values.items():
+        assert abs(value - getattr(case.robot, name)) < 4 * found.sd[name]
 
 
 def test_what_no_motion_shows_and_what_this_log_does_not():

@@ -1,5 +1,7 @@
 """Numbers of an identification of one log, whose truth is known, by other ways."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -130,6 +132,23 @@ def test_samples_are_differentiated_and_those_of_creeping_motors_do_not_count():
     with pytest.raises(ValueError, match="hardly moves"):
         still = {**log, "q": np.column_stack([q[:, 0], np.full(len(q), q[0, 1])])}
         samples(log_of(still, GIVEN, None, AT_THE_JOINTS)[0], False, GIVEN, -1, 25.0)
+
+
+@pytest.mark.parametrize("size", [1e-7, 1e-4, 1e-2])
+@pytest.mark.parametrize("motor", [0, 1])
+def test_a_motor_that_moves_by_the_noise_of_its_encoder_alone_stands_still(size, motor):
+    log, _ = log_from(4)
+    noise = size * np.random.default_rng(6).normal(size=2500)
+    log["q"][:, motor] = log["q"][0, motor] + noise
+    name = ("q11", "q21")[motor]
+    words = f"{name} hardly moves: .* of its noise, (.*) rad: move both motors"
+    with pytest.raises(ValueError, match=words) as refused:
+        fb.identify(GIVEN, log)
+    assert float(re.search(words, str(refused.value))[1]) == pytest.approx(size, rel=0.1)
+    # A wave of ten times the noise is a motion.
+    log["q"][:, motor] += 10 * size * np.sin(2 * np.pi * log["t"])
+    own, held = log_of(log, GIVEN, None, AT_THE_JOINTS)
+    assert len(samples(own, held, GIVEN, -1, None).pieces) == 1
 
 
 def test_a_log_of_fewer_than_two_rows_for_each_unknown_is_refused():

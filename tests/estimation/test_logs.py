@@ -86,6 +86,9 @@ def test_a_log_with_its_reference_and_end_effector():
     np.testing.assert_allclose(run.error, RUN.error, atol=1e-15)
     other = fb.dgm(ROBOT, RUN.q, 1, unreachable="nan").xi
     assert np.allclose(fb.from_log({**COLUMNS, "xi": other}).xi, other)  # the mode that fits
+    partly = other.copy()
+    partly[20:] = np.nan
+    np.testing.assert_allclose(fb.from_log({**COLUMNS, "xi": partly}).xi, other, atol=1e-15)
     notes = fb.from_log({**COLUMNS, "xi": RUN.xi + 0.03}).measured.notes
     assert any("mm (median) from where the joints say" in sentence for sentence in notes)
 

@@ -92,6 +92,24 @@ def motion_of(robot, rng, duration=20.0, step=1e-3, harmonics=10, about=None):
                 return t, q, q_dot, -size * ((s * k * k) @ a.T + (c * k * k) @ b.T)
 
 
+def jerky_motion(robot, rng, duration, step, move=0.3):
+    """t, q, q', q'' of moves of `move` s about a pose, each speeding up evenly and slowing down."""
+    while True:
+        centre = rng.uniform(-np.pi, np.pi, 2)
+        pose = fb.dgm(robot, centre, unreachable="nan")
+        if abs(pose.det_A) > 0.8 and min(map(abs, pose.sines)) > 0.5:
+            break
+    t = np.arange(round(duration / step)) * step
+    k = (t / move).astype(int)
+    ends = centre + rng.uniform(-0.15, 0.15, (k[-1] + 2, 2))
+    way = np.diff(ends, axis=0)[k]
+    part = (t / move - k)[:, None]
+    early = part < 0.5
+    q = ends[k] + way * np.where(early, 2 * part**2, 1 - 2 * (1 - part) ** 2)
+    q_dot = way * np.where(early, 4 * part, 4 * (1 - part)) / move
+    return t, q, q_dot, way * np.where(early, 4.0, -4.0) / move**2
+
+
 def torques_of(robot, q, q_dot, q_ddot):
     return fb.inverse_dynamics(fb.dkm2(fb.dkm(fb.dgm(robot, q), q_dot), q_ddot))
 
@@ -107,7 +125,7 @@ def noisy(rng, motion, tau, encoder=2e-5, torque=0.005):
     }
 
 
-def case_of(seed, has, duration=20.0, step=1e-3, **noise):
+def case_of(seed, has, duration=20.0, step=1e-3, motion_of=motion_of, **noise):
     """A Case with this rung's physics."""
     rng = np.random.default_rng(seed)
     robot = robot_with(rng, has)

@@ -129,7 +129,7 @@ def samples(
             f" {cutoff:.3g} Hz need {least}: log longer, or give a higher cutoff"
         )
     motion = [_rates(pairs, log.step, cutoff) for _, pairs in long]
-    _refuse_still(motion, found.noise, cutoff, log.step, robot)
+    _refuse_still(found, robot)
     regressors = _regressors(motion, robot, assembly, least // 2, notes)
     torques = np.concatenate([pairs["tau"] for _, pairs in long])
     lowest, highest_tau = (
@@ -221,18 +221,15 @@ def noise_gain(step: float, cutoff: float) -> float:
     return float(np.sqrt(2 * step * (2 * np.pi * cutoff) ** 4 * cutoff / 5))
 
 
-def _refuse_still(motion, noise, cutoff, step, robot):
+def _refuse_still(found, robot):
     """Refuse a motor that stands still: its inertia would be that of its encoder's noise."""
-    q, _, q_ddot = (np.concatenate(parts) for parts in zip(*motion))
-    rms = np.sqrt(np.nanmean(q_ddot**2, axis=0))
-    largest = np.maximum(np.nanmax(np.abs(q), axis=0), 1e-6)
-    rounding = 1e-9 * (2 * np.pi * cutoff) ** 2 * largest
-    by_noise = np.array(noise) * noise_gain(step, cutoff)
-    for k in np.flatnonzero(~(rms > np.maximum(10.0 * by_noise, rounding))):
-        raise ValueError(
-            f"{robot.words.joints[k]} hardly moves: its accelerations of {rms[k]:.3g}"
-            f" {robot.words.unit}/s² are as its noise makes, {by_noise[k]:.3g}: move both motors"
-        )
+    words = robot.words
+    for joint, moves, noise in zip(words.joints, found.moves, found.noise):
+        if not moves:
+            raise ValueError(
+                f"{joint} hardly moves: no frequency of its motion is clear of its noise,"
+                f" {noise:.2g} {words.unit}: move both motors"
+            )
 
 
 def _regressors(motion, robot, assembly, n, notes):
