@@ -50,7 +50,6 @@ def test_the_cut_off_is_where_the_motion_ends_in_its_noise():
         assert 5 < found.cutoff < 25
         np.testing.assert_allclose(found.noise, noise, rtol=0.1)
         assert found.fast < 0.02
-        assert found.moves == (True, True)
     again = derivatives(q, 1e-3, 20.0, ends=True)
     n = half_window(20.0, 1e-3)
     exact = (
@@ -73,15 +72,10 @@ def test_the_cut_off_is_where_the_motion_ends_in_its_noise():
 
 def test_the_spectrum_of_pieces():
     rng, rate = np.random.default_rng(2), 1000.0
-    assert spectrum([np.zeros((17, 2))], 1 / rate) == Spectrum(
-        rate / 12, (0.0, 0.0), (True, True), 0.0
-    )
+    assert spectrum([np.zeros((17, 2))], 1 / rate) == Spectrum(rate / 12, (0.0, 0.0), 0.0)
     still = spectrum([np.zeros((4000, 2)), np.zeros((2000, 2))], 1 / rate)
     assert (
-        still.noise == (0.0, 0.0)
-        and still.moves == (False, False)
-        and still.fast == 0.0
-        and 0 < still.cutoff < 10
+        still.noise == (0.0, 0.0) and still.fast == 0.0 and 0 < still.cutoff < 10
     )  # the lowest that it can tell
     assert (
         spectrum([np.zeros((4000, 2))], 2 / rate).cutoff == still.cutoff / 2

@@ -27,6 +27,7 @@ from .regressor import linear_names, regressor
 
 SINGULAR = 0.1  # |det A| below which errors of the joints become torques
 CREEPING = 0.03  # of a motor's rms rate: below, dry friction is not known
+STILL = 2.0  # times its encoder's noise: a motor that moves by less stands still
 BRIDGED = 3  # rows that may be missing within a stretch
 
 
@@ -129,7 +130,7 @@ def samples(
             f" {cutoff:.3g} Hz need {least}: log longer, or give a higher cutoff"
         )
     motion = [_rates(pairs, log.step, cutoff) for _, pairs in long]
-    _refuse_still(found, robot)
+    _refuse_still(stretches, found.noise, robot)
     regressors = _regressors(motion, robot, assembly, least // 2, notes)
     torques = np.concatenate([pairs["tau"] for _, pairs in long])
     lowest, highest_tau = (
@@ -221,14 +222,16 @@ def noise_gain(step: float, cutoff: float) -> float:
     return float(np.sqrt(2 * step * (2 * np.pi * cutoff) ** 4 * cutoff / 5))
 
 
-def _refuse_still(found, robot):
+def _refuse_still(stretches, noise, robot):
     """Refuse a motor that stands still: its inertia would be that of its encoder's noise."""
+    q = np.concatenate([pairs["q"] for _, pairs in stretches])
+    swing = np.std(q - q[0], axis=0)
     words = robot.words
-    for joint, moves, noise in zip(words.joints, found.moves, found.noise):
-        if not moves:
+    for joint, size, own in zip(words.joints, swing, noise):
+        if not size > STILL * own:
             raise ValueError(
-                f"{joint} hardly moves: no frequency of its motion is clear of its noise,"
-                f" {noise:.2g} {words.unit}: move both motors"
+                f"{joint} hardly moves: its standard deviation of {size:.2g} {words.unit} is that"
+                f" of its noise, {own:.2g} {words.unit}: move both motors"
             )
 
 

@@ -35,14 +35,12 @@ HIGHEST = 1 / 12  # of the sampling rate: the highest cut-off
 class Spectrum:
     """What a motion's spectrum says.
 
-    cutoff: Hz; noise: standard deviation of q's noise, of both joints; moves: whether more than
-    noise is there; fast: the share of the acceleration's power at frequencies that the sampling
-    rate cannot follow, of the worse joint.
+    cutoff: Hz; noise: standard deviation of q's noise, of both joints; fast: the share of the
+    acceleration's power at frequencies that the sampling rate cannot follow, of the worse joint.
     """
 
     cutoff: float
     noise: tuple[float, float]
-    moves: tuple[bool, bool]
     fast: float
 
 
@@ -68,7 +66,7 @@ def spectrum(pieces: Sequence[ndarray], step: float) -> Spectrum:
             power = power + len(piece) * density
             weight += len(piece)
     if not weight:
-        return Spectrum(HIGHEST * rate, (0.0, 0.0), (True, True), 0.0)
+        return Spectrum(HIGHEST * rate, (0.0, 0.0), 0.0)
     power = power / weight
     white = (2 * np.sin(np.pi * f * step)) ** 4  # white noise, differenced twice
     high = f > 0.3 * rate
@@ -88,11 +86,9 @@ def spectrum(pieces: Sequence[ndarray], step: float) -> Spectrum:
         HIGHEST * rate,
     )
     noise = np.sqrt(floor * rate / 2)
-    first, second = clear.any(axis=0).tolist()
     return Spectrum(
         float(cutoff),
         (float(noise[0]), float(noise[1])),
-        (first, second),
         float(fast.max()),
     )
 
