@@ -6,6 +6,7 @@ from matplotlib.image import imsave
 
 import fivebar as fb
 from fivebar.cli import main
+from fivebar.estimation.calibration import photo
 from fivebar.estimation.calibration.photo import crosses_in
 from fivebar.estimation.calibration.sheet import PAPERS, sheet
 from tests.helpers.photographs import photograph
@@ -58,6 +59,22 @@ def test_a_lens_that_bends_lines_is_found_by_the_edges(lens, drawn):
     found = crosses_in(image, drawn)
     assert np.isfinite(found).all()
     np.testing.assert_allclose(gaps(found), gaps(made(drawn, drawn.crosses)), atol=1.2e-4)
+
+
+@pytest.mark.parametrize("turn, channels", [(0.05, 4), (1.6, 0)])
+def test_crosses_are_found_in_a_small_photograph(turn, channels, drawn, monkeypatch):
+    """Of a sheet that lies or stands, in colours or in grey, put straight in coarse pixels."""
+    monkeypatch.setattr(photo, "PIXEL", 3e-4)
+    cut = 1.004, 0.995
+    image = photograph(
+        strokes(drawn, cut), "A5", np.random.default_rng(3), turn=turn, tilt=0.1, blur=0.7,
+        shape=(500, 680), zoom=2000.0, cut=cut,
+    )  # fmt: skip
+    if channels:
+        colours = np.array([1.2, 0.9, 0.9, 77.0])
+        image = image[..., None] * colours
+    found = crosses_in(image, drawn, size=np.array(PAPERS["A5"]) * cut)
+    np.testing.assert_allclose(gaps(found), gaps(made(drawn, drawn.crosses)), atol=2.5e-4)
 
 
 @pytest.mark.deep
