@@ -5,7 +5,17 @@ import pytest
 
 import fivebar as fb
 from fivebar.cli import main
-from fivebar.estimation.calibration.measured_robot import FRAME, LENGTHS
+from fivebar.estimation.calibration import mistakes
+from fivebar.estimation.calibration.fit import LeastSquares
+from fivebar.estimation.calibration.measured_robot import (
+    FRAME,
+    LENGTHS,
+    bars_off,
+    sizes,
+    values_of,
+)
+from fivebar.estimation.calibration.mistakes import find_mistakes
+from fivebar.estimation.calibration.rows import rows_of
 from tests.helpers.twins import LAB, measured, poses, seen, twin
 
 GEOMETRY = (*LENGTHS, "offset1", "offset2")
@@ -60,6 +70,39 @@ def test_a_wrong_column_is_named_and_mended(what):
     found = fb.calibrate(LAB, COLUMNS[what](data), FREE, mistakes="mend")
     assert found.rms < 1.2e-4 and found.notes[0].startswith(f"put right: column {what}")
     assert all(abs(found.values[name] - true[name]) < 5 * found.sd[name] for name in LENGTHS)
+
+
+def found_in(changed):
+    """What `find_mistakes` finds in changed data of 8 rows, and the rows as they were."""
+    rng = np.random.default_rng(3)
+    true = twin(rng, LAB, LENGTHS)
+    data = measured(true, 8, rng, 1e-5)
+    rows = rows_of(changed(data))
+    size = sizes(LAB, rows.q, LENGTHS)
+    task = LeastSquares(rows, np.arange(5), values_of(LAB), size, np.ones(16))
+    words, mended, p = find_mistakes(task, 1e-5)
+    right = rows_of(data)
+    assert mended.rows.q == pytest.approx(right.q, abs=1e-15)
+    assert mended.rows.points == pytest.approx(right.points, abs=1e-15)
+    assert p[:5] == pytest.approx([true[name] for name in LENGTHS], abs=1e-4)
+    left_out, right_out = bars_off(p, right.q, right.points)[0].T
+    after = 1e3 * np.median(np.hypot(left_out, right_out))
+    return words, f"(the bars miss the points by {after:.3g} mm then"
+
+
+@pytest.mark.parametrize(
+    "what", ["q1 and q2 swapped", "y in mm", "q1 and q2 in counts, 4096 a turn"]
+)
+def test_a_wrong_column_of_few_rows_is_mended(what):
+    (found,), misses = found_in(COLUMNS[what])
+    assert found.startswith(f"column {what}? {misses}")
+
+
+def test_two_wrong_columns_of_few_rows_are_mended(monkeypatch):
+    monkeypatch.setattr(mistakes, "MOST", 5)
+    found, misses = found_in(lambda data: degrees(data, "q2") | {"y": 1e3 * data["y"]})
+    for words, what in zip(found, ("q2 in degrees", "y in mm"), strict=True):
+        assert words.startswith(f"column {what}? {misses}")
 
 
 @pytest.mark.deep

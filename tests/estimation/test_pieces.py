@@ -9,14 +9,13 @@ import pytest
 
 import fivebar as fb
 from fivebar.estimation.calibration import rows
-from fivebar.estimation.calibration.fit import spectrum
 from fivebar.estimation.calibration.indistinguishable import combination
 from fivebar.estimation.calibration.measured_robot import NEUTRAL, stretched
 from fivebar.estimation.calibration.poses import _exchanged, _modes
 from fivebar.estimation.calibration.profile import profile
 from fivebar.estimation.calibration.report import _table
 from fivebar.estimation.identification.filtering import RegressionRows
-from fivebar.estimation.identification.regression import fit, triangle
+from fivebar.estimation.identification.regression import fit
 from fivebar.estimation.logs.replays import _smooth
 from tests.helpers.twins import LAB, measured, twin
 
@@ -57,16 +56,6 @@ def test_exchanged_poses_are_about_the_best_of_all(seed):
     assert det(chosen) > 0.9 * max(map(det, combinations(range(12), 4)))
 
 
-@pytest.mark.parametrize("shape", [(3, 5), (5, 3), (4, 4)])
-def test_a_spectrum_has_as_many_values_as_unknowns(shape):
-    jacobian = np.random.default_rng(0).normal(size=shape)
-    left, s, right, least = spectrum(jacobian)
-    m, k = shape
-    assert left.shape == (m, k) and s.shape == (k,) and right.shape == (k, k)
-    assert (left * s) @ right == pytest.approx(jacobian)
-    assert (s > least).sum() == min(shape)
-
-
 def test_smoothed_positions_are_nearer_the_truth_to_their_ends():
     t = np.linspace(0.0, 1.0, 401)
     truth = np.stack([np.cos(6 * t), np.sin(5 * t)], axis=1) * 0.1
@@ -75,13 +64,6 @@ def test_smoothed_positions_are_nearer_the_truth_to_their_ends():
     for part in (slice(0, 40), slice(-40, None), slice(40, -40)):
         assert (smooth[part] != noisy[part]).all()
         assert np.abs(smooth - truth)[part].mean() < 0.8 * np.abs(noisy - truth)[part].mean()
-
-
-@pytest.mark.parametrize("rows", [3, 64, 65, 1000])
-def test_a_triangle_has_the_products_of_its_rows(rows):
-    flat = np.random.default_rng(rows).normal(size=(rows, 5))
-    R = triangle(flat)
-    assert R.T @ R == pytest.approx(flat.T @ flat)
 
 
 def rows_of(scale=1.0, seed=1):
