@@ -75,6 +75,9 @@ def test_figures_of_the_fit_are_those_of_its_rows(found):
     assert found.validation.ratio == pytest.approx((1.0, 1.0), abs=0.25)
     assert found.validation.misfit == pytest.approx(found.misfit, rel=0.25)
     assert len(found.validation.t) == len(found.t)
+    missed = f"misses {100 * found.validation.misfit:.3g} % of the torque"
+    times = f"{max(found.validation.ratio):.3g} times the noise"
+    assert repr(found.validation) == f"<Validation: {missed}, {times}>"
 
 
 def test_what_is_known_is_not_sought():

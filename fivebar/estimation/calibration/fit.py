@@ -349,11 +349,11 @@ def _polish_within(off, slope, z, held, lowest, highest):
     )
     polished = whole(part)
     beyond = np.maximum(lowest - polished, polished - highest)
-    within = np.clip(polished, lowest, highest)
     if beyond.max() <= 0:
-        return within, held
-    worst = beyond == beyond.max()
-    return _polish_within(off, slope, within, held | worst, lowest, highest)
+        return polished, held
+    within = np.clip(polished, lowest, highest)
+    held = held | (beyond == beyond.max())
+    return _polish_within(off, slope, within, held, lowest, highest)
 
 
 def _polish(off, slope, z):

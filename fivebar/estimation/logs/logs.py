@@ -76,7 +76,7 @@ class Log:
             *(cut.row for cut in self.cuts),
             len(self.t),
         ]
-        return [slice(a, b) for a, b in zip(edges, edges[1:]) if b > a]
+        return [slice(a, b) for a, b in zip(edges, edges[1:])]
 
 
 class Gauges(NamedTuple):
