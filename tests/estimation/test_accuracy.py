@@ -220,6 +220,9 @@ def test_repeatability_of_a_case_by_hand():
     assert "worst RP 3.3856 mm" in str(
         found
     ) and "3 cycles at a pose, where the standard asks for 30" in str(found)
+    heading, row, *_ = str(found).splitlines()
+    assert row.split() == ["1", "1.0000", "1.0000", "1.9621", "0.4745", "3.3856", "3.0000"]
+    assert len(heading) == len(row)
     assert len(found.plot().axes) == 1
     with pytest.raises(ValueError, match="points must have shape"):
         fb.repeatability([[0.0, 0.0]])
