@@ -6,13 +6,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, islice
 
 import numpy as np
 
 from .following import Helped, builds_on, helped, may_help, reached
 from .judge import numbers_right
 from .labs import Lab
+from .needed import Needs
 from .program import Program
 from .questions import AskedRows, Questions, rows_from
 from .ten_models import TEN, columns_of, motions
@@ -26,6 +27,8 @@ MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
 MOST_FIRST = 4  # changes that make more numbers right, to each of which a second one is sought
 MOST_PAIRS = 20_000  # of likely changes that are tried together
+MOST_NEEDED = 8  # rows in which values are looked for that a function needs
+MOST_FORMULAS = 2  # of a place
 OTHERS = 16  # rows for a robot of other lengths
 AT_ONCE = 1_000  # calls of one request
 HINTS = {
@@ -36,6 +39,7 @@ HINTS = {
     "an operator": "Write the unit of each term beside it: all terms of a sum have the same.",
     "a number": "Where does each number in your formula come from?",
     "a term": "Derive the formula once more on paper: how many terms does it have?",
+    "a formula": "Derive this line once more on paper: which lengths and angles does it hold?",
     "a bracket": "In which order does Python compute your formula? Where do brackets belong?",
     "a variable": "Read each name in your formula: which leg, which bar, which derivative is it?",
     "an index": "Read each index in your formula: which row, which column, which leg is it?",
@@ -149,6 +153,8 @@ class _Search:
         better: list[tuple[int, Tried]] = []
         found = None
         for wave in range(WAVES if deep or self.others else LIKELY + 1):
+            if wave == LIKELY and not found and (now := self._written()):
+                return now
             now = self._single(few, replace(self.tried, wave=wave), better)
             if now and (now.helps or not self.others):
                 return now
@@ -190,6 +196,35 @@ class _Search:
                 better.append((int(good.sum()), replace(tried, numbers=[numbers])))
         return None
 
+    def _written(self):
+        """Return the first formulas, written where other values are needed, that make all right."""
+        rows = self._wrong_rows(self.tried, reversed(self.asked), MOST_NEEDED)
+        needs = Needs(self.student, self.tried, rows)
+        found = []
+        for need in needs.all():
+            for kind, text in islice(needs.formulas_of(need), MOST_FORMULAS):
+                size = len(text) + 0.01 * len(need.place.text)
+                size += kind != "a variable" and need.place.text.isidentifier()
+                found.append((size, need.place, (need.place.number, kind, text)))
+        found.sort(key=lambda one: one[0])
+        for written in self._together(found, needs.wrong):
+            if mend := self._sure(replace(self.tried, written=written), []):
+                return mend
+        return None
+
+    def _together(self, found, wrong):
+        """Yield formulas to be written together, so that all numbers that are wrong are covered."""
+        for count, (_, place, one) in enumerate(found[:MOST_SURE]):
+            left, chosen = wrong & ~place.moved, [one]
+            for _, other, more in found[count + 1 :]:
+                if not left.any():
+                    break
+                if (other.moved & left).any() and not (other.moved & place.moved & wrong).any():
+                    left = left & ~other.moved
+                    chosen.append(more)
+            if not left.any():
+                yield tuple(chosen)
+
     def _pair(self, few):
         """Return the first two likely changes that make all right together."""
         count = self._count(self.tried)
@@ -207,8 +242,7 @@ class _Search:
         """
         if not all(self._right(rows, tried, [numbers]).all() for rows in self.asked):
             return None
-        changes = [self._told(replace(tried, first=(), wave=wave), k) for wave, k in tried.first]
-        changes += [self._told(tried, number) for number in numbers]
+        changes = self._changes(tried, numbers)
         inside = {change.function for change in changes}
         outline = self.student.outline
         kept = [rows for name, rows in self.kept if builds_on(outline, name, inside)]
@@ -219,6 +253,13 @@ class _Search:
             helps += all(self._right(rows, tried, [numbers]).all() for rows in asked)
         return Mend(tuple(changes), self.function, replace(tried, numbers=[numbers]), helps)
 
+    def _changes(self, tried, numbers):
+        if tried.written:
+            self._right(_part(self.asked[0], [0]), tried, [[]])
+            return self.student.changes
+        changes = [self._told(replace(tried, first=(), wave=wave), k) for wave, k in tried.first]
+        return changes + [self._told(tried, number) for number in numbers]
+
     def _told(self, tried, number):
         self._right(_part(self.asked[0], [0]), tried, [[number]])
         return self.student.changes[0]
@@ -227,12 +268,12 @@ class _Search:
         self._right(_part(self.asked[0], [0]), tried, [[]])
         return self.student.changes_count
 
-    def _wrong_rows(self, tried):
-        """Return a few rows of which the first has a wrong answer, None where none has."""
-        for rows in self.asked:
+    def _wrong_rows(self, tried, asked=None, most=FEW):
+        """Return a few rows that have wrong answers, None where none has."""
+        for rows in asked or self.asked:
             places = np.flatnonzero(~self._right(rows, tried, [[]])[0].all(axis=1))
             if len(places):
-                picked = np.linspace(0, len(places) - 1, FEW).round().astype(int)
+                picked = np.linspace(0, len(places) - 1, most).round().astype(int)
                 return _part(rows, places[np.unique(picked)])
         return None
 

@@ -37,14 +37,19 @@ class Tried:
     """Changes of a program to be tried: of each row that is asked, the numbers of its changes in
     the list for this function and wave.
 
-    apart: functions that are not changed; first: (wave, number) of changes that are made before.
+    apart: functions that are not changed; first: (wave, number) of changes that are made before;
+    written: (place, kind of mistake, formula) in place of all these; watched: whether the values of
+    all places are shown instead, with, of each row, the place whose visits are told or None, and
+    (place, the numbers of its visits) for those in which others are put.
     """
 
     function: str
     apart: tuple[str, ...]
     wave: int = 0
     first: tuple[tuple[int, int], ...] = ()
-    numbers: list[list[int]] = field(default_factory=list)
+    written: tuple[tuple[int, str, str], ...] = ()
+    watched: bool = False
+    numbers: list[list] = field(default_factory=list)
 
 
 class Student:

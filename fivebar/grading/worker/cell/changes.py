@@ -8,7 +8,7 @@ right answers: the grader compares.
 from __future__ import annotations
 
 import ast
-import contextlib
+import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,10 +19,12 @@ from typing import Any
 from additions import additions
 from alternatives import FIRST_ADDED, alternatives, exchanges, places
 from loading import deep
-from scopes import Scope, function_of, rebuilt, scopes
+from scopes import Scope, compiled, put_in, rebuilt, scopes
+from watched import Watched, Written
 
 MOST_CHANGES = 4_000
-MOST_KNOWN = 4  # lists of changes that are remembered
+MOST_KNOWN = 4  # programs that are remembered
+MOST_TOLD = 8  # changes of one request that are told in words
 WAVES = range(2), range(2, 3), range(3, 6), range(6, 7), range(7, 8)  # ranks tried together
 MOST_TEXT = 120  # characters quoted: what is told can be carried out
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
@@ -73,30 +75,37 @@ class Change:
 
 
 class Trials:
-    """A program to be run with changes in it; request: the function that is changed, those that are
-    left apart, the wave of changes, and those made before, each with its wave.
+    """A program to be run with changes in it, or watched; request: the function that is looked at,
+    those that are left apart, and either the wave of changes and those made before, each with its
+    wave, or what is written in some places.
     """
 
     def __init__(self, body: list[ast.stmt]):
         self._body = body
         self._known: dict = {}
 
-    def of(self, request: dict) -> Variants:
-        """Return the changes of a request; the last few are remembered."""
-        function, apart = request["function"], request["apart"]
-        first, wave = [tuple(pair) for pair in request["first"]], request["wave"]
-        key = function, *apart, *first, wave
+    def of(self, request: dict) -> Variants | Watched | Written:
+        """Return the program of a request; the last few are remembered."""
+        key = json.dumps(request | {"numbers": None})
         if key not in self._known:
-            body = self._body
-            if first:
-                *before, (earlier, number) = first
-                body = self.of(request | {"first": before, "wave": earlier}).changed(number)
             with deep():
-                made = Variants(body, function, apart, WAVES[wave])
-            self._known[key] = made
+                self._known[key] = self._made(request)
             if len(self._known) > MOST_KNOWN:
                 del self._known[next(iter(self._known))]
         return self._known[key]
+
+    def _made(self, request):
+        function, apart = request["function"], request["apart"]
+        if request["watched"]:
+            return Watched(self._body, function, apart)
+        if request["written"]:
+            watched = self.of(request | {"watched": True, "written": []})
+            return Written(watched, function, apart, request["written"])
+        body, wave = self._body, request["wave"]
+        if request["first"]:
+            *before, (earlier, number) = request["first"]
+            body = self.of(request | {"first": before, "wave": earlier}).changed(number)
+        return Variants(body, function, apart, WAVES[wave])
 
 
 class Variants:
@@ -131,15 +140,7 @@ class Variants:
         choices, on = _Choices(), []
         for change in self.changes:
             on.append({choices.place(k): choices.number(k, new) for k, new in change.swaps.items()})
-        inside = {id(scope.function) for scope in self.scopes}
-        code = {}
-        for node in self.body:
-            if any(id(part) in inside for part in ast.walk(node)):
-                made = ast.fix_missing_locations(rebuilt(node, choices.chosen))
-                name = getattr(node, "name", "") or function_of(node)[1]
-                with contextlib.suppress(SyntaxError, ValueError):  # it is left as it stands
-                    code[name] = compile(ast.Module([made], []), "<changed>", "exec")
-        return code, on
+        return compiled(self.body, self.scopes, choices.chosen), on
 
     def install(self, space: dict, apart: list[str]) -> bool:
         """Put the functions with all alternatives into a module, all switched off; return whether
@@ -148,10 +149,18 @@ class Variants:
         with deep():
             code, _ = self._with_switches
         space[SWITCHES] = Switches()
-        for name, lines in code.items():
-            if name not in apart:
-                exec(lines, space)
-        return any(isinstance(space.get(name), type) for name in code)
+        return put_in(space, code, apart)
+
+    def told(self, numbers: list[list[int]]) -> dict:
+        """Return how many changes there are and those asked for in words, if they are few."""
+        wanted = sorted({*chain.from_iterable(numbers)})
+        few = wanted if len(wanted) <= MOST_TOLD else []
+        words = [[*self.changes[number].told] for number in few]
+        return {"count": len(self.changes), "changes": words}
+
+    def seen(self, space: dict) -> dict:
+        """Return nothing, as nothing is watched."""
+        return {}
 
     def switch(self, space: dict, numbers: list[int]) -> None:
         """Switch these changes on in the module, all others off."""

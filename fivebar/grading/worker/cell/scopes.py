@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import contextlib
 import re
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -178,3 +179,24 @@ def _copied(value, put):
         copy = _copied(part, put)
         parts += copy if isinstance(copy, list) else [copy]
     return parts
+
+
+def compiled(body: list[ast.stmt], scopes: list[Scope], put: Callable) -> dict[str, Any]:
+    """Return the code of the statements that hold these functions, rebuilt, by name."""
+    inside = {id(scope.function) for scope in scopes}
+    code = {}
+    for node in body:
+        if any(id(part) in inside for part in ast.walk(node)):
+            made = ast.fix_missing_locations(rebuilt(node, put))
+            name = getattr(node, "name", "") or function_of(node)[1]
+            with contextlib.suppress(SyntaxError, ValueError):  # it is left as it stands
+                code[name] = compile(ast.Module([made], []), "<changed>", "exec")
+    return code
+
+
+def put_in(space: dict, code: dict[str, Any], apart: list[str]) -> bool:
+    """Put compiled functions into a module; return whether a class is among them."""
+    for name, lines in code.items():
+        if name not in apart:
+            exec(lines, space)
+    return any(isinstance(space.get(name), type) for name in code)

@@ -1,0 +1,266 @@
+"""Which value a formula in a student's program would need, so that its function is right."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from .following import Helped
+from .formulas import MATH, Found, Values, formulas
+from .judge import numbers_of
+from .questions import AskedRows, rows_from
+from .relations import largest
+from .worker.replies import Reply
+from .worker.student import Tried
+
+_NAME = re.compile(r"[A-Za-z_][\w.]*")
+_ANGLE = re.compile(r"^\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*?(?<!D)(?<!d)(?<!p)\b[^()*/]*\)?$")
+ALL = -1  # in place of a place whose visits are told
+SCREENED = 2  # rows in which a place is looked at first
+MOST_UNKNOWNS = 4  # numbers of a place in one call that are looked for
+STEPS = 12  # of Newton's method
+SOLVED = 1e-9  # of the largest right answer
+HALVINGS = 4  # of a step that leads nowhere
+SLOW = 0.9  # of the error, that a step leaves: where it leaves more, there is no such value
+STEP = 1e-6  # of a number, to see what depends on it
+SMALLEST = 1e-2  # number of which such a step is taken
+AT_ONCE = 1_000  # calls of one request
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place of a program: its number, and the numbers (calls, answer) that depend on it."""
+
+    number: int
+    text: str
+    moved: np.ndarray
+
+
+@dataclass(frozen=True)
+class Need:
+    """A place with what it is worth in each call (calls, numbers), and what it would need to be, so
+    that the numbers of the answer that depend on it are right.
+    """
+
+    place: Place
+    old: np.ndarray
+    wanted: np.ndarray
+
+
+class Needs:
+    """The values that the places of a function need, in some rows of a check."""
+
+    def __init__(self, student: Helped, tried: Tried, rows: AskedRows):
+        self._student, self._rows = student, rows
+        self._tried = replace(tried, watched=True)
+        self._plain = rows_from(rows.columns)
+        exercise = rows.exercise
+        with np.errstate(all="ignore"):
+            self._right = exercise.outcome(exercise.answer, rows.robot, rows.columns)
+        self._angles = exercise.is_angle()
+        self._scale = np.where(self._angles, 1.0, largest(self._right))
+        replies = self._replies([(row, ()) for row in range(len(self._plain))], ALL)
+        self.wrong = ~self._solved(self._off(replies, range(len(self._plain)))).all(axis=0)
+        self._texts = [change.old for change in student.changes]
+        self._visits = [dict(map(tuple, reply.seen)) for reply in replies]
+
+    def all(self) -> Iterator[Need]:
+        """Yield the needs of all places that can make numbers right that are wrong."""
+        starts = self._starts()
+        few = range(min(SCREENED, len(self._plain)))
+        found = self._solve({number: start for number, start in starts.items()}, few)
+        whole = {number: starts[number] for number in found}
+        every = range(len(self._plain))
+        for number, (wanted, moved) in self._solve(whole, every).items():
+            place = Place(number, self._texts[number], moved)
+            yield Need(place, starts[number], wanted)
+
+    def _starts(self):
+        """Return place -> what it is worth (rows, numbers), of those whose numbers are few."""
+        starts = {}
+        for number in self._visits[0]:
+            visits = [seen.get(number, []) for seen in self._visits]
+            shapes = {(len(one), *map(len, one)) for one in visits}
+            if len(shapes) == 1 and 0 < len(np.ravel(visits[0])) <= MOST_UNKNOWNS:
+                starts[number] = np.reshape(visits, (len(visits), -1))
+        return starts
+
+    def _solve(self, starts, rows):
+        """Return place -> (the numbers with which what depends on it is right (rows, numbers), what
+        depends on it), of those places that have such numbers in these rows.
+        """
+        rows = list(rows)
+        now = {number: start[rows].copy() for number, start in starts.items()}
+        off = self._errors({number: None for number in now}, rows)
+        moved, solved, last = {}, {}, {}
+        for _ in range(STEPS):
+            slopes = self._slopes(now, off, rows)
+            for number in [*now]:
+                known = moved.get(number, False) | (np.abs(slopes[number]) > 0).any(axis=(0, 1))
+                moved[number] = known
+                if not (known & self.wrong).any() or known.sum() < now[number].shape[1]:
+                    del now[number]
+            if not now:
+                break
+            steps = {
+                number: np.array(
+                    [
+                        np.linalg.lstsq(slope[:, moved[number]].T, -error[moved[number]])[0]
+                        for slope, error in zip(slopes[number], off[number])
+                    ]
+                )
+                for number in now
+                if np.isfinite(slopes[number]).all() and np.isfinite(off[number]).all()
+            }
+            now, off = self._stepped(now, off, steps, moved, rows)
+            for number in [*now]:
+                left = self._left(off[number], moved[number]).max()
+                if left <= SOLVED:
+                    solved[number] = now.pop(number), moved[number]
+                elif number in last and not left <= SLOW * last[number]:
+                    del now[number]
+                else:
+                    last[number] = left
+        return solved
+
+    def _stepped(self, now, off, steps, moved, rows):
+        """Return the numbers after a step, shorter in rows where it leads to no answer or to a
+        worse one, and the errors with them.
+        """
+        now = {number: now[number] for number in steps}
+        before = {number: self._left(off[number], moved[number]) for number in now}
+        made = {number: now[number] + step for number, step in steps.items()}
+        errors = self._errors(made, rows)
+        for _ in range(HALVINGS):
+            waiting = {}
+            for number in made:
+                worse = ~(self._left(errors[number], moved[number]) <= before[number])
+                if worse.any():
+                    steps[number] = np.where(worse[:, None], steps[number] / 2, steps[number])
+                    waiting[number] = made[number] = now[number] + steps[number]
+            if not waiting:
+                break
+            errors |= self._errors(waiting, rows)
+        return made, errors
+
+    def _left(self, off, moved):
+        """Return the largest error of each row (rows,) among the numbers that move."""
+        return np.abs(off / self._scale)[:, moved].max(axis=1)
+
+    def _errors(self, put, rows):
+        """Return place -> errors (rows, numbers) with these numbers put in it."""
+        calls = [
+            (row, ((number, values if values is None else values[k]),))
+            for number, values in put.items()
+            for k, row in enumerate(rows)
+        ]
+        off = self._off(self._replies(calls), [row for row, _ in calls])
+        return dict(zip(put, off.reshape(len(put), len(rows), -1)))
+
+    def _slopes(self, now, off, rows):
+        """Return place -> slopes (rows, its numbers, numbers of the answer)."""
+        calls, widths = [], []
+        for number, values in now.items():
+            for k, row in enumerate(rows):
+                for j in range(values.shape[1]):
+                    width = STEP * max(abs(values[k, j]), SMALLEST)
+                    other = values[k].copy()
+                    other[j] += width
+                    widths.append(width)
+                    calls.append((row, ((number, other),)))
+        errors = self._off(self._replies(calls), [row for row, _ in calls])
+        slopes, start = {}, 0
+        for number, values in now.items():
+            count = values.size
+            some = errors[start : start + count].reshape(*values.shape, -1)
+            size = np.array(widths[start : start + count]).reshape(values.shape)
+            with np.errstate(invalid="ignore"):
+                slopes[number] = self._turned(some - off[number][:, None]) / size[..., None]
+            start += count
+        return slopes
+
+    def _replies(self, calls, told=None) -> list[Reply]:
+        rows, replies = self._rows, []
+        for start in range(0, len(calls), AT_ONCE):
+            some = calls[start : start + AT_ONCE]
+            numbers = [
+                [told, *(self._put(*one) for one in put if one[1] is not None)] for _, put in some
+            ]
+            replies += self._student.ask(
+                rows.exercise.name,
+                [self._plain[row] for row, _ in some],
+                rows.constants,
+                tried=replace(self._tried, numbers=numbers),
+            )
+        return replies
+
+    def _put(self, number, values):
+        visits = len(self._visits[0][number])
+        return [number, np.reshape(values, (visits, -1)).tolist()]
+
+    def _off(self, replies, rows):
+        """Return errors (calls, numbers), nan where there is no answer."""
+        came = numbers_of(self._rows.exercise, replies)
+        return self._turned(came - self._right[[*rows]])
+
+    def _turned(self, off):
+        turned = (off + np.pi) % (2 * np.pi) - np.pi
+        return np.where(self._angles, turned, off)
+
+    def _solved(self, off):
+        return np.abs(off) <= SOLVED * self._scale
+
+    def formulas_of(self, need: Need) -> Iterator[Found]:
+        """Yield formulas that are worth what a place needs."""
+        number = need.place.number
+        calls = [(row, ((number, values),)) for row, values in enumerate(need.wanted)]
+        known = [reply.seen for reply in self._replies(calls, number)]
+        visits = len(self._visits[0][number])
+        wanted = need.wanted.reshape(len(known), visits, -1)
+        size = wanted.shape[2]
+        rows = [[dict(map(tuple, pairs)) for pairs in seen] for seen in known]
+        if any(len(row) != visits for row in rows):
+            return
+        beside: dict = {}
+        for text in rows[0][0]:
+            parts = [[one.get(text, ()) for one in row] for row in rows]
+            if {len(part) for row in parts for part in row} in ({1}, {size}):
+                values = np.broadcast_to(np.array(parts), wanted.shape).ravel()
+                beside[text if _NAME.fullmatch(text) else f"({text})"] = values
+        old = beside.pop(self._texts_key(need), need.old.ravel())
+        turns = bool(self._angles[need.place.moved].all())
+        yield from formulas(Values(old, wanted.ravel(), _different(_more(beside)), turns))
+
+    def _texts_key(self, need):
+        text = need.place.text
+        return text if _NAME.fullmatch(text) else f"({text})"
+
+
+def _more(beside):
+    """Return what stands beside a place with the sums and differences of names that are alike, and
+    the sines and cosines of what may be an angle.
+    """
+    sums: dict = {}
+    for (one, a), (other, b) in combinations(beside.items(), 2):
+        if re.sub(r"\d", "", one) == re.sub(r"\d", "", other) and _NAME.fullmatch(one):
+            sums |= {f"({one} + {other})": a + b, f"({one} - {other})": a - b}
+    angles = {name: value for name, value in (beside | sums).items() if _ANGLE.search(name)}
+    turned = {}
+    for name, value in angles.items():
+        turned[f"{MATH}sin({name})"] = np.sin(value)
+        turned[f"{MATH}cos({name})"] = np.cos(value)
+    return beside | sums | turned
+
+
+def _different(beside):
+    """Return those values that no other one before them equals, but for the sign."""
+    known: dict = {}
+    for name, value in beside.items():
+        first = np.flatnonzero(value)[:1]
+        key = tuple(np.round(value * np.sign(value[first].sum() or 1), 9))
+        known.setdefault(key, name)
+    return {name: beside[name] for name in known.values()}

@@ -1,0 +1,276 @@
+"""What each formula of a program is worth in a call, and what comes back if a formula is worth
+something else; standard library only.
+
+Nothing here knows the right answers: the grader looks for the values that lead to them.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from functools import partial
+from itertools import chain
+from typing import Any
+
+from alternatives import Place, places
+from scopes import compiled, other_leg, put_in, rebuilt, scopes
+
+WATCH = "__watch__"  # name of the watch in the student's module
+OLD = "__old__"  # what stands in a place, in what is written there
+ALL = -1  # in place of a place's number
+MOST_PLACES = 800
+MOST_NUMBERS = 9  # of a matrix
+MOST_VISITS = 8  # of a place in one call that are told
+MOST_ATOMS = 150  # values beside a place that are told
+LONGEST = 60  # characters of a formula whose value is told beside a place
+Group = list[tuple[int, bool]]  # places with the same formula; whether for the other leg
+
+
+class Watch:
+    """Sees the values of all places during a call; puts others in some of them."""
+
+    def __init__(self, texts: list[str]):
+        self._texts = texts
+        self.begin({}, None)
+
+    def begin(self, put: dict[int, list], told: list[int] | None) -> None:
+        """Begin a call; put: place -> the numbers of each visit; told: the places whose visits are
+        told with all values that are known then; [] for the visits of all places, None for none.
+        """
+        self._put, self._told = put, told
+        self._visits: dict[int, list] = {}
+        self._beside: dict[int, list] = {}
+        self._frames: dict = {}
+
+    def __call__(self, place: int, value: Any) -> Any:
+        wanted = self._put.get(place)
+        if wanted is None and self._told is None:
+            return value
+        numbers = flat(value)
+        if numbers is None:
+            return value
+        visits = self._visits.setdefault(place, [])
+        visits.append(numbers)
+        if self._told:
+            self._tell(place, numbers, sys._getframe(1))
+        if wanted is None or len(visits) > len(wanted):
+            return value
+        return _like(value, wanted[len(visits) - 1])
+
+    def _tell(self, place, numbers, frame):
+        known = self._frames.setdefault(frame, {})
+        known[self._texts[place]] = numbers
+        if place in self._told:
+            self._beside.setdefault(place, []).append({**_named(frame), **known})
+
+    def visits(self, group: Group) -> list:
+        """Return the numbers of all visits of a group's places, none where one has more."""
+        visits = [self._visits.get(place, []) for place, _ in group]
+        same = len({*map(len, visits)}) == 1 and len(visits[0]) <= MOST_VISITS
+        return [*chain.from_iterable(visits)] if same else []
+
+    def beside(self, group: Group) -> list:
+        """Return what was known at each visit of a group's places, in the names of the first."""
+        told = []
+        for place, exchanged in group:
+            for known in self._beside.get(place, [])[:MOST_VISITS]:
+                name_of = other_leg if exchanged else str
+                pairs = [[name_of(name), numbers] for name, numbers in known.items() if name]
+                told.append(pairs[:MOST_ATOMS])
+        return told
+
+
+def flat(value: Any) -> list[float] | None:
+    """Return the numbers of a value, None where it has none or too many."""
+    numpy = sys.modules.get("numpy")
+    if isinstance(value, bool):
+        return None
+    if isinstance(value, int | float):
+        return [float(value)] if abs(value) < 1e12 else None
+    if isinstance(value, complex):
+        return [value.real, value.imag] if abs(value) < 1e12 else None
+    if numpy is None or not isinstance(value, numpy.ndarray | numpy.number):
+        return None
+    if value.size > MOST_NUMBERS or value.dtype.kind not in "iufc":
+        return None
+    parts = value.ravel().tolist()
+    if value.dtype.kind == "c":
+        parts = [*chain.from_iterable((part.real, part.imag) for part in parts)]
+    return [*map(float, parts)] if all(abs(part) < 1e12 for part in parts) else None
+
+
+def _like(value, numbers):
+    """Return these numbers as a value of the same kind."""
+    numpy = sys.modules.get("numpy")
+    if isinstance(value, complex):
+        return complex(*numbers)
+    if numpy is None or not isinstance(value, numpy.ndarray):
+        return numbers[0]
+    if value.dtype.kind == "c":
+        numbers = [complex(*pair) for pair in zip(numbers[::2], numbers[1::2])]
+    return numpy.array(numbers).reshape(value.shape)
+
+
+def _named(frame):
+    """Return the numbers that names have in a frame, those of an object's parts among them."""
+    named: dict = {}
+    for name, value in frame.f_locals.items():
+        parts = getattr(value, "__dict__", {}) if name == "self" else {}
+        named |= {f"self.{part}": flat(own) for part, own in parts.items()}
+        named[name] = flat(value)
+    for name, value in frame.f_globals.items():
+        if type(value) in (int, float) and not name.startswith("_"):
+            named.setdefault(name, flat(value))
+    return {name: numbers for name, numbers in named.items() if numbers is not None}
+
+
+class Watched:
+    """A program whose functions show the values of their formulas.
+
+    groups: each place alone, and two that are the same for either leg.
+    """
+
+    def __init__(self, body: list[ast.stmt], function: str, apart: list[str]):
+        self._body = body
+        self._scopes = [*scopes(body, function, apart)]
+        self._places: list[Place] = []
+        for scope in self._scopes:
+            self._places += [place for place in places(scope) if _may_differ(place)]
+        del self._places[MOST_PLACES:]
+        self.groups: list[Group] = [[(k, False)] for k in range(len(self._places))]
+        self.groups += _twins(self._places)
+
+    def install(self, space: dict, apart: list[str]) -> bool:
+        """Put the functions that show their values into a module, as `Variants` does."""
+        numbers = {id(place.node): number for number, place in enumerate(self._places)}
+        texts = [ast.unparse(place.node) for place in self._places]
+        space[WATCH] = Watch([text if len(text) <= LONGEST else "" for text in texts])
+        code = compiled(self._body, self._scopes, partial(_shown, numbers))
+        return put_in(space, code, apart)
+
+    def told(self, numbers: list) -> dict:
+        """Return all groups in words, as changes have them: line, what the first place is part of,
+        function, and what stands there, twice.
+        """
+        words = []
+        for group in self.groups:
+            place = self._places[group[0][0]]
+            part, name = type(place.parent).__name__, place.scope.name
+            words.append([place.node.lineno, part, name, *2 * [_read(place)]])
+        return {"count": len(words), "changes": words}
+
+    def switch(self, space: dict, numbers: list) -> None:
+        """Begin a call; numbers: the group that is told, ALL or None, and (group, the numbers of
+        its visits) for those in which others are put.
+        """
+        self._asked, *pairs = numbers
+        put = {}
+        for group, visits in pairs:
+            places = self.groups[group]
+            each = len(visits) // len(places)
+            for k, (place, _) in enumerate(places):
+                put[place] = visits[k * each : (k + 1) * each]
+        asked = self._asked
+        told = [place for place, _ in self.groups[asked]] if asked not in (None, ALL) else []
+        space[WATCH].begin(put, None if asked is None else told)
+
+    def seen(self, space: dict) -> dict:
+        """Return what the last call showed."""
+        watch = space[WATCH]
+        if self._asked is None:
+            return {}
+        if self._asked != ALL:
+            return {"seen": watch.beside(self.groups[self._asked])}
+        return {"seen": [[k, watch.visits(group)] for k, group in enumerate(self.groups)]}
+
+    def changed(self, written: list) -> tuple[list[ast.stmt], list[list]]:
+        """Return the program's statements with formulas written in some places, and each of these
+        changes in words: line, kind, function, what stands there, and what is written.
+        """
+        swaps, told = {}, []
+        for number, kind, text in written:
+            group = self.groups[number]
+            for k, exchanged in group:
+                new = ast.parse(other_leg(text) if exchanged else text, mode="eval").body
+                node = self._places[k].node
+                swaps[id(node)] = rebuilt(new, partial(_with_old, node))
+            place = self._places[group[0][0]]
+            new = ast.fix_missing_locations(swaps[id(place.node)])
+            shown = ast.unparse(new) + (f", in {len(group)} places" if len(group) > 1 else "")
+            told.append([place.node.lineno, kind, place.scope.name, _read(place), shown])
+        body = [rebuilt(node, lambda old, copy: swaps.get(id(old), copy)) for node in self._body]
+        return [ast.fix_missing_locations(node) for node in body], told
+
+
+def _read(place):
+    return ast.unparse(place.node)
+
+
+def _read_line(line):
+    body = getattr(line, "body", None)
+    return ast.unparse(line.test if isinstance(body, list) and hasattr(line, "test") else line)
+
+
+def _may_differ(place):
+    """Return whether another number may stand in a place: not in that of an index."""
+    indexed = isinstance(place.parent, ast.Subscript) and place.node is place.parent.slice
+    return not indexed and not isinstance(place.node, ast.Tuple | ast.List | ast.Compare)
+
+
+def _twins(places: list[Place]) -> list[Group]:
+    """Return pairs of places that are the same for either leg: at the same position in two lines
+    that are so, or by themselves.
+    """
+    lines: dict = {}
+    for k, place in enumerate(places):
+        lines.setdefault(place.line, []).append(k)
+    by_text = {_read_line(line): numbers for line, numbers in lines.items()}
+    twins, alone = [], {}
+    for line, numbers in lines.items():
+        text = _read_line(line)
+        partner = by_text.get(other_leg(text))
+        if partner and partner[0] > numbers[0] and len(partner) == len(numbers):
+            twins += [[(a, False), (b, True)] for a, b in zip(numbers, partner)]
+        elif not partner or partner == numbers:
+            for k in numbers:
+                alone.setdefault((places[k].scope.name, _read(places[k])), []).append(k)
+    for (name, text), numbers in alone.items():
+        others = alone.get((name, other_leg(text)), [])
+        if other_leg(text) != text and len(others) == len(numbers) and others[0] > numbers[0]:
+            twins += [[(a, False), (b, True)] for a, b in zip(numbers, others)]
+    return twins
+
+
+def _shown(numbers, node, copy):
+    number = numbers.get(id(node))
+    if number is None:
+        return copy
+    shown = ast.Call(ast.Name(WATCH, ast.Load()), [ast.Constant(number), copy], [])
+    return ast.copy_location(shown, node)
+
+
+def _with_old(old, node, copy):
+    return old if getattr(node, "id", None) == OLD else copy
+
+
+class Written:
+    """A program with other formulas written in some places; it has no more changes."""
+
+    def __init__(self, watched: Watched, function: str, apart: list[str], written: list):
+        body, self._words = watched.changed(written)
+        self._code = compiled(body, [*scopes(body, function, apart)], lambda node, copy: copy)
+
+    def install(self, space: dict, apart: list[str]) -> bool:
+        """Put the functions into a module, as `Variants` does."""
+        return put_in(space, self._code, apart)
+
+    def told(self, numbers: list) -> dict:
+        """Return the changes that are made, in words."""
+        return {"count": 0, "changes": self._words}
+
+    def switch(self, space: dict, numbers: list) -> None:
+        """Change nothing from call to call."""
+
+    def seen(self, space: dict) -> dict:
+        """Return nothing, as nothing is watched."""
+        return {}
