@@ -6,11 +6,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations, islice
+from itertools import chain, combinations, islice
 
 import numpy as np
 
 from .following import Helped, builds_on, helped, may_help, reached
+from .formulas import MATH
 from .judge import numbers_right
 from .labs import Lab
 from .needed import Needs
@@ -147,35 +148,61 @@ class _Search:
 
     def mend(self, deep: bool) -> Mend | None:
         """Return the first change after which all rows are right, or the first two."""
-        few = self._wrong_rows(self.tried)
-        if few is None:
-            return None
-        better: list[tuple[int, Tried]] = []
+        better: list[tuple[int, tuple]] = []
+        found = self._likely((), better)
+        if found and (found.helps or not self.others):
+            return found
+        found = found or self._written(())
+        if found or not (deep or self.others):
+            return found
+        for wave in range(LIKELY, WAVES):
+            if found := self._single(replace(self.tried, wave=wave), better):
+                return found
+        return self._two(better) if deep else None
+
+    def _likely(self, steps, better):
+        """Return a likely change after these steps, best one that helps other functions too."""
         found = None
-        for wave in range(WAVES if deep or self.others else LIKELY + 1):
-            if wave == LIKELY and not found and (now := self._written()):
-                return now
-            now = self._single(few, replace(self.tried, wave=wave), better)
+        for wave in range(LIKELY):
+            now = self._single(replace(self.tried, steps=steps, wave=wave), better)
             if now and (now.helps or not self.others):
                 return now
             found = found or now
-        if found or not deep:
-            return found
-        better.sort(key=lambda one: -one[0])
-        for _, first in better[:MOST_FIRST]:
-            made = first.wave, first.numbers[0][0]
-            second = replace(first, first=(made,), numbers=[])
-            if (left := self._wrong_rows(second)) is None:
-                continue
-            for wave in range(LIKELY):
-                if found := self._single(left, replace(second, wave=wave), []):
-                    return found
-        return self._pair(few)
+        return found
 
-    def _single(self, few, tried, better):
+    def _two(self, better):
+        """Return the first two changes: one that makes more numbers right, and another one."""
+        better.sort(key=lambda one: -one[0])
+        firsts = [step for _, step in better[:MOST_FIRST]]
+        for step in chain(firsts, self._parts()):
+            if found := self._likely((step,), []) or self._written((step,)):
+                return found
+        return self._pair()
+
+    def _parts(self):
+        """Yield formulas that make some of the wrong numbers right, a matrix or a vector first."""
+        needs = self._needs(())
+        if needs is None or needs.wrong.sum() < 2:
+            return
+        exercise, start = self.asked[0].exercise, 0
+        groups = []
+        for name in exercise.returns:
+            count = int(np.prod(exercise.shape(name)))
+            part = np.arange(len(needs.wrong)) // 1
+            groups.append((part >= start) & (part < start + count))
+            start += count
+        for group in groups:
+            part = group & needs.wrong
+            if part.any() and (part != needs.wrong).any():
+                for _, _, written in self._found(needs, part)[:MOST_FIRST]:
+                    yield (written,)
+
+    def _single(self, tried, better):
         """Return the first change of a wave that makes all right; better: those that make more
         numbers right and none wrong are added.
         """
+        if (few := self._wrong_rows(tried.steps)) is None:
+            return None
         count = self._count(tried)
         before = self._right(few, tried, [[]])[0]
         right = self._right(_part(few, [0]), tried, [[k] for k in range(count)])[:, 0]
@@ -193,24 +220,33 @@ class _Search:
             return max(sure, key=lambda mend: mend.helps)
         for numbers, good in zip(candidates, now):
             if (good >= before).all():
-                better.append((int(good.sum()), replace(tried, numbers=[numbers])))
+                better.append((int(good.sum()), (tried.wave, numbers[0])))
         return None
 
-    def _written(self):
+    def _written(self, steps):
         """Return the first formulas, written where other values are needed, that make all right."""
-        rows = self._wrong_rows(self.tried, reversed(self.asked), MOST_NEEDED)
-        needs = Needs(self.student, self.tried, rows)
-        found = []
-        for need in needs.all():
-            for kind, text in islice(needs.formulas_of(need), MOST_FORMULAS):
-                size = len(text) + 0.01 * len(need.place.text)
-                size += kind != "a variable" and need.place.text.isidentifier()
-                found.append((size, need.place, (need.place.number, kind, text)))
-        found.sort(key=lambda one: one[0])
-        for written in self._together(found, needs.wrong):
-            if mend := self._sure(replace(self.tried, written=written), []):
+        needs = self._needs(steps)
+        if needs is None:
+            return None
+        for written in self._together(self._found(needs), needs.wrong):
+            tried = replace(self.tried, wave=None, steps=(*steps, written))
+            if mend := self._sure(tried, []):
                 return mend
         return None
+
+    def _needs(self, steps):
+        rows = self._wrong_rows(steps, reversed(self.asked), MOST_NEEDED)
+        return rows and Needs(self.student, replace(self.tried, steps=steps), rows)
+
+    def _found(self, needs, part=None):
+        """Return (size, place, formula to be written there), short ones first."""
+        found = []
+        for need in needs.all(part):
+            for kind, text in islice(needs.formulas_of(need), MOST_FORMULAS):
+                size = len(text.replace(MATH, "")) + 0.01 * len(need.place.text)
+                size += kind != "a variable" and need.place.text.isidentifier()
+                found.append((size, need.place, (need.place.number, kind, text)))
+        return sorted(found, key=lambda one: (one[0] // 1, -one[1].moved.sum(), one[0]))
 
     def _together(self, found, wrong):
         """Yield formulas to be written together, so that all numbers that are wrong are covered."""
@@ -225,8 +261,10 @@ class _Search:
             if not left.any():
                 yield tuple(chosen)
 
-    def _pair(self, few):
+    def _pair(self):
         """Return the first two likely changes that make all right together."""
+        if (few := self._wrong_rows(())) is None:
+            return None
         count = self._count(self.tried)
         most = int((2 * MOST_PAIRS) ** 0.5)
         pairs = [[*pair] for pair in combinations(range(min(count, most)), 2)]
@@ -242,7 +280,8 @@ class _Search:
         """
         if not all(self._right(rows, tried, [numbers]).all() for rows in self.asked):
             return None
-        changes = self._changes(tried, numbers)
+        self._right(_part(self.asked[0], [0]), tried, [numbers])
+        changes = self.student.changes
         inside = {change.function for change in changes}
         outline = self.student.outline
         kept = [rows for name, rows in self.kept if builds_on(outline, name, inside)]
@@ -253,23 +292,13 @@ class _Search:
             helps += all(self._right(rows, tried, [numbers]).all() for rows in asked)
         return Mend(tuple(changes), self.function, replace(tried, numbers=[numbers]), helps)
 
-    def _changes(self, tried, numbers):
-        if tried.written:
-            self._right(_part(self.asked[0], [0]), tried, [[]])
-            return self.student.changes
-        changes = [self._told(replace(tried, first=(), wave=wave), k) for wave, k in tried.first]
-        return changes + [self._told(tried, number) for number in numbers]
-
-    def _told(self, tried, number):
-        self._right(_part(self.asked[0], [0]), tried, [[number]])
-        return self.student.changes[0]
-
     def _count(self, tried):
         self._right(_part(self.asked[0], [0]), tried, [[]])
         return self.student.changes_count
 
-    def _wrong_rows(self, tried, asked=None, most=FEW):
-        """Return a few rows that have wrong answers, None where none has."""
+    def _wrong_rows(self, steps, asked=None, most=FEW):
+        """Return a few rows that have wrong answers after these steps, None where none has."""
+        tried = replace(self.tried, steps=steps, wave=None)
         for rows in asked or self.asked:
             places = np.flatnonzero(~self._right(rows, tried, [[]])[0].all(axis=1))
             if len(places):

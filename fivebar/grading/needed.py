@@ -56,7 +56,7 @@ class Needs:
 
     def __init__(self, student: Helped, tried: Tried, rows: AskedRows):
         self._student, self._rows = student, rows
-        self._tried = replace(tried, watched=True)
+        self._tried = replace(tried, watched=True, wave=None)
         self._plain = rows_from(rows.columns)
         exercise = rows.exercise
         with np.errstate(all="ignore"):
@@ -68,16 +68,18 @@ class Needs:
         self._texts = [change.old for change in student.changes]
         self._visits = [dict(map(tuple, reply.seen)) for reply in replies]
 
-    def all(self) -> Iterator[Need]:
-        """Yield the needs of all places that can make numbers right that are wrong."""
+    def all(self, part: np.ndarray | None = None) -> Iterator[Need]:
+        """Yield the needs of all places that can make numbers right that are wrong; part: those
+        numbers (answer,), all of them where None.
+        """
+        self._part = self.wrong if part is None else part
         starts = self._starts()
         few = range(min(SCREENED, len(self._plain)))
-        found = self._solve({number: start for number, start in starts.items()}, few)
+        found = self._solve(starts, few)
         whole = {number: starts[number] for number in found}
         every = range(len(self._plain))
         for number, (wanted, moved) in self._solve(whole, every).items():
-            place = Place(number, self._texts[number], moved)
-            yield Need(place, starts[number], wanted)
+            yield Need(Place(number, self._texts[number], moved), starts[number], wanted)
 
     def _starts(self):
         """Return place -> what it is worth (rows, numbers), of those whose numbers are few."""
@@ -95,14 +97,17 @@ class Needs:
         """
         rows = list(rows)
         now = {number: start[rows].copy() for number, start in starts.items()}
+        if not now:
+            return {}
         off = self._errors({number: None for number in now}, rows)
         moved, solved, last = {}, {}, {}
         for _ in range(STEPS):
             slopes = self._slopes(now, off, rows)
             for number in [*now]:
-                known = moved.get(number, False) | (np.abs(slopes[number]) > 0).any(axis=(0, 1))
+                depends = (np.abs(slopes[number]) > 0).any(axis=(0, 1))
+                known = moved.get(number, False) | depends & (self._part | ~self.wrong)
                 moved[number] = known
-                if not (known & self.wrong).any() or known.sum() < now[number].shape[1]:
+                if not (known & self._part).any() or known.sum() < now[number].shape[1]:
                     del now[number]
             if not now:
                 break
@@ -226,11 +231,17 @@ class Needs:
         if any(len(row) != visits for row in rows):
             return
         beside: dict = {}
+        vectors: dict = {}
         for text in rows[0][0]:
             parts = [[one.get(text, ()) for one in row] for row in rows]
-            if {len(part) for row in parts for part in row} in ({1}, {size}):
+            sizes = {len(part) for row in parts for part in row}
+            if sizes in ({1}, {size}):
                 values = np.broadcast_to(np.array(parts), wanted.shape).ravel()
                 beside[text if _NAME.fullmatch(text) else f"({text})"] = values
+            elif sizes == {2} and _NAME.fullmatch(text):
+                vectors[text] = np.reshape(parts, (-1, 2)).T
+        if size == 1:
+            beside |= _products_of(vectors)
         old = beside.pop(self._texts_key(need), need.old.ravel())
         turns = bool(self._angles[need.place.moved].all())
         yield from formulas(Values(old, wanted.ravel(), _different(_more(beside)), turns))
@@ -254,6 +265,17 @@ def _more(beside):
         turned[f"{MATH}sin({name})"] = np.sin(value)
         turned[f"{MATH}cos({name})"] = np.cos(value)
     return beside | sums | turned
+
+
+def _products_of(vectors):
+    """Return the parts of vectors, and the scalar and the cross products of any two."""
+    made: dict = {}
+    for name, (x, y) in vectors.items():
+        made |= {f"{name}[0]": x, f"{name}[1]": y}
+    for (one, (x, y)), (other, (u, v)) in combinations(vectors.items(), 2):
+        made[f"({one}[0]*{other}[0] + {one}[1]*{other}[1])"] = x * u + y * v
+        made[f"({one}[0]*{other}[1] - {one}[1]*{other}[0])"] = x * v - y * u
+    return made
 
 
 def _different(beside):

@@ -19,14 +19,13 @@ from typing import Any
 from additions import additions
 from alternatives import FIRST_ADDED, alternatives, exchanges, places
 from loading import deep
-from scopes import Scope, compiled, put_in, rebuilt, scopes
-from watched import Watched, Written
+from scopes import Scope, compiled, exchanged, put_in, rebuilt, scopes, short
+from watched import Plain, Watched
 
 MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # programs that are remembered
 MOST_TOLD = 8  # changes of one request that are told in words
 WAVES = range(2), range(2, 3), range(3, 6), range(6, 7), range(7, 8)  # ranks tried together
-MOST_TEXT = 120  # characters quoted: what is told can be carried out
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
 DROPPED = "no such line"
@@ -70,21 +69,23 @@ class Change:
         tried.
         """
         first, count = min(self.members, key=lambda one: one.place), len(self.members)
-        new = _text(first.new) + (f", in {count} places" if count > 1 else "")
-        return first.place[0], first.kind, first.scope.name, _text(first.old), new
+        new = short(first.new) + (f", in {count} places" if count > 1 else "")
+        return first.place[0], first.kind, first.scope.name, short(first.old), new
 
 
 class Trials:
-    """A program to be run with changes in it, or watched; request: the function that is looked at,
-    those that are left apart, and either the wave of changes and those made before, each with its
-    wave, or what is written in some places.
+    """A program to be run with changes in it, or watched.
+
+    A request has the function that is looked at, those that are left apart, the steps made before,
+    and the wave of changes, None for none. A step is (wave, number) of a change, or a list of what
+    is written in some places, each (number, kind, formula).
     """
 
     def __init__(self, body: list[ast.stmt]):
         self._body = body
         self._known: dict = {}
 
-    def of(self, request: dict) -> Variants | Watched | Written:
+    def of(self, request: dict) -> Variants | Watched | Plain:
         """Return the program of a request; the last few are remembered."""
         key = json.dumps(request | {"numbers": None})
         if key not in self._known:
@@ -95,28 +96,38 @@ class Trials:
         return self._known[key]
 
     def _made(self, request):
+        body, words = self._body, []
+        if request["steps"]:
+            *before, last = request["steps"]
+            written = isinstance(last[0], list)
+            wave = None if written else last[0]
+            earlier = self.of(request | {"steps": before, "watched": written, "wave": wave})
+            body, told = earlier.changed(last if written else last[1])
+            words = [*earlier.words, *told]
         function, apart = request["function"], request["apart"]
         if request["watched"]:
-            return Watched(self._body, function, apart)
-        if request["written"]:
-            watched = self.of(request | {"watched": True, "written": []})
-            return Written(watched, function, apart, request["written"])
-        body, wave = self._body, request["wave"]
-        if request["first"]:
-            *before, (earlier, number) = request["first"]
-            body = self.of(request | {"first": before, "wave": earlier}).changed(number)
-        return Variants(body, function, apart, WAVES[wave])
+            return Watched(body, function, apart, words)
+        if request["wave"] is None:
+            return Plain(body, function, apart, words)
+        return Variants(body, function, apart, words, WAVES[request["wave"]])
 
 
 class Variants:
     """A program's functions and the changes of them, likely ones first.
 
-    body: the statements of the program; apart: functions that are left as they are; ranks: of the
-    changes, the likely ones have the lowest.
+    body: the statements of the program; apart: functions that are left as they are; words: of the
+    changes made before; ranks: of the changes, the likely ones have the lowest.
     """
 
-    def __init__(self, body: list[ast.stmt], function: str, apart: list[str], ranks: range):
-        self.body = body
+    def __init__(
+        self,
+        body: list[ast.stmt],
+        function: str,
+        apart: list[str],
+        words: list[list],
+        ranks: range,
+    ):
+        self.body, self.words = body, words
         self.scopes = [*scopes(body, function, apart)]
         groups: dict = {}
         signs = _Signs()
@@ -126,11 +137,10 @@ class Variants:
                     groups.setdefault(key, []).append(one)
         self.changes = _ordered(groups)
 
-    def changed(self, number: int) -> list[ast.stmt]:
-        """Return the program's statements after a change."""
-        swaps = self.changes[number].swaps
-        body = [rebuilt(node, lambda old, new: swaps.get(id(old), new)) for node in self.body]
-        return [ast.fix_missing_locations(node) for node in body]
+    def changed(self, number: int) -> tuple[list[ast.stmt], list[list]]:
+        """Return the program's statements after a change, and the change in words."""
+        change = self.changes[number]
+        return exchanged(self.body, change.swaps), [[*change.told]]
 
     @cached_property
     def _with_switches(self):
@@ -152,11 +162,13 @@ class Variants:
         return put_in(space, code, apart)
 
     def told(self, numbers: list[list[int]]) -> dict:
-        """Return how many changes there are and those asked for in words, if they are few."""
+        """Return how many changes there are; in words, those made before and those asked for, if
+        they are few.
+        """
         wanted = sorted({*chain.from_iterable(numbers)})
         few = wanted if len(wanted) <= MOST_TOLD else []
         words = [[*self.changes[number].told] for number in few]
-        return {"count": len(self.changes), "changes": words}
+        return {"count": len(self.changes), "changes": [*self.words, *words]}
 
     def seen(self, space: dict) -> dict:
         """Return nothing, as nothing is watched."""
@@ -315,11 +327,6 @@ def _ordered(groups):
                 ranked.append((members[0].rank, len(ranked), members, swaps))
     ranked.sort(key=lambda item: item[:2])
     return [Change(members, swaps) for _, _, members, swaps in ranked[:MOST_CHANGES]]
-
-
-def _text(text):
-    text = re.sub(r"__import__\('(numpy|math)'\)\.(linalg\.)?", "", text)
-    return text if len(text) <= MOST_TEXT else f"{text[: MOST_TEXT - 4]} ..."
 
 
 def _leg_free(text):

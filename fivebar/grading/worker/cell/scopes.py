@@ -17,6 +17,7 @@ from typing import Any
 
 MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
 LONGEST_TERM = 60  # characters
+MOST_TEXT = 120  # characters quoted: what is told can be carried out
 MOST_TERMS = 60  # of other formulas that may be missing in one
 _LEG_NUMBER = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)")
 
@@ -181,6 +182,14 @@ def _copied(value, put):
     return parts
 
 
+def exchanged(body: list[ast.stmt], swaps: dict[int, Any]) -> list[ast.stmt]:
+    """Return a program's statements with other nodes in place of some; swaps: id of a node -> the
+    one in its place.
+    """
+    made = [rebuilt(node, lambda old, copy: swaps.get(id(old), copy)) for node in body]
+    return [ast.fix_missing_locations(node) for node in made]
+
+
 def compiled(body: list[ast.stmt], scopes: list[Scope], put: Callable) -> dict[str, Any]:
     """Return the code of the statements that hold these functions, rebuilt, by name."""
     inside = {id(scope.function) for scope in scopes}
@@ -200,3 +209,10 @@ def put_in(space: dict, code: dict[str, Any], apart: list[str]) -> bool:
         if name not in apart:
             exec(lines, space)
     return any(isinstance(space.get(name), type) for name in code)
+
+
+def short(text: str) -> str:
+    """Return a formula as it is quoted, without the modules that what is tried needs."""
+    text = re.sub(r"__import__\('(numpy|math)'\)\.(linalg\.)?", "", text)
+    text = re.sub(r"globals\(\)\['(\w+)'\]", r"the file's \1", text)
+    return text if len(text) <= MOST_TEXT else f"{text[: MOST_TEXT - 4]} ..."

@@ -13,7 +13,7 @@ from itertools import chain
 from typing import Any
 
 from alternatives import Place, places
-from scopes import compiled, other_leg, put_in, rebuilt, scopes
+from scopes import compiled, exchanged, other_leg, put_in, rebuilt, scopes, short
 
 WATCH = "__watch__"  # name of the watch in the student's module
 OLD = "__old__"  # what stands in a place, in what is written there
@@ -72,9 +72,9 @@ class Watch:
     def beside(self, group: Group) -> list:
         """Return what was known at each visit of a group's places, in the names of the first."""
         told = []
-        for place, exchanged in group:
+        for place, is_other in group:
             for known in self._beside.get(place, [])[:MOST_VISITS]:
-                name_of = other_leg if exchanged else str
+                name_of = other_leg if is_other else str
                 pairs = [[name_of(name), numbers] for name, numbers in known.items() if name]
                 told.append(pairs[:MOST_ATOMS])
         return told
@@ -120,18 +120,19 @@ def _named(frame):
         named[name] = flat(value)
     for name, value in frame.f_globals.items():
         if type(value) in (int, float) and not name.startswith("_"):
-            named.setdefault(name, flat(value))
+            named[f"globals()['{name}']" if name in named else name] = flat(value)
     return {name: numbers for name, numbers in named.items() if numbers is not None}
 
 
 class Watched:
     """A program whose functions show the values of their formulas.
 
-    groups: each place alone, and two that are the same for either leg.
+    groups: each place alone, and two that are the same for either leg; words: of the changes made
+    before.
     """
 
-    def __init__(self, body: list[ast.stmt], function: str, apart: list[str]):
-        self._body = body
+    def __init__(self, body: list[ast.stmt], function: str, apart: list[str], words: list[list]):
+        self._body, self.words = body, words
         self._scopes = [*scopes(body, function, apart)]
         self._places: list[Place] = []
         for scope in self._scopes:
@@ -190,16 +191,15 @@ class Watched:
         swaps, told = {}, []
         for number, kind, text in written:
             group = self.groups[number]
-            for k, exchanged in group:
-                new = ast.parse(other_leg(text) if exchanged else text, mode="eval").body
+            for k, is_other in group:
+                new = ast.parse(other_leg(text) if is_other else text, mode="eval").body
                 node = self._places[k].node
                 swaps[id(node)] = rebuilt(new, partial(_with_old, node))
             place = self._places[group[0][0]]
             new = ast.fix_missing_locations(swaps[id(place.node)])
-            shown = ast.unparse(new) + (f", in {len(group)} places" if len(group) > 1 else "")
-            told.append([place.node.lineno, kind, place.scope.name, _read(place), shown])
-        body = [rebuilt(node, lambda old, copy: swaps.get(id(old), copy)) for node in self._body]
-        return [ast.fix_missing_locations(node) for node in body], told
+            shown = short(ast.unparse(new)) + (f", in {len(group)} places" if len(group) > 1 else "")
+            told.append([place.node.lineno, kind, place.scope.name, short(_read(place)), shown])
+        return exchanged(self._body, swaps), told
 
 
 def _read(place):
@@ -253,11 +253,11 @@ def _with_old(old, node, copy):
     return old if getattr(node, "id", None) == OLD else copy
 
 
-class Written:
-    """A program with other formulas written in some places; it has no more changes."""
+class Plain:
+    """A program after its changes; it has no more of them."""
 
-    def __init__(self, watched: Watched, function: str, apart: list[str], written: list):
-        body, self._words = watched.changed(written)
+    def __init__(self, body: list[ast.stmt], function: str, apart: list[str], words: list[list]):
+        self.words = words
         self._code = compiled(body, [*scopes(body, function, apart)], lambda node, copy: copy)
 
     def install(self, space: dict, apart: list[str]) -> bool:
@@ -266,7 +266,7 @@ class Written:
 
     def told(self, numbers: list) -> dict:
         """Return the changes that are made, in words."""
-        return {"count": 0, "changes": self._words}
+        return {"count": 0, "changes": self.words}
 
     def switch(self, space: dict, numbers: list) -> None:
         """Change nothing from call to call."""
