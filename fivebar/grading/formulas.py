@@ -14,20 +14,22 @@ OLD = "__old__"  # what stands in the place now
 CLOSE = 1e-6  # of the largest value: the robot's numbers are typed with seven digits
 MOST_ATOMS = 120  # values beside the place, of which two are multiplied
 MOST_FACTORS = 40  # of which three are multiplied, or sums of products are made
-MATH = "__import__('math')."
+MATH, NUMPY = "__import__('math').", "__import__('numpy')."
 Found = tuple[str, str]  # kind of the mistake, and the formula
 
 
 @dataclass(frozen=True)
 class Values:
     """Of each sample (n,), what a place is worth, what it needs to be, and what stands beside it;
-    turns: whether a whole turn more is the same.
+    turns: whether a whole turn more is the same; size: so many samples after the other are the
+    parts of one array.
     """
 
     old: np.ndarray
     wanted: np.ndarray
     beside: Mapping[str, np.ndarray]
     turns: bool = False
+    size: int = 1
 
     def alike(self, a: np.ndarray, b: np.ndarray) -> bool:
         """Return whether two formulas are worth the same in all samples."""
@@ -42,6 +44,8 @@ def formulas(values: Values) -> Iterator[Found]:
     with np.errstate(all="ignore"):
         for step in (_of_itself, _of_another, _with_one, _with_two, _with_three, _sums, _angles):
             yield from step(values)
+        if values.size > 1:
+            yield from _by_parts(values)
 
 
 def _of_itself(values):
@@ -80,7 +84,7 @@ def _of_another(values):
         if values.alike(value, values.wanted):
             yield "a variable", name
         elif factor := _number(values.wanted / value):
-            yield "a variable", _times(factor, name)
+            yield "a formula", _times(factor, name)
 
 
 def _with_one(values):
@@ -92,12 +96,36 @@ def _with_one(values):
                 yield "a factor", _times(factor, f"{OLD}*{text}")
             if factor := _number(wanted / old * one):
                 yield "a factor", _times(factor, f"{OLD}/{text}")
-            if factor := _number((wanted - old) / one):
+            if factor := _number(_ratio(wanted - old, one)):
                 yield "a term", _plus(factor, text)
         if values.turns:
             for sign, text in ((1, "+"), (-1, "-")):
                 if values.alike(old + sign * value, wanted):
                     yield "a term", f"{OLD} {text} {name}"
+
+
+def _by_parts(values):
+    """Yield an array with a term more in each of its parts, in some of them 0."""
+    terms = []
+    for k in range(values.size):
+        old, wanted = values.old[k :: values.size], values.wanted[k :: values.size]
+        beside = {
+            name: value[k :: values.size]
+            for name, value in values.beside.items()
+            if len({*map(float, value[: values.size])}) == 1
+        }
+        part = Values(old, wanted, beside)
+        if part.alike(wanted, old):
+            terms.append("0")
+            continue
+        found = (text for kind, text in (*_with_one(part), *_with_two(part)) if kind == "a term")
+        term = next(found, "")
+        if not term:
+            return
+        terms.append(term.removeprefix(f"{OLD} + ").replace(f"{OLD} - ", "-"))
+    rows = [terms] if values.size != 4 else [terms[:2], terms[2:]]
+    told = ", ".join(f"[{', '.join(row)}]" for row in rows)
+    yield "a term", f"{OLD} + {NUMPY}array({told if len(rows) == 1 else f'[{told}]'})"
 
 
 def _with_two(values):
@@ -173,7 +201,8 @@ def _sums(values):
                     continue
                 if values.alike(products[one] + sign * products[other], wanted):
                     texts = [_product(names, picked[k]) for k in (one, other)]
-                    yield "a term" if head else "a formula", head + f" {'+' if sign > 0 else '-'} ".join(texts)
+                    whole = f" {'+' if sign > 0 else '-'} ".join(texts)
+                    yield "a term" if head else "a formula", head + whole
 
 
 def _angles(values):
@@ -219,6 +248,16 @@ def _number(values: np.ndarray) -> str:
         if above and abs(above) <= 24 and abs(first * below - above) <= CLOSE * abs(above):
             return str(above) if below == 1 else f"{above}/{below}"
     return ""
+
+
+def _ratio(above, below):
+    """Return quotients of two values where the one below is not 0, if the other is 0 there, too."""
+    none = np.abs(below) <= CLOSE * np.abs(below).max()
+    zero = np.abs(above) <= CLOSE * np.abs(above).max()
+    return above[~none] / below[~none] if np.all(zero[none]) and not np.all(none) else _NONE
+
+
+_NONE = np.array([np.nan])
 
 
 def _times(factor, text):

@@ -6,13 +6,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import chain, combinations, islice
+from itertools import chain, islice
 
 import numpy as np
 
 from .following import Helped, builds_on, helped, may_help, reached
 from .formulas import MATH
-from .judge import numbers_right
+from .judge import call_text, numbers_right
 from .labs import Lab
 from .needed import Needs
 from .program import Program
@@ -21,13 +21,13 @@ from .ten_models import TEN, columns_of, motions
 from .worker.student import Tried
 from .worker.wire import Change
 
-LIKELY, WAVES = 2, 5  # the last wave of likely changes; how many there are
+LIKELY, WAVES, PAIRED = 2, 3, 3  # waves of likely changes, of all, and the one of two at once
 MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
-MOST_FIRST = 4  # changes that make more numbers right, to each of which a second one is sought
-MOST_PAIRS = 20_000  # of likely changes that are tried together
+MOST_FIRST = 3  # changes that make more numbers right, to each of which a second one is sought
+MOST_PAIRS = 80_000  # of likely changes that are tried together
 MOST_NEEDED = 8  # rows in which values are looked for that a function needs
 MOST_FORMULAS = 2  # of a place
 OTHERS = 16  # rows for a robot of other lengths
@@ -94,6 +94,26 @@ class Mend:
         return "; and ".join(told)
 
 
+@dataclass(frozen=True)
+class Lead:
+    """A formula from which on everything is right, if only it were worth something else."""
+
+    line: int
+    formula: str
+    call: str
+    old: float
+    wanted: float
+
+    name, hint = "", "Work this value out by hand for one call: what would be right?"
+
+    def spot(self, where: Callable[[int], str]) -> str:
+        """Return where it is and what it is worth; where: a line in its author's words."""
+        return (
+            f"{where(self.line)}: all is right that is computed from {self.formula}, which is"
+            f" {self.old:.6g} where {self.wanted:.6g} is needed, in {self.call}"
+        )
+
+
 def find_mend(
     program: Program,
     lab: Lab,
@@ -101,8 +121,9 @@ def find_mend(
     asked: dict[str, list[AskedRows]],
     wrong: set[str],
     deep: bool,
-) -> Mend | None:
-    """Return the changes that make a function right, None where there are none.
+) -> Mend | Lead | None:
+    """Return the changes that make a function right, else the last wrong value, None where there
+    is none of which all others follow.
 
     asked: what the checks asked of all functions: what is right stays right; wrong: the wrong
     functions of the lab, of which right ones stand in for those that are called; deep: whether
@@ -114,7 +135,7 @@ def find_mend(
         search = _Search(other, lab, function, asked[function])
         for name in asked.keys() - {function}:
             search.keep(name, asked[name])
-        return search.mend(deep)
+        return search.mend(deep) or search.lead()
 
 
 class _Search:
@@ -160,6 +181,28 @@ class _Search:
                 return found
         return self._two(better) if deep else None
 
+    def lead(self) -> Lead | None:
+        """Return the last formula that would make the function right, were it worth something else:
+        one number for two or more of the answer.
+        """
+        leads, needs = [], None
+        for rows in dict.fromkeys((self.asked[-1], self.asked[0])):
+            every = np.linspace(0, len(rows.good) - 1, MOST_NEEDED).round().astype(int)
+            needs = Needs(self.student, self.tried, _part(rows, np.unique(every)))
+            if needs.wrong.any():
+                leads.append({need.place.number: need for need in needs.all() if needs.lead(need)})
+        common = set.intersection(*map(set, leads)) if leads else ()
+        found = [leads[-1][number] for number in common]
+        if not found:
+            return None
+        inside = [need for need in found if need.place.function == self.function]
+        last = max(inside or found, key=lambda need: (need.place.line, len(need.place.text)))
+        off = np.abs(last.wanted - last.old)
+        row, number = np.unravel_index(np.argmax(off), off.shape)
+        call = call_text(needs.rows.exercise, needs.rows.columns, row)
+        old, wanted = last.old[row, number], last.wanted[row, number]
+        return Lead(last.place.line, last.place.text, call, old, wanted)
+
     def _likely(self, steps, better):
         """Return a likely change after these steps, best one that helps other functions too."""
         found = None
@@ -175,24 +218,22 @@ class _Search:
         better.sort(key=lambda one: -one[0])
         firsts = [step for _, step in better[:MOST_FIRST]]
         for step in chain(firsts, self._parts()):
-            if found := self._likely((step,), []) or self._written((step,)):
+            if found := self._written((step,)):
                 return found
-        return self._pair()
+        for step in firsts:
+            if found := self._likely((step,), []):
+                return found
+        return None if better else self._pair()
 
     def _parts(self):
-        """Yield formulas that make some of the wrong numbers right, a matrix or a vector first."""
+        """Yield formulas that make one of several things right that a function returns."""
         needs = self._needs(())
-        if needs is None or needs.wrong.sum() < 2:
-            return
         exercise, start = self.asked[0].exercise, 0
-        groups = []
         for name in exercise.returns:
-            count = int(np.prod(exercise.shape(name)))
-            part = np.arange(len(needs.wrong)) // 1
-            groups.append((part >= start) & (part < start + count))
-            start += count
-        for group in groups:
-            part = group & needs.wrong
+            stop = start + int(np.prod(exercise.shape(name)))
+            part = np.zeros(len(needs.wrong), bool)
+            part[start:stop] = needs.wrong[start:stop]
+            start = stop
             if part.any() and (part != needs.wrong).any():
                 for _, _, written in self._found(needs, part)[:MOST_FIRST]:
                     yield (written,)
@@ -265,13 +306,14 @@ class _Search:
         """Return the first two likely changes that make all right together."""
         if (few := self._wrong_rows(())) is None:
             return None
-        count = self._count(self.tried)
-        most = int((2 * MOST_PAIRS) ** 0.5)
-        pairs = [[*pair] for pair in combinations(range(min(count, most)), 2)]
+        tried = replace(self.tried, wave=PAIRED)
+        count = self._count(tried)
+        first = next(k for k in range(1, count + 1) if k * count >= MOST_PAIRS or k == count)
+        pairs = [[k, other] for k in range(first) for other in range(k + 1, count)]
         for place in range(len(few.tolerance)):
-            right = self._right(_part(few, [place]), self.tried, pairs).all(axis=(1, 2))
+            right = self._right(_part(few, [place]), tried, pairs).all(axis=(1, 2))
             pairs = [pair for pair, good in zip(pairs, right) if good]
-        found = (self._sure(self.tried, pair) for pair in pairs[:MOST_SURE])
+        found = (self._sure(tried, pair) for pair in pairs[:MOST_SURE])
         return next(filter(None, found), None)
 
     def _sure(self, tried, numbers):

@@ -18,7 +18,7 @@ from .worker.replies import Reply
 from .worker.student import Tried
 
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
-_ANGLE = re.compile(r"^\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*?(?<!D)(?<!d)(?<!p)\b[^()*/]*\)?$")
+_ANGLE = re.compile(r"^\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*(?<![Ddp])\b[^()*/]*\)?$")
 ALL = -1  # in place of a place whose visits are told
 SCREENED = 2  # rows in which a place is looked at first
 MOST_UNKNOWNS = 4  # numbers of a place in one call that are looked for
@@ -33,9 +33,13 @@ AT_ONCE = 1_000  # calls of one request
 
 @dataclass(frozen=True)
 class Place:
-    """A place of a program: its number, and the numbers (calls, answer) that depend on it."""
+    """A place of a program: its number, its line, its function, what stands there, and which
+    numbers of the answer depend on it.
+    """
 
     number: int
+    line: int
+    function: str
     text: str
     moved: np.ndarray
 
@@ -55,7 +59,7 @@ class Needs:
     """The values that the places of a function need, in some rows of a check."""
 
     def __init__(self, student: Helped, tried: Tried, rows: AskedRows):
-        self._student, self._rows = student, rows
+        self._student, self.rows = student, rows
         self._tried = replace(tried, watched=True, wave=None)
         self._plain = rows_from(rows.columns)
         exercise = rows.exercise
@@ -65,7 +69,7 @@ class Needs:
         self._scale = np.where(self._angles, 1.0, largest(self._right))
         replies = self._replies([(row, ()) for row in range(len(self._plain))], ALL)
         self.wrong = ~self._solved(self._off(replies, range(len(self._plain)))).all(axis=0)
-        self._texts = [change.old for change in student.changes]
+        self._told = [*student.changes]
         self._visits = [dict(map(tuple, reply.seen)) for reply in replies]
 
     def all(self, part: np.ndarray | None = None) -> Iterator[Need]:
@@ -79,7 +83,14 @@ class Needs:
         whole = {number: starts[number] for number in found}
         every = range(len(self._plain))
         for number, (wanted, moved) in self._solve(whole, every).items():
-            yield Need(Place(number, self._texts[number], moved), starts[number], wanted)
+            told = self._told[number]
+            place = Place(number, told.line, told.function, told.old, moved)
+            yield Need(place, starts[number], wanted)
+
+    def lead(self, need: Need) -> bool:
+        """Return whether all wrong numbers, and more than a place has, are right with its need."""
+        moved = need.place.moved
+        return bool(moved[self.wrong].all()) and need.old.shape[1] < moved.sum()
 
     def _starts(self):
         """Return place -> what it is worth (rows, numbers), of those whose numbers are few."""
@@ -189,7 +200,7 @@ class Needs:
         return slopes
 
     def _replies(self, calls, told=None) -> list[Reply]:
-        rows, replies = self._rows, []
+        rows, replies = self.rows, []
         for start in range(0, len(calls), AT_ONCE):
             some = calls[start : start + AT_ONCE]
             numbers = [
@@ -209,7 +220,7 @@ class Needs:
 
     def _off(self, replies, rows):
         """Return errors (calls, numbers), nan where there is no answer."""
-        came = numbers_of(self._rows.exercise, replies)
+        came = numbers_of(self.rows.exercise, replies)
         return self._turned(came - self._right[[*rows]])
 
     def _turned(self, off):
@@ -244,7 +255,8 @@ class Needs:
             beside |= _products_of(vectors)
         old = beside.pop(self._texts_key(need), need.old.ravel())
         turns = bool(self._angles[need.place.moved].all())
-        yield from formulas(Values(old, wanted.ravel(), _different(_more(beside)), turns))
+        beside = _different(_more(beside))
+        yield from formulas(Values(old, wanted.ravel(), beside, turns, size))
 
     def _texts_key(self, need):
         text = need.place.text

@@ -27,7 +27,7 @@ from .following import NEVER, builds_on, helped, may_help, reached, remark
 from .helpers import wrong_helpers
 from .judge import Verdict
 from .labs import Lab
-from .mends import MOST_FUNCTIONS, find_mend
+from .mends import MOST_FUNCTIONS, Lead, Mend, find_mend
 from .program import Job, Program
 from .report.text import check_lines, not_started, number
 from .results import Check, checked
@@ -333,18 +333,21 @@ class Checks:
             named = all(mistake and mistake.model for mistake in mistakes)
             deep = not named and in_vain < MOST_IN_VAIN
             mend = find_mend(self.program, lab, function, asked, wrong, deep)
+            in_vain += deep and not isinstance(mend, Mend)
             if mend is None:
-                in_vain += deep
                 continue
             spot = mend.spot(self.program.where)
             for k in places:
                 if self.found[k].share == 1:
                     continue
                 told = {"spot": spot} if told_at_all else {}
+                if isinstance(mend, Lead) and is_named(self.found[k]):
+                    continue
                 if not is_named(self.found[k]):
                     told |= {"misconception": mend.name, "hint": mend.hint}
                 self.found[k] = replace(self.found[k], **told)
-            self._judge_with(mend, lab)
+            if isinstance(mend, Mend):
+                self._judge_with(mend, lab)
 
     def _tell_mends_of_session(self, lab):
         """Tell mends of a session's functions: what is tried runs in a process of its own."""

@@ -41,14 +41,11 @@ def additions(place: Place) -> Alternatives:
 
 
 def _other_names(place):
-    parent, known = place.parent, {*place.scope.like(place.node.id), place.node.id}
+    known = {*place.scope.like(place.node.id), place.node.id}
     derivative = _order(place.node.id)
     for other in place.scope.values:
-        if other not in known:
-            rank = 3 if derivative and _order(other) == derivative else 6
-            yield rank, "a variable", name_of(other)
-            if isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult):
-                yield 6, "an inverse", inverse_of(name_of(other))
+        if other not in known and derivative and _order(other) == derivative:
+            yield 3, "a variable", name_of(other)
 
 
 def _order(name):
@@ -80,9 +77,6 @@ def _added(place):
     ):
         yield 3, "a transpose", transposed(node)
         yield 3, "an inverse", inverse_of(node)
-    if isinstance(node, ast.Name):
-        for name in scope.constants:
-            yield 6, "a factor", ast.BinOp(name_of(name), ast.MatMult(), node)
     if not place.term:
         return
     yield 3, "a sign", ast.UnaryOp(ast.USub(), node)
@@ -96,17 +90,10 @@ def _added(place):
         rank = 4 if name in scope.constants or re.match("assembly|gamma|branch", name) else 5
         yield rank, "a factor", with_(ast.Mult(), name_of(name))
         yield rank, "a factor", with_(ast.Div(), name_of(name))
-        if name in scope.constants:
-            square = ast.BinOp(name_of(name), ast.Pow(), ast.Constant(2))
-            yield 6, "a factor", with_(ast.Mult(), square)
-            yield 6, "a factor", with_(ast.Div(), square)
-        elif name in scope.stored:
-            yield 6, "a factor", with_(ast.MatMult(), name_of(name))
-            yield 6, "a factor", ast.BinOp(name_of(name), ast.MatMult(), node)
 
 
 def _added_terms(place):
-    """Yield a sum with one term more: a number, a name, a term that stands in another formula."""
+    """Yield a sum with one term more: a number, or a name."""
     node, parent, scope = place.node, place.parent, place.scope
     inside = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.Add | ast.Sub)
     last = not inside or node is parent.right
@@ -114,13 +101,10 @@ def _added_terms(place):
     if place.term:
         more += [(5, ast.Constant(1))]
     if isinstance(node, ast.Name):
-        for name in scope.values:
-            near = _kind(name) == _kind(node.id)
-            more += [(3 if near else 6, name_of(name))] * (name != node.id)
+        alike = [name for name in scope.values if _kind(name) == _kind(node.id)]
+        more += [(3, name_of(name)) for name in alike if name != node.id]
     elif place.term and last and not isinstance(node, ast.Constant):
-        more += [(5 if name in scope.constants else 6, name_of(name)) for name in scope.values]
-    if place.term and last and not isinstance(node, ast.Constant):
-        more += [(7, term) for term in scope.terms]
+        more += [(5, name_of(name)) for name in scope.constants]
     for rank, term in more:
         yield rank, "a term", ast.BinOp(node, ast.Add(), term)
         yield rank, "a term", ast.BinOp(node, ast.Sub(), term)

@@ -19,13 +19,15 @@ from typing import Any
 from additions import additions
 from alternatives import FIRST_ADDED, alternatives, exchanges, places
 from loading import deep
-from scopes import Scope, compiled, exchanged, put_in, rebuilt, scopes, short
+from scopes import Scope, compiled, exchanged, put_in, scopes, short
 from watched import Plain, Watched
 
 MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # programs that are remembered
 MOST_TOLD = 8  # changes of one request that are told in words
-WAVES = range(2), range(2, 3), range(3, 6), range(6, 7), range(7, 8)  # ranks tried together
+WAVES = (0, 1), (2,), (3, 4, 5), (0, 1, 4)  # ranks tried together; two of the last at once
+PAIRED = 3  # the wave of which two are tried at once, of these kinds only
+_PAIRED_KINDS = {"a sign", "a variable", "a function", "a factor", "the order", "an index"}
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
 DROPPED = "no such line"
@@ -125,7 +127,7 @@ class Variants:
         function: str,
         apart: list[str],
         words: list[list],
-        ranks: range,
+        ranks: tuple[int, ...],
     ):
         self.body, self.words = body, words
         self.scopes = [*scopes(body, function, apart)]
@@ -136,6 +138,8 @@ class Variants:
                 for key in one.alike:
                     groups.setdefault(key, []).append(one)
         self.changes = _ordered(groups)
+        if ranks == WAVES[PAIRED]:
+            self.changes = [one for one in self.changes if one.told[1] in _PAIRED_KINDS]
 
     def changed(self, number: int) -> tuple[list[ast.stmt], list[list]]:
         """Return the program's statements after a change, and the change in words."""
@@ -224,8 +228,8 @@ class _Single:
 def _single_changes(scope, ranks, signs) -> Iterator[_Single]:
     for place in places(scope):
         old, around = signs.of(place.node), _leg_free(signs.of(place.parent))
-        found = [*alternatives(place)] if ranks.start < FIRST_ADDED else []
-        found += additions(place) if ranks.stop > FIRST_ADDED else ()
+        found = [*alternatives(place)] if min(ranks) < FIRST_ADDED else []
+        found += additions(place) if max(ranks) >= FIRST_ADDED else ()
         for rank, kind, new in found:
             if rank in ranks:
                 key = kind, _leg_free(f"{old}; {signs.of(new)}"), around

@@ -10,24 +10,20 @@ import contextlib
 import re
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
 MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
-LONGEST_TERM = 60  # characters
 MOST_TEXT = 120  # characters quoted: what is told can be carried out
-MOST_TERMS = 60  # of other formulas that may be missing in one
 _LEG_NUMBER = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)")
 
 
 @dataclass(frozen=True)
 class Scope:
     """The names of a function: arguments in order, those to which it gives a value, numbers of the
-    file; all of them; functions of the file with their arguments; terms of other formulas in which
-    only such names stand; known: all names with a value; complex_numbers: whether the file
-    computes with them.
+    file; all of them; functions of the file with their arguments; known: all names with a value;
+    complex_numbers: whether the file computes with them.
     """
 
     function: ast.FunctionDef | ast.Lambda
@@ -38,7 +34,6 @@ class Scope:
     names: frozenset[str]
     functions: dict[str, list[str]]
     known: frozenset[str]
-    terms: list[ast.expr] = field(default_factory=list)
     complex_numbers: bool = False
 
     def like(self, name: str) -> list[str]:
@@ -85,7 +80,6 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
         for part in ast.walk(defined[name]):
             if isinstance(part, ast.Name | ast.Attribute):
                 waiting.append(getattr(part, "id", getattr(part, "attr", "")))
-    terms = [*_terms([defined[name] for name in (*seen, *defined)])]
     for name in seen:
         node = defined[name]
         parts = [*ast.walk(node)]
@@ -94,7 +88,6 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
         stored = sorted({part.id for part in names if isinstance(part.ctx, ast.Store)})
         used = frozenset(part.id for part in names)
         known = {*given, *stored, *constants, *defined, *top}
-        in_scope = [term for term in terms if _names(term) <= known]
         yield Scope(
             node,
             name,
@@ -104,7 +97,6 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
             used | {*given, *constants},
             arguments,
             frozenset({*known, *dir(builtins)}),
-            in_scope[:MOST_TERMS],
             complex_numbers,
         )
 
@@ -118,45 +110,6 @@ def function_of(node: ast.stmt) -> tuple[ast.FunctionDef | ast.Lambda | None, st
         if isinstance(target, ast.Name):
             return node.value, target.id
     return None, ""
-
-
-def _names(node):
-    return {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
-
-
-def _terms(functions) -> Iterator[ast.expr]:
-    """Yield the terms of sums in these functions, as they stand, of the other leg, and with the
-    next derivative; also with the formulas of their names in place of these.
-    """
-    seen: set = set()
-    for function in functions:
-        formulas = _formulas(function)
-        for part in ast.walk(function):
-            if not isinstance(part, ast.BinOp) or not isinstance(part.op, ast.Add | ast.Sub):
-                continue
-            for term in (part.left, part.right):
-                long = _names(term) & formulas.keys()
-                written = rebuilt(term, partial(_formula_or_copy, formulas))
-                for text in map(ast.unparse, (term, written) if long else (term,)):
-                    later = re.sub(r"\b(\w*\dD)\b", r"\1D", text)
-                    for other in (text, other_leg(text), later, other_leg(later)):
-                        if _names(term) and len(text) <= LONGEST_TERM and other not in seen:
-                            seen.add(other)
-                            yield ast.parse(other, mode="eval").body
-
-
-def _formulas(function):
-    """Return the formulas of names that a function gives a value once."""
-    found: dict = {}
-    for part in ast.walk(function):
-        target = part.targets[0] if isinstance(part, ast.Assign) else None
-        if isinstance(target, ast.Name):
-            found.setdefault(target.id, []).append(part.value)
-    return {name: formulas[0] for name, formulas in found.items() if len(formulas) == 1}
-
-
-def _formula_or_copy(formulas, node, copy):
-    return formulas.get(getattr(node, "id", None), copy)
 
 
 def other_leg(text: str) -> str:
