@@ -11,7 +11,7 @@ from itertools import chain, islice
 import numpy as np
 
 from .following import Helped, builds_on, helped, may_help, reached
-from .formulas import MATH
+from .formulas import MATH, OLD
 from .judge import call_text, numbers_right
 from .labs import Lab
 from .needed import Needs
@@ -26,6 +26,7 @@ MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
+MOST_COMPARED = 6  # formulas that make all right, of which one may help other functions, too
 MOST_FIRST = 3  # changes that make more numbers right, to each of which a second one is sought
 MOST_PAIRS = 80_000  # of likely changes that are tried together
 MOST_NEEDED = 8  # rows in which values are looked for that a function needs
@@ -169,6 +170,8 @@ class _Search:
 
     def mend(self, deep: bool) -> Mend | None:
         """Return the first change after which all rows are right, or the first two."""
+        if self._wrong_rows(()) is None:
+            return None
         better: list[tuple[int, tuple]] = []
         found = self._likely((), better)
         if found and (found.helps or not self.others):
@@ -185,7 +188,7 @@ class _Search:
         """Return the last formula that would make the function right, were it worth something else:
         one number for two or more of the answer.
         """
-        leads, needs = [], None
+        leads: list[dict] = []
         for rows in dict.fromkeys((self.asked[-1], self.asked[0])):
             every = np.linspace(0, len(rows.good) - 1, MOST_NEEDED).round().astype(int)
             needs = Needs(self.student, self.tried, _part(rows, np.unique(every)))
@@ -269,11 +272,14 @@ class _Search:
         needs = self._needs(steps)
         if needs is None:
             return None
+        sure: list[Mend] = []
         for written in self._together(self._found(needs), needs.wrong):
             tried = replace(self.tried, wave=None, steps=(*steps, written))
             if mend := self._sure(tried, []):
-                return mend
-        return None
+                sure.append(mend)
+                if mend.helps == len(self.others) or len(sure) == MOST_COMPARED:
+                    break
+        return max(sure, key=lambda mend: mend.helps, default=None)
 
     def _needs(self, steps):
         rows = self._wrong_rows(steps, reversed(self.asked), MOST_NEEDED)
@@ -284,7 +290,8 @@ class _Search:
         found = []
         for need in needs.all(part):
             for kind, text in islice(needs.formulas_of(need), MOST_FORMULAS):
-                size = len(text.replace(MATH, "")) + 0.01 * len(need.place.text)
+                size = len(text.replace(MATH, "").replace(OLD, "x")) + (kind == "a formula")
+                size += 0.01 * len(need.place.text)
                 size += kind != "a variable" and need.place.text.isidentifier()
                 found.append((size, need.place, (need.place.number, kind, text)))
         return sorted(found, key=lambda one: (one[0] // 1, -one[1].moved.sum(), one[0]))

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 
 from .following import Helped
-from .formulas import MATH, Found, Values, formulas
+from .formulas import MATH, OLD, Found, Values, formulas
 from .judge import numbers_of
 from .questions import AskedRows, rows_from
 from .relations import largest
@@ -18,7 +18,7 @@ from .worker.replies import Reply
 from .worker.student import Tried
 
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
-_ANGLE = re.compile(r"^\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*(?<![Ddp])\b[^()*/]*\)?$")
+_ANGLE = re.compile(r"^\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*(?<![Dd])\b[^()*/]*\)?$")
 ALL = -1  # in place of a place whose visits are told
 SCREENED = 2  # rows in which a place is looked at first
 MOST_UNKNOWNS = 4  # numbers of a place in one call that are looked for
@@ -249,18 +249,16 @@ class Needs:
             if sizes in ({1}, {size}):
                 values = np.broadcast_to(np.array(parts), wanted.shape).ravel()
                 beside[text if _NAME.fullmatch(text) else f"({text})"] = values
-            elif sizes == {2} and _NAME.fullmatch(text):
-                vectors[text] = np.reshape(parts, (-1, 2)).T
+            if sizes in ({2}, {4}) and _NAME.fullmatch(text):
+                vectors[text] = np.reshape(parts, (-1, max(sizes)))
         if size == 1:
-            beside |= _products_of(vectors)
-        old = beside.pop(self._texts_key(need), need.old.ravel())
+            beside |= _products_of({k: v.T for k, v in vectors.items() if v.shape[1] == 2})
+        if size == 2:
+            beside |= _images_of(vectors)
+        old = beside.pop(OLD)
         turns = bool(self._angles[need.place.moved].all())
         beside = _different(_more(beside))
         yield from formulas(Values(old, wanted.ravel(), beside, turns, size))
-
-    def _texts_key(self, need):
-        text = need.place.text
-        return text if _NAME.fullmatch(text) else f"({text})"
 
 
 def _more(beside):
@@ -287,6 +285,16 @@ def _products_of(vectors):
     for (one, (x, y)), (other, (u, v)) in combinations(vectors.items(), 2):
         made[f"({one}[0]*{other}[0] + {one}[1]*{other}[1])"] = x * u + y * v
         made[f"({one}[0]*{other}[1] - {one}[1]*{other}[0])"] = x * v - y * u
+    return made
+
+
+def _images_of(arrays):
+    """Return the products of matrices and vectors, (samples of vectors' parts,)."""
+    made: dict = {}
+    for (one, a), (other, b) in permutations(arrays.items(), 2):
+        if a.shape[1] == 4 and b.shape[1] == 2:
+            images = np.einsum("nij,nj->ni", a.reshape(-1, 2, 2), b)
+            made[f"({one} @ {other})"] = images.ravel()
     return made
 
 

@@ -23,7 +23,7 @@ FRAMES = (FOLDER / "fresh/amoro_frames.py").read_text("utf-8")
 
 def each_change(source, function):
     """The lists of changes of all waves, the likely ones first."""
-    return [Variants(ast.parse(source).body, function, [], ranks) for ranks in WAVES]
+    return [Variants(ast.parse(source).body, function, [], [], ranks) for ranks in WAVES]
 
 
 def outcomes(source, function, *row):
@@ -60,7 +60,7 @@ TRIED = {
     ),
     "an index": ("p = [a, b]\n    return p[1] * l", "p = [a, b]\n    return p[0] * l"),
     "the order": ("return atan2(a, b)", "return atan2(b, a)"),
-    "a term": ("return a * l + b", "return a * l"),
+    "a term": ("return a * b + l", "return a * b"),
     "an inverse": ("return (inv(A(a, b)) @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),
     "a transpose": ("return (A(a, b).T @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),
 }
@@ -89,7 +89,7 @@ def test_a_change_is_made_in_both_legs_alike():
     wrong = FRAMES.replace("u1 = rot(q11 + q12)", "u1 = rot(q12)")
     wrong = wrong.replace("u2 = rot(q21 + q22)", "u2 = rot(q22)")
     made = [
-        ast.unparse(ast.Module(variants.changed(number), []))
+        ast.unparse(ast.Module(variants.changed(number)[0], []))
         for variants in each_change(wrong, "rows")
         for number, change in enumerate(variants.changes)
         if change.told[3:] == ("q12", "q12 + q11, in 2 places")
@@ -126,11 +126,11 @@ def test_a_line_too_much_and_lines_in_the_wrong_order(old, new, change):
 def test_a_second_change_is_made_in_what_the_first_one_left():
     wrong = "def f(a, b):\n    return a * 2 + b\n"
     trials = Trials(ast.parse(wrong).body)
-    request = {"function": "f", "apart": [], "wave": 0, "first": []}
+    request = {"function": "f", "apart": [], "wave": 0, "steps": [], "watched": False}
     signs = [
         k for k, change in enumerate(trials.of(request).changes) if change.told[4] == "a * 2 - b"
     ]
-    second = trials.of(request | {"first": [[0, signs[0]]]})
+    second = trials.of(request | {"steps": [[0, signs[0]]]})
     own = {}
     exec(wrong, own)
     second.install(own, [])

@@ -25,9 +25,12 @@ from watched import Plain, Watched
 MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # programs that are remembered
 MOST_TOLD = 8  # changes of one request that are told in words
-WAVES = (0, 1), (2,), (3, 4, 5), (0, 1, 4)  # ranks tried together; two of the last at once
-PAIRED = 3  # the wave of which two are tried at once, of these kinds only
-_PAIRED_KINDS = {"a sign", "a variable", "a function", "a factor", "the order", "an index"}
+WAVES = (0, 1), (2,), (3, 4, 5), (0, 1, 2, 4)  # ranks tried together; two of the last at once
+PAIRED = 3  # the wave of which two are tried at once, of these kinds only, in this order
+_PAIRED_KINDS = (
+    *("a sign", "the order", "an index", "a variable"),
+    *("a function", "an operator", "a factor"),
+)
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
 DROPPED = "no such line"
@@ -66,13 +69,17 @@ class Change:
     swaps: dict
 
     @property
+    def kind(self) -> str:
+        return self.members[0].kind
+
+    @property
     def told(self) -> tuple[int, str, str, str, str]:
         """The line, what it is about, the function that it is in, what stands there and what is
         tried.
         """
         first, count = min(self.members, key=lambda one: one.place), len(self.members)
         new = short(first.new) + (f", in {count} places" if count > 1 else "")
-        return first.place[0], first.kind, first.scope.name, short(first.old), new
+        return first.place[0], self.kind, first.scope.name, short(first.old), new
 
 
 class Trials:
@@ -139,7 +146,9 @@ class Variants:
                     groups.setdefault(key, []).append(one)
         self.changes = _ordered(groups)
         if ranks == WAVES[PAIRED]:
-            self.changes = [one for one in self.changes if one.told[1] in _PAIRED_KINDS]
+            kinds = {kind: place for place, kind in enumerate(_PAIRED_KINDS)}
+            some = [one for one in self.changes if one.kind in kinds]
+            self.changes = sorted(some, key=lambda one: kinds[one.kind])
 
     def changed(self, number: int) -> tuple[list[ast.stmt], list[list]]:
         """Return the program's statements after a change, and the change in words."""

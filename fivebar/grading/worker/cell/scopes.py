@@ -15,6 +15,7 @@ from itertools import chain
 from typing import Any
 
 MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
+DEPTH = 3  # of objects that hold objects
 MOST_TEXT = 120  # characters quoted: what is told can be carried out
 _LEG_NUMBER = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)")
 
@@ -54,14 +55,17 @@ def _bare(name):
 
 def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Scope]:
     """Yield a function's scope, and those of the functions that it calls."""
-    defined, arguments = {}, {}
+    defined: dict[str, list] = {}  # methods of one name may be of several classes
+    arguments = {}
     for node in body:
-        parts = node.body if isinstance(node, ast.ClassDef) else [node]
-        for part in parts:
+        is_class = isinstance(node, ast.ClassDef)
+        for part in node.body if is_class else [node]:
             made, name = function_of(part)
-            if made is not None and sum(1 for _ in ast.walk(made)) <= MOST_NODES:
-                defined[name] = made
-                arguments[name] = [part.arg for part in made.args.args if part.arg != "self"]
+            if made is None or sum(1 for _ in ast.walk(made)) > MOST_NODES:
+                continue
+            called = node.name if is_class and name == "__init__" else name
+            defined.setdefault(called, []).append((made, name))
+            arguments[called] = [part.arg for part in made.args.args if part.arg != "self"]
     constants = [
         part.id
         for node in body
@@ -70,18 +74,18 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
         if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
     ]
     top = {part.asname or part.name for node in body for part in getattr(node, "names", ())}
-    complex_numbers = any("1j" in ast.unparse(node) for node in defined.values())
+    every = [node for made in defined.values() for node, _ in made]
+    complex_numbers = any("1j" in ast.unparse(node) for node in every)
     waiting, seen = deque([function]), []
     while waiting:
         name = waiting.popleft()
         if name in seen or name not in defined or (name in apart and name != function):
             continue
         seen.append(name)
-        for part in ast.walk(defined[name]):
+        for part in chain(*(ast.walk(node) for node, _ in defined[name])):
             if isinstance(part, ast.Name | ast.Attribute):
                 waiting.append(getattr(part, "id", getattr(part, "attr", "")))
-    for name in seen:
-        node = defined[name]
+    for node, name in chain(*(defined[name] for name in seen)):
         parts = [*ast.walk(node)]
         given = [part.arg for part in parts if isinstance(part, ast.arg) and part.arg != "self"]
         names = [part for part in parts if isinstance(part, ast.Name)]
@@ -91,7 +95,7 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
         yield Scope(
             node,
             name,
-            arguments[name],
+            [part.arg for part in node.args.args if part.arg != "self"],
             stored,
             constants,
             used | {*given, *constants},
@@ -157,11 +161,24 @@ def compiled(body: list[ast.stmt], scopes: list[Scope], put: Callable) -> dict[s
 
 
 def put_in(space: dict, code: dict[str, Any], apart: list[str]) -> bool:
-    """Put compiled functions into a module; return whether a class is among them."""
+    """Put compiled functions into a module; return whether a class is among them. Objects of such
+    a class that the module holds become objects of the new one.
+    """
     for name, lines in code.items():
         if name not in apart:
             exec(lines, space)
-    return any(isinstance(space.get(name), type) for name in code)
+    classes = {name: space[name] for name in code if isinstance(space.get(name), type)}
+    for value in [*space.values()] if classes else ():
+        _renew(value, classes, DEPTH)
+    return bool(classes)
+
+
+def _renew(value, classes, depth):
+    new = classes.get(type(value).__name__)
+    if new is not None and depth:
+        value.__class__ = new
+        for part in vars(value).values():
+            _renew(part, classes, depth - 1)
 
 
 def short(text: str) -> str:

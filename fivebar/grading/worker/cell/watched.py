@@ -7,6 +7,7 @@ Nothing here knows the right answers: the grader looks for the values that lead 
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from functools import partial
 from itertools import chain
@@ -23,6 +24,8 @@ MOST_NUMBERS = 9  # of a matrix
 MOST_VISITS = 8  # of a place in one call that are told
 MOST_ATOMS = 150  # values beside a place that are told
 LONGEST = 60  # characters of a formula whose value is told beside a place
+_TURNED = re.compile(r"\b(sin|cos)\b|\b[sc](?=\d)")
+_OTHER = {"sin": "cos", "cos": "sin", "s": "c", "c": "s"}
 Group = list[tuple[int, bool]]  # places with the same formula; whether for the other leg
 
 
@@ -59,9 +62,10 @@ class Watch:
 
     def _tell(self, place, numbers, frame):
         known = self._frames.setdefault(frame, {})
-        known[self._texts[place]] = numbers
         if place in self._told:
-            self._beside.setdefault(place, []).append({**_named(frame), **known})
+            beside = {**_named(frame), **known, OLD: numbers}
+            self._beside.setdefault(place, []).append(beside)
+        known[self._texts[place]] = numbers
 
     def visits(self, group: Group) -> list:
         """Return the numbers of all visits of a group's places, none where one has more."""
@@ -76,7 +80,7 @@ class Watch:
             for known in self._beside.get(place, [])[:MOST_VISITS]:
                 name_of = other_leg if is_other else str
                 pairs = [[name_of(name), numbers] for name, numbers in known.items() if name]
-                told.append(pairs[:MOST_ATOMS])
+                told.append([*pairs[-1:], *pairs[: MOST_ATOMS - 1]])
         return told
 
 
@@ -197,7 +201,9 @@ class Watched:
                 swaps[id(node)] = rebuilt(new, partial(_with_old, node))
             place = self._places[group[0][0]]
             new = ast.fix_missing_locations(swaps[id(place.node)])
-            shown = short(ast.unparse(new)) + (f", in {len(group)} places" if len(group) > 1 else "")
+            shown = short(ast.unparse(new)) + (
+                f", in {len(group)} places" if len(group) > 1 else ""
+            )
             told.append([place.node.lineno, kind, place.scope.name, short(_read(place)), shown])
         return exchanged(self._body, swaps), told
 
@@ -219,7 +225,7 @@ def _may_differ(place):
 
 def _twins(places: list[Place]) -> list[Group]:
     """Return pairs of places that are the same for either leg: at the same position in two lines
-    that are so, or by themselves.
+    that are so, or by themselves; and those of two parts of a vector.
     """
     lines: dict = {}
     for k, place in enumerate(places):
@@ -238,7 +244,25 @@ def _twins(places: list[Place]) -> list[Group]:
         others = alone.get((name, other_leg(text)), [])
         if other_leg(text) != text and len(others) == len(numbers) and others[0] > numbers[0]:
             twins += [[(a, False), (b, True)] for a, b in zip(numbers, others)]
-    return twins
+    return twins + _components(places)
+
+
+def _components(places: list[Place]) -> list[Group]:
+    """Return pairs of places in one line, or in two that follow each other, that are alike but for
+    sine and cosine, as the parts of a vector are; and those at the same position in such a pair.
+    """
+    texts = [_read(place) for place in places]
+    numbers = {id(place.node): k for k, place in enumerate(places)}
+    found: dict = {}
+    for k, place in enumerate(places):
+        turned = _TURNED.sub(lambda found: _OTHER[found[0]], texts[k])
+        for other in range(k + 1, len(places) if turned != texts[k] else 0):
+            near = abs(places[other].node.lineno - place.node.lineno) <= 1
+            if near and texts[other] == turned and places[other].scope is place.scope:
+                inside = zip(ast.walk(place.node), ast.walk(places[other].node))
+                pairs = [(numbers.get(id(a)), numbers.get(id(b))) for a, b in inside]
+                found |= {pair: None for pair in pairs if None not in pair}
+    return [[(a, False), (b, False)] for a, b in found]
 
 
 def _shown(numbers, node, copy):
