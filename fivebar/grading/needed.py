@@ -108,8 +108,6 @@ class Needs:
         """
         rows = list(rows)
         now = {number: start[rows].copy() for number, start in starts.items()}
-        if not now:
-            return {}
         off = self._errors({number: None for number in now}, rows)
         moved, solved, last = {}, {}, {}
         for _ in range(STEPS):
@@ -169,6 +167,8 @@ class Needs:
 
     def _errors(self, put, rows):
         """Return place -> errors (rows, numbers) with these numbers put in it."""
+        if not put:
+            return {}
         calls = [
             (row, ((number, values if values is None else values[k]),))
             for number, values in put.items()
