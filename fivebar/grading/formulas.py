@@ -39,13 +39,18 @@ class Values:
         return bool(np.all(np.abs(off) <= CLOSE * np.abs(b).max()))
 
 
-def formulas(values: Values) -> Iterator[Found]:
-    """Yield formulas that are worth what is needed, simple ones first."""
+def short_formulas(values: Values) -> Iterator[Found]:
+    """Yield formulas that are worth what is needed, with one other value at most."""
     with np.errstate(all="ignore"):
-        for step in (_of_itself, _of_another, _with_one, _with_two, _with_three, _sums, _angles):
+        for step in (_of_itself, _of_another, _with_one):
             yield from step(values)
-        if values.size > 1:
-            yield from _by_parts(values)
+
+
+def long_formulas(values: Values) -> Iterator[Found]:
+    """Yield formulas that are worth what is needed, with more values than one."""
+    with np.errstate(all="ignore"):
+        for step in (_with_two, _with_three, _sums, _angles, _by_parts):
+            yield from step(values)
 
 
 def _of_itself(values):
@@ -63,9 +68,8 @@ def _of_itself(values):
     ):
         if values.alike(made, wanted):
             yield kind, text
-    for quarters in (-2, -1, 1, 2):
-        turned = {f"{OLD}": old, f"-{OLD}": -old}
-        for text, made in turned.items():
+    for quarters in (2, -2, 1, -1):
+        for text, made in ((OLD, old), (f"-{OLD}", -old)):
             if values.alike(made + quarters * np.pi / 2, wanted):
                 yield "a term", f"{text} {'+' if quarters > 0 else '-'} {_quarters(quarters)}"
     if term := _number(wanted - old):
@@ -106,6 +110,8 @@ def _with_one(values):
 
 def _by_parts(values):
     """Yield an array with a term more in each of its parts, in some of them 0."""
+    if values.size == 1:
+        return
     terms = []
     for k in range(values.size):
         old, wanted = values.old[k :: values.size], values.wanted[k :: values.size]

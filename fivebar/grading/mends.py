@@ -11,7 +11,7 @@ from itertools import chain, islice
 import numpy as np
 
 from .following import Helped, builds_on, helped, may_help, reached
-from .formulas import MATH, OLD
+from .formulas import MATH, OLD, long_formulas, short_formulas
 from .judge import call_text, numbers_right
 from .labs import Lab
 from .needed import Needs
@@ -176,7 +176,7 @@ class _Search:
         found = self._likely((), better)
         if found and (found.helps or not self.others):
             return found
-        found = found or self._written(())
+        found = found or self._written(deep=deep)
         if found or not (deep or self.others):
             return found
         for wave in range(LIKELY, WAVES):
@@ -202,7 +202,7 @@ class _Search:
         last = max(inside or found, key=lambda need: (need.place.line, len(need.place.text)))
         off = np.abs(last.wanted - last.old)
         row, number = np.unravel_index(np.argmax(off), off.shape)
-        call = call_text(needs.rows.exercise, needs.rows.columns, row)
+        call = call_text(needs.rows.exercise, needs.rows.columns, int(row))
         old, wanted = last.old[row, number], last.wanted[row, number]
         return Lead(last.place.line, last.place.text, call, old, wanted)
 
@@ -221,7 +221,7 @@ class _Search:
         better.sort(key=lambda one: -one[0])
         firsts = [step for _, step in better[:MOST_FIRST]]
         for step in chain(firsts, self._parts()):
-            if found := self._written((step,)):
+            if self._wrong_rows((step,)) and (found := self._written((step,))):
                 return found
         for step in firsts:
             if found := self._likely((step,), []):
@@ -230,16 +230,17 @@ class _Search:
 
     def _parts(self):
         """Yield formulas that make one of several things right that a function returns."""
-        needs = self._needs(())
+        wrong = Needs(self.student, self.tried, self._wrong_rows((), most=MOST_NEEDED)).wrong
         exercise, start = self.asked[0].exercise, 0
         for name in exercise.returns:
             stop = start + int(np.prod(exercise.shape(name)))
-            part = np.zeros(len(needs.wrong), bool)
-            part[start:stop] = needs.wrong[start:stop]
+            part = np.zeros(len(wrong), bool)
+            part[start:stop] = wrong[start:stop]
             start = stop
-            if part.any() and (part != needs.wrong).any():
-                for _, _, written in self._found(needs, part)[:MOST_FIRST]:
-                    yield (written,)
+            if part.any() and (part != wrong).any():
+                found = sorted(_found(self._needs((), part)[1], short_formulas), key=_size)
+                for place, *written in found[:MOST_FIRST]:
+                    yield ((place.number, *written),)
 
     def _single(self, tried, better):
         """Return the first change of a wave that makes all right; better: those that make more
@@ -267,47 +268,32 @@ class _Search:
                 better.append((int(good.sum()), (tried.wave, numbers[0])))
         return None
 
-    def _written(self, steps):
-        """Return the first formulas, written where other values are needed, that make all right."""
-        needs = self._needs(steps)
-        if needs is None:
-            return None
-        sure: list[Mend] = []
-        for written in self._together(self._found(needs), needs.wrong):
-            tried = replace(self.tried, wave=None, steps=(*steps, written))
-            if mend := self._sure(tried, []):
-                sure.append(mend)
-                if mend.helps == len(self.others) or len(sure) == MOST_COMPARED:
-                    break
-        return max(sure, key=lambda mend: mend.helps, default=None)
+    def _written(self, steps=(), deep=True):
+        """Return the formulas, written where other values are needed, that make all right; deep:
+        whether long ones are looked for.
+        """
+        needs, known = self._needs(steps)
+        found: list = []
+        for some in (short_formulas, long_formulas)[: 1 + deep]:
+            new = _found(known, some)
+            found = sorted(found + new, key=_size)
+            sure: list[Mend] = []
+            for written in _together(found, needs.wrong) if new else ():
+                tried = replace(self.tried, wave=None, steps=(*steps, written))
+                if mend := self._sure(tried, []):
+                    sure.append(mend)
+                    if mend.helps == len(self.others) or len(sure) == MOST_COMPARED:
+                        break
+            if sure:
+                return max(sure, key=lambda mend: mend.helps)
+        return None
 
-    def _needs(self, steps):
+    def _needs(self, steps, part=None):
+        """Return what is needed after these steps, and places with what stands beside them."""
         rows = self._wrong_rows(steps, reversed(self.asked), MOST_NEEDED)
-        return rows and Needs(self.student, replace(self.tried, steps=steps), rows)
-
-    def _found(self, needs, part=None):
-        """Return (size, place, formula to be written there), short ones first."""
-        found = []
-        for need in needs.all(part):
-            for kind, text in islice(needs.formulas_of(need), MOST_FORMULAS):
-                size = len(text.replace(MATH, "").replace(OLD, "x")) + (kind == "a formula")
-                size += 0.01 * len(need.place.text)
-                size += kind != "a variable" and need.place.text.isidentifier()
-                found.append((size, need.place, (need.place.number, kind, text)))
-        return sorted(found, key=lambda one: (one[0] // 1, -one[1].moved.sum(), one[0]))
-
-    def _together(self, found, wrong):
-        """Yield formulas to be written together, so that all numbers that are wrong are covered."""
-        for count, (_, place, one) in enumerate(found[:MOST_SURE]):
-            left, chosen = wrong & ~place.moved, [one]
-            for _, other, more in found[count + 1 :]:
-                if not left.any():
-                    break
-                if (other.moved & left).any() and not (other.moved & place.moved & wrong).any():
-                    left = left & ~other.moved
-                    chosen.append(more)
-            if not left.any():
-                yield tuple(chosen)
+        needs = Needs(self.student, replace(self.tried, steps=steps), rows)
+        known = [(need.place, needs.values(need)) for need in needs.all(part)]
+        return needs, [pair for pair in known if pair[1] is not None]
 
     def _pair(self):
         """Return the first two likely changes that make all right together."""
@@ -368,6 +354,38 @@ class _Search:
             right.append(good.reshape(len(some), len(plain), -1))
         count = len(rows.exercise.is_angle())
         return np.concatenate(right) if right else np.ones((0, len(plain), count), bool)
+
+
+def _found(known, formulas):
+    """Return (place, kind, formula) of what may be written."""
+    return [
+        (place, kind, text)
+        for place, values in known
+        for kind, text in islice(formulas(values), MOST_FORMULAS)
+    ]
+
+
+def _size(found):
+    """Return by what short formulas, and those that make more numbers right, come first."""
+    place, kind, text = found
+    long = len(text.replace(MATH, "").replace(OLD, "x")) + (kind == "a formula")
+    # What a name is worth is better said where it gets its value.
+    long += kind != "a variable" and place.text.isidentifier()
+    return long, -place.moved.sum(), len(place.text)
+
+
+def _together(found, wrong):
+    """Yield formulas to be written together, so that all numbers that are wrong are covered."""
+    for count, (place, *one) in enumerate(found[:MOST_SURE]):
+        left, chosen = wrong & ~place.moved, [(place.number, *one)]
+        for other, *more in found[count + 1 :]:
+            if not left.any():
+                break
+            if (other.moved & left).any() and not (other.moved & place.moved & wrong).any():
+                left = left & ~other.moved
+                chosen.append((other.number, *more))
+        if not left.any():
+            yield tuple(chosen)
 
 
 def _batches(parts, size) -> Iterator[list]:

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations, permutations
 
 import numpy as np
 
+from .beside import known_values
 from .following import Helped
-from .formulas import MATH, OLD, Found, Values, formulas
+from .formulas import OLD, Values
 from .judge import numbers_of
 from .questions import AskedRows, rows_from
 from .relations import largest
 from .worker.replies import Reply
 from .worker.student import Tried
 
-_NAME = re.compile(r"[A-Za-z_][\w.]*")
-_ANGLE = re.compile(r"^\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*(?<![Dd])\b[^()*/]*\)?$")
 ALL = -1  # in place of a place whose visits are told
 SCREENED = 2  # rows in which a place is looked at first
 MOST_UNKNOWNS = 4  # numbers of a place in one call that are looked for
@@ -230,79 +227,15 @@ class Needs:
     def _solved(self, off):
         return np.abs(off) <= SOLVED * self._scale
 
-    def formulas_of(self, need: Need) -> Iterator[Found]:
-        """Yield formulas that are worth what a place needs."""
+    def values(self, need: Need) -> Values | None:
+        """Return what stands beside a place, None where its calls do not show it."""
         number = need.place.number
         calls = [(row, ((number, values),)) for row, values in enumerate(need.wanted)]
-        known = [reply.seen for reply in self._replies(calls, number)]
-        visits = len(self._visits[0][number])
-        wanted = need.wanted.reshape(len(known), visits, -1)
-        size = wanted.shape[2]
-        rows = [[dict(map(tuple, pairs)) for pairs in seen] for seen in known]
-        if any(len(row) != visits for row in rows):
-            return
-        beside: dict = {}
-        vectors: dict = {}
-        for text in rows[0][0]:
-            parts = [[one.get(text, ()) for one in row] for row in rows]
-            sizes = {len(part) for row in parts for part in row}
-            if sizes in ({1}, {size}):
-                values = np.broadcast_to(np.array(parts), wanted.shape).ravel()
-                beside[text if _NAME.fullmatch(text) else f"({text})"] = values
-            if sizes in ({2}, {4}) and _NAME.fullmatch(text):
-                vectors[text] = np.reshape(parts, (-1, max(sizes)))
-        if size == 1:
-            beside |= _products_of({k: v.T for k, v in vectors.items() if v.shape[1] == 2})
-        if size == 2:
-            beside |= _images_of(vectors)
-        old = beside.pop(OLD)
+        seen = [reply.seen for reply in self._replies(calls, number)]
+        visits = [dict(map(tuple, pairs)) for row in seen for pairs in row]
+        if len(visits) != len(self._plain) * len(self._visits[0][number]):
+            return None
+        size = need.wanted.size // len(visits)
+        beside = known_values(visits, size)
         turns = bool(self._angles[need.place.moved].all())
-        beside = _different(_more(beside))
-        yield from formulas(Values(old, wanted.ravel(), beside, turns, size))
-
-
-def _more(beside):
-    """Return what stands beside a place with the sums and differences of names that are alike, and
-    the sines and cosines of what may be an angle.
-    """
-    sums: dict = {}
-    for (one, a), (other, b) in combinations(beside.items(), 2):
-        if re.sub(r"\d", "", one) == re.sub(r"\d", "", other) and _NAME.fullmatch(one):
-            sums |= {f"({one} + {other})": a + b, f"({one} - {other})": a - b}
-    angles = {name: value for name, value in (beside | sums).items() if _ANGLE.search(name)}
-    turned = {}
-    for name, value in angles.items():
-        turned[f"{MATH}sin({name})"] = np.sin(value)
-        turned[f"{MATH}cos({name})"] = np.cos(value)
-    return beside | sums | turned
-
-
-def _products_of(vectors):
-    """Return the parts of vectors, and the scalar and the cross products of any two."""
-    made: dict = {}
-    for name, (x, y) in vectors.items():
-        made |= {f"{name}[0]": x, f"{name}[1]": y}
-    for (one, (x, y)), (other, (u, v)) in combinations(vectors.items(), 2):
-        made[f"({one}[0]*{other}[0] + {one}[1]*{other}[1])"] = x * u + y * v
-        made[f"({one}[0]*{other}[1] - {one}[1]*{other}[0])"] = x * v - y * u
-    return made
-
-
-def _images_of(arrays):
-    """Return the products of matrices and vectors, (samples of vectors' parts,)."""
-    made: dict = {}
-    for (one, a), (other, b) in permutations(arrays.items(), 2):
-        if a.shape[1] == 4 and b.shape[1] == 2:
-            images = np.einsum("nij,nj->ni", a.reshape(-1, 2, 2), b)
-            made[f"({one} @ {other})"] = images.ravel()
-    return made
-
-
-def _different(beside):
-    """Return those values that no other one before them equals, but for the sign."""
-    known: dict = {}
-    for name, value in beside.items():
-        first = np.flatnonzero(value)[:1]
-        key = tuple(np.round(value * np.sign(value[first].sum() or 1), 9))
-        known.setdefault(key, name)
-    return {name: beside[name] for name in known.values()}
+        return Values(beside.pop(OLD), need.wanted.ravel(), beside, turns, size)
