@@ -36,12 +36,17 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
 
 
 def _sums(numbers):
-    """Return the sums and differences of names that are alike but for digits."""
+    """Return the sums and differences of names that are alike: q11 and q12, qaD and qpD."""
     made = {}
     for (one, a), (other, b) in combinations(numbers.items(), 2):
-        if _NAME.fullmatch(one) and re.sub(r"\d", "", one) == re.sub(r"\d", "", other):
+        if _NAME.fullmatch(one) and _kin(one) == _kin(other):
             made |= {f"({one} + {other})": a + b, f"({one} - {other})": a - b}
     return made
+
+
+def _kin(name):
+    """Return a name without what tells a leg or a bar: its first letter, and the derivative."""
+    return name[0], len(name), len(name) - len(name.rstrip("D"))
 
 
 def _turned(numbers):

@@ -12,6 +12,7 @@ import numpy as np
 
 OLD = "__old__"  # what stands in the place now
 CLOSE = 1e-6  # of the largest value: the robot's numbers are typed with seven digits
+SMALL = 1e-2  # of the old value: what is less is compared with so much
 MOST_ATOMS = 120  # values beside the place, of which two are multiplied
 MOST_FACTORS = 40  # of which three are multiplied, or sums of products are made
 MATH, NUMPY = "__import__('math').", "__import__('numpy')."
@@ -36,7 +37,8 @@ class Values:
         off = a - b
         if self.turns:
             off = (off + np.pi) % (2 * np.pi) - np.pi
-        return bool(np.all(np.abs(off) <= CLOSE * np.abs(b).max()))
+        scale = max(np.abs(b).max(), SMALL * np.abs(self.old).max())
+        return bool(np.all(np.abs(off) <= CLOSE * scale))
 
 
 def short_formulas(values: Values) -> Iterator[Found]:
@@ -84,6 +86,9 @@ def _of_another(values):
     """Yield another value in place of the old one."""
     if number := _number(values.wanted):
         yield "a number", number
+    if values.alike(values.wanted, 0 * values.wanted):
+        yield "a term", "0"
+        return
     for name, value in values.beside.items():
         if values.alike(value, values.wanted):
             yield "a variable", name
@@ -98,7 +103,7 @@ def _with_one(values):
         for text, one in ((name, value), (f"{name}**2", value**2)):
             if factor := _number(wanted / old / one):
                 yield "a factor", _times(factor, f"{OLD}*{text}")
-            if factor := _number(wanted / old * one):
+            if not _is_turned(name) and (factor := _number(wanted / old * one)):
                 yield "a factor", _times(factor, f"{OLD}/{text}")
             if factor := _number(_ratio(wanted - old, one)):
                 yield "a term", _plus(factor, text)
@@ -157,14 +162,24 @@ def _with_products(values, count, most):
         yield "a formula", _times(factor, _product(names, chosen))
     for chosen, factor in _fitting(values.wanted / values.old / products, picked):
         yield "a factor", _times(factor, f"{OLD}*{_product(names, chosen)}")
+    whole = np.array([not _is_turned(name) for name in names])
     for split in range(count):
-        over = products / table[picked[:, split]] ** 2
-        for chosen, factor in _fitting((values.wanted - values.old) / over, picked):
+        some = picked[whole[picked[:, split]]]
+        products = np.prod(table[some], axis=1)
+        over = products / table[some[:, split]] ** 2
+        for chosen, factor in _fitting((values.wanted - values.old) / over, some):
             yield "a term", _plus(factor, _quotient(names, chosen, split))
-        for chosen, factor in _fitting(values.wanted / over, picked):
+        for chosen, factor in _fitting(values.wanted / over, some):
             yield "a formula", _times(factor, _quotient(names, chosen, split))
-        for chosen, factor in _fitting(values.wanted / values.old / over, picked):
+        for chosen, factor in _fitting(values.wanted / values.old / over, some):
             yield "a factor", _times(factor, f"{OLD}*{_quotient(names, chosen, split)}")
+
+
+def _is_turned(name):
+    """Return whether a name is a sine or cosine that the program does not have: nobody forgets to
+    divide by it.
+    """
+    return name.startswith(MATH)
 
 
 def _fitting(ratios, picked):

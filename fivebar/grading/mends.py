@@ -26,7 +26,7 @@ MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
-MOST_COMPARED = 6  # formulas that make all right, of which one may help other functions, too
+MOST_COMPARED = 3  # formulas that make all right, of which one may help other functions, too
 MOST_FIRST = 3  # changes that make more numbers right, to each of which a second one is sought
 MOST_PAIRS = 80_000  # of likely changes that are tried together
 MOST_NEEDED = 8  # rows in which values are looked for that a function needs
@@ -97,22 +97,19 @@ class Mend:
 
 @dataclass(frozen=True)
 class Lead:
-    """A formula from which on everything is right, if only it were worth something else."""
+    """What is known of a wrong value if no formula is, in words that hold; name: "" where this is
+    only where it stands.
+    """
 
+    name: str
     line: int
-    formula: str
-    call: str
-    old: float
-    wanted: float
+    told: str
 
-    name, hint = "", "Work this value out by hand for one call: what would be right?"
+    hint = "Work this value out by hand for one call: what would be right?"
 
     def spot(self, where: Callable[[int], str]) -> str:
-        """Return where it is and what it is worth; where: a line in its author's words."""
-        return (
-            f"{where(self.line)}: all is right that is computed from {self.formula}, which is"
-            f" {self.old:.6g} where {self.wanted:.6g} is needed, in {self.call}"
-        )
+        """Return the line in its author's words, and what is known."""
+        return f"{where(self.line)}: {self.told}"
 
 
 def find_mend(
@@ -185,26 +182,38 @@ class _Search:
         return self._two(better) if deep else None
 
     def lead(self) -> Lead | None:
-        """Return the last formula that would make the function right, were it worth something else:
-        one number for two or more of the answer.
+        """Return a formula that is right but for its sign in some calls, or else the last one that
+        makes the function right with another value: one number for two or more of the answer.
         """
-        leads: list[dict] = []
+        found: list[tuple[Needs, dict]] = []
         for rows in dict.fromkeys((self.asked[-1], self.asked[0])):
             every = np.linspace(0, len(rows.good) - 1, MOST_NEEDED).round().astype(int)
             needs = Needs(self.student, self.tried, _part(rows, np.unique(every)))
             if needs.wrong.any():
-                leads.append({need.place.number: need for need in needs.all() if needs.lead(need)})
-        common = set.intersection(*map(set, leads)) if leads else ()
-        found = [leads[-1][number] for number in common]
+                found.append((needs, {need.place.number: need for need in needs.all()}))
         if not found:
             return None
-        inside = [need for need in found if need.place.function == self.function]
-        last = max(inside or found, key=lambda need: (need.place.line, len(need.place.text)))
+        needs, known = found[-1]
+        common = set.intersection(*(set(each) for _, each in found))
+        signs = [k for k in common if all(each[k].is_sign for _, each in found)]
+        leads = [k for k in common if all(own.leads(each[k]) for own, each in found)]
+        if signs:
+            last = max((known[number] for number in signs), key=lambda need: need.place.is_root)
+            told = f"{last.place.text} has the right size in all calls, but in some the wrong sign"
+            return Lead("the sign of a root or an angle is lost", last.place.line, told)
+        if not leads:
+            return None
+        needed = [known[number] for number in leads]
+        inside = [need for need in needed if need.place.function == self.function]
+        last = max(inside or needed, key=lambda need: (need.place.line, len(need.place.text)))
         off = np.abs(last.wanted - last.old)
         row, number = np.unravel_index(np.argmax(off), off.shape)
         call = call_text(needs.rows.exercise, needs.rows.columns, int(row))
-        old, wanted = last.old[row, number], last.wanted[row, number]
-        return Lead(last.place.line, last.place.text, call, old, wanted)
+        told = (
+            f"all is right that is computed from {last.place.text}, which is"
+            f" {last.old[row, number]:.6g} where {last.wanted[row, number]:.6g} is needed, in {call}"
+        )
+        return Lead("", last.place.line, told)
 
     def _likely(self, steps, better):
         """Return a likely change after these steps, best one that helps other functions too."""

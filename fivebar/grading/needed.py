@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
 from .beside import known_values
 from .following import Helped
-from .formulas import OLD, Values
+from .formulas import CLOSE, OLD, Values
 from .judge import numbers_of
 from .questions import AskedRows, rows_from
 from .relations import largest
@@ -22,6 +24,7 @@ MOST_UNKNOWNS = 4  # numbers of a place in one call that are looked for
 STEPS = 12  # of Newton's method
 SOLVED = 1e-9  # of the largest right answer
 HALVINGS = 4  # of a step that leads nowhere
+NEARLY = 1e-6  # of the largest right answer: what other signs leave where it is the signs
 SLOW = 0.9  # of the error, that a step leaves: where it leaves more, there is no such value
 STEP = 1e-6  # of a number, to see what depends on it
 SMALLEST = 1e-2  # number of which such a step is taken
@@ -40,6 +43,11 @@ class Place:
     text: str
     moved: np.ndarray
 
+    @property
+    def is_root(self) -> bool:
+        """Whether what stands there has no sign of its own."""
+        return re.match(r"[\w.]*(sqrt|acos|arccos)\(", self.text) is not None
+
 
 @dataclass(frozen=True)
 class Need:
@@ -50,6 +58,13 @@ class Need:
     place: Place
     old: np.ndarray
     wanted: np.ndarray
+
+    @property
+    def is_sign(self) -> bool:
+        """Whether nothing but the sign is wrong, if not in all calls."""
+        same = np.abs(self.wanted - self.old) <= CLOSE * np.abs(self.old)
+        turned = np.abs(self.wanted + self.old) <= CLOSE * np.abs(self.old)
+        return bool(np.all(same | turned) and turned.any())
 
 
 class Needs:
@@ -84,7 +99,7 @@ class Needs:
             place = Place(number, told.line, told.function, told.old, moved)
             yield Need(place, starts[number], wanted)
 
-    def lead(self, need: Need) -> bool:
+    def leads(self, need: Need) -> bool:
         """Return whether all wrong numbers, and more than a place has, are right with its need."""
         moved = need.place.moved
         return bool(moved[self.wrong].all()) and need.old.shape[1] < moved.sum()
@@ -105,7 +120,7 @@ class Needs:
         """
         rows = list(rows)
         now = {number: start[rows].copy() for number, start in starts.items()}
-        off = self._errors({number: None for number in now}, rows)
+        now, off = self._best_signs(now, rows)
         moved, solved, last = {}, {}, {}
         for _ in range(STEPS):
             slopes = self._slopes(now, off, rows)
@@ -138,6 +153,26 @@ class Needs:
                     last[number] = left
         return solved
 
+    def _best_signs(self, starts, rows):
+        """Return the numbers of each place, with other signs in rows in which these leave no
+        errors in what depends on it, and the errors.
+        """
+        now = dict(starts)
+        off = self._errors(now, rows)
+        for signs in product((1, -1), repeat=2):
+            turned = {
+                number: values * signs[: values.shape[1]]
+                for number, values in starts.items()
+                if values.shape[1] <= 2 and -1 in signs[: values.shape[1]]
+            }
+            for number, errors in self._errors(turned, rows).items():
+                other = ~np.isclose(errors, off[number], atol=SOLVED, equal_nan=True)
+                good = np.abs(errors / self._scale) <= NEARLY
+                better = np.all(good | ~other, axis=1) & other.any(axis=1)
+                now[number] = np.where(better[:, None], turned[number], now[number])
+                off[number] = np.where(better[:, None], errors, off[number])
+        return now, off
+
     def _stepped(self, now, off, steps, moved, rows):
         """Return the numbers after a step, shorter in rows where it leads to no answer or to a
         worse one, and the errors with them.
@@ -167,7 +202,7 @@ class Needs:
         if not put:
             return {}
         calls = [
-            (row, ((number, values if values is None else values[k]),))
+            (row, ((number, values[k]),))
             for number, values in put.items()
             for k, row in enumerate(rows)
         ]
@@ -200,9 +235,7 @@ class Needs:
         rows, replies = self.rows, []
         for start in range(0, len(calls), AT_ONCE):
             some = calls[start : start + AT_ONCE]
-            numbers = [
-                [told, *(self._put(*one) for one in put if one[1] is not None)] for _, put in some
-            ]
+            numbers = [[told, *(self._put(*one) for one in put)] for _, put in some]
             replies += self._student.ask(
                 rows.exercise.name,
                 [self._plain[row] for row, _ in some],

@@ -23,6 +23,7 @@ import pytest
 from ..models.robots import Robot
 from .ask import Ask, Wrong
 from .diagnosis import consistent, explains
+from .exercise import Misconception
 from .following import NEVER, builds_on, helped, may_help, reached, remark
 from .helpers import wrong_helpers
 from .judge import Verdict
@@ -36,6 +37,7 @@ from .worker.sandbox import IsolationError, KilledError
 
 _ASK = pytest.StashKey[Ask]()
 MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
+NO_NAME = Misconception("", "", None)
 MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
 
 
@@ -307,10 +309,25 @@ class Checks:
         found = replace(self.found[place], misconception=mistake.name, hint=mistake.hint)
         self.found[place] = found
 
+    def _withdraw_names(self) -> None:
+        """Take back the mistakes that give the answers of one check of a function only: its other
+        checks ask the same formulas.
+        """
+        for known in self._verdicts.values():
+            others = [*known.values()]
+            for place, verdict in [*known.items()]:
+                mistake = verdict.diagnosis
+                if mistake is None or mistake.model is None:
+                    continue
+                if not all(explains(mistake, other.answers) for other in others if other.answers):
+                    self._rename(place, NO_NAME)
+                    known[place] = replace(verdict, diagnosis=None)
+
     def tell_mends(self, lab: Lab) -> None:
         """Tell where one change makes a function right; what else builds on the function that is
         changed is judged with the change.
         """
+        self._withdraw_names()
         if self.program is not None and self.program.confined:
             self._tell_mends_of_session(lab)
             return

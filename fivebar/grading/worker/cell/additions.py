@@ -79,7 +79,6 @@ def _added(place):
         yield 3, "an inverse", inverse_of(node)
     if not place.term:
         return
-    yield 3, "a sign", ast.UnaryOp(ast.USub(), node)
     yield 4, "a factor", with_(ast.Div(), ast.Constant(2))
     yield 4, "a factor", with_(ast.Mult(), ast.Constant(2))
     called = getattr(parent, "func", None)
@@ -111,5 +110,5 @@ def _added_terms(place):
 
 
 def _kind(name):
-    """Return a name without its digits: q11 and q22 are angles, q11D and q22D are rates."""
-    return re.sub(r"\d", "", name)
+    """Return what names of one kind have alike: q11 and q22 are angles, qaD and qpD are rates."""
+    return name[0], len(name), _order(name)

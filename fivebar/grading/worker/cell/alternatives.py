@@ -164,6 +164,8 @@ def alternatives(place: Place) -> Alternatives:
         yield from _of_subscript(node, place)
     elif isinstance(node, ast.Tuple | ast.List):
         yield from _of_list(node)
+    if place.term and isinstance(node, ast.BinOp | ast.Call | ast.Name | ast.Subscript):
+        yield 2, "a sign", ast.UnaryOp(ast.USub(), node)
     if isinstance(place.parent, ast.stmt | ast.Lambda) or isinstance(node, ast.Call):
         yield from _exchanged(node, place.scope.constants)
 

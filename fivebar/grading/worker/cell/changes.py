@@ -289,6 +289,10 @@ def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
             again = isinstance(node, ast.Assign) and not _is_first(node, scope)
             if again or isinstance(node, ast.AugAssign):
                 yield 3, "a line", [node], [[ast.Pass()]]
+            for op in (ast.Add(), ast.Sub()) if again and len(node.targets) == 1 else ():
+                updated = ast.AugAssign(node.targets[0], op, node.value)
+                if not isinstance(node.targets[0], ast.Tuple):
+                    yield 1, "an operator", [node], [[updated]]
             if isinstance(node, ast.If) and node.orelse:
                 yield 1, "a comparison", [node], [[ast.If(node.test, node.orelse, node.body)]]
             targets = node.targets[0] if isinstance(node, ast.Assign) else None

@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain
+from types import FunctionType, ModuleType
 from typing import Any
 
 MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
@@ -174,11 +175,12 @@ def put_in(space: dict, code: dict[str, Any], apart: list[str]) -> bool:
 
 
 def _renew(value, classes, depth):
-    new = classes.get(type(value).__name__)
-    if new is not None and depth:
+    if isinstance(value, ModuleType | FunctionType | type) or not hasattr(value, "__dict__"):
+        return
+    if (new := classes.get(type(value).__name__)) is not None:
         value.__class__ = new
-        for part in vars(value).values():
-            _renew(part, classes, depth - 1)
+    for part in vars(value).values() if depth else ():
+        _renew(part, classes, depth - 1)
 
 
 def short(text: str) -> str:
