@@ -162,7 +162,7 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
             read=lambda z: np.pi / 2 - np.angle(z),
         ),
         *each_leg(
-            "sign of x in atan2",
+            "as for the other sign of x",
             "Which way does your vector point?",
             read=lambda z: np.angle(-z.conj()),
         ),
@@ -225,7 +225,7 @@ def passive_slips(kind: Kind) -> tuple[Slip, ...]:
             read=lambda z: np.pi / 2 - np.angle(z),
         ),
         *each_leg("bar read from its end to its beginning", ends, read=lambda z: np.angle(-z)),
-        *each_leg("sign of x in atan2", ends, read=lambda z: np.angle(-z.conj())),
+        *each_leg("as for the other sign of x", ends, read=lambda z: np.angle(-z.conj())),
     ]
     if not kind.turns:
         hint = "A foot slides and does not turn. From which direction is its bar's angle measured?"

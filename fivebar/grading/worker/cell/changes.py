@@ -69,6 +69,10 @@ class Change:
     swaps: dict
 
     @property
+    def rank(self) -> int:
+        return self.members[0].rank
+
+    @property
     def kind(self) -> str:
         return self.members[0].kind
 
@@ -148,7 +152,7 @@ class Variants:
         if ranks == WAVES[PAIRED]:
             kinds = {kind: place for place, kind in enumerate(_PAIRED_KINDS)}
             some = [one for one in self.changes if one.kind in kinds]
-            self.changes = sorted(some, key=lambda one: kinds[one.kind])
+            self.changes = sorted(some, key=lambda one: (one.rank > MOST_ALIKE, kinds[one.kind]))
 
     def changed(self, number: int) -> tuple[list[ast.stmt], list[list]]:
         """Return the program's statements after a change, and the change in words."""
