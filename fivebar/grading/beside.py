@@ -1,5 +1,5 @@
-"""What stands beside a place in a student's program: values that have a name or a formula there, and
-what is easily made of them.
+"""What stands beside a place in a student's program: values that have a name or a formula there,
+and what is easily made of them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _ANGLE = re.compile(r"\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*(?<![Dd])\
 
 def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, np.ndarray]:
     """Return formula -> its values (samples,) of what a place of so many numbers can be computed
-    from; visits: formula -> its numbers, of each visit.
+    from, OLD's among them; visits: formula -> its numbers, of each visit.
     """
     numbers, arrays = {}, {}
     for text in visits[0]:
@@ -29,10 +29,10 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
             numbers[text if _NAME.fullmatch(text) else f"({text})"] = values
         if sizes in ({2}, {4}) and _NAME.fullmatch(text):
             arrays[text] = np.array(parts)
-    old = numbers.pop(OLD)
+    old = {OLD: numbers.pop(OLD)} if OLD in numbers else {}
     numbers |= _products(arrays) if size == 1 else _images(arrays) if size == 2 else {}
     numbers |= _sums(numbers)
-    return {OLD: old} | _different(numbers | _turned(numbers))
+    return old | _different(numbers | _turned(numbers))
 
 
 def _sums(numbers):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import product, starmap
 
 import numpy as np
 
@@ -26,6 +26,7 @@ SOLVED = 1e-9  # of the largest right answer
 HALVINGS = 4  # of a step that leads nowhere
 NEARLY = 1e-6  # of the largest right answer: what other signs leave where it is the signs
 SLOW = 0.9  # of the error, that a step leaves: where it leaves more, there is no such value
+FARTHEST = 1e4  # that a number goes: a loop that subtracts turns must come to its end
 STEP = 1e-6  # of a number, to see what depends on it
 SMALLEST = 1e-2  # number of which such a step is taken
 AT_ONCE = 1_000  # calls of one request
@@ -80,7 +81,8 @@ class Needs:
         self._angles = exercise.is_angle()
         self._scale = np.where(self._angles, 1.0, largest(self._right))
         replies = self._replies([(row, ()) for row in range(len(self._plain))], ALL)
-        self.wrong = ~self._solved(self._off(replies, range(len(self._plain)))).all(axis=0)
+        off = self._off(replies, range(len(self._plain)))
+        self.wrong = ~(np.abs(off) <= SOLVED * self._scale).all(axis=0)
         self._told = [*student.changes]
         self._visits = [dict(map(tuple, reply.seen)) for reply in replies]
 
@@ -107,10 +109,11 @@ class Needs:
     def _starts(self):
         """Return place -> what it is worth (rows, numbers), of those whose numbers are few."""
         starts = {}
-        for number in self._visits[0]:
+        for number in range(len(self._told)):
             visits = [seen.get(number, []) for seen in self._visits]
-            shapes = {(len(one), *map(len, one)) for one in visits}
-            if len(shapes) == 1 and 0 < len(np.ravel(visits[0])) <= MOST_UNKNOWNS:
+            sizes = {len(numbers) for row in visits for numbers in row}
+            counts = {*map(len, visits)}
+            if len(sizes) == len(counts) == 1 and 0 < max(sizes) * max(counts) <= MOST_UNKNOWNS:
                 starts[number] = np.reshape(visits, (len(visits), -1))
         return starts
 
@@ -133,12 +136,7 @@ class Needs:
             if not now:
                 break
             steps = {
-                number: np.array(
-                    [
-                        np.linalg.lstsq(slope[:, moved[number]].T, -error[moved[number]])[0]
-                        for slope, error in zip(slopes[number], off[number])
-                    ]
-                )
+                number: _newton_steps(slopes[number], off[number], moved[number])
                 for number in now
                 if np.isfinite(slopes[number]).all() and np.isfinite(off[number]).all()
             }
@@ -179,7 +177,10 @@ class Needs:
         """
         now = {number: now[number] for number in steps}
         before = {number: self._left(off[number], moved[number]) for number in now}
-        made = {number: now[number] + step for number, step in steps.items()}
+        made = {
+            number: np.clip(now[number] + step, -FARTHEST, FARTHEST)
+            for number, step in steps.items()
+        }
         errors = self._errors(made, rows)
         for _ in range(HALVINGS):
             waiting = {}
@@ -235,7 +236,7 @@ class Needs:
         rows, replies = self.rows, []
         for start in range(0, len(calls), AT_ONCE):
             some = calls[start : start + AT_ONCE]
-            numbers = [[told, *(self._put(*one) for one in put)] for _, put in some]
+            numbers = [[told, *starmap(self._put, put)] for _, put in some]
             replies += self._student.ask(
                 rows.exercise.name,
                 [self._plain[row] for row, _ in some],
@@ -257,9 +258,6 @@ class Needs:
         turned = (off + np.pi) % (2 * np.pi) - np.pi
         return np.where(self._angles, turned, off)
 
-    def _solved(self, off):
-        return np.abs(off) <= SOLVED * self._scale
-
     def values(self, need: Need) -> Values | None:
         """Return what stands beside a place, None where its calls do not show it."""
         number = need.place.number
@@ -270,5 +268,17 @@ class Needs:
             return None
         size = need.wanted.size // len(visits)
         beside = known_values(visits, size)
+        if OLD not in beside:
+            return None
         turns = bool(self._angles[need.place.moved].all())
         return Values(beside.pop(OLD), need.wanted.ravel(), beside, turns, size)
+
+
+def _newton_steps(slopes, off, moved):
+    """Return the step of each row (rows, its numbers) after which the numbers that move are right,
+    by their slopes (rows, its numbers, numbers of the answer).
+    """
+    steps = [
+        np.linalg.lstsq(slope[:, moved].T, -error[moved])[0] for slope, error in zip(slopes, off)
+    ]
+    return np.array(steps)

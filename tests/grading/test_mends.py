@@ -60,7 +60,6 @@ TRIED = {
     ),
     "an index": ("p = [a, b]\n    return p[1] * l", "p = [a, b]\n    return p[0] * l"),
     "the order": ("return atan2(a, b)", "return atan2(b, a)"),
-    "a term": ("return a * b + l", "return a * b"),
     "an inverse": ("return (inv(A(a, b)) @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),
     "a transpose": ("return (A(a, b).T @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),
 }

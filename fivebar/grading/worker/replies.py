@@ -24,7 +24,7 @@ class Reply:
     and where.
 
     line, source: number and text of the last line of the student's own file that ran; seconds: the
-        call's duration; seen: of a program that is watched, its places' values, as `shown` has them.
+        call's duration; seen: of a watched program, its places' values, as `shown` has them.
     """
 
     kind: str

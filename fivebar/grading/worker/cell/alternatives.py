@@ -99,7 +99,7 @@ def places(scope: Scope) -> Iterator[Place]:
     while waiting:
         parent, line = waiting.pop()
         line = parent if isinstance(parent, ast.stmt) else line
-        if is_text(parent) or isinstance(parent, ast.Raise | ast.arguments):
+        if _is_text(parent) or isinstance(parent, ast.Raise | ast.arguments):
             continue
         product = isinstance(parent, ast.BinOp) and isinstance(parent.op, _GROUPS)
         sign = isinstance(parent, ast.UnaryOp)
@@ -109,7 +109,7 @@ def places(scope: Scope) -> Iterator[Place]:
             waiting.append((node, line))
 
 
-def is_text(node: ast.AST) -> bool:
+def _is_text(node: ast.AST) -> bool:
     """Return whether a node is a text or another constant that is no number."""
     return isinstance(node, ast.JoinedStr) or (
         isinstance(node, ast.Constant) and not isinstance(node.value, int | float | complex)

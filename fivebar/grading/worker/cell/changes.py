@@ -25,7 +25,7 @@ from watched import Plain, Watched
 MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # programs that are remembered
 MOST_TOLD = 8  # changes of one request that are told in words
-WAVES = (0, 1), (2,), (3, 4, 5), (0, 1, 2, 4)  # ranks tried together; two of the last at once
+WAVES = (0, 1), (2,), (3, 4), (0, 1, 2, 4)  # ranks tried together; two of the last at once
 PAIRED = 3  # the wave of which two are tried at once, of these kinds only, in this order
 _PAIRED_KINDS = (
     *("a sign", "the order", "an index", "a variable"),
