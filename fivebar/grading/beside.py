@@ -11,6 +11,7 @@ import numpy as np
 
 from .formulas import MATH, OLD
 
+MOST_MATRICES = 6  # beside a matrix, of which products are tried
 DIGITS = 9  # after the point, in which two values are the same
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
 _ANGLE = re.compile(r"\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*(?<![Dd])\b[^()*/]*\)?")
@@ -33,6 +34,34 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
     numbers |= _products(arrays) if size == 1 else _images(arrays) if size == 2 else {}
     numbers |= _sums(numbers)
     return old | _different(numbers | _turned(numbers))
+
+
+def guesses_of(matrices: dict[str, np.ndarray]) -> list[tuple[str, str, np.ndarray]]:
+    """Return (kind, formula, its values (rows, 2, 2)) of what a matrix may be, OLD's among those
+    beside it.
+    """
+    if OLD not in matrices:
+        return []
+    old = matrices[OLD]
+    others = {name: value for name, value in matrices.items() if _NAME.fullmatch(name)}
+    others = {name: others[name] for name in [*others][:MOST_MATRICES] if name != OLD}
+    products = {
+        f"{one} @ {other}": a @ b for one, a in others.items() for other, b in others.items()
+    }
+    made = [("a variable", name, value) for name, value in others.items()]
+    for name, value in (others | products).items():
+        made.append(("a term", f"{OLD} + {name}", old + value))
+        made.append(("a term", f"{OLD} - {name}", old - value))
+    for name, value in products.items():
+        made.append(("a formula", name, value))
+        made.append(("a formula", f"-{name}", -value))
+        for other, last in others.items():
+            made.append(("a formula", f"{name} @ {other}", value @ last))
+            made.append(("a formula", f"-{name} @ {other}", -(value @ last)))
+    for name, value in others.items():
+        made.append(("a factor", f"{name} @ {OLD}", value @ old))
+        made.append(("a factor", f"{OLD} @ {name}", old @ value))
+    return made
 
 
 def _sums(numbers):

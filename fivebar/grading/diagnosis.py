@@ -16,7 +16,7 @@ from ..models.robots import Robot
 from .columns import Columns
 from .exercise import Exercise, Misconception
 from .misconceptions.of_any import arguments_exchanged, in_degrees, returned_in_degrees
-from .relations import constant, largest, relation
+from .relations import constant, constant_part, largest, relation
 
 EXACT = 1e-9  # of a wrong model's largest answer
 
@@ -92,6 +92,7 @@ def diagnose(answers: Answers) -> Misconception | None:
         return None
     return (
         _same_everywhere(answers)
+        or constant_part(answers)
         or _single(answers, _stored(exercise))
         or _single(answers, in_degrees(exercise, answers.robot))
         or _single(answers, returned_in_degrees(exercise))

@@ -4,8 +4,9 @@ beside it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, combinations_with_replacement, permutations
 
 import numpy as np
@@ -17,6 +18,8 @@ SMALLEST = 1e-12  # of a factor
 DENOMINATORS, MOST_ABOVE = (1, 2, 3, 4, 6, 8), 24  # of numbers that people write
 MOST_ATOMS = 120  # values beside the place, of which two are multiplied
 MOST_FACTORS = 40  # of which three are multiplied, or sums of products are made
+MOST_OF_FOUR = 22
+_PLAIN = re.compile(r"[\w.]+|__import__\('math'\)\.\w+\(\w+\)")  # a name, its sine or cosine
 MATH, NUMPY = "__import__('math').", "__import__('numpy')."
 Found = tuple[str, str]  # kind of the mistake, and the formula
 
@@ -53,7 +56,7 @@ def short_formulas(values: Values) -> Iterator[Found]:
 def long_formulas(values: Values) -> Iterator[Found]:
     """Yield formulas that are worth what is needed, with more values than one."""
     with np.errstate(all="ignore"):
-        for step in (_with_two, _with_three, _sums, _angles, _by_parts):
+        for step in (_with_two, _with_three, _sums, _angles, _by_parts, _with_four):
             yield from step(values)
 
 
@@ -123,6 +126,11 @@ def _with_two(values):
 
 def _with_three(values):
     yield from _with_products(values, 3, MOST_FACTORS)
+
+
+def _with_four(values):
+    plain = {name: value for name, value in values.beside.items() if _PLAIN.fullmatch(name)}
+    yield from _with_products(replace(values, beside=plain), 4, MOST_OF_FOUR)
 
 
 def _with_products(values, count, most):

@@ -133,7 +133,8 @@ def find_mend(
         search = _Search(other, lab, function, asked[function])
         for name in asked.keys() - {function}:
             search.keep(name, asked[name])
-        return search.mend(deep) or search.lead()
+        found = search.mend(deep)
+        return search.lead() if found is None and deep else found
 
 
 class _Search:
@@ -209,9 +210,10 @@ class _Search:
         off = np.abs(last.wanted - last.old)
         row, number = np.unravel_index(np.argmax(off), off.shape)
         call = call_text(needs.rows.exercise, needs.rows.columns, int(row))
+        old, wanted = last.old[row, number], last.wanted[row, number]
         told = (
-            f"all is right that is computed from {last.place.text}, which is"
-            f" {last.old[row, number]:.6g} where {last.wanted[row, number]:.6g} is needed, in {call}"
+            f"all is right that is computed from {last.place.text}, which is {old:.6g} where"
+            f" {wanted:.6g} is needed, in {call}"
         )
         return Lead("", last.place.line, told)
 
@@ -282,20 +284,23 @@ class _Search:
         whether long ones are looked for.
         """
         needs, known = self._needs(steps)
-        found: list = []
-        for some in (short_formulas, long_formulas)[: 1 + deep]:
-            new = _found(known, some)
-            found = sorted(found + new, key=_size)
-            sure: list[Mend] = []
-            for written in _together(found, needs.wrong) if new else ():
-                tried = replace(self.tried, wave=None, steps=(*steps, written))
-                if mend := self._sure(tried, []):
-                    sure.append(mend)
-                    if mend.helps == len(self.others) or len(sure) == MOST_COMPARED:
-                        break
-            if sure:
-                return max(sure, key=lambda mend: mend.helps)
-        return None
+        found = _found(known, short_formulas)
+        mend = self._surest(found, needs, steps)
+        if mend or not deep:
+            return mend
+        found += _found(known, long_formulas)
+        return self._surest(found, needs, steps) or self._surest([*needs.guessed()], needs, steps)
+
+    def _surest(self, found, needs, steps):
+        """Return the mend of what was found that helps most other functions, the shortest first."""
+        sure: list[Mend] = []
+        for written in _together(sorted(found, key=_size), needs.wrong):
+            tried = replace(self.tried, wave=None, steps=(*steps, written))
+            if mend := self._sure(tried, []):
+                sure.append(mend)
+                if mend.helps == len(self.others) or len(sure) == MOST_COMPARED:
+                    break
+        return max(sure, key=lambda mend: mend.helps, default=None)
 
     def _needs(self, steps, part=None):
         """Return what is needed after these steps, and places with what stands beside them."""

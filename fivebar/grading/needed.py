@@ -9,7 +9,7 @@ from itertools import product, starmap
 
 import numpy as np
 
-from .beside import known_values
+from .beside import guesses_of, known_values
 from .following import Helped
 from .formulas import CLOSE, OLD, Values
 from .judge import numbers_of
@@ -100,6 +100,37 @@ class Needs:
             told = self._told[number]
             place = Place(number, told.line, told.function, told.old, moved)
             yield Need(place, starts[number], wanted)
+
+    def guessed(self) -> Iterator[tuple[Place, str, str]]:
+        """Yield (place, kind, formula) of matrices that are right as products and sums of those
+        beside them: a matrix has too many numbers to be solved for.
+        """
+        few = range(min(SCREENED, len(self._plain)))
+        off = self._off(self._replies([(row, ()) for row in few]), few)
+        for number, told in enumerate(self._told):
+            visits = [seen.get(number, []) for seen in self._visits]
+            if {len(row) for row in visits} != {1} or {len(row[0]) for row in visits} != {4}:
+                continue
+            guesses = guesses_of(self._matrices(number, few))
+            if not guesses:
+                continue
+            calls = [(row, ((number, value[row]),)) for *_, value in guesses for row in few]
+            errors = self._off(self._replies(calls), [row for row, _ in calls])
+            errors = errors.reshape(len(guesses), len(few), -1)
+            right = (np.abs(errors / self._scale) <= NEARLY).all(axis=(1, 2))
+            for found in np.flatnonzero(right):
+                kind, text, _ = guesses[found]
+                moved = self.wrong | (np.abs(errors[found] - off) > 0).any(axis=0)
+                yield Place(number, told.line, told.function, told.old, moved), kind, text
+
+    def _matrices(self, number, rows):
+        """Return name -> (rows, 2, 2) of the matrices beside a place."""
+        seen = [reply.seen for reply in self._replies([(row, ()) for row in rows], number)]
+        if {len(visits) for visits in seen} != {1}:
+            return {}
+        known = [dict(map(tuple, visits[0])) for visits in seen]
+        names = [name for name in known[0] if {len(one.get(name, ())) for one in known} == {4}]
+        return {name: np.reshape([one[name] for one in known], (-1, 2, 2)) for name in names}
 
     def leads(self, need: Need) -> bool:
         """Return whether all wrong numbers, and more than a place has, are right with its need."""

@@ -35,8 +35,26 @@ def constant(answers: Answers) -> Misconception | None:
         return None
     if np.ptp(answers.expected[known], axis=0).max() == 0:
         return None
+    return _unwritten("always the same answer")
+
+
+def constant_part(answers: Answers) -> Misconception | None:
+    """Return the misconception of who gives the same number to all rows for some of the returned
+    ones, which is 0 or a placeholder more often than a formula.
+    """
+    known = _told(answers)
+    if known is None or any(map(answers.exercise.shape, answers.exercise.returns)):
+        return None
+    came, expected = answers.came[known], answers.expected[known]
+    same = (np.ptp(came, axis=0) == 0) & (np.ptp(expected, axis=0) > 0)
+    names = [name for name, part in zip(answers.exercise.returns, same) if part]
+    told = [f"{name} is {number:g}" for name, number in zip(names, came[0, same])]
+    return _unwritten(" and ".join(told)) if told else None
+
+
+def _unwritten(what):
     return Misconception(
-        "always the same answer, whatever the arguments: is it still to be written?",
+        f"{what}, whatever the arguments: is it still to be written?",
         "Does your function use its arguments?",
         None,
         idle=True,

@@ -2,6 +2,7 @@
 
 import ast
 import math
+import re
 import sys
 from itertools import chain
 
@@ -199,3 +200,43 @@ def graded(tmp_path, old, new):
     path = tmp_path / "my.py"
     path.write_text(FRAMES.replace(old, new), "utf-8")
     return grade(find_lab("amoro"), Job(path, seed="needed"))
+
+
+SLIPS = {
+    "a corner of the triangle": (
+        "alpha = np.arccos(n / (2 * l))",
+        "alpha = np.arccos((2 * l**2 - n**2) / (2 * l**2))",
+        r"right but for one thing: a (formula|factor)",
+        r"right answers come with .*n",
+    ),
+    "an arc for a direction": (
+        "return np.arctan2(b1[1], b1[0]), np.arctan2(b2[1], b2[0])",
+        "return np.arccos(b1[0] / l), np.arccos(b2[0] / l)",
+        r"right but for one thing: a function",
+        r"arccos\(b1\[0\] / l\): right answers come with atan2\(.*\), in 2 places",
+    ),
+    "a sign that nothing beside it has": (
+        "b1 = rot(-q11) @ (P - elbow_of(1, q11))\n    b2 = rot(-q21) @ (P - elbow_of(2, q21))\n"
+        "    return np.arctan2(b1[1], b1[0]), np.arctan2(b2[1], b2[0])",
+        "return np.arccos((P - elbow_of(1, q11))[0] / l) - q11,"
+        " np.arccos((P - elbow_of(2, q21))[0] / l) - q21",
+        r"the sign of a root or an angle is lost",
+        r"arccos\(.*\) has the right size in all calls, but in some the wrong sign",
+    ),
+    "a value that no formula gives": (
+        "alpha = np.arccos(n / (2 * l))",
+        "alpha = n**1.2 + 3 * n",
+        r"",
+        r"line \d+: all is right that is computed from .*, which is .* where .* is needed, in dgm",
+    ),
+}
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize(("old", "new", "name", "spot"), SLIPS.values(), ids=SLIPS)
+def test_what_is_needed_is_told_of_a_hand_in(old, new, name, spot, tmp_path):
+    report = graded(tmp_path, old, new)
+    wrong = [check for check in report.checks if check.share < 1]
+    assert report.points >= 18 and len({check.function for check in wrong}) == 1
+    for check in wrong:
+        assert re.fullmatch(name, check.misconception) and re.search(spot, check.spot)

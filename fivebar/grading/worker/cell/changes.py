@@ -299,6 +299,9 @@ def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
                     yield 1, "an operator", [node], [[updated]]
             if isinstance(node, ast.If) and node.orelse:
                 yield 1, "a comparison", [node], [[ast.If(node.test, node.orelse, node.body)]]
+            if isinstance(node, ast.Assign) and len(node.targets) > 1:
+                apart = [ast.Assign([target], node.value) for target in node.targets]
+                yield 1, "an array in place", [node], [apart]
             targets = node.targets[0] if isinstance(node, ast.Assign) else None
             if isinstance(targets, ast.Tuple):
                 for elements in exchanges(targets.elts):

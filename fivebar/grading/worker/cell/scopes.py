@@ -59,12 +59,12 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
     defined: dict[str, list] = {}  # methods of one name may be of several classes
     arguments = {}
     for node in body:
-        is_class = isinstance(node, ast.ClassDef)
-        for part in node.body if is_class else [node]:
+        owner = node if isinstance(node, ast.ClassDef) else None
+        for part in owner.body if owner else [node]:
             made, name = function_of(part)
             if made is None or sum(1 for _ in ast.walk(made)) > MOST_NODES:
                 continue
-            called = node.name if is_class and name == "__init__" else name
+            called = owner.name if owner and name == "__init__" else name
             defined.setdefault(called, []).append((made, name))
             arguments[called] = [part.arg for part in made.args.args if part.arg != "self"]
     constants = [

@@ -231,7 +231,8 @@ def _twins(places: list[Place]) -> list[Group]:
     for k, place in enumerate(places):
         lines.setdefault(place.line, []).append(k)
     by_text = {_read_line(line): numbers for line, numbers in lines.items()}
-    twins, alone = [], {}
+    twins: list[Group] = []
+    alone: dict = {}
     for line, numbers in lines.items():
         text = _read_line(line)
         partner = by_text.get(other_leg(text))
