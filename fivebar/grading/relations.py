@@ -39,14 +39,17 @@ def constant(answers: Answers) -> Misconception | None:
 
 
 def constant_part(answers: Answers) -> Misconception | None:
-    """Return the misconception of who gives the same number to all rows for some of the returned
-    ones, which is 0 or a placeholder more often than a formula.
+    """Return the misconception of who gives the same number to all rows in place of some of the
+    returned ones, where the others are right.
     """
     known = _told(answers)
     if known is None or any(map(answers.exercise.shape, answers.exercise.returns)):
         return None
     came, expected = answers.came[known], answers.expected[known]
     same = (np.ptp(came, axis=0) == 0) & (np.ptp(expected, axis=0) > 0)
+    right = (answers.difference(answers.came, answers.expected) <= answers.limits)[known]
+    if not np.all(same | right.all(axis=0)):
+        return None
     names = [name for name, part in zip(answers.exercise.returns, same) if part]
     told = [f"{name} is {number:g}" for name, number in zip(names, came[0, same])]
     return _unwritten(" and ".join(told)) if told else None

@@ -3,12 +3,18 @@
 import ast
 import linecache
 import sys
+from dataclasses import replace
 
 import pytest
 
+from fivebar.grading import plugin
+from fivebar.grading.exercise import Misconception
 from fivebar.grading.grade import check, grade
+from fivebar.grading.judge import Verdict
 from fivebar.grading.labs import find_lab
+from fivebar.grading.plugin import Checks
 from fivebar.grading.program import Job
+from fivebar.grading.results import Check
 from fivebar.grading.worker import places
 from fivebar.grading.worker.wire import Garbled, told, whole
 from tests.helpers.hand_ins import FOLDER, hand_ins
@@ -122,6 +128,30 @@ def test_a_line_too_much_and_lines_in_the_wrong_order(old, new, change):
     assert change in found
 
 
+def test_an_array_under_two_names_becomes_two_arrays():
+    wrong = "def f(a):\n    x = y = [0.0]\n    x[0] = a\n    return y[0] + a\n"
+    found = outcomes((wrong.replace("x = y = [0.0]", "x, y = [0.0], [0.0]"), wrong), "f", 0.4)
+    assert ("an array in place", "x = y = [0.0]", "x = [0.0]; y = [0.0]") in found
+
+
+def test_a_line_that_forgets_what_was_there_adds_to_it():
+    right = "def f(a):\n    x = [0.0]\n    x[0] = a * a\n    x[0] -= 3 * a\n    return x[0]\n"
+    found = outcomes((right, right.replace("x[0] -= 3", "x[0] = -3")), "f", 0.4)
+    assert ("an operator", "x[0] = -3 * a", "x[0] += -3 * a") in found
+
+
+def test_a_name_that_another_check_of_the_function_denies_is_taken_back(monkeypatch):
+    checks = Checks(None, "seed")
+    named = Check("test_dgm_home", "dgm: at home", 1, 0.0, 0.0, "failed", function="dgm")
+    checks.found = [replace(named, misconception="a mistake", hint="?"), named]
+    mistake = Misconception("a mistake", "?", lambda: None)
+    first, second = Verdict(0.0, diagnosis=mistake, answers="home"), Verdict(0.0, answers="all")
+    checks._verdicts = {"dgm": {0: first, 1: second}}
+    monkeypatch.setattr(plugin, "explains", lambda mistake, answers: answers == "home")
+    checks._withdraw_names()
+    assert [check.misconception for check in checks.found] == ["", ""]
+
+
 def test_a_second_change_is_made_in_what_the_first_one_left():
     wrong = "def f(a, b):\n    return a * 2 + b\n"
     trials = Trials(ast.parse(wrong).body)
@@ -198,6 +228,7 @@ def test_what_cannot_be_mended_in_one_place_is_not_told_so(tmp_path):
     assert not any(c.spot or c.misconception for c in found.checks if c.function == "ikm")
 
 
+@pytest.mark.deep
 def test_two_slips_in_one_function_are_told_together(tmp_path):
     path = tmp_path / "my.py"
     wrong = FRAMES.replace(

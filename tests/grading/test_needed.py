@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fivebar.grading.beside import guesses_of
 from fivebar.grading.formulas import OLD, Values, long_formulas, short_formulas
 from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
@@ -111,6 +112,27 @@ def test_an_array_gets_a_term_in_each_of_its_parts():
     beside = {name: np.repeat(value, 4) for name, value in here.items()}
     (found, *_) = formulas(Values(old.ravel(), wanted.ravel(), beside, size=4))
     assert found == ("a term", f"{OLD} + __import__('numpy').array([[l, 0], [0, a**2]])")
+
+
+def test_matrices_are_products_and_sums_of_those_beside_them():
+    draw = np.random.default_rng(8)
+    a, j, old = (draw.uniform(-1, 1, (3, 2, 2)) for _ in range(3))
+    guesses = {text: value for _, text, value in guesses_of({OLD: old, "AD": a, "J": j})}
+    assert guesses[f"{OLD} - AD @ J"] == pytest.approx(old - a @ j)
+    assert guesses["-J @ AD @ J"] == pytest.approx(-j @ a @ j)
+    assert guesses_of({"AD": a}) == []
+
+
+def test_a_term_of_four_factors_is_found():
+    here, elsewhere = samples(9), samples(10)
+    for known in (here, elsewhere):
+        known["__import__('math').cos(a)"] = np.cos(known["a"])
+    old, before = here["w"], elsewhere["w"]
+    new = old - here["l"] * here["b"] ** 2 * np.cos(here["a"])
+    texts = [text for _, text in formulas(Values(old, new, here))]
+    assert texts and all("cos(a)" in text for text in texts)
+    right = before - elsewhere["l"] * elsewhere["b"] ** 2 * np.cos(elsewhere["a"])
+    assert worth(texts[0], elsewhere, before) == pytest.approx(right)
 
 
 SOURCE = """
