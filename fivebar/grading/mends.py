@@ -187,7 +187,7 @@ class _Search:
         makes the function right with another value: one number for two or more of the answer.
         """
         found: list[tuple[Needs, dict]] = []
-        for rows in dict.fromkeys((self.asked[-1], self.asked[0])):
+        for rows in dict.fromkeys((*self.asked[-1:], *self.asked[:1])):
             every = np.linspace(0, len(rows.good) - 1, MOST_NEEDED).round().astype(int)
             needs = Needs(self.student, self.tried, _part(rows, np.unique(every)))
             if needs.wrong.any():
@@ -315,7 +315,7 @@ class _Search:
             return None
         tried = replace(self.tried, wave=PAIRED)
         count = self._count(tried)
-        first = next(k for k in range(1, count + 1) if k * count >= MOST_PAIRS or k == count)
+        first = min(count, MOST_PAIRS // max(count, 1))
         pairs = [[k, other] for k in range(first) for other in range(k + 1, count)]
         for place in range(len(few.tolerance)):
             right = self._right(_part(few, [place]), tried, pairs).all(axis=(1, 2))
