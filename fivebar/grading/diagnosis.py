@@ -127,6 +127,16 @@ def explains(misconception: Misconception, answers: Answers | None) -> bool:
     return answers.fits(outcome, answers.alike(outcome, misconception.turn))
 
 
+def denied(misconception: Misconception, answers: Answers | None) -> bool:
+    """Return whether answers where there is one are others than those of a mistake."""
+    if answers is None:
+        return False
+    outcome = answers.outcome(misconception.model)
+    same = np.all(answers.alike(outcome, misconception.turn), axis=1)
+    neither = np.isnan(answers.came).any(axis=1) & np.isnan(outcome).any(axis=1)
+    return not np.all(same | neither | answers.none | answers.refused)
+
+
 def consistent(names: str, mistake: str = "") -> Misconception:
     """Return what is said of who does the right thing with what wrong functions of his own give."""
     return Misconception(

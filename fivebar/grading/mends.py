@@ -383,23 +383,26 @@ def _size(found):
     """Return by what short formulas, and those that make more numbers right, come first."""
     place, kind, text = found
     long = len(text.replace(MATH, "").replace(OLD, "x")) + (kind == "a formula")
-    # What a name is worth is better said where it gets its value.
+    # What a name is worth is better said where it gets its value, and an argument in the call.
     long += kind != "a variable" and place.text.isidentifier()
+    long += 2 * place.is_argument
     return long, -place.moved.sum(), len(place.text)
 
 
 def _together(found, wrong):
-    """Yield formulas to be written together, so that all numbers that are wrong are covered."""
+    """Yield formulas to be written together, two at most, so that all numbers that are wrong are
+    covered.
+    """
     for count, (place, *one) in enumerate(found[:MOST_SURE]):
-        left, chosen = wrong & ~place.moved, [(place.number, *one)]
-        for other, *more in found[count + 1 :]:
-            if not left.any():
-                break
-            if (other.moved & left).any() and not (other.moved & place.moved & wrong).any():
-                left = left & ~other.moved
-                chosen.append((other.number, *more))
+        left, first = wrong & ~place.moved, (place.number, *one)
         if not left.any():
-            yield tuple(chosen)
+            yield (first,)
+            continue
+        for other, *more in found[count + 1 :]:
+            apart = not (other.moved & place.moved & wrong).any()
+            if apart and other.moved[left].all():
+                yield first, (other.number, *more)
+                break
 
 
 def _batches(parts, size) -> Iterator[list]:

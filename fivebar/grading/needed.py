@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product, starmap
+from itertools import starmap
 
 import numpy as np
 
@@ -17,13 +17,16 @@ from .questions import AskedRows, rows_from
 from .relations import largest
 from .worker.replies import Reply
 from .worker.student import Tried
+from .worker.wire import Change
 
+ARGUMENT = "an argument"
 ALL = -1  # in place of a place whose visits are told
 SCREENED = 2  # rows in which a place is looked at first
 MOST_UNKNOWNS = 4  # numbers of a place in one call that are looked for
 STEPS = 12  # of Newton's method
 SOLVED = 1e-9  # of the largest right answer
 HALVINGS = 4  # of a step that leads nowhere
+STARTS = (1, -1), (-1, 1), (-1, -1), (0.5, 0.5), (0.1, 0.1), (2, 2)  # factors of a place's numbers
 NEARLY = 1e-6  # of the largest right answer: what other signs leave where it is the signs
 SLOW = 0.9  # of the error, that a step leaves: where it leaves more, there is no such value
 FARTHEST = 1e4  # that a number goes: a loop that subtracts turns must come to its end
@@ -34,15 +37,18 @@ AT_ONCE = 1_000  # calls of one request
 
 @dataclass(frozen=True)
 class Place:
-    """A place of a program: its number, its line, its function, what stands there, and which
-    numbers of the answer depend on it.
+    """A place of a program: its number, what a worker told of it, and which numbers of the answer
+    depend on it.
     """
 
     number: int
-    line: int
-    function: str
-    text: str
+    told: Change
     moved: np.ndarray
+
+    line = property(lambda self: self.told.line)
+    function = property(lambda self: self.told.function)
+    text = property(lambda self: self.told.old)
+    is_argument = property(lambda self: self.told.kind == ARGUMENT)
 
     @property
     def is_root(self) -> bool:
@@ -97,8 +103,7 @@ class Needs:
         whole = {number: starts[number] for number in found}
         every = range(len(self._plain))
         for number, (wanted, moved) in self._solve(whole, every).items():
-            told = self._told[number]
-            place = Place(number, told.line, told.function, told.old, moved)
+            place = Place(number, self._told[number], moved)
             yield Need(place, starts[number], wanted)
 
     def guessed(self) -> Iterator[tuple[Place, str, str]]:
@@ -121,7 +126,7 @@ class Needs:
             for found in np.flatnonzero(right):
                 kind, text, _ = guesses[found]
                 moved = self.wrong | (np.abs(errors[found] - off) > 0).any(axis=0)
-                yield Place(number, told.line, told.function, told.old, moved), kind, text
+                yield Place(number, told, moved), kind, text
 
     def _matrices(self, number, rows):
         """Return name -> (rows, 2, 2) of the matrices beside a place."""
@@ -154,7 +159,7 @@ class Needs:
         """
         rows = list(rows)
         now = {number: start[rows].copy() for number, start in starts.items()}
-        now, off = self._best_signs(now, rows)
+        now, off = self._starts_of(now, rows)
         moved, solved, last = {}, {}, {}
         for _ in range(STEPS):
             slopes = self._slopes(now, off, rows)
@@ -182,23 +187,25 @@ class Needs:
                     last[number] = left
         return solved
 
-    def _best_signs(self, starts, rows):
-        """Return the numbers of each place, with other signs in rows in which these leave no
-        errors in what depends on it, and the errors.
+    def _starts_of(self, starts, rows):
+        """Return the numbers of each place from which to look, and the errors: with other signs in
+        rows in which these leave no errors in what depends on it, or scaled in rows in which the
+        function gives nothing.
         """
         now = dict(starts)
         off = self._errors(now, rows)
-        for signs in product((1, -1), repeat=2):
-            turned = {
-                number: values * signs[: values.shape[1]]
+        for factors in STARTS:
+            tried = {
+                number: values * factors[: values.shape[1]]
                 for number, values in starts.items()
-                if values.shape[1] <= 2 and -1 in signs[: values.shape[1]]
+                if values.shape[1] <= len(factors) and {*factors[: values.shape[1]]} != {1}
             }
-            for number, errors in self._errors(turned, rows).items():
+            for number, errors in self._errors(tried, rows).items():
+                nothing = np.isnan(off[number]).any(axis=1) & np.isfinite(errors).all(axis=1)
                 other = ~np.isclose(errors, off[number], atol=SOLVED, equal_nan=True)
                 good = np.abs(errors / self._scale) <= NEARLY
-                better = np.all(good | ~other, axis=1) & other.any(axis=1)
-                now[number] = np.where(better[:, None], turned[number], now[number])
+                better = np.all(good | ~other, axis=1) & other.any(axis=1) | nothing
+                now[number] = np.where(better[:, None], tried[number], now[number])
                 off[number] = np.where(better[:, None], errors, off[number])
         return now, off
 

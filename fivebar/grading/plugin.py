@@ -22,7 +22,7 @@ import pytest
 
 from ..models.robots import Robot
 from .ask import Ask, Wrong
-from .diagnosis import consistent, explains
+from .diagnosis import consistent, denied, explains
 from .exercise import Misconception
 from .following import NEVER, builds_on, helped, may_help, reached, remark
 from .helpers import wrong_helpers
@@ -319,7 +319,7 @@ class Checks:
                 mistake = verdict.diagnosis
                 if mistake is None or mistake.model is None:
                     continue
-                if not all(explains(mistake, other.answers) for other in others if other.answers):
+                if any(denied(mistake, other.answers) for other in others):
                     self._rename(place, NO_NAME)
                     known[place] = replace(verdict, diagnosis=None)
 

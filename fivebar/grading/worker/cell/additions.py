@@ -24,7 +24,9 @@ def additions(place: Place) -> Alternatives:
     index = isinstance(place.parent, ast.Subscript) and node is place.parent.slice
     called = isinstance(place.parent, ast.Call) and node is place.parent.func
     if isinstance(node, _VALUES) and not index and not called:
-        yield from _added(place)
+        given = isinstance(node, ast.Name) and node.id in place.scope.arguments
+        for rank, kind, new in _added(place):
+            yield rank + given, kind, new  # an argument itself is seldom what is wrong
 
 
 def _other_names(place):

@@ -18,6 +18,7 @@ from scopes import compiled, exchanged, other_leg, put_in, rebuilt, scopes, shor
 
 WATCH = "__watch__"  # name of the watch in the student's module
 OLD = "__old__"  # what stands in a place, in what is written there
+ARGUMENT = "an argument"
 ALL = -1  # in place of a place's number
 MOST_PLACES = 800
 MOST_NUMBERS = 9  # of a matrix
@@ -142,26 +143,26 @@ class Watched:
         for scope in self._scopes:
             self._places += [place for place in places(scope) if _may_differ(place)]
         del self._places[MOST_PLACES:]
+        self._texts = [ast.unparse(place.node) for place in self._places]
         self.groups: list[Group] = [[(k, False)] for k in range(len(self._places))]
         self.groups += _twins(self._places)
 
     def install(self, space: dict, apart: list[str]) -> bool:
         """Put the functions that show their values into a module, as `Variants` does."""
         numbers = {id(place.node): number for number, place in enumerate(self._places)}
-        texts = [ast.unparse(place.node) for place in self._places]
-        space[WATCH] = Watch([text if len(text) <= LONGEST else "" for text in texts])
+        space[WATCH] = Watch([text if len(text) <= LONGEST else "" for text in self._texts])
         code = compiled(self._body, self._scopes, partial(_shown, numbers))
         return put_in(space, code, apart)
 
     def told(self, numbers: list) -> dict:
-        """Return all groups in words, as changes have them: line, what the first place is part of,
-        function, and what stands there, twice.
+        """Return all groups in words, as changes have them: line, whether the first place is an
+        argument, function, and what stands there, twice.
         """
         words = []
         for group in self.groups:
-            place = self._places[group[0][0]]
-            part, name = type(place.parent).__name__, place.scope.name
-            words.append([place.node.lineno, part, name, *2 * [_read(place)]])
+            place, text = self._places[group[0][0]], self._texts[group[0][0]]
+            kind = ARGUMENT if text in place.scope.arguments else ""
+            words.append([place.node.lineno, kind, place.scope.name, text, text])
         return {"count": len(words), "changes": words}
 
     def switch(self, space: dict, numbers: list) -> None:
@@ -212,6 +213,10 @@ def _read(place):
     return ast.unparse(place.node)
 
 
+def _target(line):
+    return ast.unparse(line.targets[0]) if isinstance(line, ast.Assign) else ""
+
+
 def _read_line(line):
     body = getattr(line, "body", None)
     return ast.unparse(line.test if isinstance(body, list) and hasattr(line, "test") else line)
@@ -240,10 +245,13 @@ def _twins(places: list[Place]) -> list[Group]:
             twins += [[(a, False), (b, True)] for a, b in zip(numbers, partner)]
         elif not partner or partner == numbers:
             for k in numbers:
-                alone.setdefault((places[k].scope.name, _read(places[k])), []).append(k)
-    for (name, text), numbers in alone.items():
-        others = alone.get((name, other_leg(text)), [])
-        if other_leg(text) != text and len(others) == len(numbers) and others[0] > numbers[0]:
+                alone.setdefault(
+                    (places[k].scope.name, _target(line), _read(places[k])), []
+                ).append(k)
+    for (name, target, text), numbers in alone.items():
+        others = alone.get((name, other_leg(target), other_leg(text)), [])
+        same = len(others) == len(numbers) and others[0] > numbers[0]
+        if same and (target, text) != (other_leg(target), other_leg(text)):
             twins += [[(a, False), (b, True)] for a, b in zip(numbers, others)]
     return twins + _components(places)
 
