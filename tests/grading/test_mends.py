@@ -56,7 +56,7 @@ TRIED = {
     "a sign": ("return a - b * l", "return a + b * l"),
     "a square": ("return a**2 + l", "return a * 2 + l"),
     "a bracket": ("return a / (2 * b)", "return a / 2 * b"),
-    "a factor": ("return l * a + b", "return a + b"),
+    "a factor": ("c = a + 1\n    return c * l + b", "c = a + 1\n    return c + b"),
     "a root": ("return sqrt(a * a + b)", "return a * a + b"),
     "a function": ("return l * sin(a) + b", "return l * cos(a) + b"),
     "a number": ("return 6 * a + b", "return 5 * a + b"),
