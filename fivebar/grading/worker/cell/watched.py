@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 import re
 import sys
-from functools import partial
+from functools import cached_property, partial
 from itertools import chain
 from typing import Any
 
@@ -149,10 +149,13 @@ class Watched:
 
     def install(self, space: dict, apart: list[str]) -> bool:
         """Put the functions that show their values into a module, as `Variants` does."""
-        numbers = {id(place.node): number for number, place in enumerate(self._places)}
         space[WATCH] = Watch([text if len(text) <= LONGEST else "" for text in self._texts])
-        code = compiled(self._body, self._scopes, partial(_shown, numbers))
-        return put_in(space, code, apart)
+        return put_in(space, self._code, apart)
+
+    @cached_property
+    def _code(self):
+        numbers = {id(place.node): number for number, place in enumerate(self._places)}
+        return compiled(self._body, self._scopes, partial(_shown, numbers))
 
     def told(self, numbers: list) -> dict:
         """Return all groups in words, as changes have them: line, whether the first place is an
@@ -202,9 +205,9 @@ class Watched:
                 swaps[id(node)] = rebuilt(new, partial(_with_old, node))
             place = self._places[group[0][0]]
             new = ast.fix_missing_locations(swaps[id(place.node)])
-            shown = short(ast.unparse(new)) + (
-                f", in {len(group)} places" if len(group) > 1 else ""
-            )
+            shown = short(ast.unparse(new))
+            if len(group) > 1:
+                shown += f", in {len(group)} places"
             told.append([place.node.lineno, kind, place.scope.name, short(_read(place)), shown])
         return exchanged(self._body, swaps), told
 
@@ -234,20 +237,18 @@ def _twins(places: list[Place]) -> list[Group]:
     """
     lines: dict = {}
     for k, place in enumerate(places):
-        lines.setdefault(place.line, []).append(k)
-    by_text = {_read_line(line): numbers for line, numbers in lines.items()}
+        lines.setdefault((place.scope.name, place.line), []).append(k)
+    by_text = {(name, _read_line(line)): numbers for (name, line), numbers in lines.items()}
     twins: list[Group] = []
     alone: dict = {}
-    for line, numbers in lines.items():
-        text = _read_line(line)
-        partner = by_text.get(other_leg(text))
+    for (name, line), numbers in lines.items():
+        partner = by_text.get((name, other_leg(_read_line(line))))
         if partner and partner[0] > numbers[0] and len(partner) == len(numbers):
             twins += [[(a, False), (b, True)] for a, b in zip(numbers, partner)]
         elif not partner or partner == numbers:
             for k in numbers:
-                alone.setdefault(
-                    (places[k].scope.name, _target(line), _read(places[k])), []
-                ).append(k)
+                key = name, _target(line), _read(places[k])
+                alone.setdefault(key, []).append(k)
     for (name, target, text), numbers in alone.items():
         others = alone.get((name, other_leg(target), other_leg(text)), [])
         same = len(others) == len(numbers) and others[0] > numbers[0]
