@@ -193,12 +193,16 @@ def _which_rows(answers, known, wrong):
     if not np.any(known & ~wrong):
         return
     row = dict(zip(answers.exercise.arguments, answers.columns))
-    signs = {name: np.asarray(row[name]) for name in MODES if name in row}
+    signs = {}
+    for name in MODES:
+        if name in row:
+            signs[name] = np.asarray(row[name])
     joints = {"q11", "q12", "q21", "q22"}
     if joints <= row.keys() and answers.robot.turns:
         signs["sin q12"] = np.sin(row["q12"])
         signs["sin q22"] = np.sin(row["q22"])
-        difference = row["q21"] + row["q22"] - row["q11"] - row["q12"]
+        right_bar = row["q21"] + row["q22"]
+        difference = right_bar - row["q11"] - row["q12"]
         signs["det A"] = np.sin(difference)
     for name, value in signs.items():
         cases = {"> 0": value > 0, "< 0": value < 0}

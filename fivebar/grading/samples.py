@@ -145,7 +145,8 @@ def beside_type_2(
     below = _in_modes(robot, draw, 2 * n, 1, modes)
     above = _in_modes(robot, draw, 2 * n, -1, modes)
     modes = np.broadcast_to(modes, below.shape)
-    target = np.broadcast_to(np.tile(sines, 2), below.shape[:2])
+    repeated = np.tile(sines, 2)
+    target = np.broadcast_to(repeated, below.shape[:2])
     for _ in range(60):
         middle = (below + above) / 2
         pose = igm(robot, middle, modes, unreachable="nan")
@@ -211,7 +212,10 @@ def straight_paths(
     working: one pair of modes; None: all four, in turn. margin: smallest |sine| of a passive angle;
         longest: m.
     """
-    modes = [working] if working else [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+    if working:
+        modes = [working]
+    else:
+        modes = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
     found = []
     for mode in modes:
         lacking = math.ceil(n / len(modes))
@@ -233,10 +237,12 @@ def straight_paths(
 def _crosses(robot, a, b, mode, crossings, margin):
     """Return whether the paths from a to b cross Type 2 so many times, clearly, far from Type 1."""
     s = np.linspace(0, 1, 161)[:, None, None]
-    pose = igm(robot, a + (b - a) * s, mode, unreachable="nan")
+    points = a + (b - a) * s
+    pose = igm(robot, points, mode, unreachable="nan")
     det = pose.det_A
     with np.errstate(invalid="ignore"):
-        regular = np.min(np.abs(pose.sines), axis=(0, 1)) > margin
+        smallest = np.min(np.abs(pose.sines), axis=(0, 1))
+        regular = smallest > margin
         changes = det[1:] * det[:-1] < 0
         as_many = np.sum(changes, axis=0) == crossings
         if crossings:

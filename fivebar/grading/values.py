@@ -54,7 +54,8 @@ def _values_of_dict(names, pairs):
     for key, part in pairs:
         if isinstance(key, str):
             given[key] = part
-    if set(given) != set(names) or len(pairs) != len(names):
+    same_names = set(given) == set(names)
+    if not same_names or len(pairs) != len(names):
         listed = ", ".join(given) or "no names"
         text = f"returned a dict of {listed} where {_listed(names)} are asked"
         raise Unfit("shape", text)

@@ -66,7 +66,8 @@ def robot_of(secret: bytes, student: str) -> FiveBar:
     m = int(draw.integers(40, 60, endpoint=True))
     zz1, zz2 = draw.integers(16, 24, 2, endpoint=True).tolist()
     bars = (l1 / 1000, l2 / 1000) * 2
-    return FiveBar(*bars, d / 1000, zz1 / 10000, zz2 / 10000, m / 100)
+    inertias = (zz1 / 10000, zz2 / 10000)
+    return FiveBar(*bars, d / 1000, *inertias, m / 100)
 
 
 def biglide_of(secret: bytes, student: str) -> Biglide:
@@ -74,9 +75,9 @@ def biglide_of(secret: bytes, student: str) -> Biglide:
     draw = _generator(secret, "biglide", student)
     lengths = draw.integers((262, 380), (302, 420), endpoint=True)
     masses = draw.integers((80, 80, 250), (120, 120, 350), endpoint=True)
-    bar, d = lengths.tolist()
-    mf1, mf2, m = masses.tolist()
-    return Biglide(bar / 1000, bar / 1000, d / 1000, mf1 / 100, mf2 / 100, m / 100)
+    bar, d = (length / 1000 for length in lengths.tolist())
+    mf1, mf2, m = (mass / 100 for mass in masses.tolist())
+    return Biglide(bar, bar, d, mf1, mf2, m)
 
 
 def with_constants(source: str, robot: Robot) -> str:
@@ -110,14 +111,21 @@ def parameters(robot: Robot) -> dict[str, float]:
 
 def lengths(robot: Robot) -> dict[str, float]:
     """Return a robot's lengths by name, m."""
-    return {name: value for name, value in parameters(robot).items() if name[0] in "ld"}
+    found = {}
+    for name, value in parameters(robot).items():
+        if name.startswith(("l", "d")):
+            found[name] = value
+    return found
 
 
 def robot_from(standard: Robot, constants: dict[str, float]) -> Robot:
     """Return the standard robot with those of its numbers that are among the constants, or as it is
     where that is no robot.
     """
-    changes = {name: constants[name] for name in parameters(standard) if name in constants}
+    changes = {}
+    for name in parameters(standard):
+        if name in constants:
+            changes[name] = constants[name]
     try:
         return replace(standard, **changes)
     except (ValueError, OverflowError):

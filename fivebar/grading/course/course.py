@@ -77,10 +77,14 @@ class Course:
             entries = entries_of(hand_ins, lab, file, named=lab != self.lab)
             if entries or lab == self.lab:
                 self.entries[lab] = entries
-        graded = [entry for entries in self.entries.values() for entry in entries]
+        graded: list[Entry] = []
+        for entries in self.entries.values():
+            graded += entries
         for hand_in in hand_ins:
-            self.students[name_key(hand_in.student)] = hand_in.student, hand_in.number
-            self.ignored += [(hand_in.student, item) for item in not_graded(hand_in, graded)]
+            student = hand_in.student
+            self.students[name_key(student)] = student, hand_in.number
+            for item in not_graded(hand_in, graded):
+                self.ignored.append((student, item))
 
     def _labs(self):
         """Return the labs that may count: the family's, or those of it that the settings name."""
@@ -123,7 +127,9 @@ class Course:
             self.students.setdefault(name_key(name), (name, ""))
         self.marks = [self._mark(table, key) for key in sorted(self.students)]
         for graded in self.graded:
-            ignored = self.ignored if graded is self.graded[0] else []
+            ignored = []
+            if graded is self.graded[0]:
+                ignored = self.ignored
             out = graded.cohort.out
             write_summary(out, graded.name, graded.reports, ignored, graded.equal)
         self._write_pages()
@@ -137,16 +143,19 @@ class Course:
 
     def _mark(self, table, key):
         student, platform_number = self.students[key]
-        best = {graded.name: graded.best[key] for graded in self.graded if key in graded.best}
-        most = {graded.name: graded.most for graded in self.graded}
-        days_late = self._days_late(student, platform_number)
-        late = days_late, self.settings.late_percent / 100
+        best = {}
+        most = {}
         others = []
         for graded in self.graded:
+            most[graded.name] = graded.most
+            if key in graded.best:
+                best[graded.name] = graded.best[key]
             for students, _ in graded.equal:
                 if student in students:
                     others += students
         same = tuple(other for other in dict.fromkeys(others) if other != student)
+        days_late = self._days_late(student, platform_number)
+        late = days_late, self.settings.late_percent / 100
         return table.mark(student, platform_number, best, most, late, same)
 
     def _days_late(self, student, platform_number):

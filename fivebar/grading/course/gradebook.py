@@ -67,7 +67,8 @@ class Gradebook:
         rows = _rows_of(self.sheet, student, moodle_number)
         if len(rows) != 1:
             return None
-        for title, cell in zip(self.sheet.titles, self.sheet.values(rows[0])):
+        cells = self.sheet.values(rows[0])
+        for title, cell in zip(self.sheet.titles, cells):
             plain = title.casefold()
             if any(word in plain for word in GRADE):
                 continue  # the time of the mark
@@ -95,7 +96,9 @@ class Gradebook:
             if len(rows) != 1:
                 no_row.append(mark.student)
             elif mark.points is not None:
-                limit = self.limit if most is None else self.sheet.value(rows[0], most)
+                limit = self.limit
+                if most is not None:
+                    limit = self.sheet.value(rows[0], most)
                 scale = number_in(limit) or mark.most
                 text = number(mark.points * scale / mark.most)
                 if comma:

@@ -136,7 +136,8 @@ class Table:
 
     def number(self, student: str, title: str) -> float | None:
         """Return what the teacher wrote, None where nothing. Raises UsageError for no number."""
-        text = self.by_hand(student).get(title, "").strip()
+        cells = self.by_hand(student)
+        text = cells.get(title, "").strip()
         value = number_in(text)
         if text and value is None:
             raise UsageError(f"{self.path}, {student}: {title} is {text!r}, which is no number")

@@ -29,7 +29,7 @@ class Sheet:
 
     @property
     def titles(self) -> list[str]:
-        return [self.value(0, k).strip() for k in range(len(self.rows[0]))]
+        return [title.strip() for title in self.values(0)]
 
     def value(self, row: int, column: int) -> str:
         """Return a cell's text without its quotes, "" where the row has none."""
@@ -43,7 +43,8 @@ class Sheet:
         return cell[1:-1].replace('""', '"')
 
     def values(self, row: int) -> list[str]:
-        return [self.value(row, k) for k in range(len(self.rows[row]))]
+        count = len(self.rows[row])
+        return [self.value(row, k) for k in range(count)]
 
     def put(self, row: int, column: int, text: str) -> None:
         """Write a cell, in quotes where it had them or needs them."""
@@ -67,8 +68,10 @@ class Sheet:
 
     @property
     def text(self) -> str:
-        lines = [self.sign.join(row) + end for row, end in zip(self.rows, self.ends)]
-        return self.mark + "".join(lines)
+        text = self.mark
+        for row, end in zip(self.rows, self.ends):
+            text += self.sign.join(row) + end
+        return text
 
 
 def quoted(text: str, sign: str, always: bool = False) -> str:

@@ -194,8 +194,9 @@ def locked(
     robot: FiveBar, q11: Array, q12: Array, q21: Array, q22: Array, *rates: Array
 ) -> Columns:
     """Return the velocity of who moves the left leg as one rigid piece."""
-    x = robot.l11 * np.cos(q11) + robot.l12 * np.cos(q11 + q12)
-    y = robot.l11 * np.sin(q11) + robot.l12 * np.sin(q11 + q12)
+    phi = q11 + q12
+    x = robot.l11 * np.cos(q11) + robot.l12 * np.cos(phi)
+    y = robot.l11 * np.sin(q11) + robot.l12 * np.sin(phi)
     return -rates[0] * y, rates[0] * x
 
 

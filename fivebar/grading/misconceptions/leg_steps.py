@@ -195,7 +195,9 @@ def passive_steps(
     robot = robot_of(robot)
     x, y = dgm(robot, q11, q21, sign(mode))
     angles = []
-    for leg, (q, other) in enumerate(((q11, q21), (q21, q11))):
+    active = (q11, q21)
+    for leg, q in enumerate(active):
+        other = active[1 - leg]
         step = steps_of_leg(PASSIVE, leg_steps, leg)
         pivot = step.base(robot, leg) + step.bars(robot, leg, q)
         bar = x + 1j * y - pivot
