@@ -18,7 +18,9 @@ QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a turn by +90 degrees
 
 
 def pose(robot: Robot, q11: Array, q12: Array, q21: Array, q22: Array) -> Pose:
-    return four_joint_pose(robot, (q11, q21), (q12, q22))
+    active = (q11, q21)
+    passive = (q12, q22)
+    return four_joint_pose(robot, active, passive)
 
 
 def motion(robot: Robot, *row: Array) -> FourJointRates:
@@ -26,39 +28,56 @@ def motion(robot: Robot, *row: Array) -> FourJointRates:
     is not to be read.
     """
     q11D, q12D, q21D, q22D = row[4:]
-    return four_joint_rates(pose(robot, *row[:4]), (q11D, q21D), (q12D, q22D))
+    active_rates = (q11D, q21D)
+    passive_rates = (q12D, q22D)
+    return four_joint_rates(pose(robot, *row[:4]), active_rates, passive_rates)
 
 
 def joints(pose: Pose) -> Columns:
     """Return the columns q11, q12, q21, q22 of a batch of poses."""
-    return tuple(np.stack([pose.q, pose.q_passive], axis=-1).reshape(-1, 4).T)
+    return _leg_by_leg(pose.q, pose.q_passive)
 
 
 def joint_motion(rates: Rates) -> Columns:
     """Return the columns q11, q12, q21, q22, q11D, q12D, q21D, q22D of a batch of Rates."""
-    return (
-        *joints(rates.pose),
-        *np.stack([rates.q_dot, rates.q_passive_dot], axis=-1).reshape(-1, 4).T,
-    )
+    angles = joints(rates.pose)
+    velocities = _leg_by_leg(rates.q_dot, rates.q_passive_dot)
+    return angles + velocities
+
+
+def _leg_by_leg(active, passive):
+    """Return the columns active 1, passive 1, active 2, passive 2 of two arrays (..., 2)."""
+    both = np.stack([active, passive], axis=-1)
+    rows = both.reshape(-1, 4)
+    return tuple(rows.T)
 
 
 def resting(pose: Pose) -> Columns:
     """Return the same columns, of poses at rest."""
-    return *joints(pose), *np.zeros((4, len(pose.q)))
+    zeros = np.zeros((4, len(pose.q)))
+    return *joints(pose), *zeros
 
 
 def batch(*parts: Columns) -> Columns:
     """Return the columns of several batches, one after the other."""
-    return tuple(np.concatenate(columns) for columns in zip(*parts))
+    joined = []
+    for columns in zip(*parts):
+        joined.append(np.concatenate(columns))
+    return tuple(joined)
 
 
 def times(matrix: Array, x: Array, y: Array) -> Columns:
     """Return a matrix (2, 2) or (n, 2, 2) on the vectors (x, y), as columns."""
-    return tuple((matrix @ np.stack([x, y], axis=-1)[..., None])[..., 0].T)
+    vectors = np.stack([x, y], axis=-1)[..., None]
+    products = (matrix @ vectors)[..., 0]
+    return tuple(products.T)
 
 
 def inverse(matrix: Array) -> Array:
     """Return the inverse of 2 x 2 matrices; nan where singular."""
+    signs = np.array([[1, -1], [-1, 1]])
+    exchanged = matrix[..., ::-1, ::-1]
+    adjugate = exchanged.swapaxes(-1, -2) * signs
     determinant = np.linalg.det(matrix)[..., None, None]
-    adjugate = matrix[..., ::-1, ::-1].swapaxes(-1, -2) * np.array([[1, -1], [-1, 1]])
-    return adjugate / np.where(determinant == 0, np.nan, determinant)
+    singular = determinant == 0
+    return adjugate / np.where(singular, np.nan, determinant)

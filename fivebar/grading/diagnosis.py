@@ -16,7 +16,7 @@ from ..models.robots import Robot
 from .columns import Columns
 from .exercise import Exercise, Misconception
 from .misconceptions.of_any import arguments_exchanged, in_degrees, returned_in_degrees
-from .relations import constant, largest, relation
+from .relations import constant, constant_part, largest, relation
 
 EXACT = 1e-9  # of a wrong model's largest answer
 
@@ -92,6 +92,7 @@ def diagnose(answers: Answers) -> Misconception | None:
         return None
     return (
         _same_everywhere(answers)
+        or constant_part(answers)
         or _single(answers, _stored(exercise))
         or _single(answers, in_degrees(exercise, answers.robot))
         or _single(answers, returned_in_degrees(exercise))
@@ -124,6 +125,16 @@ def explains(misconception: Misconception, answers: Answers | None) -> bool:
         return False
     outcome = answers.outcome(misconception.model)
     return answers.fits(outcome, answers.alike(outcome, misconception.turn))
+
+
+def denied(misconception: Misconception, answers: Answers | None) -> bool:
+    """Return whether answers where there is one are others than those of a mistake."""
+    if answers is None:
+        return False
+    outcome = answers.outcome(misconception.model)
+    same = np.all(answers.alike(outcome, misconception.turn), axis=1)
+    neither = np.isnan(answers.came).any(axis=1) & np.isnan(outcome).any(axis=1)
+    return not np.all(same | neither | answers.none | answers.refused)
 
 
 def consistent(names: str, mistake: str = "") -> Misconception:

@@ -192,11 +192,16 @@ def numbers_right(
     """Return which numbers (m, k) of the replies are right, within tolerance (n,); m: a multiple of
     the n rows, which are asked again and again.
     """
-    came = _outcomes(exercise, replies, np.zeros(len(replies), bool))[0]
+    came = numbers_of(exercise, replies)
     expected = exercise.outcome(exercise.answer, robot, columns)
     times = len(replies) // len(expected), 1
     limits = np.tile(_limits(exercise, expected, tolerance), times)
     return difference(came, np.tile(expected, times), exercise.is_angle()) <= limits
+
+
+def numbers_of(exercise: Exercise, replies: list[Reply]) -> np.ndarray:
+    """Return the numbers (n, k) of replies, nan where there are none."""
+    return _outcomes(exercise, replies, np.zeros(len(replies), bool))[0]
 
 
 def _limits(exercise, expected, tolerance):

@@ -6,26 +6,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import chain, islice
 
 import numpy as np
 
 from .following import Helped, builds_on, helped, may_help, reached
-from .judge import numbers_right
+from .formulas import MATH, OLD, long_formulas, short_formulas
+from .judge import call_text, numbers_right
 from .labs import Lab
+from .needed import Needs
 from .program import Program
 from .questions import AskedRows, Questions, rows_from
 from .ten_models import TEN, columns_of, motions
 from .worker.student import Tried
 from .worker.wire import Change
 
-LIKELY, WAVES = 2, 5  # the last wave of likely changes; how many there are
+LIKELY, WAVES, PAIRED = 2, 3, 3  # waves of likely changes, of all, and the one of two at once
 MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
-MOST_FIRST = 4  # changes that make more numbers right, to each of which a second one is sought
-MOST_PAIRS = 20_000  # of likely changes that are tried together
+MOST_COMPARED = 3  # formulas that make all right, of which one may help other functions, too
+MOST_FIRST = 3  # changes that make more numbers right, to each of which a second one is sought
+MOST_PAIRS = 80_000  # of likely changes that are tried together
+MOST_NEEDED = 8  # rows in which values are looked for that a function needs
+MOST_FORMULAS = 2  # of a place
 OTHERS = 16  # rows for a robot of other lengths
 AT_ONCE = 1_000  # calls of one request
 HINTS = {
@@ -36,6 +41,7 @@ HINTS = {
     "an operator": "Write the unit of each term beside it: all terms of a sum have the same.",
     "a number": "Where does each number in your formula come from?",
     "a term": "Derive the formula once more on paper: how many terms does it have?",
+    "a formula": "Derive this line once more on paper: which lengths and angles does it hold?",
     "a bracket": "In which order does Python compute your formula? Where do brackets belong?",
     "a variable": "Read each name in your formula: which leg, which bar, which derivative is it?",
     "an index": "Read each index in your formula: which row, which column, which leg is it?",
@@ -89,6 +95,23 @@ class Mend:
         return "; and ".join(told)
 
 
+@dataclass(frozen=True)
+class Lead:
+    """What is known of a wrong value if no formula is, in words that hold; name: "" where this is
+    only where it stands.
+    """
+
+    name: str
+    line: int
+    told: str
+
+    hint = "Work this value out by hand for one call: what would be right?"
+
+    def spot(self, where: Callable[[int], str]) -> str:
+        """Return the line in its author's words, and what is known."""
+        return f"{where(self.line)}: {self.told}"
+
+
 def find_mend(
     program: Program,
     lab: Lab,
@@ -96,8 +119,9 @@ def find_mend(
     asked: dict[str, list[AskedRows]],
     wrong: set[str],
     deep: bool,
-) -> Mend | None:
-    """Return the changes that make a function right, None where there are none.
+) -> Mend | Lead | None:
+    """Return the changes that make a function right, else the last wrong value, None where there
+    is none of which all others follow.
 
     asked: what the checks asked of all functions: what is right stays right; wrong: the wrong
     functions of the lab, of which right ones stand in for those that are called; deep: whether
@@ -109,7 +133,8 @@ def find_mend(
         search = _Search(other, lab, function, asked[function])
         for name in asked.keys() - {function}:
             search.keep(name, asked[name])
-        return search.mend(deep)
+        found = search.mend(deep)
+        return search.lead() if found is None and deep else found
 
 
 class _Search:
@@ -143,33 +168,97 @@ class _Search:
 
     def mend(self, deep: bool) -> Mend | None:
         """Return the first change after which all rows are right, or the first two."""
-        few = self._wrong_rows(self.tried)
-        if few is None:
+        if self._wrong_rows(()) is None:
             return None
-        better: list[tuple[int, Tried]] = []
+        better: list[tuple[int, tuple]] = []
+        found = self._likely((), better)
+        if found and (found.helps or not self.others):
+            return found
+        found = found or self._written(deep=deep)
+        if found or not (deep or self.others):
+            return found
+        for wave in range(LIKELY, WAVES):
+            if found := self._single(replace(self.tried, wave=wave), better):
+                return found
+        return self._two(better) if deep else None
+
+    def lead(self) -> Lead | None:
+        """Return a formula that is right but for its sign in some calls, or else the last one that
+        makes the function right with another value: one number for two or more of the answer.
+        """
+        found: list[tuple[Needs, dict]] = []
+        for rows in dict.fromkeys((*self.asked[-1:], *self.asked[:1])):
+            every = np.linspace(0, len(rows.good) - 1, MOST_NEEDED).round().astype(int)
+            needs = Needs(self.student, self.tried, _part(rows, np.unique(every)))
+            if needs.wrong.any():
+                found.append((needs, {need.place.number: need for need in needs.all()}))
+        if not found:
+            return None
+        needs, known = found[-1]
+        common = set.intersection(*(set(each) for _, each in found))
+        signs = [k for k in common if all(each[k].is_sign for _, each in found)]
+        leads = [k for k in common if all(own.leads(each[k]) for own, each in found)]
+        if signs:
+            last = max((known[number] for number in signs), key=lambda need: need.place.is_root)
+            told = f"{last.place.text} has the right size in all calls, but in some the wrong sign"
+            return Lead("the sign of a root or an angle is lost", last.place.line, told)
+        if not leads:
+            return None
+        needed = [known[number] for number in leads]
+        inside = [need for need in needed if need.place.function == self.function]
+        last = max(inside or needed, key=lambda need: (need.place.line, len(need.place.text)))
+        off = np.abs(last.wanted - last.old)
+        row, number = np.unravel_index(np.argmax(off), off.shape)
+        call = call_text(needs.rows.exercise, needs.rows.columns, int(row))
+        old, wanted = last.old[row, number], last.wanted[row, number]
+        told = (
+            f"all is right that is computed from {last.place.text}, which is {old:.6g} where"
+            f" {wanted:.6g} is needed, in {call}"
+        )
+        return Lead("", last.place.line, told)
+
+    def _likely(self, steps, better):
+        """Return a likely change after these steps, best one that helps other functions too."""
         found = None
-        for wave in range(WAVES if deep or self.others else LIKELY + 1):
-            now = self._single(few, replace(self.tried, wave=wave), better)
+        for wave in range(LIKELY):
+            now = self._single(replace(self.tried, steps=steps, wave=wave), better)
             if now and (now.helps or not self.others):
                 return now
             found = found or now
-        if found or not deep:
-            return found
-        better.sort(key=lambda one: -one[0])
-        for _, first in better[:MOST_FIRST]:
-            made = first.wave, first.numbers[0][0]
-            second = replace(first, first=(made,), numbers=[])
-            if (left := self._wrong_rows(second)) is None:
-                continue
-            for wave in range(LIKELY):
-                if found := self._single(left, replace(second, wave=wave), []):
-                    return found
-        return self._pair(few)
+        return found
 
-    def _single(self, few, tried, better):
+    def _two(self, better):
+        """Return the first two changes: one that makes more numbers right, and another one."""
+        better.sort(key=lambda one: -one[0])
+        firsts = [step for _, step in better[:MOST_FIRST]]
+        for step in chain(firsts, self._parts()):
+            if self._wrong_rows((step,)) and (found := self._written((step,))):
+                return found
+        for step in firsts:
+            if found := self._likely((step,), []):
+                return found
+        return None if better else self._pair()
+
+    def _parts(self):
+        """Yield formulas that make one of several things right that a function returns."""
+        wrong = Needs(self.student, self.tried, self._wrong_rows((), most=MOST_NEEDED)).wrong
+        exercise, start = self.asked[0].exercise, 0
+        for name in exercise.returns:
+            stop = start + int(np.prod(exercise.shape(name)))
+            part = np.zeros(len(wrong), bool)
+            part[start:stop] = wrong[start:stop]
+            start = stop
+            if part.any() and (part != wrong).any():
+                found = sorted(_found(self._needs((), part)[1], short_formulas), key=_size)
+                for place, *written in found[:MOST_FIRST]:
+                    yield ((place.number, *written),)
+
+    def _single(self, tried, better):
         """Return the first change of a wave that makes all right; better: those that make more
         numbers right and none wrong are added.
         """
+        if (few := self._wrong_rows(tried.steps)) is None:
+            return None
         count = self._count(tried)
         before = self._right(few, tried, [[]])[0]
         right = self._right(_part(few, [0]), tried, [[k] for k in range(count)])[:, 0]
@@ -187,18 +276,51 @@ class _Search:
             return max(sure, key=lambda mend: mend.helps)
         for numbers, good in zip(candidates, now):
             if (good >= before).all():
-                better.append((int(good.sum()), replace(tried, numbers=[numbers])))
+                better.append((int(good.sum()), (tried.wave, numbers[0])))
         return None
 
-    def _pair(self, few):
+    def _written(self, steps=(), deep=True):
+        """Return the formulas, written where other values are needed, that make all right; deep:
+        whether long ones are looked for.
+        """
+        needs, known = self._needs(steps)
+        found = _found(known, short_formulas)
+        mend = self._surest(found, needs, steps)
+        if mend or not deep:
+            return mend
+        found += _found(known, long_formulas)
+        return self._surest(found, needs, steps) or self._surest([*needs.guessed()], needs, steps)
+
+    def _surest(self, found, needs, steps):
+        """Return the mend of what was found that helps most other functions, the shortest first."""
+        sure: list[Mend] = []
+        for written in _together(sorted(found, key=_size), needs.wrong):
+            tried = replace(self.tried, wave=None, steps=(*steps, written))
+            if mend := self._sure(tried, []):
+                sure.append(mend)
+                if mend.helps == len(self.others) or len(sure) == MOST_COMPARED:
+                    break
+        return max(sure, key=lambda mend: mend.helps, default=None)
+
+    def _needs(self, steps, part=None):
+        """Return what is needed after these steps, and places with what stands beside them."""
+        rows = self._wrong_rows(steps, reversed(self.asked), MOST_NEEDED)
+        needs = Needs(self.student, replace(self.tried, steps=steps), rows)
+        known = [(need.place, needs.values(need)) for need in needs.all(part)]
+        return needs, [pair for pair in known if pair[1] is not None]
+
+    def _pair(self):
         """Return the first two likely changes that make all right together."""
-        count = self._count(self.tried)
-        most = int((2 * MOST_PAIRS) ** 0.5)
-        pairs = [[*pair] for pair in combinations(range(min(count, most)), 2)]
+        if (few := self._wrong_rows(())) is None:
+            return None
+        tried = replace(self.tried, wave=PAIRED)
+        count = self._count(tried)
+        first = min(count, MOST_PAIRS // max(count, 1))
+        pairs = [[k, other] for k in range(first) for other in range(k + 1, count)]
         for place in range(len(few.tolerance)):
-            right = self._right(_part(few, [place]), self.tried, pairs).all(axis=(1, 2))
+            right = self._right(_part(few, [place]), tried, pairs).all(axis=(1, 2))
             pairs = [pair for pair, good in zip(pairs, right) if good]
-        found = (self._sure(self.tried, pair) for pair in pairs[:MOST_SURE])
+        found = (self._sure(tried, pair) for pair in pairs[:MOST_SURE])
         return next(filter(None, found), None)
 
     def _sure(self, tried, numbers):
@@ -207,8 +329,8 @@ class _Search:
         """
         if not all(self._right(rows, tried, [numbers]).all() for rows in self.asked):
             return None
-        changes = [self._told(replace(tried, first=(), wave=wave), k) for wave, k in tried.first]
-        changes += [self._told(tried, number) for number in numbers]
+        self._right(_part(self.asked[0], [0]), tried, [numbers])
+        changes = self.student.changes
         inside = {change.function for change in changes}
         outline = self.student.outline
         kept = [rows for name, rows in self.kept if builds_on(outline, name, inside)]
@@ -219,20 +341,17 @@ class _Search:
             helps += all(self._right(rows, tried, [numbers]).all() for rows in asked)
         return Mend(tuple(changes), self.function, replace(tried, numbers=[numbers]), helps)
 
-    def _told(self, tried, number):
-        self._right(_part(self.asked[0], [0]), tried, [[number]])
-        return self.student.changes[0]
-
     def _count(self, tried):
         self._right(_part(self.asked[0], [0]), tried, [[]])
         return self.student.changes_count
 
-    def _wrong_rows(self, tried):
-        """Return a few rows of which the first has a wrong answer, None where none has."""
-        for rows in self.asked:
+    def _wrong_rows(self, steps, asked=None, most=FEW):
+        """Return a few rows that have wrong answers after these steps, None where none has."""
+        tried = replace(self.tried, steps=steps, wave=None)
+        for rows in asked or self.asked:
             places = np.flatnonzero(~self._right(rows, tried, [[]])[0].all(axis=1))
             if len(places):
-                picked = np.linspace(0, len(places) - 1, FEW).round().astype(int)
+                picked = np.linspace(0, len(places) - 1, most).round().astype(int)
                 return _part(rows, places[np.unique(picked)])
         return None
 
@@ -249,6 +368,41 @@ class _Search:
             right.append(good.reshape(len(some), len(plain), -1))
         count = len(rows.exercise.is_angle())
         return np.concatenate(right) if right else np.ones((0, len(plain), count), bool)
+
+
+def _found(known, formulas):
+    """Return (place, kind, formula) of what may be written."""
+    return [
+        (place, kind, text)
+        for place, values in known
+        for kind, text in islice(formulas(values), MOST_FORMULAS)
+    ]
+
+
+def _size(found):
+    """Return by what short formulas, and those that make more numbers right, come first."""
+    place, kind, text = found
+    long = len(text.replace(MATH, "").replace(OLD, "x")) + (kind == "a formula")
+    # What a name is worth is better said where it gets its value, and an argument in the call.
+    long += kind != "a variable" and place.text.isidentifier()
+    long += 2 * place.is_argument
+    return long, -place.moved.sum(), len(place.text)
+
+
+def _together(found, wrong):
+    """Yield formulas to be written together, two at most, so that all numbers that are wrong are
+    covered.
+    """
+    for count, (place, *one) in enumerate(found[:MOST_SURE]):
+        left, first = wrong & ~place.moved, (place.number, *one)
+        if not left.any():
+            yield (first,)
+            continue
+        for other, *more in found[count + 1 :]:
+            apart = not (other.moved & place.moved & wrong).any()
+            if apart and other.moved[left].all():
+                yield first, (other.number, *more)
+                break
 
 
 def _batches(parts, size) -> Iterator[list]:

@@ -22,12 +22,13 @@ import pytest
 
 from ..models.robots import Robot
 from .ask import Ask, Wrong
-from .diagnosis import consistent, explains
+from .diagnosis import consistent, denied, explains
+from .exercise import Misconception
 from .following import NEVER, builds_on, helped, may_help, reached, remark
 from .helpers import wrong_helpers
 from .judge import Verdict
 from .labs import Lab
-from .mends import MOST_FUNCTIONS, find_mend
+from .mends import MOST_FUNCTIONS, Lead, Mend, find_mend
 from .program import Job, Program
 from .report.text import check_lines, not_started, number
 from .results import Check, checked
@@ -36,6 +37,7 @@ from .worker.sandbox import IsolationError, KilledError
 
 _ASK = pytest.StashKey[Ask]()
 MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
+NO_NAME = Misconception("", "", None)
 MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
 
 
@@ -307,10 +309,25 @@ class Checks:
         found = replace(self.found[place], misconception=mistake.name, hint=mistake.hint)
         self.found[place] = found
 
+    def _withdraw_names(self) -> None:
+        """Take back the mistakes that give the answers of one check of a function only: its other
+        checks ask the same formulas.
+        """
+        for known in self._verdicts.values():
+            others = [*known.values()]
+            for place, verdict in [*known.items()]:
+                mistake = verdict.diagnosis
+                if mistake is None or mistake.model is None:
+                    continue
+                if any(denied(mistake, other.answers) for other in others):
+                    self._rename(place, NO_NAME)
+                    known[place] = replace(verdict, diagnosis=None)
+
     def tell_mends(self, lab: Lab) -> None:
         """Tell where one change makes a function right; what else builds on the function that is
         changed is judged with the change.
         """
+        self._withdraw_names()
         if self.program is not None and self.program.confined:
             self._tell_mends_of_session(lab)
             return
@@ -333,18 +350,21 @@ class Checks:
             named = all(mistake and mistake.model for mistake in mistakes)
             deep = not named and in_vain < MOST_IN_VAIN
             mend = find_mend(self.program, lab, function, asked, wrong, deep)
+            in_vain += deep and not isinstance(mend, Mend)
             if mend is None:
-                in_vain += deep
                 continue
             spot = mend.spot(self.program.where)
             for k in places:
                 if self.found[k].share == 1:
                     continue
                 told = {"spot": spot} if told_at_all else {}
+                if isinstance(mend, Lead) and is_named(self.found[k]):
+                    continue
                 if not is_named(self.found[k]):
                     told |= {"misconception": mend.name, "hint": mend.hint}
                 self.found[k] = replace(self.found[k], **told)
-            self._judge_with(mend, lab)
+            if isinstance(mend, Mend):
+                self._judge_with(mend, lab)
 
     def _tell_mends_of_session(self, lab):
         """Tell mends of a session's functions: what is tried runs in a process of its own."""

@@ -25,18 +25,46 @@ def relation(answers: Answers) -> Misconception | None:
     of another's.
     """
     known = _told(answers)
-    return None if known is None else _exchanged(answers, known) or _by_name(answers, known)
+    if known is None:
+        return None
+    exchanged = _exchanged(answers, known)
+    if exchanged is not None:
+        return exchanged
+    return _by_name(answers, known)
 
 
 def constant(answers: Answers) -> Misconception | None:
     """Return the misconception of who gives the same answer to all rows."""
     known = _told(answers)
-    if known is None or np.ptp(answers.came[known], axis=0).max() > 0:
+    if known is None:
         return None
-    if np.ptp(answers.expected[known], axis=0).max() == 0:
+    range_came = np.ptp(answers.came[known], axis=0)
+    range_expected = np.ptp(answers.expected[known], axis=0)
+    if range_came.max() > 0 or range_expected.max() == 0:
         return None
+    return _unwritten("always the same answer")
+
+
+def constant_part(answers: Answers) -> Misconception | None:
+    """Return the misconception of who gives the same number to all rows in place of some of the
+    returned ones, where the others are right.
+    """
+    known = _told(answers)
+    if known is None or any(map(answers.exercise.shape, answers.exercise.returns)):
+        return None
+    came, expected = answers.came[known], answers.expected[known]
+    same = (np.ptp(came, axis=0) == 0) & (np.ptp(expected, axis=0) > 0)
+    right = (answers.difference(answers.came, answers.expected) <= answers.limits)[known]
+    if not np.all(same | right.all(axis=0)):
+        return None
+    names = [name for name, part in zip(answers.exercise.returns, same) if part]
+    told = [f"{name} is {number:g}" for name, number in zip(names, came[0, same])]
+    return _unwritten(" and ".join(told)) if told else None
+
+
+def _unwritten(what):
     return Misconception(
-        "always the same answer, whatever the arguments: is it still to be written?",
+        f"{what}, whatever the arguments: is it still to be written?",
         "Does your function use its arguments?",
         None,
         idle=True,
@@ -45,9 +73,16 @@ def constant(answers: Answers) -> Misconception | None:
 
 def _told(answers):
     """Return the rows (n,) with an answer, None where they are too few to tell a relation."""
-    known = np.isfinite(answers.came).all(axis=1) & ~answers.none
-    whole = (known | answers.none | answers.refused).all()
-    return known if known.sum() >= FEWEST and whole else None
+    known = _known(answers)
+    clear = known | answers.none | answers.refused
+    if known.sum() < FEWEST or not clear.all():
+        return None
+    return known
+
+
+def _known(answers):
+    finite = np.isfinite(answers.came).all(axis=1)
+    return finite & ~answers.none
 
 
 def _exchanged(answers, known):
@@ -56,34 +91,45 @@ def _exchanged(answers, known):
     names = exercise.returns
     if any(exercise.shape(name) for name in names):
         return None
-    order = []
-    for k in range(len(names)):
-        places = [
-            place
-            for place in sorted(range(len(names)), key=lambda place: place != k)
-            if answers.alike(answers.expected[:, [place] * len(names)])[known, k].all()
-        ]
-        order += places[:1]
-    moved = [(names[k], names[place]) for k, place in enumerate(order) if k != place]
-    if len(order) < len(names) or not moved:
+    moved = []
+    for k, name in enumerate(names):
+        place = _place_of(answers, known, k)
+        if place is None:
+            return None
+        if place != k:
+            moved.append((name, names[place]))
+    if not moved:
         return None
-    (first, other), *more = moved
-    swapped = more == [(other, first)]
-    told = "; ".join(f"{name} is what {place} should be" for name, place in moved)
-    return Misconception(
-        f"{first} and {other} exchanged" if swapped else told,
-        f"In which order does the task ask for {' and '.join(names)}?",
-        None,
-    )
+    first, other = moved[0]
+    if moved[1:] == [(other, first)]:
+        told = f"{first} and {other} exchanged"
+    else:
+        told = "; ".join(f"{name} is what {place} should be" for name, place in moved)
+    hint = f"In which order does the task ask for {' and '.join(names)}?"
+    return Misconception(told, hint, None)
+
+
+def _place_of(answers, known, k):
+    """Return which expected number the returned number k equals; its own place goes first."""
+    count = answers.expected.shape[1]
+    others = [place for place in range(count) if place != k]
+    for place in (k, *others):
+        trial = answers.expected[:, [place] * count]
+        if answers.alike(trial)[known, k].all():
+            return place
+    return None
 
 
 def _by_name(answers, known):
     """Return the sign, factor or offset of each returned name that is wrong."""
-    exercise, sentences, first = answers.exercise, [], 0
+    exercise = answers.exercise
+    sentences = []
+    first = 0
     exact = answers.alike(answers.expected)[known]
     for name in exercise.returns:
-        part = slice(first, first + int(np.prod(exercise.shape(name))))
-        first = part.stop
+        size = int(np.prod(exercise.shape(name)))
+        part = slice(first, first + size)
+        first += size
         if exact[:, part].all():
             continue
         words = _one_relation(answers, known, part, name in exercise.angles)
@@ -98,49 +144,69 @@ def _by_name(answers, known):
 
 
 def _one_relation(answers, known, part, angle):
-    came, expected = answers.came[known][:, part], answers.expected[known][:, part]
+    came = answers.came[known][:, part]
+    expected = answers.expected[known][:, part]
 
     def holds(outcome):
         trial = answers.expected.copy()
-        trial[np.ix_(known, np.arange(trial.shape[1])[part])] = outcome
-        return answers.alike(trial)[known][:, part].all()
+        columns = np.arange(trial.shape[1])[part]
+        trial[np.ix_(known, columns)] = outcome
+        alike = answers.alike(trial)[known]
+        return alike[:, part].all()
 
     if holds(-expected):
         return "the sign of {} is wrong in every row"
     offset = (came - expected).ravel()[0]
     if holds(expected + offset):
         return "{} is off by " + f"{offset:.4g} in every row"
+    if angle:
+        return None
     largest = np.argmax(np.abs(expected))
-    factor = came.ravel()[largest] / (expected.ravel()[largest] or np.nan)
-    if not angle and holds(factor * expected):
+    divisor = expected.ravel()[largest] or np.nan
+    factor = came.ravel()[largest] / divisor
+    if holds(factor * expected):
         return "{} is " + f"{factor:.4g} times the right one in every row"
     return None
 
 
 def largest(answers: np.ndarray) -> np.ndarray:
     """Return per number the largest answer, (k,); 1 where all are 0 or none exists."""
-    most = np.max(np.abs(np.where(np.isnan(answers), 0.0, answers)), axis=0, initial=0.0)
+    sizes = np.abs(answers)
+    existing = np.where(np.isnan(answers), 0.0, sizes)
+    most = np.max(existing, axis=0, initial=0.0)
     return np.where(most > 0, most, 1.0)
 
 
 def differences(answers: Answers) -> Iterator[str]:
     """Yield what differs in wrong answers of no known mistake: a sign, half a turn, which rows."""
-    known = np.isfinite(answers.came).all(axis=1) & ~answers.none
+    known = _known(answers)
     wrong = known & ~answers.good
-    came, expected = answers.came[wrong], answers.expected[wrong]
+    came = answers.came[wrong]
+    expected = answers.expected[wrong]
     if len(came) < FEWEST:
         return
-    angles = answers.exercise.is_angle()
-    limits = AFFINE * largest(expected)
     count = f"in {len(came)} of {known.sum()} rows"
-    if np.all(np.abs(np.abs(came) - np.abs(expected)) <= limits):
+    scale = largest(expected)
+    limits = AFFINE * scale
+    of_sizes = np.abs(np.abs(came) - np.abs(expected))
+    of_values = np.abs(came - expected)
+    if np.all(of_sizes <= limits):
         yield f"the size is right and the sign is wrong {count}"
-    elif angles.all() and np.all(answers.difference(2 * came, 2 * expected) <= 2 * limits):
+    elif _half_a_turn_off(answers, came, expected, limits):
         yield f"off by half a turn {count}"
-    elif np.all(np.abs(came - expected) <= CLOSE * largest(expected)):
-        off = np.max(np.abs(came - expected) / largest(expected))
+    elif np.all(of_values <= CLOSE * scale):
+        off = np.max(of_values / scale)
         yield f"close to the right value: off by at most {100 * off:.2g} %"
     yield from _which_rows(answers, known, wrong)
+
+
+def _half_a_turn_off(answers, came, expected, limits):
+    angles = answers.exercise.is_angle()
+    if not angles.all():
+        return False
+    # Half a turn is a whole one of the doubled angle.
+    of_doubled = answers.difference(2 * came, 2 * expected)
+    return np.all(of_doubled <= 2 * limits)
 
 
 def _which_rows(answers, known, wrong):
@@ -148,11 +214,19 @@ def _which_rows(answers, known, wrong):
     if not np.any(known & ~wrong):
         return
     row = dict(zip(answers.exercise.arguments, answers.columns))
-    signs = {name: np.asarray(row[name]) for name in MODES if name in row}
-    if {"q11", "q12", "q21", "q22"} <= row.keys() and answers.robot.turns:
-        signs["sin q12"], signs["sin q22"] = np.sin(row["q12"]), np.sin(row["q22"])
-        signs["det A"] = np.sin(row["q21"] + row["q22"] - row["q11"] - row["q12"])
+    signs = {}
+    for name in MODES:
+        if name in row:
+            signs[name] = np.asarray(row[name])
+    joints = {"q11", "q12", "q21", "q22"}
+    if joints <= row.keys() and answers.robot.turns:
+        signs["sin q12"] = np.sin(row["q12"])
+        signs["sin q22"] = np.sin(row["q22"])
+        right_bar = row["q21"] + row["q22"]
+        difference = right_bar - row["q11"] - row["q12"]
+        signs["det A"] = np.sin(difference)
     for name, value in signs.items():
-        for sign, word in ((1, "> 0"), (-1, "< 0")):
-            if np.array_equal(wrong[known], (sign * value > 0)[known]):
+        cases = {"> 0": value > 0, "< 0": value < 0}
+        for word, rows in cases.items():
+            if np.array_equal(wrong[known], rows[known]):
                 yield f"wrong where {name} {word}, right elsewhere"

@@ -9,7 +9,8 @@ import numpy as np
 from .exercise import Exercise
 
 # An imaginary part where a real number was asked: of the largest number, or of this one.
-ROUNDING, SMALL = 1e-12, 1e-3
+ROUNDING = 1e-12
+SMALL = 1e-3
 
 
 class Unfit(ValueError):
@@ -25,58 +26,80 @@ def read(exercise: Exercise, value: object) -> tuple[np.ndarray, list[str]]:
     names = exercise.returns
     if value is None:
         raise Unfit("type", "returned None: is a return missing?")
-    remarks = []
+    remarks: list[str] = []
     if isinstance(value, dict) and value.get("~") == "dict":
-        given = {key: part for key, part in value["pairs"] if isinstance(key, str)}
-        if set(given) != set(names) or len(value["pairs"]) != len(names):
-            raise Unfit(
-                "shape",
-                f"returned a dict of {', '.join(given) or 'no names'} where {_listed(names)} are"
-                " asked",
-            )
+        value = _values_of_dict(names, value["pairs"])
         remarks.append("came as a dict")
-        value = [given[name] for name in names] if len(names) > 1 else given[names[0]]
-    if len(names) == 1:
-        parts = [value]
-    elif isinstance(value, np.ndarray) and value.size == len(names) and not exercise.shapes:
-        parts = list(value.ravel())
-    elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim):
-        parts = list(value)
-        if exercise.shapes and np.shape(_loose(value)) == exercise.shape(names[0]) != ():
-            raise Unfit("shape", f"returned {names[0]} alone where {_listed(names)} are asked")
-        if len(parts) != len(names):
-            raise Unfit("shape", f"returned {len(parts)} values where {_listed(names)} are asked")
-    else:
-        raise Unfit(
-            "shape",
-            f"returned {_kind(value).replace('a ', 'one ', 1)} where {_listed(names)} are asked",
-        )
+    parts = [value] if len(names) == 1 else _parts(exercise, value)
     if isinstance(value, np.ndarray) and len(names) > 1:
         remarks.append(
             f"came as an array of shape {value.shape}, not as {len(names)} values"
             f" {', '.join(names)}"
         )
-    numbers = [
-        _numbers(name, part, exercise.shape(name), remarks) for name, part in zip(names, parts)
-    ]
+    numbers = []
+    for name, part in zip(names, parts):
+        array = _array(name, part)
+        shape = exercise.shape(name)
+        if array.shape != shape:
+            _refuse_other_shape(name, array.shape, shape)
+            asked = shape or "a number"
+            remarks.append(f"{name} came with shape {array.shape}, asked is {asked}")
+        numbers.append(array.ravel())
     return np.concatenate(numbers), remarks
 
 
-def _numbers(name, part, shape, remarks):
-    array = _array(name, part)
-    if array.shape != shape:
-        kept = tuple(n for n in array.shape if n != 1)
-        if kept != tuple(n for n in shape if n != 1):
-            if kept == tuple(n for n in reversed(shape) if n != 1):
-                raise Unfit(
-                    "shape", f"{name} has shape {array.shape}, asked is {shape}: its transpose?"
-                )
-            terms = ": print the shapes of what you add and multiply" if len(kept) == 1 else ""
-            raise Unfit(
-                "shape", f"{name} has shape {array.shape}, asked is {shape or 'a number'}{terms}"
-            )
-        remarks.append(f"{name} came with shape {array.shape}, asked is {shape or 'a number'}")
-    return array.ravel()
+def _values_of_dict(names, pairs):
+    """Return what a dict holds, as if the values had been returned without names."""
+    given = {}
+    for key, part in pairs:
+        if isinstance(key, str):
+            given[key] = part
+    same_names = set(given) == set(names)
+    if not same_names or len(pairs) != len(names):
+        listed = ", ".join(given) or "no names"
+        text = f"returned a dict of {listed} where {_listed(names)} are asked"
+        raise Unfit("shape", text)
+    if len(names) == 1:
+        return given[names[0]]
+    return [given[name] for name in names]
+
+
+def _parts(exercise, value):
+    """Return the parts of a value where several are asked."""
+    names = exercise.returns
+    asked = f"where {_listed(names)} are asked"
+    is_array = isinstance(value, np.ndarray)
+    if is_array and value.size == len(names) and not exercise.shapes:
+        return list(value.ravel())
+    is_sequence = isinstance(value, list) or (is_array and value.ndim)
+    if not is_sequence:
+        kind = _kind(value).replace("a ", "one ", 1)
+        raise Unfit("shape", f"returned {kind} {asked}")
+    parts = list(value)
+    first_shape = exercise.shape(names[0])
+    if first_shape and np.shape(_loose(value)) == first_shape:
+        raise Unfit("shape", f"returned {names[0]} alone {asked}")
+    if len(parts) != len(names):
+        raise Unfit("shape", f"returned {len(parts)} values {asked}")
+    return parts
+
+
+def _refuse_other_shape(name, came, asked):
+    """Raise Unfit unless the shapes differ only by axes of length 1."""
+    kept = _without_ones(came)
+    wanted = _without_ones(asked)
+    if kept == wanted:
+        return
+    if kept == wanted[::-1]:
+        raise Unfit("shape", f"{name} has shape {came}, asked is {asked}: its transpose?")
+    text = f"{name} has shape {came}, asked is {asked or 'a number'}"
+    if len(kept) == 1:
+        text += ": print the shapes of what you add and multiply"
+    raise Unfit("shape", text)
+
+
+def _without_ones(shape):
+    return tuple(n for n in shape if n != 1)
 
 
 def _array(name, part):
@@ -87,8 +110,9 @@ def _array(name, part):
     except ValueError:
         raise Unfit("shape", f"{name} is a list of lists of different lengths") from None
     if array.dtype.kind == "c":
-        size = max(np.abs(array).max(initial=0.0), SMALL)
-        if np.any(np.abs(array.imag) > ROUNDING * size):
+        largest = np.abs(array).max(initial=0.0)
+        limit = ROUNDING * max(largest, SMALL)
+        if np.any(np.abs(array.imag) > limit):
             raise Unfit("type", f"{name} is complex: the square root of a negative number?")
         array = array.real
     if array.dtype.kind not in "bif":
@@ -110,9 +134,11 @@ def _listed(names):
 
 def _kind(value):
     if isinstance(value, dict):
-        return (
-            "a dict"
-            if value["~"] == "dict"
-            else f"an object of type {value.get('type', 'unknown')}"
-        )
-    return "None" if value is None else "a string" if isinstance(value, str) else "a number"
+        if value["~"] == "dict":
+            return "a dict"
+        return f"an object of type {value.get('type', 'unknown')}"
+    if value is None:
+        return "None"
+    if isinstance(value, str):
+        return "a string"
+    return "a number"

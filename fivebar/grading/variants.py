@@ -21,7 +21,7 @@ def id_key(student: str) -> str:
     """Return what of an id counts: neither case nor surrounding blanks, nor how an accent
     is coded.
     """
-    return unicodedata.normalize("NFC", student).strip().casefold()
+    return name_key(student).casefold()
 
 
 def name_key(student: str) -> str:
@@ -33,17 +33,24 @@ def name_key(student: str) -> str:
 
 def _drawn(secret, *words):
     text = "\0".join(map(id_key, words))
-    return hmac.digest(secret, text.encode("utf-8", "surrogatepass"), "sha256")
+    message = text.encode("utf-8", "surrogatepass")
+    return hmac.digest(secret, message, "sha256")
+
+
+def _generator(secret, *words):
+    seed = int.from_bytes(_drawn(secret, *words))
+    return np.random.default_rng(seed)
 
 
 def hidden_seed(secret: bytes, lab: str) -> str:
     """Return the seed of a lab's hidden inputs, the same for the whole course."""
-    return _drawn(secret, "inputs", lab).hex()[:16]
+    digits = _drawn(secret, "inputs", lab).hex()
+    return digits[:16]
 
 
 def draw_for(secret: bytes, student: str, lab: str) -> np.random.Generator:
     """Return what the files of a lab are drawn with that a student gets."""
-    return np.random.default_rng(int.from_bytes(_drawn(secret, "files", lab, student)))
+    return _generator(secret, "files", lab, student)
 
 
 def robot_of(secret: bytes, student: str) -> FiveBar:
@@ -53,28 +60,32 @@ def robot_of(secret: bytes, student: str) -> FiveBar:
     Case and surrounding blanks of the id do not count. l1, l2 in 82..98 mm, d in 108..128 mm:
     always assemblable.
     """
-    draw = np.random.default_rng(int.from_bytes(_drawn(secret, "robot", student)))
+    draw = _generator(secret, "robot", student)
     l1, l2 = draw.integers(82, 98, 2, endpoint=True).tolist()
-    d, m = int(draw.integers(108, 128, endpoint=True)), int(draw.integers(40, 60, endpoint=True))
-    zz = draw.integers(16, 24, 2, endpoint=True).tolist()
+    d = int(draw.integers(108, 128, endpoint=True))
+    m = int(draw.integers(40, 60, endpoint=True))
+    zz1, zz2 = draw.integers(16, 24, 2, endpoint=True).tolist()
     bars = (l1 / 1000, l2 / 1000) * 2
-    return FiveBar(*bars, d / 1000, zz[0] / 10000, zz[1] / 10000, m / 100)
+    inertias = (zz1 / 10000, zz2 / 10000)
+    return FiveBar(*bars, d / 1000, *inertias, m / 100)
 
 
 def biglide_of(secret: bytes, student: str) -> Biglide:
     """Return the student's biglide likewise: bars alike in 262..302 mm, d in 380..420 mm."""
-    draw = np.random.default_rng(int.from_bytes(_drawn(secret, "biglide", student)))
-    bar, d = draw.integers((262, 380), (302, 420), endpoint=True).tolist()
-    mf1, mf2, m = draw.integers((80, 80, 250), (120, 120, 350), endpoint=True).tolist()
-    return Biglide(bar / 1000, bar / 1000, d / 1000, mf1 / 100, mf2 / 100, m / 100)
+    draw = _generator(secret, "biglide", student)
+    lengths = draw.integers((262, 380), (302, 420), endpoint=True)
+    masses = draw.integers((80, 80, 250), (120, 120, 350), endpoint=True)
+    bar, d = (length / 1000 for length in lengths.tolist())
+    mf1, mf2, m = (mass / 100 for mass in masses.tolist())
+    return Biglide(bar, bar, d, mf1, mf2, m)
 
 
 def with_constants(source: str, robot: Robot) -> str:
     """Return a student.py's source with the robot's numbers in its lines `l11 = ...`."""
     for name, value in parameters(robot).items():
-        source, found = re.subn(
-            rf"(?m)^({name}\s*=\s*)[^\s#]+", rf"\g<1>{value!r}", source, count=1
-        )
+        line = rf"(?m)^({name}\s*=\s*)[^\s#]+"
+        with_value = rf"\g<1>{value!r}"
+        source, found = re.subn(line, with_value, source, count=1)
         if not found and name in lengths(robot):
             raise UsageError(
                 f"the lab's student.py has no line `{name} = ...` to put a student's own robot in"
@@ -88,7 +99,9 @@ def robot_for(student: str, secret: bytes | None, standard: Robot) -> Robot:
     """
     if secret is None:
         return standard
-    return (biglide_of if isinstance(standard, Biglide) else robot_of)(secret, student)
+    if isinstance(standard, Biglide):
+        return biglide_of(secret, student)
+    return robot_of(secret, student)
 
 
 def parameters(robot: Robot) -> dict[str, float]:
@@ -98,17 +111,22 @@ def parameters(robot: Robot) -> dict[str, float]:
 
 def lengths(robot: Robot) -> dict[str, float]:
     """Return a robot's lengths by name, m."""
-    return {name: value for name, value in parameters(robot).items() if name[0] in "ld"}
+    found = {}
+    for name, value in parameters(robot).items():
+        if name.startswith(("l", "d")):
+            found[name] = value
+    return found
 
 
 def robot_from(standard: Robot, constants: dict[str, float]) -> Robot:
     """Return the standard robot with those of its numbers that are among the constants, or as it is
     where that is no robot.
     """
+    changes = {}
+    for name in parameters(standard):
+        if name in constants:
+            changes[name] = constants[name]
     try:
-        return replace(
-            standard,
-            **{name: constants[name] for name in parameters(standard) if name in constants},
-        )
+        return replace(standard, **changes)
     except (ValueError, OverflowError):
         return standard

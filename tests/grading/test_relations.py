@@ -57,6 +57,11 @@ RELATIONS = {
         (0 * X + 1, 0 * Y),
         "always the same answer, whatever the arguments: is it still to be written?",
     ),
+    "a placeholder beside a right number": (
+        PAIR,
+        (X, X - X),
+        "y is 0, whatever the arguments: is it still to be written?",
+    ),
     "of nought no factor": (NOUGHT, (X - X + 0.0123,), "x is off by 0.0123 in every row"),
     "half a turn": (ANGLE, (Q + np.pi,), "q is off by 3.142 in every row"),
     "an angle's sign": (ANGLES, (-Q, X), "the sign of q is wrong in every row"),

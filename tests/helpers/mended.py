@@ -17,6 +17,8 @@ from tests.helpers.mutants import answers
 
 sys.path.insert(0, str(places.CELL))
 from changes import WAVES, Variants  # noqa: E402
+from scopes import short  # noqa: E402
+from watched import Watched  # noqa: E402
 
 sys.path.remove(str(places.CELL))
 
@@ -99,15 +101,34 @@ def _carried_out(source, lab, function, changes):
     """The source with the changes made, one after the other."""
     body = ast.parse(source).body
     for line, old, new in changes:
-        for ranks in WAVES:
-            variants = Variants(body, function, [*lab.exercises()], ranks)
-            found = [k for k, c in enumerate(variants.changes) if _is(c, line, old, new)]
-            if found:
-                body = variants.changed(found[0])
-                break
-        else:
+        made = (_made(body, lab, function, line, old, new, ranks) for ranks in WAVES)
+        body = next(filter(None, made), None) or _written(body, lab, function, line, old, new)
+        if body is None:
             return None
     return ast.unparse(ast.fix_missing_locations(ast.Module(body, [])))
+
+
+def _made(body, lab, function, line, old, new, ranks):
+    """The program after a change of a list, None where it is not in it."""
+    variants = Variants(body, function, [*lab.exercises()], [], ranks)
+    found = [k for k, c in enumerate(variants.changes) if _is(c, line, old, new)]
+    return variants.changed(found[0])[0] if found else None
+
+
+def _written(body, lab, function, line, old, new):
+    """The program with a formula written in one place or two, None where there is no such place."""
+    watched = Watched(body, function, [*lab.exercises()], [])
+    new, _, places = new.partition(", in ")
+    words = watched.told([])["changes"]
+    numbers = [
+        k
+        for k, group in enumerate(watched.groups)
+        if words[k][0] == line and short(words[k][3]) == old and (len(group) > 1) == bool(places)
+    ]
+    used = {node.id for part in body for node in ast.walk(part) if isinstance(node, ast.Name)}
+    missing = {"acos", "asin", "atan2", "sin", "cos", "sqrt", "pi"} - used
+    text = re.sub(rf"\b({'|'.join(missing)})\b", r"__import__('math').\1", new)
+    return watched.changed([[numbers[0], "", text]])[0] if numbers else None
 
 
 def _is(change, line, old, new):

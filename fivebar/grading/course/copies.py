@@ -6,7 +6,9 @@ import ast
 from collections import defaultdict
 from collections.abc import Mapping
 
-MOST_LETTERS, MOST_LINE = 60_000, 4000  # of a source that is parsed: Python's parser takes time
+# The most of a source that is parsed: Python's parser takes time.
+MOST_LETTERS = 60_000
+MOST_LINE = 4000
 
 
 def equal_programs(
@@ -24,14 +26,19 @@ def equal_programs(
         if source == template:
             continue
         parts = functions(source, asked)
-        own = source if parts is None else tuple(sorted(set(parts) - known))
+        if parts is None:
+            own = source
+        else:
+            own = tuple(sorted(set(parts) - known))
         if own:
             groups[own].append(student)
     found: list[tuple[tuple[str, ...], bool]] = []
     for students in groups.values():
-        exact = all(sources[student] == sources[students[0]] for student in students)
-        if len(students) > 1:
-            found.append((tuple(students), exact))
+        if len(students) == 1:
+            continue
+        distinct = {sources[student] for student in students}
+        exact = len(distinct) == 1
+        found.append((tuple(students), exact))
     return found
 
 
@@ -39,15 +46,19 @@ def functions(source: str, asked: frozenset[str]) -> tuple[str, ...] | None:
     """Return the functions and classes of a program with plain names, None where it cannot be
     parsed.
     """
-    if len(source) > MOST_LETTERS or max(map(len, source.split("\n"))) > MOST_LINE:
+    longest_line = max(map(len, source.split("\n")))
+    if len(source) > MOST_LETTERS or longest_line > MOST_LINE:
         return None
     try:
         tree = ast.parse(source)
         given = _given_names(tree) - asked
-        parts = (ast.FunctionDef, ast.ClassDef)
-        return tuple(_plain(node, given) for node in tree.body if isinstance(node, parts))
+        found = []
+        for node in tree.body:
+            if isinstance(node, ast.FunctionDef | ast.ClassDef):
+                found.append(_plain(node, given))
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None
+    return tuple(found)
 
 
 def _given_names(tree):
@@ -70,20 +81,25 @@ def _plain(function, given):
     numbers: dict[str, str] = {}
 
     def plain(name):
-        return numbers.setdefault(name, f"name{len(numbers)}") if name in given else name
+        if name not in given:
+            return name
+        return numbers.setdefault(name, f"name{len(numbers)}")
 
     for node in ast.walk(function):
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
             node.name = plain(node.name)
-            is_docstring = (
-                isinstance(node.body[0], ast.Expr)
-                and isinstance(node.body[0].value, ast.Constant)
-                and isinstance(node.body[0].value.value, str)
-            )
-            if is_docstring:
-                node.body = node.body[1:]
+            if _is_text(node.body[0]):
+                node.body = node.body[1:]  # without its docstring
         elif isinstance(node, ast.arg):
-            node.arg, node.annotation = plain(node.arg), None
+            node.arg = plain(node.arg)
+            node.annotation = None
         elif isinstance(node, ast.Name):
             node.id = plain(node.id)
     return ast.dump(function)
+
+
+def _is_text(statement):
+    if not isinstance(statement, ast.Expr):
+        return False
+    value = statement.value
+    return isinstance(value, ast.Constant) and isinstance(value.value, str)

@@ -56,7 +56,10 @@ class Course:
     """
 
     def __init__(self, lab: Lab, out: Path, settings: Settings, book: Gradebook | None = None):
-        self.lab, self.out, self.settings, self.book = lab, out, settings, book
+        self.lab = lab
+        self.out = out
+        self.settings = settings
+        self.book = book
         self.entries: dict[Lab, list[Entry]] = {}
         self.students: dict[str, tuple[str, str]] = {}
         self.ignored: list[tuple[str, Left]] = []
@@ -74,10 +77,14 @@ class Course:
             entries = entries_of(hand_ins, lab, file, named=lab != self.lab)
             if entries or lab == self.lab:
                 self.entries[lab] = entries
-        graded = [entry for entries in self.entries.values() for entry in entries]
+        graded: list[Entry] = []
+        for entries in self.entries.values():
+            graded += entries
         for hand_in in hand_ins:
-            self.students[name_key(hand_in.student)] = hand_in.student, hand_in.number
-            self.ignored += [(hand_in.student, item) for item in not_graded(hand_in, graded)]
+            student = hand_in.student
+            self.students[name_key(student)] = student, hand_in.number
+            for item in not_graded(hand_in, graded):
+                self.ignored.append((student, item))
 
     def _labs(self):
         """Return the labs that may count: the family's, or those of it that the settings name."""
@@ -85,7 +92,8 @@ class Course:
         wanted = self.settings.labs
         if wanted is None:
             return list(labs.values())
-        if unknown := set(wanted) - set(labs):
+        unknown = set(wanted) - set(labs)
+        if unknown:
             raise UsageError(f"course.toml: labs names {', '.join(unknown)}; there are {[*labs]}")
         return [labs[name] for name in wanted]
 
@@ -93,12 +101,16 @@ class Course:
         """Run all programs that have no result yet. how: as in `begin`."""
         self._table()  # what is wrong with it is better known now
         for lab, entries in self.entries.items():
-            out = self.out if lab == self.lab else self.out / lab.name
+            out = self.out
+            if lab != self.lab:
+                out = self.out / lab.name
             cohort = begin(lab, out, *how)
-            reports = list(map(self.settings.weighted, run_cohort(cohort, entries, jobs)))
-            best = best_of(entries, reports)
+            results = run_cohort(cohort, entries, jobs)
+            reports = list(map(self.settings.weighted, results))
             attempts = list(zip(entries, reports))
-            self.graded.append(Graded(cohort, attempts, best, _equal(lab, best)))
+            best = best_of(entries, reports)
+            equal = _equal(lab, best)
+            self.graded.append(Graded(cohort, attempts, best, equal))
 
     def _table(self):
         return Table(self.out, [lab.name for lab in self.entries])
@@ -110,35 +122,51 @@ class Course:
     def write(self) -> Filled | None:
         """Write tables, pages, feedback and the learning platform's sheet, as they are now."""
         table = self._table()
-        for name in table.without_hand_in({student for student, _ in self.students.values()}):
+        handed_in = {student for student, _ in self.students.values()}
+        for name in table.without_hand_in(handed_in):
             self.students.setdefault(name_key(name), (name, ""))
         self.marks = [self._mark(table, key) for key in sorted(self.students)]
         for graded in self.graded:
-            ignored = self.ignored if graded is self.graded[0] else []
+            ignored = []
+            if graded is self.graded[0]:
+                ignored = self.ignored
             out = graded.cohort.out
             write_summary(out, graded.name, graded.reports, ignored, graded.equal)
         self._write_pages()
         write_whole(self.out / FILE, table.text(self.marks))
         if self.book is None:
             return None
-        filled = self.book.fill(m for m in self.marks if m.results or m.points is not None)
+        marks = [mark for mark in self.marks if mark.results or mark.points is not None]
+        filled = self.book.fill(marks)
         write_whole(self.out / "gradebook.csv", filled.text)
         return filled
 
     def _mark(self, table, key):
         student, platform_number = self.students[key]
-        best = {graded.name: graded.best[key] for graded in self.graded if key in graded.best}
-        most = {graded.name: graded.most for graded in self.graded}
-        days, due = 0.0, self.settings.due
-        if due and self.book and (time := self.book.handed_in(student, platform_number)):
-            days = (time - due).total_seconds() / 86_400
-        same = []
+        best = {}
+        most = {}
+        others = []
         for graded in self.graded:
+            most[graded.name] = graded.most
+            if key in graded.best:
+                best[graded.name] = graded.best[key]
             for students, _ in graded.equal:
-                same += students if student in students else ()
-        others = tuple(other for other in dict.fromkeys(same) if other != student)
-        late = days, self.settings.late_percent / 100
-        return table.mark(student, platform_number, best, most, late, others)
+                if student in students:
+                    others += students
+        same = tuple(other for other in dict.fromkeys(others) if other != student)
+        days_late = self._days_late(student, platform_number)
+        late = days_late, self.settings.late_percent / 100
+        return table.mark(student, platform_number, best, most, late, same)
+
+    def _days_late(self, student, platform_number):
+        """Return how many days after the due date a student handed in, 0 where this is unknown."""
+        due = self.settings.due
+        if due is None or self.book is None:
+            return 0.0
+        time = self.book.handed_in(student, platform_number)
+        if time is None:
+            return 0.0
+        return (time - due).total_seconds() / 86_400
 
     def _write_pages(self):
         marks = {name_key(mark.student): mark for mark in self.marks}
@@ -150,7 +178,8 @@ class Course:
                 key = name_key(entry.student)
                 page = page_for(report, marks[key])
                 write_page(graded.cohort.file(entry, ".html"), page)
-                if graded.best[key][0] == entry:
+                best_entry, _ = graded.best[key]
+                if best_entry == entry:
                     feedback.append((entry, graded.name, page))
         write_feedback(self.out, feedback)
 
@@ -166,9 +195,11 @@ class Course:
         """Return what is shown of the results at the end."""
         parts = []
         for graded in self.graded:
+            page = graded.cohort.out / "summary.html"
             parts.append(summary_text(graded.name, graded.reports))
-            parts.append(f"{graded.cohort.out / 'summary.html'}\n")
-        return "\n".join([*parts, str(self.out / FILE)])
+            parts.append(f"{page}\n")
+        parts.append(str(self.out / FILE))
+        return "\n".join(parts)
 
 
 def _equal(lab, best):
@@ -177,7 +208,9 @@ def _equal(lab, best):
         if not report.no_program:
             sources[entry.student] = _source(entry.path, entry.member)
     handed_out = lab.folder / "student.py"
-    template = _source(handed_out) if handed_out.is_file() else ""
+    template = ""
+    if handed_out.is_file():
+        template = _source(handed_out)
     return equal_programs(sources, template, functions_of(lab))
 
 

@@ -67,10 +67,14 @@ class Gradebook:
         rows = _rows_of(self.sheet, student, moodle_number)
         if len(rows) != 1:
             return None
-        for title, cell in zip(self.sheet.titles, self.sheet.values(rows[0])):
-            of_the_mark = any(word in title.casefold() for word in GRADE)
-            if not of_the_mark and (found := moodle_time(cell)):
-                return found
+        cells = self.sheet.values(rows[0])
+        for title, cell in zip(self.sheet.titles, cells):
+            plain = title.casefold()
+            if any(word in plain for word in GRADE):
+                continue  # the time of the mark
+            time = moodle_time(cell)
+            if time is not None:
+                return time
         return None
 
     def fill(self, marks: Iterable[Mark]) -> Filled:
@@ -78,36 +82,58 @@ class Gradebook:
 
         Who has no mark yet keeps his cell: a person has to look. Decimal commas are kept.
         """
-        titles = [title.casefold() for title in self.sheet.titles]
-        most = next((k for k, title in enumerate(titles) if title in MOST), None)
-        comma = self.sheet.has_comma(*(k for k in (self.mark, most) if k is not None))
-        left, count, no_row = set(self.students), 0, []
+        most = self._column_of_the_most()
+        if most is None:
+            comma = self.sheet.has_comma(self.mark)
+        else:
+            comma = self.sheet.has_comma(self.mark, most)
+        left = set(self.students)
+        count = 0
+        no_row = []
         for mark in marks:
             rows = _rows_of(self.sheet, mark.student, mark.number)
             left -= set(rows)
             if len(rows) != 1:
                 no_row.append(mark.student)
             elif mark.points is not None:
-                limit = self.limit if most is None else self.sheet.value(rows[0], most)
+                limit = self.limit
+                if most is not None:
+                    limit = self.sheet.value(rows[0], most)
                 scale = number_in(limit) or mark.most
-                points = number(mark.points * scale / mark.most)
-                self.sheet.put(rows[0], self.mark, points.replace(".", ",") if comma else points)
+                text = number(mark.points * scale / mark.most)
+                if comma:
+                    text = text.replace(".", ",")
+                self.sheet.put(rows[0], self.mark, text)
                 count += 1
         return Filled(self.sheet.text, count, no_row, len(left))
+
+    def _column_of_the_most(self):
+        """Return the first column of the most that is possible, None where there is none."""
+        for k, title in enumerate(self.sheet.titles):
+            if title.casefold() in MOST:
+                return k
+        return None
 
 
 def _column(path, titles, lab, wanted):
     plain = [title.casefold() for title in titles]
-    names = GRADE if wanted is None else [wanted.strip().casefold()]
+    if wanted is None:
+        names = GRADE
+        which = f"for {lab.name}"
+    else:
+        names = [wanted.strip().casefold()]
+        which = repr(wanted)
     columns = [k for k, title in enumerate(plain) if title in names]
     if not columns and wanted is None:
         # "lab1" in "Lab 1 (77)" and "amoro" in "AMORO lab (123)", but "lab1" not in "Lab 10".
-        short = re.compile(rf"\b{' ?'.join(re.escape(lab.name.split('_')[0].casefold()))}\b")
+        first_word = lab.name.split("_")[0].casefold()
+        spaced = " ?".join(re.escape(first_word))
+        short = re.compile(rf"\b{spaced}\b")
         columns = [k for k, title in enumerate(plain) if short.search(title)]
     if len(columns) != 1:
-        name = f"for {lab.name}" if wanted is None else repr(wanted)
+        listed = ", ".join(titles)
         raise UsageError(
-            f"{path} has {len(columns)} columns {name}: give --column one of {', '.join(titles)}"
+            f"{path} has {len(columns)} columns {which}: give --column one of {listed}"
         )
     return columns[0]
 
@@ -121,12 +147,21 @@ def _rows_of(sheet: Sheet, student: str, moodle_number: str) -> list[int]:
         found = [k for k in rows if _has_number(sheet.values(k), moodle_number)]
         if found:
             return found
-    return [k for k in rows if id_key(student) in map(id_key, sheet.values(k))]
+    wanted = id_key(student)
+    found = []
+    for k in rows:
+        ids = map(id_key, sheet.values(k))
+        if wanted in ids:
+            found.append(k)
+    return found
 
 
 def _has_number(cells, wanted):
-    found = (_NUMBER.fullmatch(cell.strip()) for cell in cells[:2])
-    return any(cell and cell[1] == wanted for cell in found)
+    for cell in cells[:2]:
+        found = _NUMBER.fullmatch(cell.strip())
+        if found and found[1] == wanted:
+            return True
+    return False
 
 
 def moodle_time(text: str) -> datetime | None:
@@ -135,13 +170,24 @@ def moodle_time(text: str) -> datetime | None:
     if not found:
         return None
     day, word, year, hour, minute, half = found.groups()
-    months = [
-        k for k, names in enumerate(_MONTHS.split(","), 1) if word.startswith(tuple(names.split()))
-    ]
-    if not months:
+    month = _month(word)
+    if month is None:
         return None
-    hours = int(hour) % 12 + 12 * (half == "pm") if half else int(hour)
+    hours = int(hour)
+    if half:
+        hours %= 12
+    if half == "pm":
+        hours += 12
     try:
-        return datetime(int(year), months[0], int(day), hours, int(minute))
+        return datetime(int(year), month, int(day), hours, int(minute))
     except ValueError:
         return None
+
+
+def _month(word):
+    """Return the number of the month of this name, None where it is none."""
+    for k, names in enumerate(_MONTHS.split(","), 1):
+        beginnings = tuple(names.split())
+        if word.startswith(beginnings):
+            return k
+    return None

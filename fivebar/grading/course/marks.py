@@ -20,7 +20,10 @@ from .sheet import Sheet, number_in, quoted, read_sheet
 
 FILE = "marks.csv"
 # The teacher's columns that have a meaning; "report /10" and all others are his own, too.
-ADJUST, COMMENT, DAYS_LATE, EXTRA_DAYS = "adjust", "comment", "days late", "extra days"
+ADJUST = "adjust"
+COMMENT = "comment"
+DAYS_LATE = "days late"
+EXTRA_DAYS = "extra days"
 HIS = (ADJUST, COMMENT, DAYS_LATE, EXTRA_DAYS)
 AFTER = ("lost for late days", "mark", "of", "state", "same program as", "file", "trouble")
 _OUT_OF = re.compile(r"(.+?)\s*/\s*(\d+(?:[.,]\d+)?)")
@@ -52,18 +55,24 @@ class Mark:
         """Return how the mark comes about, in a sentence."""
         if self.points is None:
             return ""
-        parts = [
-            f"{lab} {number(report.points)} of {number(report.max_points)}"
-            for lab, (_, report) in self.results.items()
-        ]
-        for title, text in self.by_hand.items():
-            if text.strip() and (found := _OUT_OF.fullmatch(title)):
-                parts.append(f"{found[1]} {text.strip()} of {found[2]}")
+        parts = []
+        for lab, (_, report) in self.results.items():
+            points = number(report.points)
+            most = number(report.max_points)
+            parts.append(f"{lab} {points} of {most}")
+        for title, cell in self.by_hand.items():
+            text = cell.strip()
+            found = _OUT_OF.fullmatch(title)
+            if text and found:
+                parts.append(f"{found[1]} {text} of {found[2]}")
         if self.lost:
             parts.append(f"-{number(self.lost)} for late days")
-        if adjust := number_in(self.by_hand.get(ADJUST, "")):
-            parts.append(f"{'+' if adjust > 0 else '-'}{number(abs(adjust))} by hand")
-        return f"Mark: {number(self.points)} of {number(self.most)} ({', '.join(parts)})."
+        adjust = number_in(self.by_hand.get(ADJUST, ""))
+        if adjust:
+            sign = "+" if adjust > 0 else "-"
+            parts.append(f"{sign}{number(abs(adjust))} by hand")
+        listed = ", ".join(parts)
+        return f"Mark: {number(self.points)} of {number(self.most)} ({listed})."
 
 
 def best_of(entries: Iterable[Entry], reports: Iterable[Report]) -> dict[str, tuple[Entry, Report]]:
@@ -71,8 +80,11 @@ def best_of(entries: Iterable[Entry], reports: Iterable[Report]) -> dict[str, tu
     found: dict[str, tuple[Entry, Report]] = {}
     for entry, report in zip(entries, reports):
         key = name_key(entry.student)
-        if key not in found or _worth(report) > _worth(found[key][1]):
-            found[key] = entry, report
+        if key in found:
+            _, best = found[key]
+            if _worth(report) <= _worth(best):
+                continue
+        found[key] = entry, report
     return found
 
 
@@ -86,12 +98,14 @@ class Table:
     """
 
     def __init__(self, out: Path, labs: Iterable[str]):
-        self.path, self.labs = out / FILE, tuple(labs)
-        self.sheet: Sheet | None = read_sheet(self.path) if self.path.exists() else None
+        self.path = out / FILE
+        self.labs = tuple(labs)
+        self.sheet: Sheet | None = None
         self.titles = list(HIS)
         self.names: list[str] = []
         self.cells: dict[str, dict[str, str]] = {}
-        if self.sheet:
+        if self.path.exists():
+            self.sheet = read_sheet(self.path)
             self._read(self.sheet)
 
     def _read(self, sheet):
@@ -106,19 +120,24 @@ class Table:
         self.titles += [title for title in HIS if title not in self.titles]
         for k in range(1, len(sheet.rows)):
             row = dict(zip(titles, sheet.values(k)))
-            if name := row["student"].strip():
-                key = name_key(name)
-                if key in self.cells:
-                    raise UsageError(f"{self.path} has two rows of {name}")
-                self.cells[key] = {title: row.get(title, "") for title in self.titles}
-                self.names.append(name)
+            name = row["student"].strip()
+            if not name:
+                continue
+            key = name_key(name)
+            if key in self.cells:
+                raise UsageError(f"{self.path} has two rows of {name}")
+            self.cells[key] = {title: row.get(title, "") for title in self.titles}
+            self.names.append(name)
 
     def by_hand(self, student: str) -> dict[str, str]:
-        return self.cells.get(name_key(plain_cell(student)), dict.fromkeys(self.titles, ""))
+        key = name_key(plain_cell(student))
+        empty = dict.fromkeys(self.titles, "")
+        return self.cells.get(key, empty)
 
     def number(self, student: str, title: str) -> float | None:
         """Return what the teacher wrote, None where nothing. Raises UsageError for no number."""
-        text = self.by_hand(student).get(title, "").strip()
+        cells = self.by_hand(student)
+        text = cells.get(title, "").strip()
         value = number_in(text)
         if text and value is None:
             raise UsageError(f"{self.path}, {student}: {title} is {text!r}, which is no number")
@@ -126,8 +145,12 @@ class Table:
 
     def out_of(self) -> dict[str, float]:
         """Return title -> the most of it, of the teacher's columns "report /10"."""
-        found = {title: _OUT_OF.fullmatch(title) for title in self.titles}
-        return {title: number_in(match[2]) or 0.0 for title, match in found.items() if match}
+        most = {}
+        for title in self.titles:
+            found = _OUT_OF.fullmatch(title)
+            if found:
+                most[title] = number_in(found[2]) or 0.0
+        return most
 
     def mark(
         self,
@@ -149,49 +172,67 @@ class Table:
         points = sum(report.points for _, report in results.values())
         points += sum(part for part in parts.values() if part is not None)
         days, share = late
-        typed, extra = self.number(student, DAYS_LATE), self.number(student, EXTRA_DAYS)
-        days = (days if typed is None else typed) - (extra or 0.0)
-        lost = round(points * min(1.0, share * max(0, math.ceil(days - 1e-9))), 2)
+        typed = self.number(student, DAYS_LATE)
+        extra = self.number(student, EXTRA_DAYS)
+        if typed is not None:
+            days = typed
+        if extra is not None:
+            days -= extra
+        begun_days = max(0, math.ceil(days - 1e-9))
+        lost_share = min(1.0, share * begun_days)
+        lost = round(points * lost_share, 2)
         state = _state(results, most, parts)
         # What is written under "adjust" says that a person has looked, 0 as well.
         looked = adjust is not None and "not graded" not in state
         total = None
         if state == "graded" or looked:
-            total = max(0.0, round(points - lost + (adjust or 0.0), 2))
+            total = points - lost + (adjust or 0.0)
+            total = max(0.0, round(total, 2))
         whole = sum(most.values()) + sum(out_of.values())
         by_hand = self.by_hand(student)
         return Mark(student, moodle_number, results, by_hand, total, whole, lost, state, same)
 
     def without_hand_in(self, known: set[str]) -> list[str]:
         """Return the students of the table of whom nothing was found."""
-        known = {name_key(plain_cell(student)) for student in known}
-        return [name for name in self.names if name_key(name) not in known]
+        keys = {name_key(plain_cell(student)) for student in known}
+        return [name for name in self.names if name_key(name) not in keys]
 
     def text(self, marks: Iterable[Mark]) -> str:
         """Return the whole table again, in the dialect in which it was read."""
         sign = self.sheet.sign if self.sheet else ","
-        rows = [["student", *self.labs, *AFTER, *self.titles]]
+        titles = ["student", *self.labs, *AFTER, *self.titles]
+        lines = [_line(titles, sign)]
         for mark in marks:
             ours = [_written(value, sign) for value in self._values(mark)]
-            rows.append(ours + [mark.by_hand[title] for title in self.titles])
+            by_hand = [mark.by_hand[title] for title in self.titles]
+            lines.append(_line(ours + by_hand, sign))
         # With the mark in front Excel reads accents.
-        return "\ufeff" + "".join(_line(cells, sign) for cells in rows)
+        return "\ufeff" + "".join(lines)
 
     def _values(self, mark):
         """Return what is ours of a row: numbers, and texts."""
         yield mark.student
         for lab in self.labs:
             _, report = mark.results.get(lab, (None, None))
-            yield report.points if report and has_marks(report) else ""
-        entries = [entry for entry, _ in mark.results.values()]
-        troubles = dict.fromkeys(trouble_of(report) for _, report in mark.results.values())
+            if report and has_marks(report):
+                yield report.points
+            else:
+                yield ""
+        files = []
+        troubles = []
+        for entry, report in mark.results.values():
+            trouble = trouble_of(report)
+            if entry.name:
+                files.append(entry.name)
+            if trouble and trouble not in troubles:
+                troubles.append(trouble)
         yield mark.lost or ""
         yield "" if mark.points is None else mark.points
         yield mark.most
         yield mark.state
         yield ", ".join(mark.same)
-        yield ", ".join(entry.name for entry in entries if entry.name)
-        yield "; ".join(filter(None, troubles))
+        yield ", ".join(files)
+        yield "; ".join(troubles)
 
 
 def _written(value, sign):
@@ -199,22 +240,35 @@ def _written(value, sign):
     if isinstance(value, str):
         return plain_cell(value)
     text = number(value)
-    return text.replace(".", ",") if sign == ";" else text
+    if sign == ";":
+        return text.replace(".", ",")
+    return text
 
 
 def _line(cells, sign):
-    return sign.join(quoted(text, sign) for text in cells) + "\r\n"
+    written = [quoted(text, sign) for text in cells]
+    return sign.join(written) + "\r\n"
 
 
 def _state(results, most, parts):
     """Return "graded", or what keeps a student from a mark."""
-    reports = {lab: results[lab][1] if lab in results else None for lab in most}
     if not results:
         return "nothing to grade"
-    if lost := [lab for lab, report in reports.items() if report and report.ungraded]:
-        return f"not graded: {', '.join(lost)}"
-    if absent := [lab for lab, report in reports.items() if not report or report.no_program]:
-        return f"no program: {', '.join(absent)}" if len(most) > 1 else "no program"
-    if waits := [title for title, part in parts.items() if part is None]:
-        return f"waits for {', '.join(waits)}"
+    ungraded = []
+    absent = []
+    for lab in most:
+        _, report = results.get(lab, (None, None))
+        if report and report.ungraded:
+            ungraded.append(lab)
+        if not report or report.no_program:
+            absent.append(lab)
+    empty_cells = [title for title, part in parts.items() if part is None]
+    if ungraded:
+        return f"not graded: {', '.join(ungraded)}"
+    if absent and len(most) > 1:
+        return f"no program: {', '.join(absent)}"
+    if absent:
+        return "no program"
+    if empty_cells:
+        return f"waits for {', '.join(empty_cells)}"
     return "graded"

@@ -29,16 +29,22 @@ class Sheet:
 
     @property
     def titles(self) -> list[str]:
-        return [self.value(0, k).strip() for k in range(len(self.rows[0]))]
+        return [title.strip() for title in self.values(0)]
 
     def value(self, row: int, column: int) -> str:
         """Return a cell's text without its quotes, "" where the row has none."""
-        cell = self.rows[row][column] if column < len(self.rows[row]) else ""
-        quoted = len(cell) > 1 and cell.startswith('"') and cell.endswith('"')
-        return cell[1:-1].replace('""', '"') if quoted else cell
+        cells = self.rows[row]
+        if column >= len(cells):
+            return ""
+        cell = cells[column]
+        quoted = cell.startswith('"') and cell.endswith('"')
+        if len(cell) < 2 or not quoted:
+            return cell
+        return cell[1:-1].replace('""', '"')
 
     def values(self, row: int) -> list[str]:
-        return [self.value(row, k) for k in range(len(self.rows[row]))]
+        count = len(self.rows[row])
+        return [self.value(row, k) for k in range(count)]
 
     def put(self, row: int, column: int, text: str) -> None:
         """Write a cell, in quotes where it had them or needs them."""
@@ -51,19 +57,31 @@ class Sheet:
 
         Excel parts cells by semicolons where a comma is decimal.
         """
-        cells = (self.value(row, k).strip() for row in range(1, len(self.rows)) for k in columns)
-        return self.sign == ";" or any(map(_COMMA.fullmatch, cells))
+        if self.sign == ";":
+            return True
+        for row in range(1, len(self.rows)):
+            for column in columns:
+                text = self.value(row, column).strip()
+                if _COMMA.fullmatch(text):
+                    return True
+        return False
 
     @property
     def text(self) -> str:
-        lines = [self.sign.join(row) + end for row, end in zip(self.rows, self.ends)]
-        return self.mark + "".join(lines)
+        text = self.mark
+        for row, end in zip(self.rows, self.ends):
+            text += self.sign.join(row) + end
+        return text
 
 
 def quoted(text: str, sign: str, always: bool = False) -> str:
     """Return a cell as CSV writes it."""
-    needed = always or any(letter in text for letter in f'{sign}"\r\n')
-    return '"' + text.replace('"', '""') + '"' if needed else text
+    special = f'{sign}"\r\n'
+    needed = any(letter in text for letter in special)
+    if not always and not needed:
+        return text
+    inner = text.replace('"', '""')
+    return f'"{inner}"'
 
 
 def read_sheet(path: Path) -> Sheet:
@@ -90,7 +108,8 @@ def read_sheet(path: Path) -> Sheet:
             rows.append(row)
             ends.append(found[2])
         row = []
-    if len(rows) < 2 or len(rows[0]) < 2 or "\0" in text:
+    too_small = len(rows) < 2 or len(rows[0]) < 2
+    if too_small or "\0" in text:
         raise UsageError(
             f"{path} is no sheet of marks: a line of titles and a line per student are asked"
         )
@@ -105,13 +124,18 @@ def _decoded(data):
         text = data.decode("utf-8")
     except UnicodeDecodeError:  # as Excel saves it in Western Europe
         return data.decode("cp1252", errors="replace"), "\ufeff"
-    return text.removeprefix("\ufeff"), text[:1] if text.startswith("\ufeff") else ""
+    without_mark = text.removeprefix("\ufeff")
+    mark = "" if without_mark == text else "\ufeff"
+    return without_mark, mark
 
 
 def number_in(text: str) -> float | None:
     """Return the number in a cell, with a point or a comma; None where there is none."""
+    with_point = text.strip().replace(",", ".")
     try:
-        value = float(text.strip().replace(",", "."))
+        value = float(with_point)
     except ValueError:
         return None
-    return value if abs(value) < 1e9 else None
+    if abs(value) < 1e9:  # False for NaN
+        return value
+    return None

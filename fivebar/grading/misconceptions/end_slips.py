@@ -93,10 +93,8 @@ IKM2_ENDS = in_step(
 
 def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
     jacobian = "J gives the end-effector's velocity from that of the drives. Solve A xi' = B q'."
-    energy, power = (
-        "xi' = J q'. Write the kinetic energy with q'.",
-        "m (A^-1 d) is a force. Which efforts is it worth?",
-    )
+    energy = "xi' = J q'. Write the kinetic energy with q'."
+    power = "m (A^-1 d) is a force. Which efforts is it worth?"
     inertias = " and ".join(kind.words.inertias)
     Js = (
         ("J = B^-1 A", lambda A, B: inverse(B) @ A),
@@ -149,8 +147,11 @@ def dynamic_slips(kind: Kind) -> tuple[Slip, ...]:
     which = "Which mass moves with which part?"
 
     def named(key, hint, cases):
-        hints = [STAR if name.startswith("elementwise") else hint for name, _ in cases]
-        return tuple(Slip(name, text, {key: wrong}) for (name, wrong), text in zip(cases, hints))
+        slips = []
+        for name, wrong in cases:
+            text = STAR if name.startswith("elementwise") else hint
+            slips.append(Slip(name, text, {key: wrong}))
+        return slips
 
     return (
         *named("Z", own, Zs),
@@ -167,7 +168,8 @@ def misused(name: str, hint: str, use: Callable) -> Misconception:
 
     def model(robot: Robot, *row: Array) -> Columns:
         M, c = dynamic_model(robot, *row[:8])
-        return tuple(use(M, c.T, np.stack(row[8:])))
+        given = np.stack(row[8:])
+        return tuple(use(M, c.T, given))
 
     return Misconception(name, hint, model)
 
@@ -176,7 +178,9 @@ def misread(model: Callable) -> Misconception:
     """Return the misconception of who takes q12 and q22 for the directions of the distal bars."""
 
     def wrong(robot: Robot, q11: Array, q12: Array, q21: Array, q22: Array, *row: Array) -> Columns:
-        return model(robot, q11, q12 - q11, q21, q22 - q21, *row)
+        passive_left = q12 - q11
+        passive_right = q22 - q21
+        return model(robot, q11, passive_left, q21, passive_right, *row)
 
     hint = "Which angle does the distal bar make with the x axis?"
     return Misconception("passive angles taken as absolute", hint, wrong)
@@ -190,8 +194,9 @@ def locked(
     robot: FiveBar, q11: Array, q12: Array, q21: Array, q22: Array, *rates: Array
 ) -> Columns:
     """Return the velocity of who moves the left leg as one rigid piece."""
-    x = robot.l11 * np.cos(q11) + robot.l12 * np.cos(q11 + q12)
-    y = robot.l11 * np.sin(q11) + robot.l12 * np.sin(q11 + q12)
+    phi = q11 + q12
+    x = robot.l11 * np.cos(q11) + robot.l12 * np.cos(phi)
+    y = robot.l11 * np.sin(q11) + robot.l12 * np.sin(phi)
     return -rates[0] * y, rates[0] * x
 
 

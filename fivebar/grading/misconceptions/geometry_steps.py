@@ -19,8 +19,12 @@ from .right import Kind
 
 def steps_of_leg(right_steps: dict, steps: dict, leg: int) -> SimpleNamespace:
     """Return the steps of one leg; a pair of steps holds None where a leg's is right."""
-    own = {key: step[leg] if isinstance(step, tuple) else step for key, step in steps.items()}
-    return SimpleNamespace(**right_steps | {key: step for key, step in own.items() if step})
+    chosen = dict(right_steps)
+    for key, step in steps.items():
+        own = step[leg] if isinstance(step, tuple) else step
+        if own:
+            chosen[key] = own
+    return SimpleNamespace(**chosen)
 
 
 def each_leg(name: str, hint: str, **steps: Callable) -> tuple[Slip, ...]:
@@ -36,7 +40,10 @@ def each_leg(name: str, hint: str, **steps: Callable) -> tuple[Slip, ...]:
 
 def in_step(key: str, *cases: tuple[str, str, Callable]) -> tuple[Slip, ...]:
     """Return the slips of each case in one step: its name, its hint and the wrong step."""
-    return tuple(Slip(name, hint, {key: wrong}) for name, hint, wrong in cases)
+    slips = []
+    for name, hint, wrong in cases:
+        slips.append(Slip(name, hint, {key: wrong}))
+    return tuple(slips)
 
 
 def right(thing: object, *_: object) -> object:
@@ -49,8 +56,10 @@ def base_x(robot: Robot, leg: int) -> float:
 
 def proximal(robot: Robot, leg: int, q: Array) -> Array:
     """From the base to the pivot."""
+    if not robot.turns:
+        return 1j * q
     drive = robot.drives[leg]
-    return drive.length * np.exp(1j * q) if robot.turns else 1j * q
+    return drive.length * np.exp(1j * q)
 
 
 PIVOT = {"base": base_x, "bars": proximal}
@@ -58,8 +67,10 @@ PIVOT = {"base": base_x, "bars": proximal}
 
 def foot(robot: Robot, leg: int, span: Array) -> Array:
     """Return distance of the height's foot from the pivot (dgm) in a triangle of this base."""
-    near, far = robot.distal[leg], robot.distal[1 - leg]
-    return (np.abs(span) ** 2 + near**2 - far**2) / (2 * np.abs(span))
+    near = robot.distal[leg]
+    far = robot.distal[1 - leg]
+    size = np.abs(span)
+    return (size**2 + near**2 - far**2) / (2 * size)
 
 
 # What is made of a wrong distance a from a pivot to the height's foot: AMORO's h/a times the right
@@ -80,7 +91,8 @@ def pivots(robot: Robot, q11: Array, q21: Array, **pivot_steps: Any) -> list[Arr
     points = []
     for leg, q in enumerate((q11, q21)):
         step = steps_of_leg(PIVOT, pivot_steps, leg)
-        points.append(step.base(robot, leg) + step.bars(robot, leg, q))
+        base = step.base(robot, leg)
+        points.append(base + step.bars(robot, leg, q))
     return points
 
 
@@ -103,11 +115,16 @@ def dgm_steps(
     """AMORO eq. 1 to 3: from A22 along the line of the pivots to H, and from there up."""
     robot = robot_of(robot)
     points = pivots(robot, q11, q21, **pivot_steps)
-    line = points[0] - points[1]
-    size, a = np.abs(line), from_pivot(robot, 1, line)
-    half, direction = ahead(foot(robot, 1, line) * line / size, a, line / size)
-    up = sign(mode) * scale(height(robot.distal[1], a), a, size) * turn(direction)
-    found = end(points[1] + to_h(half, line), up)
+    left, right_pivot = points
+    line = left - right_pivot
+    size = np.abs(line)
+    a = from_pivot(robot, 1, line)
+    right_half = foot(robot, 1, line) * line / size
+    half, direction = ahead(right_half, a, line / size)
+    rise = scale(height(robot.distal[1], a), a, size)
+    up = sign(mode) * rise * turn(direction)
+    h = right_pivot + to_h(half, line)
+    found = end(h, up)
     return found.real, found.imag
 
 
@@ -174,7 +191,8 @@ def lengths_changed(kind: Kind) -> tuple[Slip, ...]:
 
     def like(name, hint, **names):
         def change(robot):
-            return replace(robot, **{new: getattr(robot, old) for new, old in names.items()})
+            changes = {new: getattr(robot, old) for new, old in names.items()}
+            return replace(robot, **changes)
 
         return Slip(name, hint, {"robot_of": change})
 
@@ -277,15 +295,9 @@ def dgm_slips(kind: Kind) -> tuple[Slip, ...]:
     )
     slips += [*bases_moved(kind), *lengths_changed(kind)]
     slips += [*in_step("turn", *TURNS), *in_step("height", *SQUARES)]
-    slips += [
-        Slip(
-            name,
-            hint,
-            {"from_pivot": find, **ahead},
-        )
-        for name, hint, find in feet_of("H")
-        for ahead in AHEAD
-    ]
+    for name, hint, find in feet_of("H"):
+        for ahead in AHEAD:
+            slips.append(Slip(name, hint, {"from_pivot": find, **ahead}))
     slips.append(
         Slip(
             "distance of H from the other pivot: the squares of the bars are exchanged",

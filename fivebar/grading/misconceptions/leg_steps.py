@@ -33,8 +33,10 @@ from .right import Kind, dgm
 
 def leg_foot(robot: Robot, leg: int, line: Array) -> Array:
     """Return distance of M, the foot of the elbow's height, from the base joint."""
-    near, far = robot.drives[leg].length, robot.distal[leg]
-    return (np.abs(line) ** 2 + near**2 - far**2) / (2 * np.abs(line))
+    near = robot.drives[leg].length
+    far = robot.distal[leg]
+    size = np.abs(line)
+    return (size**2 + near**2 - far**2) / (2 * size)
 
 
 def own_mode(leg: int, gamma1: Array, gamma2: Array) -> Array:
@@ -68,19 +70,24 @@ def igm_steps(
     """AMORO eq. 7 to 9: by way of M, then up or down to the elbow; a foot is straight above or
     below.
     """
-    robot, found = robot_of(robot), []
-    for leg, bar in enumerate(robot.distal):
+    robot = robot_of(robot)
+    found = []
+    for leg in range(2):
         step = steps_of_leg(IGM, leg_steps, leg)
         line = x - step.base(robot, leg) + 1j * y
         mode = step.sign(leg, gamma1, gamma2)
         if not robot.turns:
-            found.append(lift(y) + mode * step.height(bar, line.real))
+            rise = step.height(robot.distal[leg], line.real)
+            found.append(lift(y) + mode * rise)
             continue
-        size, a = np.abs(line), step.foot(robot, leg, line)
+        size = np.abs(line)
+        a = step.foot(robot, leg, line)
         middle = leg_foot(robot, leg, line) * line / size
         half, direction = step.ahead(middle, a, line / size)
-        rise = scale(step.height(robot.drives[leg].length, a), a, size)
-        elbow = step.elbow(to_m(half, line), mode * rise * turn(direction), robot, leg)
+        height_of_elbow = step.height(robot.drives[leg].length, a)
+        rise = scale(height_of_elbow, a, size)
+        up = mode * rise * turn(direction)
+        elbow = step.elbow(to_m(half, line), up, robot, leg)
         found.append(step.read(elbow))
     return tuple(found)
 
@@ -90,7 +97,8 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
         "gamma1 belongs to the left leg, gamma2 to the right one. Change one alone: what changes?"
     )
     slips = [*bases_moved(kind), *lengths_changed(kind)]
-    slips += [s for name, hint, root in SQUARES for s in each_leg(name, hint, height=root)]
+    for name, hint, root in SQUARES:
+        slips += each_leg(name, hint, height=root)
     slips += [
         Slip(
             "the left leg's mode, gamma1, used for both legs",
@@ -112,12 +120,9 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
             Slip("height of the end-effector forgotten", up, {"lift": lambda y: 0 * y}),
             Slip("height of the end-effector with the wrong sign", up, {"lift": lambda y: -y}),
         )
-    slips += [
-        s
-        for name, hint, find in feet_of("M")
-        for ahead in AHEAD
-        for s in each_leg(name, hint, foot=find, **ahead)
-    ]
+    for name, hint, find in feet_of("M"):
+        for ahead in AHEAD:
+            slips += each_leg(name, hint, foot=find, **ahead)
     slips += in_step("turn", *TURNS)
     length = "A direction times b has length b only if the direction has length 1."
     once = (
@@ -162,7 +167,7 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
             read=lambda z: np.pi / 2 - np.angle(z),
         ),
         *each_leg(
-            "sign of x in atan2",
+            "as for the other sign of x",
             "Which way does your vector point?",
             read=lambda z: np.angle(-z.conj()),
         ),
@@ -190,10 +195,14 @@ def passive_steps(
     robot = robot_of(robot)
     x, y = dgm(robot, q11, q21, sign(mode))
     angles = []
-    for leg, (q, other) in enumerate(((q11, q21), (q21, q11))):
+    active = (q11, q21)
+    for leg, q in enumerate(active):
+        other = active[1 - leg]
         step = steps_of_leg(PASSIVE, leg_steps, leg)
         pivot = step.base(robot, leg) + step.bars(robot, leg, q)
-        angles.append(step.off(robot, step.read(x + 1j * y - pivot), q, other))
+        bar = x + 1j * y - pivot
+        angle = step.read(bar)
+        angles.append(step.off(robot, angle, q, other))
     return tuple(angles)
 
 
@@ -225,7 +234,7 @@ def passive_slips(kind: Kind) -> tuple[Slip, ...]:
             read=lambda z: np.pi / 2 - np.angle(z),
         ),
         *each_leg("bar read from its end to its beginning", ends, read=lambda z: np.angle(-z)),
-        *each_leg("sign of x in atan2", ends, read=lambda z: np.angle(-z.conj())),
+        *each_leg("as for the other sign of x", ends, read=lambda z: np.angle(-z.conj())),
     ]
     if not kind.turns:
         hint = "A foot slides and does not turn. From which direction is its bar's angle measured?"

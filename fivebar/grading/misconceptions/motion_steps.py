@@ -20,15 +20,20 @@ class Joints:
     """
 
     def __init__(self, robot: Robot, q11: Array, q12: Array, q21: Array, q22: Array):
-        first, second = np.stack([q11, q21], -1), np.stack([q12, q22], -1)
-        self.robot, self.q, self.passive, self.turns = robot, first, second, robot.turns
-        self.phi = first + second if robot.turns else second
+        self.robot = robot
+        self.q = np.stack([q11, q21], -1)
+        self.passive = np.stack([q12, q22], -1)
+        self.turns = robot.turns
         self.distal = np.array(robot.distal)
-        self.proximal = np.array([d.length for d in robot.drives]) if robot.turns else np.ones(2)
+        if robot.turns:
+            self.phi = self.q + self.passive
+            self.proximal = np.array([drive.length for drive in robot.drives])
+            self.u1 = unit(self.q)
+        else:
+            self.phi = self.passive
+            self.proximal = np.ones(2)
+            self.u1 = np.broadcast_to([1.0, 0.0], (*self.q.shape, 2))  # so v1 is along y
         self.u2 = unit(self.phi)
-        self.u1 = (
-            unit(first) if robot.turns else np.broadcast_to([1.0, 0.0], self.u2.shape)
-        )  # v1 is then along y
 
     @property
     def v1(self) -> Array:
@@ -40,7 +45,9 @@ class Joints:
 
 
 def unit(angle: Array) -> Array:
-    return np.stack([np.cos(angle), np.sin(angle)], -1)
+    x = np.cos(angle)
+    y = np.sin(angle)
+    return np.stack([x, y], -1)
 
 
 def dot(a: Array, b: Array) -> Array:
@@ -55,132 +62,261 @@ def diagonal(b: Array) -> Array:
     return b[..., None] * np.eye(2)
 
 
+def distal_directions(j: Joints) -> Array:
+    return j.u2
+
+
+def crank_projection(j: Joints) -> Array:
+    cosine = dot(j.u2, j.v1)
+    return j.proximal * cosine
+
+
+def diagonal_B(b: Array, j: Joints) -> Array:
+    return diagonal(b)
+
+
 def parts_of(
     robot: Robot,
     *q: Array,
     angles: Callable = same,
-    A: Callable = lambda j: j.u2,
-    B: Callable = lambda b, j: diagonal(b),
-    b: Callable = lambda j: j.proximal * dot(j.u2, j.v1),
+    A: Callable = distal_directions,
+    B: Callable = diagonal_B,
+    b: Callable = crank_projection,
     of_A: Callable = same,
 ) -> tuple[Array, Array, Joints]:
     """Return A, B and the Joints."""
     joints = Joints(robot, *angles(q))
-    return of_A(A(joints)), B(b(joints), joints), joints
+    matrix_A = of_A(A(joints))
+    matrix_B = B(b(joints), joints)
+    return matrix_A, matrix_B, joints
 
 
 def rest_of(steps: dict) -> tuple[dict, dict]:
     """Steps of A and B, and all others."""
     names = ("angles", "A", "B", "b", "of_A")
-    mine = {key: steps[key] for key in names if key in steps}
-    return mine, {key: value for key, value in steps.items() if key not in mine}
+    mine = {}
+    others = {}
+    for key, step in steps.items():
+        if key in names:
+            mine[key] = step
+        else:
+            others[key] = step
+    return mine, others
+
+
+def distal_rate(own: Array, passive: Array, turns: bool) -> Array:
+    if turns:
+        return own + passive
+    return passive
+
+
+def proximal_term(j: Joints, rate: Array) -> Array | float:
+    """Return the centripetal acceleration of the elbow along the distal bar."""
+    if not j.turns:
+        return 0.0
+    cosine = dot(j.u2, j.u1)
+    return j.proximal * rate**2 * cosine
+
+
+def squared_rate(rate: Array, own: Array, passive: Array) -> Array:
+    return rate**2
+
+
+def distal_term(j: Joints, square: Array) -> Array:
+    return j.distal * square
+
+
+def minus_both(near: Array, far: Array) -> Array:
+    return -near - far
 
 
 def bias(
     j: Joints,
     rates: Columns,
-    turning: Callable = lambda own, passive, turns: own + passive if turns else passive,
-    near: Callable = lambda j, rate: j.proximal * rate**2 * dot(j.u2, j.u1) if j.turns else 0.0,
-    square: Callable = lambda rate, own, passive: rate**2,
-    far: Callable = lambda j, square: j.distal * square,
-    of_d: Callable = lambda near, far: -near - far,
+    turning: Callable = distal_rate,
+    near: Callable = proximal_term,
+    square: Callable = squared_rate,
+    far: Callable = distal_term,
+    of_d: Callable = minus_both,
 ) -> Array:
     """Return d, (n, 2)."""
-    own, passive = np.stack(rates[0::2], -1), np.stack(rates[1::2], -1)
-    squared = square(turning(own, passive, j.turns), own, passive)
-    return of_d(near(j, own), far(j, squared))
+    own = np.stack(rates[0::2], -1)
+    passive = np.stack(rates[1::2], -1)
+    rate = turning(own, passive, j.turns)
+    squared = square(rate, own, passive)
+    of_proximal = near(j, own)
+    of_distal = far(j, squared)
+    return of_d(of_proximal, of_distal)
 
 
 def A_steps(robot: Robot, *q: Array, **steps: Any) -> Array:
-    return parts_of(robot, *q, **steps)[0]
+    A, _, _ = parts_of(robot, *q, **steps)
+    return A
 
 
 def B_steps(robot: Robot, *q: Array, **steps: Any) -> Array:
-    return parts_of(robot, *q, **steps)[1]
+    _, B, _ = parts_of(robot, *q, **steps)
+    return B
 
 
 def first_order(robot: Robot, *row: Array, solve: Callable, **steps: Any) -> Columns:
     A, B, _ = parts_of(robot, *row[:4], **steps)
-    return times(solve(A, B), *row[4:])
+    J = solve(A, B)
+    return times(J, *row[4:])
 
 
 dkm_steps = partial(first_order, solve=lambda A, B: inverse(A) @ B)
 ikm_steps = partial(first_order, solve=lambda A, B: inverse(B) @ A)
 
 
+def last_columns(row: Columns) -> Columns:
+    return row[8:]
+
+
 def second_order(
     robot: Robot,
     *row: Array,
     finish: Callable,
-    given: Callable = lambda row: row[8:],
+    given: Callable = last_columns,
     robot_of: Callable = same,
     **steps: Any,
 ) -> Columns:
     robot = robot_of(robot)
     mine, others = rest_of(steps)
     A, B, j = parts_of(robot, *row[:4], **mine)
-    given = np.stack(given(row), -1)[..., None]
-    return tuple(finish(A, B, bias(j, row[4:8], **others)[..., None], given)[..., 0].T)
+    d = bias(j, row[4:8], **others)
+    vector = np.stack(given(row), -1)
+    solved = finish(A, B, d[..., None], vector[..., None])
+    return tuple(solved[..., 0].T)
 
 
-dkm2_steps = partial(second_order, finish=lambda A, B, d, q: inverse(A) @ (B @ q + d))
-ikm2_steps = partial(second_order, finish=lambda A, B, d, x: inverse(B) @ (A @ x - d))
+def solve_for_x(A: Array, B: Array, d: Array, q: Array) -> Array:
+    right_side = B @ q + d
+    return inverse(A) @ right_side
+
+
+def solve_for_q(A: Array, B: Array, d: Array, x: Array) -> Array:
+    left_side = A @ x - d
+    return inverse(B) @ left_side
+
+
+dkm2_steps = partial(second_order, finish=solve_for_x)
+ikm2_steps = partial(second_order, finish=solve_for_q)
 
 
 def turned(matrix: Array) -> Array:
     return matrix.swapaxes(-1, -2)
 
 
+def jacobian_of(A: Array, B: Array) -> Array:
+    return inverse(A) @ B
+
+
+def inertia_matrix(Z: Array, m: float, J: Array) -> Array:
+    of_end_effector = m * turned(J) @ J
+    return Z + of_end_effector
+
+
+def velocity_torques(m: float, J: Array, A: Array, B: Array, d: Array, M: Array) -> Array:
+    return m * turned(J) @ inverse(A) @ d
+
+
+def drive_inertias(robot: Any) -> Array:
+    return np.diag(robot.inertias)
+
+
 def dynamic_steps(
     robot: Robot,
     *row: Array,
-    J: Callable = lambda A, B: inverse(A) @ B,
-    M: Callable = lambda Z, m, J: Z + m * turned(J) @ J,
-    c: Callable = lambda m, J, A, B, d, M: m * turned(J) @ inverse(A) @ d,
-    Z: Callable = lambda robot: np.diag(robot.inertias),
+    J: Callable = jacobian_of,
+    M: Callable = inertia_matrix,
+    c: Callable = velocity_torques,
+    Z: Callable = drive_inertias,
     robot_of: Callable = same,
     **steps: Any,
 ) -> Columns:
     robot = robot_of(robot)
     mine, others = rest_of(steps)
     A, B, j = parts_of(robot, *row[:4], **mine)
-    jacobian, d = J(A, B), bias(j, row[4:8], **others)[..., None]
-    mass = np.broadcast_to(M(Z(robot), robot.m, jacobian), A.shape)
-    return mass, c(robot.m, jacobian, A, B, d, mass)[..., 0]
+    jacobian = J(A, B)
+    d = bias(j, row[4:8], **others)[..., None]
+    mass = M(Z(robot), robot.m, jacobian)
+    mass = np.broadcast_to(mass, A.shape)
+    torques = c(robot.m, jacobian, A, B, d, mass)
+    return mass, torques[..., 0]
+
+
+def distal_normal(j: Joints) -> Array:
+    return j.v2
+
+
+def elbow_velocity(j: Joints, v: Array) -> Array:
+    cosine = dot(v, j.v1)
+    return j.proximal * cosine
+
+
+def elbow_centripetal(j: Joints, v: Array, own: Array, passive: Array) -> Array | float:
+    if not j.turns:
+        return 0.0
+    return j.proximal * own**2 * dot(v, j.u1)
+
+
+def turning_drive(q: Array, j: Joints) -> Array:
+    if j.turns:
+        return q
+    return 0 * q
+
+
+def per_distal_length(value: Array, j: Joints) -> Array:
+    return value / j.distal
+
+
+def relative_to_elbow(end: Array, drag: Array, j: Joints) -> Array:
+    return end - drag
 
 
 def passive_motion(
     robot: Robot,
     *row: Array,
     angles: Callable = same,
-    v: Callable = lambda j: j.v2,
-    drag: Callable = lambda j, v: j.proximal * dot(v, j.v1),
-    own: Callable = lambda q, j: q if j.turns else 0 * q,
-    per: Callable = lambda value, j: value / j.distal,
-    take: Callable = lambda end, drag, j: end - drag,
-    pull: Callable = lambda j, v, own, passive: (
-        j.proximal * own**2 * dot(v, j.u1) if j.turns else 0.0
-    ),
+    v: Callable = distal_normal,
+    drag: Callable = elbow_velocity,
+    own: Callable = turning_drive,
+    per: Callable = per_distal_length,
+    take: Callable = relative_to_elbow,
+    pull: Callable = elbow_centripetal,
 ) -> Columns:
     """Return the rates (AMORO eq. 14) or, of rows with rates before them, accelerations (eq. 19).
 
     l12 (q11' + q12') = v12 . (xi' - l11 q11' v11).
     """
-    j, rates = Joints(robot, *angles(row[:4])), row[4:-4]
-    q, x = np.stack(row[-4:-2], -1), np.stack(row[-2:], -1)[:, None]
-    end = take(dot(v(j), x), drag(j, v(j)) * q, j)
+    j = Joints(robot, *angles(row[:4]))
+    rates = row[4:-4]
+    q = np.stack(row[-4:-2], -1)
+    x = np.stack(row[-2:], -1)[:, None]
+    normal = v(j)
+    of_end = dot(normal, x)
+    of_elbow = drag(j, normal) * q
+    along_normal = take(of_end, of_elbow, j)
     if rates:
-        end = end + pull(j, v(j), np.stack(rates[::2], -1), np.stack(rates[1::2], -1))
-    return tuple((per(end, j) - own(q, j)).T)
+        active = np.stack(rates[::2], -1)
+        passive = np.stack(rates[1::2], -1)
+        along_normal = along_normal + pull(j, normal, active, passive)
+    distal = per(along_normal, j)
+    relative = distal - own(q, j)
+    return tuple(relative.T)
 
 
 def only(leg: int, wrong: Callable, usual: Callable) -> Callable:
     """Return a step that is wrong in one leg; it gives (n, 2), or (n, 2, 2) with the leg second."""
 
     def step(*arguments):
-        bad, good = np.asarray(wrong(*arguments)), np.asarray(usual(*arguments))
+        bad = np.asarray(wrong(*arguments))
+        good = np.asarray(usual(*arguments))
         keep = np.arange(2) == leg
-        return np.where(keep[:, None] if bad.ndim == 3 else keep, bad, good)
+        if bad.ndim == 3:
+            keep = keep[:, None]
+        return np.where(keep, bad, good)
 
     return step
 
@@ -189,7 +325,8 @@ def per_leg(
     name: str, hint: str, key: str, wrong: Callable, usual: Callable, **beside: Callable
 ) -> tuple[Slip, ...]:
     """Return the slip in both legs, in the left one and in the right one; beside: more steps."""
-    left, right = only(0, wrong, usual), only(1, wrong, usual)
+    left = only(0, wrong, usual)
+    right = only(1, wrong, usual)
     return (
         Slip(name, hint, {key: wrong} | beside),
         Slip(f"{name}, in the left leg", hint, {key: left} | beside),
@@ -205,4 +342,7 @@ def usual(function: Callable, step: str) -> Callable:
 
 def in_legs(function: Callable, *cases: tuple[str, str, str, Callable]) -> list[Slip]:
     """Return the slips of each case: its name, its hint, the step and the wrong step."""
-    return [slip for case in cases for slip in per_leg(*case, usual(function, case[2]))]
+    slips: list[Slip] = []
+    for name, hint, step, wrong in cases:
+        slips += per_leg(name, hint, step, wrong, usual(function, step))
+    return slips

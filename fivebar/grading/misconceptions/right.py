@@ -17,11 +17,15 @@ Kind = type[FiveBar] | type[Biglide]
 
 
 def dgm(robot: Any, q11: Array, q21: Array, assembly_mode: Any) -> Columns:
-    points = [drive.pivot(drive.direction(q)) for drive, q in zip(robot.drives, (q11, q21))]
-    left, right = (x + 1j * y for x, y in points)
-    span, (bar, other) = right - left, robot.distal
-    x, y = RRR((span.real, span.imag), bar, other, -assembly_mode).first
-    end = left + bar * (x + 1j * y)
+    x_left, y_left, x_right, y_right = elbows(robot, q11, q21)
+    left = x_left + 1j * y_left
+    right = x_right + 1j * y_right
+    span = right - left
+    bar, other = robot.distal
+    dyad = RRR((span.real, span.imag), bar, other, -assembly_mode)
+    x, y = dyad.first
+    direction = x + 1j * y
+    end = left + bar * direction
     return end.real, end.imag
 
 
@@ -30,13 +34,18 @@ def dgm_passive(robot: Robot, q11: Array, q21: Array, assembly_mode: Any) -> Col
     angles = []
     for drive, q in zip(robot.drives, (q11, q21)):
         pivot_x, pivot_y = drive.pivot(drive.direction(q))
-        angles.append(drive.relative(np.arctan2(y - pivot_y, x - pivot_x), q))
+        absolute = np.arctan2(y - pivot_y, x - pivot_x)
+        angles.append(drive.relative(absolute, q))
     return tuple(angles)
 
 
 def igm(robot: Robot, x: Array, y: Array, gamma1: Any, gamma2: Any) -> Columns:
-    legs = zip(robot.drives, robot.distal, (gamma1, gamma2))
-    return tuple(reach(drive, (x, y), bar, gamma).q for drive, bar, gamma in legs)
+    modes = (gamma1, gamma2)
+    active = []
+    for drive, bar, gamma in zip(robot.drives, robot.distal, modes):
+        leg = reach(drive, (x, y), bar, gamma)
+        active.append(leg.q)
+    return tuple(active)
 
 
 def A(robot: Robot, *q: Array) -> Array:
@@ -64,8 +73,10 @@ def velocity_terms(robot: Robot, *row: Array) -> Array:
 
 
 def elbows(robot: Robot, q11: Array, q21: Array) -> Columns:
-    pivots = [drive.pivot(drive.direction(q)) for drive, q in zip(robot.drives, (q11, q21))]
-    return *pivots[0], *pivots[1]
+    left, right = robot.drives
+    first = left.pivot(left.direction(q11))
+    second = right.pivot(right.direction(q21))
+    return *first, *second
 
 
 def left_elbow(robot: Robot, q11: Array) -> Columns:
@@ -77,31 +88,42 @@ def right_elbow(robot: Robot, q21: Array) -> Columns:
 
 
 def dkm(robot: Robot, *row: Array) -> Columns:
-    at = pose(robot, *row[:4])
-    return times(inverse(at.A) @ at.B, *row[4:])
+    J = jacobian(robot, *row[:4])
+    return times(J, *row[4:])
 
 
 def ikm(robot: Robot, *row: Array) -> Columns:
     at = pose(robot, *row[:4])
-    return times(inverse(at.B) @ at.A, *row[4:])
+    J_inverse = inverse(at.B) @ at.A
+    return times(J_inverse, *row[4:])
 
 
 def dkm_passive(robot: Robot, *row: Array) -> Columns:
-    return tuple(Rates(pose(robot, *row[:4]), row[4:6], row[6:]).q_passive_dot.T)
+    at = pose(robot, *row[:4])
+    rates = Rates(at, row[4:6], row[6:])
+    return tuple(rates.q_passive_dot.T)
 
 
 def dkm2(robot: Robot, *row: Array) -> Columns:
     rates = motion(robot, *row[:8])
-    return times(inverse(rates.pose.A), *(times(rates.pose.B, *row[8:]) + rates.d.T))
+    at = rates.pose
+    B_q_ddot = times(at.B, *row[8:])
+    right_side = B_q_ddot + rates.d.T
+    return times(inverse(at.A), *right_side)
 
 
 def ikm2(robot: Robot, *row: Array) -> Columns:
     rates = motion(robot, *row[:8])
-    return times(inverse(rates.pose.B), *(times(rates.pose.A, *row[8:]) - rates.d.T))
+    at = rates.pose
+    A_xi_ddot = times(at.A, *row[8:])
+    left_side = A_xi_ddot - rates.d.T
+    return times(inverse(at.B), *left_side)
 
 
 def dkm2_passive(robot: Robot, *row: Array) -> Columns:
-    return tuple(Accelerations(motion(robot, *row[:8]), row[8:10], row[10:]).q_passive_ddot.T)
+    rates = motion(robot, *row[:8])
+    accelerations = Accelerations(rates, row[8:10], row[10:])
+    return tuple(accelerations.q_passive_ddot.T)
 
 
 def dynamic_model(robot: Robot, *row: Array) -> Columns:
@@ -110,9 +132,11 @@ def dynamic_model(robot: Robot, *row: Array) -> Columns:
 
 def inverse_dynamics(robot: Robot, *row: Array) -> Columns:
     M, c = dynamic_model(robot, *row[:8])
-    return tuple(times(M, *row[8:]) + c.T)
+    inertial = times(M, *row[8:])
+    return tuple(inertial + c.T)
 
 
 def forward_dynamics(robot: Robot, *row: Array) -> Columns:
     M, c = dynamic_model(robot, *row[:8])
-    return times(inverse(M), *(row[8:] - c.T))
+    remaining = row[8:] - c.T
+    return times(inverse(M), *remaining)

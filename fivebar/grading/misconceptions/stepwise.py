@@ -70,7 +70,7 @@ HELPERS = (
 
 def _table(kind: Kind) -> dict[str, tuple]:
     """Return of each function its derivation, and the slips in it."""
-    AB, d = (*A_slips(kind), *B_slips(kind)), d_slips(kind)
+    AB, d = (*B_slips(kind), *A_slips(kind)), d_slips(kind)
     second = (
         *d,
         *AB,

@@ -10,7 +10,8 @@ from ...models.robots import Robot
 from ..exercise import Exercise
 from ..variants import lengths
 
-SIZE, MARGIN = np.array([300, 190]), 14  # px, of the drawing
+SIZE = np.array([300, 190])  # px, of the drawing
+MARGIN = 14  # px
 STYLES = (
     'fill="none" stroke="#1a7f37" stroke-width="5"',  # as it should be
     'fill="none" stroke="#c4320a" stroke-width="2" stroke-dasharray="7 5"',
@@ -24,19 +25,26 @@ def pose_figure(robot: Robot, exercise: Exercise, sample: dict) -> str:
     proximal bars (slide the feet), x, y or q12, q22 place the distal ones.
     """
     names = exercise.returns
-    if len(sample["expected"]) != len(names) or not set(names) & {"x", "q11", "q12"}:
+    is_pose = not {"x", "q11", "q12"}.isdisjoint(names)
+    if not is_pose or len(sample["expected"]) != len(names):
         return ""
     poses = []
     for numbers in (sample["expected"], sample["came"]):
-        poses.append(_legs(robot, sample["inputs"] | dict(zip(names, numbers))))
-    return _svg(poses) if poses[1] else ""
+        values = sample["inputs"] | dict(zip(names, numbers))
+        poses.append(_legs(robot, values))
+    if not poses[1]:
+        return ""
+    return _svg(poses)
 
 
 def _legs(robot, values):
     """Return a polyline (m) for each leg, [] where a number is missing, not finite or too large."""
-    known = ("q11", "q21", *(("x", "y") if "x" in values else ("q12", "q22")))
-    if not all(name in values and isfinite(values[name]) for name in known):
-        return []
+    needed = ["q11", "q21"]
+    needed += ["x", "y"] if "x" in values else ["q12", "q22"]
+    for name in needed:
+        if name not in values or not isfinite(values[name]):
+            return []
+    largest = 3 * sum(lengths(robot).values())
     legs = []
     for leg, drive, bar in zip("12", robot.drives, robot.distal):
         q = values[f"q{leg}1"]
@@ -45,20 +53,31 @@ def _legs(robot, values):
             end = values["x"], values["y"]
         else:
             phi = drive.absolute(values[f"q{leg}2"], q)
-            end = elbow[0] + bar * cos(phi), elbow[1] + bar * sin(phi)
-        legs.append(((drive.x, drive.y), elbow, end) if robot.turns else (elbow, end))
-    reach = 3 * sum(lengths(robot).values())
-    return legs if all(hypot(*point) < reach for leg in legs for point in leg) else []
+            along_x = bar * cos(phi)
+            along_y = bar * sin(phi)
+            end = elbow[0] + along_x, elbow[1] + along_y
+        points = [elbow, end]
+        if robot.turns:
+            base = (drive.x, drive.y)
+            points = [base, *points]
+        if not all(hypot(*point) < largest for point in points):
+            return []
+        legs.append(points)
+    return legs
 
 
 def _svg(poses):
     points = np.concatenate([leg for legs in poses for leg in legs])
-    low, high = points.min(axis=0), points.max(axis=0)
-    scale = min((SIZE - 2 * MARGIN) / np.maximum(high - low, 1e-3))
+    low = points.min(axis=0)
+    high = points.max(axis=0)
+    middle = (low + high) / 2
+    extent = np.maximum(high - low, 1e-3)
+    scale = min((SIZE - 2 * MARGIN) / extent)
+    upwards = (1, -1)  # y of a drawing grows downwards
     parts = []
     for legs, style in zip(poses, STYLES):
         for leg in legs:
-            pixels = SIZE / 2 + scale * (leg - (low + high) / 2) * (1, -1)
+            pixels = SIZE / 2 + scale * (leg - middle) * upwards
             joined = " ".join(f"{x:.0f},{y:.0f}" for x, y in pixels)
             parts.append(f'<polyline points="{joined}" {style}/>')
             for x, y in pixels:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 KINDS = {
     "value": "returned a value",
@@ -24,7 +24,7 @@ class Reply:
     and where.
 
     line, source: number and text of the last line of the student's own file that ran; seconds: the
-        call's duration.
+        call's duration; seen: of a watched program, its places' values, as `shown` has them.
     """
 
     kind: str
@@ -33,6 +33,7 @@ class Reply:
     line: int | None = None
     source: str = ""
     seconds: float = 0.0
+    seen: list = field(default_factory=list)
 
     @property
     def words(self) -> str:

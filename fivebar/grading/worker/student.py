@@ -35,16 +35,20 @@ LOAD_LIMIT = 10.0  # s, for the whole file: SciPy may come from a slow disk
 @dataclass(frozen=True)
 class Tried:
     """Changes of a program to be tried: of each row that is asked, the numbers of its changes in
-    the list for this function and wave.
+    the list for this function and wave, None for no list.
 
-    apart: functions that are not changed; first: (wave, number) of changes that are made before.
+    apart: functions that are not changed; steps: changes that are made before, each (wave, number),
+    or what is written in some places: (place, kind of mistake, formula) of each; watched: whether
+    the values of all places are shown instead, with, of each row, the place whose visits are told,
+    and (place, the numbers of its visits) for those in which others are put.
     """
 
     function: str
     apart: tuple[str, ...]
-    wave: int = 0
-    first: tuple[tuple[int, int], ...] = ()
-    numbers: list[list[int]] = field(default_factory=list)
+    wave: int | None = 0
+    steps: tuple[tuple, ...] = ()
+    watched: bool = False
+    numbers: list[list] = field(default_factory=list)
 
 
 class Student:

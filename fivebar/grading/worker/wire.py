@@ -46,7 +46,8 @@ def reply(data: dict, lines: list[str]) -> Reply:
         raise Garbled("a message with no duration")
     line, source = place(data.get("l"), lines)
     found = value(data.get("v")) if kind == "value" else None
-    return Reply(kind, found, clean(data.get("t", "")), line, source, float(seconds))
+    text, seen = clean(data.get("t", "")), shown(data.get("seen", []))
+    return Reply(kind, found, text, line, source, float(seconds), seen)
 
 
 def place(line: object, lines: list[str]) -> tuple[int | None, str]:
@@ -100,6 +101,29 @@ def told(data: object) -> list[Change]:
             raise Garbled("a change that is none")
         changes.append(Change(row[0], *map(clean, row[1:])))
     return changes
+
+
+def shown(data: object) -> list:
+    """Return what a watched program shows: pairs of a place and its visits, or, for each visit of
+    one place, pairs of a formula and its numbers. Raises Garbled.
+    """
+    rows = value(data)
+    if not isinstance(rows, list) or not all(isinstance(row, list) for row in rows):
+        raise Garbled("values that are no list")
+    for row in rows:
+        beside = not row or isinstance(row[0], list)
+        pairs = row if beside else [row]
+        for pair in pairs:
+            if len(pair) != 2 or type(pair[0]) is not (str if beside else int):
+                raise Garbled("a value that belongs to nothing")
+            visits = [pair[1]] if beside else pair[1]
+            if not isinstance(visits, list) or not all(map(_are_numbers, visits)):
+                raise Garbled("a value that is no number")
+    return rows
+
+
+def _are_numbers(data):
+    return isinstance(data, list) and all(type(part) is float for part in data)
 
 
 def whole(data: object) -> int:

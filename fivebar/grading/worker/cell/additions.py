@@ -1,5 +1,7 @@
-"""What has been forgotten in a formula: a sign, a factor, a term, an inverse; or any other name;
-standard library only.
+"""What has been forgotten in a formula: a square, a factor, an inverse, a term of the same kind; or
+any other name of the same derivative; standard library only.
+
+What else is forgotten is found from the values that formulas need.
 """
 
 from __future__ import annotations
@@ -7,22 +9,9 @@ from __future__ import annotations
 import ast
 import re
 
-from alternatives import (
-    LINEAR_ALGEBRA,
-    Alternatives,
-    Place,
-    inverse_of,
-    is_text,
-    name_of,
-    transposed,
-)
+from alternatives import Alternatives, Place, inverse_of, name_of, transposed
 
-_VALUES = ast.BinOp | ast.Call | ast.Name | ast.Subscript | ast.Attribute | ast.Constant
-_TURNED = ("sin", "cos", "tan", "atan2", "arctan2")
-
-
-def _length_of(node):
-    return ast.Call(ast.parse(f"{LINEAR_ALGEBRA}norm", mode="eval").body, [node], [])
+_VALUES = ast.BinOp | ast.Call | ast.Name | ast.Subscript | ast.Attribute
 
 
 def additions(place: Place) -> Alternatives:
@@ -34,21 +23,18 @@ def additions(place: Place) -> Alternatives:
         yield from _other_names(place)
     index = isinstance(place.parent, ast.Subscript) and node is place.parent.slice
     called = isinstance(place.parent, ast.Call) and node is place.parent.func
-    if isinstance(node, _VALUES) and not index and not called and not is_text(node):
+    if isinstance(node, _VALUES) and not index and not called:
         given = isinstance(node, ast.Name) and node.id in place.scope.arguments
-        for rank, kind, new in (*_added(place), *_added_terms(place)):
+        for rank, kind, new in _added(place):
             yield rank + given, kind, new  # an argument itself is seldom what is wrong
 
 
 def _other_names(place):
-    parent, known = place.parent, {*place.scope.like(place.node.id), place.node.id}
+    known = {*place.scope.like(place.node.id), place.node.id}
     derivative = _order(place.node.id)
     for other in place.scope.values:
-        if other not in known:
-            rank = 3 if derivative and _order(other) == derivative else 6
-            yield rank, "a variable", name_of(other)
-            if isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult):
-                yield 6, "an inverse", inverse_of(name_of(other))
+        if other not in known and derivative and _order(other) == derivative:
+            yield 3, "a variable", name_of(other)
 
 
 def _order(name):
@@ -57,75 +43,38 @@ def _order(name):
 
 
 def _added(place):
-    """Yield what has been forgotten: a sign, a square, a root, a factor, an inverse."""
+    """Yield what has been forgotten."""
     node, parent, scope = place.node, place.parent, place.scope
 
     def with_(op, right):
         return ast.BinOp(node, op, right)
 
-    whole = isinstance(parent, ast.Return | ast.Assign | ast.Tuple | ast.List | ast.Lambda)
-    if not isinstance(node, ast.Constant):
-        yield 3, "a square", with_(ast.Pow(), ast.Constant(2))
-        if place.term or isinstance(node, ast.Call):
-            yield 3, "a root", with_(ast.Pow(), ast.Constant(0.5))
-        yield 5, "a factor", with_(ast.Div(), _length_of(node))
-        if scope.complex_numbers:
-            conjugate = ast.parse(f"__import__('numpy').conj({ast.unparse(node)})", mode="eval")
-            yield 4, "a conjugate", conjugate.body
-            yield 4, "a direction", with_(ast.Mult(), ast.Constant(1j))
-            yield 4, "a direction", with_(ast.Mult(), ast.UnaryOp(ast.USub(), ast.Constant(1j)))
+    yield 3, "a square", with_(ast.Pow(), ast.Constant(2))
+    if place.term or isinstance(node, ast.Call):
+        yield 3, "a root", with_(ast.Pow(), ast.Constant(0.5))
+    if scope.complex_numbers:
+        conjugate = ast.parse(f"__import__('numpy').conj({ast.unparse(node)})", mode="eval")
+        yield 4, "a conjugate", conjugate.body
+        yield 4, "a direction", with_(ast.Mult(), ast.Constant(1j))
+        yield 4, "a direction", with_(ast.Mult(), ast.UnaryOp(ast.USub(), ast.Constant(1j)))
     matrices = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult)
-    if not isinstance(node, ast.Constant) and (
-        matrices or whole or isinstance(parent, ast.Call | ast.Attribute)
-    ):
+    whole = isinstance(parent, ast.Return | ast.Assign | ast.Tuple | ast.List | ast.Lambda)
+    if matrices or whole or isinstance(parent, ast.Call | ast.Attribute):
         yield 3, "a transpose", transposed(node)
         yield 3, "an inverse", inverse_of(node)
-    if isinstance(node, ast.Name):
-        for name in scope.constants:
-            yield 6, "a factor", ast.BinOp(name_of(name), ast.MatMult(), node)
     if not place.term:
         return
-    yield 3, "a sign", ast.UnaryOp(ast.USub(), node)
     yield 4, "a factor", with_(ast.Div(), ast.Constant(2))
     yield 4, "a factor", with_(ast.Mult(), ast.Constant(2))
-    called = getattr(parent, "func", None)
-    if whole or getattr(called, "attr", getattr(called, "id", "")) in _TURNED:
-        for op in (ast.Mult(), ast.Div()):
-            yield 5, "degrees", with_(op, ast.Constant(57.29577951308232))
     for name in scope.values:
-        rank = 4 if name in scope.constants or re.match("assembly|gamma|branch", name) else 5
-        yield rank, "a factor", with_(ast.Mult(), name_of(name))
-        yield rank, "a factor", with_(ast.Div(), name_of(name))
-        if name in scope.constants:
-            square = ast.BinOp(name_of(name), ast.Pow(), ast.Constant(2))
-            yield 6, "a factor", with_(ast.Mult(), square)
-            yield 6, "a factor", with_(ast.Div(), square)
-        elif name in scope.stored:
-            yield 6, "a factor", with_(ast.MatMult(), name_of(name))
-            yield 6, "a factor", ast.BinOp(name_of(name), ast.MatMult(), node)
-
-
-def _added_terms(place):
-    """Yield a sum with one term more: a number, a name, a term that stands in another formula."""
-    node, parent, scope = place.node, place.parent, place.scope
-    inside = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.Add | ast.Sub)
-    last = not inside or node is parent.right
-    more: list = []
-    if place.term:
-        more += [(5, ast.Constant(1))]
-    if isinstance(node, ast.Name):
-        for name in scope.values:
-            near = _kind(name) == _kind(node.id)
-            more += [(3 if near else 6, name_of(name))] * (name != node.id)
-    elif place.term and last and not isinstance(node, ast.Constant):
-        more += [(5 if name in scope.constants else 6, name_of(name)) for name in scope.values]
-    if place.term and last and not isinstance(node, ast.Constant):
-        more += [(7, term) for term in scope.terms]
-    for rank, term in more:
-        yield rank, "a term", ast.BinOp(node, ast.Add(), term)
-        yield rank, "a term", ast.BinOp(node, ast.Sub(), term)
+        if name in scope.constants or re.match("assembly|gamma|branch", name):
+            yield 4, "a factor", with_(ast.Mult(), name_of(name))
+            yield 4, "a factor", with_(ast.Div(), name_of(name))
+        elif isinstance(node, ast.Name) and name != node.id and _kind(name) == _kind(node.id):
+            yield 3, "a term", with_(ast.Add(), name_of(name))
+            yield 3, "a term", with_(ast.Sub(), name_of(name))
 
 
 def _kind(name):
-    """Return a name without its digits: q11 and q22 are angles, q11D and q22D are rates."""
-    return re.sub(r"\d", "", name)
+    """Return what names of one kind have alike: q11 and q22 are angles, qaD and qpD are rates."""
+    return name[0], len(name), _order(name)

@@ -80,12 +80,13 @@ Alternatives = Iterator[tuple[int, str, ast.expr]]
 
 @dataclass(frozen=True)
 class Place:
-    """An expression, its parent, the scope that it is in; term: whether it is no factor of a
-    product.
+    """An expression, its parent, the statement and the scope that it is in; term: whether it is no
+    factor of a product.
     """
 
     node: ast.expr
     parent: ast.AST
+    line: ast.AST
     scope: Scope
     term: bool
 
@@ -93,20 +94,22 @@ class Place:
 def places(scope: Scope) -> Iterator[Place]:
     """Yield the expressions of a function that may be changed."""
     body = scope.function.body
-    waiting: list[ast.AST] = [*reversed(body)] if isinstance(body, list) else [scope.function]
+    start: list[ast.AST] = [*reversed(body)] if isinstance(body, list) else [scope.function]
+    waiting = [(node, node) for node in start]
     while waiting:
-        parent = waiting.pop()
-        if is_text(parent) or isinstance(parent, ast.Raise | ast.arguments):
+        parent, line = waiting.pop()
+        line = parent if isinstance(parent, ast.stmt) else line
+        if _is_text(parent) or isinstance(parent, ast.Raise | ast.arguments):
             continue
         product = isinstance(parent, ast.BinOp) and isinstance(parent.op, _GROUPS)
         sign = isinstance(parent, ast.UnaryOp)
         for node in ast.iter_child_nodes(parent):
             if isinstance(node, ast.expr) and _is_read(node) and not _is_called(node, parent):
-                yield Place(node, parent, scope, not product and not sign)
-            waiting.append(node)
+                yield Place(node, parent, line, scope, not product and not sign)
+            waiting.append((node, line))
 
 
-def is_text(node: ast.AST) -> bool:
+def _is_text(node: ast.AST) -> bool:
     """Return whether a node is a text or another constant that is no number."""
     return isinstance(node, ast.JoinedStr) or (
         isinstance(node, ast.Constant) and not isinstance(node.value, int | float | complex)
@@ -161,6 +164,8 @@ def alternatives(place: Place) -> Alternatives:
         yield from _of_subscript(node, place)
     elif isinstance(node, ast.Tuple | ast.List):
         yield from _of_list(node)
+    if place.term and isinstance(node, ast.BinOp | ast.Call | ast.Name | ast.Subscript):
+        yield 2, "a sign", ast.UnaryOp(ast.USub(), node)
     if isinstance(place.parent, ast.stmt | ast.Lambda) or isinstance(node, ast.Call):
         yield from _exchanged(node, place.scope.constants)
 

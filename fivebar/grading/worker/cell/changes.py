@@ -8,7 +8,7 @@ right answers: the grader compares.
 from __future__ import annotations
 
 import ast
-import contextlib
+import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,12 +19,18 @@ from typing import Any
 from additions import additions
 from alternatives import FIRST_ADDED, alternatives, exchanges, places
 from loading import deep
-from scopes import Scope, function_of, rebuilt, scopes
+from scopes import Scope, compiled, exchanged, put_in, scopes, short
+from watched import Plain, Watched
 
 MOST_CHANGES = 4_000
-MOST_KNOWN = 4  # lists of changes that are remembered
-WAVES = range(2), range(2, 3), range(3, 6), range(6, 7), range(7, 8)  # ranks tried together
-MOST_TEXT = 120  # characters quoted: what is told can be carried out
+MOST_KNOWN = 4  # programs that are remembered
+MOST_TOLD = 8  # changes of one request that are told in words
+WAVES = (0, 1), (2,), (3, 4), (0, 1, 2, 4)  # ranks tried together; two of the last at once
+PAIRED = 3  # the wave of which two are tried at once, of these kinds only, in this order
+_PAIRED_KINDS = (
+    *("a sign", "the order", "an index", "a variable"),
+    *("a function", "an operator", "a factor"),
+)
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
 DROPPED = "no such line"
@@ -63,51 +69,78 @@ class Change:
     swaps: dict
 
     @property
+    def rank(self) -> int:
+        return self.members[0].rank
+
+    @property
+    def kind(self) -> str:
+        return self.members[0].kind
+
+    @property
     def told(self) -> tuple[int, str, str, str, str]:
         """The line, what it is about, the function that it is in, what stands there and what is
         tried.
         """
         first, count = min(self.members, key=lambda one: one.place), len(self.members)
-        new = _text(first.new) + (f", in {count} places" if count > 1 else "")
-        return first.place[0], first.kind, first.scope.name, _text(first.old), new
+        new = short(first.new) + (f", in {count} places" if count > 1 else "")
+        return first.place[0], self.kind, first.scope.name, short(first.old), new
 
 
 class Trials:
-    """A program to be run with changes in it; request: the function that is changed, those that are
-    left apart, the wave of changes, and those made before, each with its wave.
+    """A program to be run with changes in it, or watched.
+
+    A request has the function that is looked at, those that are left apart, the steps made before,
+    and the wave of changes, None for none. A step is (wave, number) of a change, or a list of what
+    is written in some places, each (number, kind, formula).
     """
 
     def __init__(self, body: list[ast.stmt]):
         self._body = body
         self._known: dict = {}
 
-    def of(self, request: dict) -> Variants:
-        """Return the changes of a request; the last few are remembered."""
-        function, apart = request["function"], request["apart"]
-        first, wave = [tuple(pair) for pair in request["first"]], request["wave"]
-        key = function, *apart, *first, wave
+    def of(self, request: dict) -> Variants | Watched | Plain:
+        """Return the program of a request; the last few are remembered."""
+        key = json.dumps(request | {"numbers": None})
         if key not in self._known:
-            body = self._body
-            if first:
-                *before, (earlier, number) = first
-                body = self.of(request | {"first": before, "wave": earlier}).changed(number)
             with deep():
-                made = Variants(body, function, apart, WAVES[wave])
-            self._known[key] = made
+                self._known[key] = self._made(request)
             if len(self._known) > MOST_KNOWN:
                 del self._known[next(iter(self._known))]
         return self._known[key]
+
+    def _made(self, request):
+        body, words = self._body, []
+        if request["steps"]:
+            *before, last = request["steps"]
+            written = isinstance(last[0], list)
+            wave = None if written else last[0]
+            earlier = self.of(request | {"steps": before, "watched": written, "wave": wave})
+            body, told = earlier.changed(last if written else last[1])
+            words = [*earlier.words, *told]
+        function, apart = request["function"], request["apart"]
+        if request["watched"]:
+            return Watched(body, function, apart, words)
+        if request["wave"] is None:
+            return Plain(body, function, apart, words)
+        return Variants(body, function, apart, words, WAVES[request["wave"]])
 
 
 class Variants:
     """A program's functions and the changes of them, likely ones first.
 
-    body: the statements of the program; apart: functions that are left as they are; ranks: of the
-    changes, the likely ones have the lowest.
+    body: the statements of the program; apart: functions that are left as they are; words: of the
+    changes made before; ranks: of the changes, the likely ones have the lowest.
     """
 
-    def __init__(self, body: list[ast.stmt], function: str, apart: list[str], ranks: range):
-        self.body = body
+    def __init__(
+        self,
+        body: list[ast.stmt],
+        function: str,
+        apart: list[str],
+        words: list[list],
+        ranks: tuple[int, ...],
+    ):
+        self.body, self.words = body, words
         self.scopes = [*scopes(body, function, apart)]
         groups: dict = {}
         signs = _Signs()
@@ -116,12 +149,15 @@ class Variants:
                 for key in one.alike:
                     groups.setdefault(key, []).append(one)
         self.changes = _ordered(groups)
+        if ranks == WAVES[PAIRED]:
+            kinds = {kind: place for place, kind in enumerate(_PAIRED_KINDS)}
+            some = [one for one in self.changes if one.kind in kinds]
+            self.changes = sorted(some, key=lambda one: (one.rank > MOST_ALIKE, kinds[one.kind]))
 
-    def changed(self, number: int) -> list[ast.stmt]:
-        """Return the program's statements after a change."""
-        swaps = self.changes[number].swaps
-        body = [rebuilt(node, lambda old, new: swaps.get(id(old), new)) for node in self.body]
-        return [ast.fix_missing_locations(node) for node in body]
+    def changed(self, number: int) -> tuple[list[ast.stmt], list[list]]:
+        """Return the program's statements after a change, and the change in words."""
+        change = self.changes[number]
+        return exchanged(self.body, change.swaps), [[*change.told]]
 
     @cached_property
     def _with_switches(self):
@@ -131,15 +167,7 @@ class Variants:
         choices, on = _Choices(), []
         for change in self.changes:
             on.append({choices.place(k): choices.number(k, new) for k, new in change.swaps.items()})
-        inside = {id(scope.function) for scope in self.scopes}
-        code = {}
-        for node in self.body:
-            if any(id(part) in inside for part in ast.walk(node)):
-                made = ast.fix_missing_locations(rebuilt(node, choices.chosen))
-                name = getattr(node, "name", "") or function_of(node)[1]
-                with contextlib.suppress(SyntaxError, ValueError):  # it is left as it stands
-                    code[name] = compile(ast.Module([made], []), "<changed>", "exec")
-        return code, on
+        return compiled(self.body, self.scopes, choices.chosen), on
 
     def install(self, space: dict, apart: list[str]) -> bool:
         """Put the functions with all alternatives into a module, all switched off; return whether
@@ -148,10 +176,20 @@ class Variants:
         with deep():
             code, _ = self._with_switches
         space[SWITCHES] = Switches()
-        for name, lines in code.items():
-            if name not in apart:
-                exec(lines, space)
-        return any(isinstance(space.get(name), type) for name in code)
+        return put_in(space, code, apart)
+
+    def told(self, numbers: list[list[int]]) -> dict:
+        """Return how many changes there are; in words, those made before and those asked for, if
+        they are few.
+        """
+        wanted = sorted({*chain.from_iterable(numbers)})
+        few = wanted if len(wanted) <= MOST_TOLD else []
+        words = [[*self.changes[number].told] for number in few]
+        return {"count": len(self.changes), "changes": [*self.words, *words]}
+
+    def seen(self, space: dict) -> dict:
+        """Return nothing, as nothing is watched."""
+        return {}
 
     def switch(self, space: dict, numbers: list[int]) -> None:
         """Switch these changes on in the module, all others off."""
@@ -203,8 +241,8 @@ class _Single:
 def _single_changes(scope, ranks, signs) -> Iterator[_Single]:
     for place in places(scope):
         old, around = signs.of(place.node), _leg_free(signs.of(place.parent))
-        found = [*alternatives(place)] if ranks.start < FIRST_ADDED else []
-        found += additions(place) if ranks.stop > FIRST_ADDED else ()
+        found = [*alternatives(place)] if min(ranks) < FIRST_ADDED else []
+        found += additions(place) if max(ranks) >= FIRST_ADDED else ()
         for rank, kind, new in found:
             if rank in ranks:
                 key = kind, _leg_free(f"{old}; {signs.of(new)}"), around
@@ -255,8 +293,15 @@ def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
             again = isinstance(node, ast.Assign) and not _is_first(node, scope)
             if again or isinstance(node, ast.AugAssign):
                 yield 3, "a line", [node], [[ast.Pass()]]
+            for op in (ast.Add(), ast.Sub()) if again and len(node.targets) == 1 else ():
+                updated = ast.AugAssign(node.targets[0], op, node.value)
+                if not isinstance(node.targets[0], ast.Tuple):
+                    yield 1, "an operator", [node], [[updated]]
             if isinstance(node, ast.If) and node.orelse:
                 yield 1, "a comparison", [node], [[ast.If(node.test, node.orelse, node.body)]]
+            if isinstance(node, ast.Assign) and len(node.targets) > 1:
+                apart = [ast.Assign([target], node.value) for target in node.targets]
+                yield 1, "an array in place", [node], [apart]
             targets = node.targets[0] if isinstance(node, ast.Assign) else None
             if isinstance(targets, ast.Tuple):
                 for elements in exchanges(targets.elts):
@@ -306,11 +351,6 @@ def _ordered(groups):
                 ranked.append((members[0].rank, len(ranked), members, swaps))
     ranked.sort(key=lambda item: item[:2])
     return [Change(members, swaps) for _, _, members, swaps in ranked[:MOST_CHANGES]]
-
-
-def _text(text):
-    text = re.sub(r"__import__\('(numpy|math)'\)\.(linalg\.)?", "", text)
-    return text if len(text) <= MOST_TEXT else f"{text[: MOST_TEXT - 4]} ..."
 
 
 def _leg_free(text):

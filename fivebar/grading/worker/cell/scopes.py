@@ -6,26 +6,26 @@ from __future__ import annotations
 
 import ast
 import builtins
+import contextlib
 import re
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass
 from itertools import chain
+from types import FunctionType, ModuleType
 from typing import Any
 
 MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
-LONGEST_TERM = 60  # characters
-MOST_TERMS = 60  # of other formulas that may be missing in one
+DEPTH = 3  # of objects that hold objects
+MOST_TEXT = 120  # characters quoted: what is told can be carried out
 _LEG_NUMBER = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)")
 
 
 @dataclass(frozen=True)
 class Scope:
     """The names of a function: arguments in order, those to which it gives a value, numbers of the
-    file; all of them; functions of the file with their arguments; terms of other formulas in which
-    only such names stand; known: all names with a value; complex_numbers: whether the file
-    computes with them.
+    file; all of them; functions of the file with their arguments; known: all names with a value;
+    complex_numbers: whether the file computes with them.
     """
 
     function: ast.FunctionDef | ast.Lambda
@@ -36,7 +36,6 @@ class Scope:
     names: frozenset[str]
     functions: dict[str, list[str]]
     known: frozenset[str]
-    terms: list[ast.expr] = field(default_factory=list)
     complex_numbers: bool = False
 
     def like(self, name: str) -> list[str]:
@@ -57,14 +56,17 @@ def _bare(name):
 
 def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Scope]:
     """Yield a function's scope, and those of the functions that it calls."""
-    defined, arguments = {}, {}
+    defined: dict[str, list] = {}  # methods of one name may be of several classes
+    arguments = {}
     for node in body:
-        parts = node.body if isinstance(node, ast.ClassDef) else [node]
-        for part in parts:
+        owner = node if isinstance(node, ast.ClassDef) else None
+        for part in owner.body if owner else [node]:
             made, name = function_of(part)
-            if made is not None and sum(1 for _ in ast.walk(made)) <= MOST_NODES:
-                defined[name] = made
-                arguments[name] = [part.arg for part in made.args.args if part.arg != "self"]
+            if made is None or sum(1 for _ in ast.walk(made)) > MOST_NODES:
+                continue
+            called = owner.name if owner and name == "__init__" else name
+            defined.setdefault(called, []).append((made, name))
+            arguments[called] = [part.arg for part in made.args.args if part.arg != "self"]
     constants = [
         part.id
         for node in body
@@ -73,36 +75,33 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
         if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
     ]
     top = {part.asname or part.name for node in body for part in getattr(node, "names", ())}
-    complex_numbers = any("1j" in ast.unparse(node) for node in defined.values())
+    every = [node for made in defined.values() for node, _ in made]
+    complex_numbers = any("1j" in ast.unparse(node) for node in every)
     waiting, seen = deque([function]), []
     while waiting:
         name = waiting.popleft()
         if name in seen or name not in defined or (name in apart and name != function):
             continue
         seen.append(name)
-        for part in ast.walk(defined[name]):
+        for part in chain(*(ast.walk(node) for node, _ in defined[name])):
             if isinstance(part, ast.Name | ast.Attribute):
                 waiting.append(getattr(part, "id", getattr(part, "attr", "")))
-    terms = [*_terms([defined[name] for name in (*seen, *defined)])]
-    for name in seen:
-        node = defined[name]
+    for node, name in chain(*(defined[name] for name in seen)):
         parts = [*ast.walk(node)]
         given = [part.arg for part in parts if isinstance(part, ast.arg) and part.arg != "self"]
         names = [part for part in parts if isinstance(part, ast.Name)]
         stored = sorted({part.id for part in names if isinstance(part.ctx, ast.Store)})
         used = frozenset(part.id for part in names)
         known = {*given, *stored, *constants, *defined, *top}
-        in_scope = [term for term in terms if _names(term) <= known]
         yield Scope(
             node,
             name,
-            arguments[name],
+            [part.arg for part in node.args.args if part.arg != "self"],
             stored,
             constants,
             used | {*given, *constants},
             arguments,
             frozenset({*known, *dir(builtins)}),
-            in_scope[:MOST_TERMS],
             complex_numbers,
         )
 
@@ -116,45 +115,6 @@ def function_of(node: ast.stmt) -> tuple[ast.FunctionDef | ast.Lambda | None, st
         if isinstance(target, ast.Name):
             return node.value, target.id
     return None, ""
-
-
-def _names(node):
-    return {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
-
-
-def _terms(functions) -> Iterator[ast.expr]:
-    """Yield the terms of sums in these functions, as they stand, of the other leg, and with the
-    next derivative; also with the formulas of their names in place of these.
-    """
-    seen: set = set()
-    for function in functions:
-        formulas = _formulas(function)
-        for part in ast.walk(function):
-            if not isinstance(part, ast.BinOp) or not isinstance(part.op, ast.Add | ast.Sub):
-                continue
-            for term in (part.left, part.right):
-                long = _names(term) & formulas.keys()
-                written = rebuilt(term, partial(_formula_or_copy, formulas))
-                for text in map(ast.unparse, (term, written) if long else (term,)):
-                    later = re.sub(r"\b(\w*\dD)\b", r"\1D", text)
-                    for other in (text, other_leg(text), later, other_leg(later)):
-                        if _names(term) and len(text) <= LONGEST_TERM and other not in seen:
-                            seen.add(other)
-                            yield ast.parse(other, mode="eval").body
-
-
-def _formulas(function):
-    """Return the formulas of names that a function gives a value once."""
-    found: dict = {}
-    for part in ast.walk(function):
-        target = part.targets[0] if isinstance(part, ast.Assign) else None
-        if isinstance(target, ast.Name):
-            found.setdefault(target.id, []).append(part.value)
-    return {name: formulas[0] for name, formulas in found.items() if len(formulas) == 1}
-
-
-def _formula_or_copy(formulas, node, copy):
-    return formulas.get(getattr(node, "id", None), copy)
 
 
 def other_leg(text: str) -> str:
@@ -178,3 +138,53 @@ def _copied(value, put):
         copy = _copied(part, put)
         parts += copy if isinstance(copy, list) else [copy]
     return parts
+
+
+def exchanged(body: list[ast.stmt], swaps: dict[int, Any]) -> list[ast.stmt]:
+    """Return a program's statements with other nodes in place of some; swaps: id of a node -> the
+    one in its place.
+    """
+    made = [rebuilt(node, lambda old, copy: swaps.get(id(old), copy)) for node in body]
+    return [ast.fix_missing_locations(node) for node in made]
+
+
+def compiled(body: list[ast.stmt], scopes: list[Scope], put: Callable) -> dict[str, Any]:
+    """Return the code of the statements that hold these functions, rebuilt, by name."""
+    inside = {id(scope.function) for scope in scopes}
+    code = {}
+    for node in body:
+        if any(id(part) in inside for part in ast.walk(node)):
+            made = ast.fix_missing_locations(rebuilt(node, put))
+            name = getattr(node, "name", "") or function_of(node)[1]
+            with contextlib.suppress(SyntaxError, ValueError):  # it is left as it stands
+                code[name] = compile(ast.Module([made], []), "<changed>", "exec")
+    return code
+
+
+def put_in(space: dict, code: dict[str, Any], apart: list[str]) -> bool:
+    """Put compiled functions into a module; return whether a class is among them. Objects of such
+    a class that the module holds become objects of the new one.
+    """
+    for name, lines in code.items():
+        if name not in apart:
+            exec(lines, space)
+    classes = {name: space[name] for name in code if isinstance(space.get(name), type)}
+    for value in [*space.values()] if classes else ():
+        _renew(value, classes, DEPTH)
+    return bool(classes)
+
+
+def _renew(value, classes, depth):
+    if isinstance(value, ModuleType | FunctionType | type) or not hasattr(value, "__dict__"):
+        return
+    if (new := classes.get(type(value).__name__)) is not None:
+        value.__class__ = new
+    for part in vars(value).values() if depth else ():
+        _renew(part, classes, depth - 1)
+
+
+def short(text: str) -> str:
+    """Return a formula as it is quoted, without the modules that what is tried needs."""
+    text = re.sub(r"__import__\('(numpy|math)'\)\.(linalg\.)?", "", text)
+    text = re.sub(r"globals\(\)\['(\w+)'\]", r"the file's \1", text)
+    return text if len(text) <= MOST_TEXT else f"{text[: MOST_TEXT - 4]} ..."

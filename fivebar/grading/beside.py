@@ -1,0 +1,117 @@
+"""What stands beside a place in a student's program: values that have a name or a formula there,
+and what is easily made of them.
+"""
+
+from __future__ import annotations
+
+import re
+from itertools import combinations, permutations
+
+import numpy as np
+
+from .formulas import MATH, OLD
+
+MOST_MATRICES = 6  # beside a matrix, of which products are tried
+DIGITS = 9  # after the point, in which two values are the same
+_NAME = re.compile(r"[A-Za-z_][\w.]*")
+_ANGLE = re.compile(r"\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*(?<![Dd])\b[^()*/]*\)?")
+
+
+def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, np.ndarray]:
+    """Return formula -> its values (samples,) of what a place of so many numbers can be computed
+    from, OLD's among them; visits: formula -> its numbers, of each visit.
+    """
+    numbers, arrays = {}, {}
+    for text in visits[0]:
+        parts = [visit.get(text, []) for visit in visits]
+        sizes = {*map(len, parts)}
+        if sizes in ({1}, {size}):
+            values = np.broadcast_to(np.array(parts), (len(visits), size)).ravel()
+            numbers[text if _NAME.fullmatch(text) else f"({text})"] = values
+        if sizes in ({2}, {4}) and _NAME.fullmatch(text):
+            arrays[text] = np.array(parts)
+    old = {OLD: numbers.pop(OLD)} if OLD in numbers else {}
+    numbers |= _products(arrays) if size == 1 else _images(arrays) if size == 2 else {}
+    numbers |= _sums(numbers)
+    return old | _different(numbers | _turned(numbers))
+
+
+def guesses_of(matrices: dict[str, np.ndarray]) -> list[tuple[str, str, np.ndarray]]:
+    """Return (kind, formula, its values (rows, 2, 2)) of what a matrix may be, OLD's among those
+    beside it.
+    """
+    if OLD not in matrices:
+        return []
+    old = matrices[OLD]
+    others = {name: value for name, value in matrices.items() if _NAME.fullmatch(name)}
+    others = {name: others[name] for name in [*others][:MOST_MATRICES] if name != OLD}
+    products = {
+        f"{one} @ {other}": a @ b for one, a in others.items() for other, b in others.items()
+    }
+    made = [("a variable", name, value) for name, value in others.items()]
+    for name, value in (others | products).items():
+        made.append(("a term", f"{OLD} + {name}", old + value))
+        made.append(("a term", f"{OLD} - {name}", old - value))
+    for name, value in products.items():
+        made.append(("a formula", name, value))
+        made.append(("a formula", f"-{name}", -value))
+        for other, last in others.items():
+            made.append(("a formula", f"{name} @ {other}", value @ last))
+            made.append(("a formula", f"-{name} @ {other}", -(value @ last)))
+    for name, value in others.items():
+        made.append(("a factor", f"{name} @ {OLD}", value @ old))
+        made.append(("a factor", f"{OLD} @ {name}", old @ value))
+    return made
+
+
+def _sums(numbers):
+    """Return the sums and differences of names that are alike: q11 and q12, qaD and qpD."""
+    made = {}
+    for (one, a), (other, b) in combinations(numbers.items(), 2):
+        if _NAME.fullmatch(one) and _kin(one) == _kin(other):
+            made |= {f"({one} + {other})": a + b, f"({one} - {other})": a - b}
+    return made
+
+
+def _kin(name):
+    """Return a name without what tells a leg or a bar: its first letter, and the derivative."""
+    return name[0], len(name), len(name) - len(name.rstrip("D"))
+
+
+def _turned(numbers):
+    """Return the sines and cosines of what may be an angle."""
+    made = {}
+    for name, value in numbers.items():
+        if _ANGLE.fullmatch(name):
+            made |= {f"{MATH}sin({name})": np.sin(value), f"{MATH}cos({name})": np.cos(value)}
+    return made
+
+
+def _products(arrays):
+    """Return the parts of plane vectors, and the scalar and the cross products of any two."""
+    vectors = {name: value.T for name, value in arrays.items() if value.shape[1] == 2}
+    made = {}
+    for name, (x, y) in vectors.items():
+        made |= {f"{name}[0]": x, f"{name}[1]": y}
+    for (one, (x, y)), (other, (u, v)) in combinations(vectors.items(), 2):
+        made[f"({one}[0]*{other}[0] + {one}[1]*{other}[1])"] = x * u + y * v
+        made[f"({one}[0]*{other}[1] - {one}[1]*{other}[0])"] = x * v - y * u
+    return made
+
+
+def _images(arrays):
+    """Return the products of matrices and vectors."""
+    made = {}
+    for (one, a), (other, b) in permutations(arrays.items(), 2):
+        if a.shape[1] == 4 and b.shape[1] == 2:
+            made[f"({one} @ {other})"] = np.einsum("nij,nj->ni", a.reshape(-1, 2, 2), b).ravel()
+    return made
+
+
+def _different(numbers):
+    """Return those values that no other one before them equals, but for the sign."""
+    known: dict = {}
+    for name, value in numbers.items():
+        first = value[np.flatnonzero(value)[:1]].sum()
+        known.setdefault(tuple(np.round(value * np.sign(first or 1), DIGITS)), name)
+    return {name: numbers[name] for name in known.values()}

@@ -1,0 +1,308 @@
+"""A formula for the values that a place in a student's program needs, from the values that stand
+beside it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import chain, combinations_with_replacement, permutations
+
+import numpy as np
+
+OLD = "__old__"  # what stands in the place now
+CLOSE = 1e-6  # of the largest value: the robot's numbers are typed with seven digits
+SMALL = 1e-2  # of the old value: what is less is compared with so much
+SMALLEST = 1e-12  # of a factor
+DENOMINATORS, MOST_ABOVE = (1, 2, 3, 4, 6, 8), 24  # of numbers that people write
+MOST_ATOMS = 120  # values beside the place, of which two are multiplied
+MOST_FACTORS = 40  # of which three are multiplied, or sums of products are made
+MOST_OF_FOUR = 22
+_PLAIN = re.compile(r"[\w.]+|__import__\('math'\)\.\w+\(\w+\)")  # a name, its sine or cosine
+MATH, NUMPY = "__import__('math').", "__import__('numpy')."
+Found = tuple[str, str]  # kind of the mistake, and the formula
+
+
+@dataclass(frozen=True)
+class Values:
+    """Of each sample (n,), what a place is worth, what it needs to be, and what stands beside it;
+    turns: whether a whole turn more is the same; size: so many samples after the other are the
+    parts of one array.
+    """
+
+    old: np.ndarray
+    wanted: np.ndarray
+    beside: Mapping[str, np.ndarray]
+    turns: bool = False
+    size: int = 1
+
+    def alike(self, a: np.ndarray, b: np.ndarray) -> bool:
+        """Return whether two formulas are worth the same in all samples."""
+        off = a - b
+        if self.turns:
+            off = (off + np.pi) % (2 * np.pi) - np.pi
+        scale = max(np.abs(b).max(), SMALL * np.abs(self.old).max())
+        return bool(np.all(np.abs(off) <= CLOSE * scale))
+
+
+def short_formulas(values: Values) -> Iterator[Found]:
+    """Yield formulas that are worth what is needed, with one other value at most."""
+    with np.errstate(all="ignore"):
+        for step in (_of_itself, _of_another, _with_one):
+            yield from step(values)
+
+
+def long_formulas(values: Values) -> Iterator[Found]:
+    """Yield formulas that are worth what is needed, with more values than one."""
+    with np.errstate(all="ignore"):
+        for step in (_with_two, _with_three, _sums, _angles, _by_parts, _with_four):
+            yield from step(values)
+
+
+def _of_itself(values):
+    """Yield the old value with another sign, factor, power or term."""
+    old, wanted = values.old, values.wanted
+    if factor := _number(wanted / old):
+        kind = "a sign" if factor == "-1" else "a factor"
+        yield kind, _times(factor, OLD)
+    made = {
+        f"{OLD}**2": ("a square", old**2),
+        f"{OLD}**3": ("a square", old**3),
+        f"{MATH}sqrt({OLD})": ("a root", np.sqrt(old)),
+        f"1/{OLD}": ("an operator", 1 / old),
+        f"abs({OLD})": ("a sign", np.abs(old)),
+        f"-abs({OLD})": ("a sign", -np.abs(old)),
+    }
+    half, quarter = f"{MATH}pi", f"{MATH}pi/2"
+    for text, turned in ((OLD, old), (f"-{OLD}", -old)):
+        made[f"{text} + {half}"] = "a term", turned + np.pi
+        made[f"{text} - {half}"] = "a term", turned - np.pi
+        made[f"{text} + {quarter}"] = "a term", turned + np.pi / 2
+        made[f"{text} - {quarter}"] = "a term", turned - np.pi / 2
+    for text, (kind, value) in made.items():
+        if values.alike(value, wanted):
+            yield kind, text
+    if term := _number(wanted - old):
+        yield "a term", f"{OLD} + {term}".replace("+ -", "- ")
+
+
+def _of_another(values):
+    """Yield another value in place of the old one."""
+    wanted = values.wanted
+    if number := _number(wanted):
+        yield "a number", number
+    if values.alike(wanted, 0 * wanted):
+        yield "a term", "0"
+        return
+    for name, value in values.beside.items():
+        if values.alike(value, wanted):
+            yield "a variable", name
+        elif factor := _number(wanted / value):
+            yield "a formula", _times(factor, name)
+
+
+def _with_one(values):
+    """Yield the old value with one factor or one term more."""
+    old, wanted = values.old, values.wanted
+    more = wanted - old
+    for name, value in values.beside.items():
+        for text, one in ((name, value), (f"{name}**2", value**2)):
+            if factor := _number(wanted / old / one):
+                yield "a factor", _times(factor, f"{OLD}*{text}")
+            if not _is_turned(name) and (factor := _number(wanted / old * one)):
+                yield "a factor", _times(factor, f"{OLD}/{text}")
+            if factor := _number(_ratio(more, one)):
+                yield "a term", _plus(factor, text)
+        if values.turns and values.alike(old + value, wanted):
+            yield "a term", f"{OLD} + {name}"
+        if values.turns and values.alike(old - value, wanted):
+            yield "a term", f"{OLD} - {name}"
+
+
+def _with_two(values):
+    yield from _with_products(values, 2, MOST_ATOMS)
+
+
+def _with_three(values):
+    yield from _with_products(values, 3, MOST_FACTORS)
+
+
+def _with_four(values):
+    plain = {name: value for name, value in values.beside.items() if _PLAIN.fullmatch(name)}
+    yield from _with_products(replace(values, beside=plain), 4, MOST_OF_FOUR)
+
+
+def _with_products(values, count, most):
+    """Yield the old value with a product of so many values more, as a term or a factor, or such
+    a product in its place; in the product one value may be divided by.
+    """
+    names, table = _factors(values, most)
+    if not names:
+        return
+    every = np.array([*combinations_with_replacement(range(len(names)), count)])
+    below = np.array([not _is_turned(name) for name in names])
+    for split in (None, *range(count)):
+        picked = every if split is None else every[below[every[:, split]]]
+        products = np.prod(table[picked], axis=1)
+        if split is not None:
+            products = products / table[picked[:, split]] ** 2
+        for chosen, factor in _fitting((values.wanted - values.old) / products, picked):
+            yield "a term", _plus(factor, _product(names, chosen, split))
+        for chosen, factor in _fitting(values.wanted / products, picked):
+            yield "a formula", _times(factor, _product(names, chosen, split))
+        for chosen, factor in _fitting(values.wanted / values.old / products, picked):
+            yield "a factor", _times(factor, f"{OLD}*{_product(names, chosen, split)}")
+
+
+def _fitting(ratios, picked):
+    """Yield what is picked where the ratio (candidates, samples) is one number, and that number."""
+    first = ratios[:, :1]
+    same = np.all(np.abs(ratios - first) <= CLOSE * np.abs(first), axis=1)
+    for place in np.flatnonzero(same):
+        if factor := _number(ratios[place]):
+            yield picked[place], factor
+
+
+def _factors(values, most):
+    """Return names and values (names, samples) of what can be multiplied: 0 and 1 cannot."""
+    names = [
+        name
+        for name, value in values.beside.items()
+        if np.all(np.abs(value) > SMALLEST) and not _number(value)
+    ]
+    names = names[:most]
+    return names, np.array([values.beside[name] for name in names])
+
+
+def _product(names, chosen, split=None):
+    """Return the product of the chosen names, divided by the one at place `split`."""
+    above = [names[k] for place, k in enumerate(chosen) if place != split]
+    powers = {name: above.count(name) for name in above}
+    text = "*".join(name if n == 1 else f"{name}**{n}" for name, n in powers.items())
+    return text if split is None else f"{text}/{names[chosen[split]]}"
+
+
+def _sums(values):
+    """Yield a sum or difference of two products in place of the old value, or beside it."""
+    names, table = _factors(values, MOST_FACTORS)
+    if len(names) < 2:
+        return
+    picked = [(k,) for k in range(len(names))]
+    picked += [*combinations_with_replacement(range(len(names)), 2)]
+    products = np.array([np.prod(table[[*chosen]], axis=0) for chosen in picked])
+    for sign in (1, -1):
+        joint = " + " if sign > 0 else " - "
+        for one, other in _adding_up(values, values.wanted, products, sign):
+            texts = _product(names, picked[one]), _product(names, picked[other])
+            yield "a formula", joint.join(texts)
+        for one, other in _adding_up(values, values.wanted - values.old, products, sign):
+            texts = OLD, _product(names, picked[one])
+            yield "a term", " + ".join(texts) + joint + _product(names, picked[other])
+
+
+def _adding_up(values, wanted, products, sign):
+    """Yield pairs of products of which the sum, or the difference, is what is wanted."""
+    order = np.argsort(products[:, 0])
+    first = products[order, 0]
+    left = (wanted[0] - products[:, 0]) * sign
+    slack = CLOSE * (np.abs(wanted[0]) + np.abs(left))
+    low = np.searchsorted(first, left - slack)
+    high = np.searchsorted(first, left + slack)
+    for one in np.flatnonzero(high > low):
+        for other in order[low[one] : high[one]]:
+            again = sign > 0 and other < one
+            if not again and values.alike(products[one] + sign * products[other], wanted):
+                yield one, other
+
+
+def _angles(values):
+    """Yield an arc or a direction of values beside the place."""
+    wanted = values.wanted
+    for name, value in values.beside.items():
+        for function, arc in (("acos", np.arccos(value)), ("asin", np.arcsin(value))):
+            if values.alike(arc, wanted):
+                yield "a function", f"{MATH}{function}({name})"
+            if values.alike(-arc, wanted):
+                yield "a function", f"-{MATH}{function}({name})"
+    for above, below in permutations(values.beside, 2) if values.turns else ():
+        y, x = values.beside[above], values.beside[below]
+        size = np.hypot(x, y)
+        across = np.abs(y * np.cos(wanted) - x * np.sin(wanted))
+        along = np.sign(y * np.sin(wanted) + x * np.cos(wanted))
+        if np.all(across <= CLOSE * size) and np.all(along == along[0]) and along[0]:
+            sign = "" if along[0] > 0 else "-"
+            yield "a function", f"{MATH}atan2({sign}{above}, {sign}{below})"
+
+
+def _by_parts(values):
+    """Yield an array with a term more in each of its parts, in some of them 0."""
+    size = values.size
+    if size == 1:
+        return
+    # A number beside an array stands there once for each of its parts.
+    numbers = {
+        name: value[::size]
+        for name, value in values.beside.items()
+        if np.all(value.reshape(-1, size) == value[::size, None])
+    }
+    parts = [
+        Values(values.old[k::size], values.wanted[k::size], numbers, size=1) for k in range(size)
+    ]
+    terms = [_term(part) for part in parts]
+    if all(terms):
+        rows = [terms] if size != 4 else [terms[:2], terms[2:]]
+        told = ", ".join(f"[{', '.join(row)}]" for row in rows)
+        yield "a term", f"{OLD} + {NUMPY}array({told if len(rows) == 1 else f'[{told}]'})"
+
+
+def _term(values):
+    """Return what is to be added to the old value, "" where no formula is."""
+    if values.alike(values.wanted, values.old):
+        return "0"
+    for kind, text in chain(_with_one(values), _with_two(values)):
+        if kind == "a term":
+            return text.removeprefix(f"{OLD} + ").replace(f"{OLD} - ", "-")
+    return ""
+
+
+def _is_turned(name):
+    """Return whether a name is a sine or cosine that the program does not have: nobody forgets to
+    divide by it.
+    """
+    return name.startswith(MATH)
+
+
+def _number(values: np.ndarray) -> str:
+    """Return a number of few digits that all values are, in words; "" where they are none."""
+    first = values[0]
+    if not np.isfinite(first) or not np.all(np.abs(values - first) <= CLOSE * abs(first)):
+        return ""
+    for below in DENOMINATORS:
+        above = round(first * below)
+        whole = abs(first * below - above) <= CLOSE * abs(above)
+        if above and abs(above) <= MOST_ABOVE and whole:
+            return str(above) if below == 1 else f"{above}/{below}"
+    return ""
+
+
+def _ratio(above, below):
+    """Return quotients of two values where the one below is not 0, if the other is 0 there, too."""
+    none = np.abs(below) <= CLOSE * np.abs(below).max()
+    zero = np.abs(above) <= CLOSE * np.abs(above).max()
+    if np.all(none) or not np.all(zero[none]):
+        return np.full(1, np.nan)
+    return above[~none] / below[~none]
+
+
+def _times(factor, text):
+    """Return a text times a number."""
+    above, _, below = factor.partition("/")
+    head = {"1": "", "-1": "-"}.get(above, f"{above}*")
+    return f"{head}{text}/{below}" if below else f"{head}{text}"
+
+
+def _plus(factor, text):
+    """Return the old value plus a text times a number."""
+    made = _times(factor, text)
+    return f"{OLD} - {made[1:]}" if made.startswith("-") else f"{OLD} + {made}"

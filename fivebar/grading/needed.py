@@ -1,0 +1,322 @@
+"""Which value a formula in a student's program would need, so that its function is right."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import starmap
+
+import numpy as np
+
+from .beside import guesses_of, known_values
+from .following import Helped
+from .formulas import CLOSE, OLD, Values
+from .judge import numbers_of
+from .questions import AskedRows, rows_from
+from .relations import largest
+from .worker.replies import Reply
+from .worker.student import Tried
+from .worker.wire import Change
+
+ARGUMENT = "an argument"
+ALL = -1  # in place of a place whose visits are told
+SCREENED = 2  # rows in which a place is looked at first
+MOST_UNKNOWNS = 4  # numbers of a place in one call that are looked for
+STEPS = 12  # of Newton's method
+SOLVED = 1e-9  # of the largest right answer
+HALVINGS = 4  # of a step that leads nowhere
+STARTS = (1, -1), (-1, 1), (-1, -1), (0.5, 0.5), (0.1, 0.1), (2, 2)  # factors of a place's numbers
+NEARLY = 1e-6  # of the largest right answer: what other signs leave where it is the signs
+SLOW = 0.9  # of the error, that a step leaves: where it leaves more, there is no such value
+FARTHEST = 1e4  # that a number goes: a loop that subtracts turns must come to its end
+STEP = 1e-6  # of a number, to see what depends on it
+SMALLEST = 1e-2  # number of which such a step is taken
+AT_ONCE = 1_000  # calls of one request
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place of a program: its number, what a worker told of it, and which numbers of the answer
+    depend on it.
+    """
+
+    number: int
+    told: Change
+    moved: np.ndarray
+
+    line = property(lambda self: self.told.line)
+    function = property(lambda self: self.told.function)
+    text = property(lambda self: self.told.old)
+    is_argument = property(lambda self: self.told.kind == ARGUMENT)
+
+    @property
+    def is_root(self) -> bool:
+        """Whether what stands there has no sign of its own."""
+        return re.match(r"[\w.]*(sqrt|acos|arccos)\(", self.text) is not None
+
+
+@dataclass(frozen=True)
+class Need:
+    """A place with what it is worth in each call (calls, numbers), and what it would need to be, so
+    that the numbers of the answer that depend on it are right.
+    """
+
+    place: Place
+    old: np.ndarray
+    wanted: np.ndarray
+
+    @property
+    def is_sign(self) -> bool:
+        """Whether nothing but the sign is wrong, if not in all calls."""
+        same = np.abs(self.wanted - self.old) <= CLOSE * np.abs(self.old)
+        turned = np.abs(self.wanted + self.old) <= CLOSE * np.abs(self.old)
+        return bool(np.all(same | turned) and turned.any())
+
+
+class Needs:
+    """The values that the places of a function need, in some rows of a check."""
+
+    def __init__(self, student: Helped, tried: Tried, rows: AskedRows):
+        self._student, self.rows = student, rows
+        self._tried = replace(tried, watched=True, wave=None)
+        self._plain = rows_from(rows.columns)
+        exercise = rows.exercise
+        with np.errstate(all="ignore"):
+            self._right = exercise.outcome(exercise.answer, rows.robot, rows.columns)
+        self._angles = exercise.is_angle()
+        self._scale = np.where(self._angles, 1.0, largest(self._right))
+        replies = self._replies([(row, ()) for row in range(len(self._plain))], ALL)
+        off = self._off(replies, range(len(self._plain)))
+        self.wrong = ~(np.abs(off) <= SOLVED * self._scale).all(axis=0)
+        self._told = [*student.changes]
+        self._visits = [dict(map(tuple, reply.seen)) for reply in replies]
+
+    def all(self, part: np.ndarray | None = None) -> Iterator[Need]:
+        """Yield the needs of all places that can make numbers right that are wrong; part: those
+        numbers (answer,), all of them where None.
+        """
+        self._part = self.wrong if part is None else part
+        starts = self._starts()
+        few = range(min(SCREENED, len(self._plain)))
+        found = self._solve(starts, few)
+        whole = {number: starts[number] for number in found}
+        every = range(len(self._plain))
+        for number, (wanted, moved) in self._solve(whole, every).items():
+            place = Place(number, self._told[number], moved)
+            yield Need(place, starts[number], wanted)
+
+    def guessed(self) -> Iterator[tuple[Place, str, str]]:
+        """Yield (place, kind, formula) of matrices that are right as products and sums of those
+        beside them: a matrix has too many numbers to be solved for.
+        """
+        few = range(min(SCREENED, len(self._plain)))
+        off = self._off(self._replies([(row, ()) for row in few]), few)
+        for number, told in enumerate(self._told):
+            visits = [seen.get(number, []) for seen in self._visits]
+            if {len(row) for row in visits} != {1} or {len(row[0]) for row in visits} != {4}:
+                continue
+            guesses = guesses_of(self._matrices(number, few))
+            if not guesses:
+                continue
+            calls = [(row, ((number, value[row]),)) for *_, value in guesses for row in few]
+            errors = self._off(self._replies(calls), [row for row, _ in calls])
+            errors = errors.reshape(len(guesses), len(few), -1)
+            right = (np.abs(errors / self._scale) <= NEARLY).all(axis=(1, 2))
+            for found in np.flatnonzero(right):
+                kind, text, _ = guesses[found]
+                moved = self.wrong | (np.abs(errors[found] - off) > 0).any(axis=0)
+                yield Place(number, told, moved), kind, text
+
+    def _matrices(self, number, rows):
+        """Return name -> (rows, 2, 2) of the matrices beside a place."""
+        seen = [reply.seen for reply in self._replies([(row, ()) for row in rows], number)]
+        if {len(visits) for visits in seen} != {1}:
+            return {}
+        known = [dict(map(tuple, visits[0])) for visits in seen]
+        names = [name for name in known[0] if {len(one.get(name, ())) for one in known} == {4}]
+        return {name: np.reshape([one[name] for one in known], (-1, 2, 2)) for name in names}
+
+    def leads(self, need: Need) -> bool:
+        """Return whether all wrong numbers, and more than a place has, are right with its need."""
+        moved = need.place.moved
+        return bool(moved[self.wrong].all()) and need.old.shape[1] < moved.sum()
+
+    def _starts(self):
+        """Return place -> what it is worth (rows, numbers), of those whose numbers are few."""
+        starts = {}
+        for number in range(len(self._told)):
+            visits = [seen.get(number, []) for seen in self._visits]
+            sizes = {len(numbers) for row in visits for numbers in row}
+            counts = {*map(len, visits)}
+            if len(sizes) == len(counts) == 1 and 0 < max(sizes) * max(counts) <= MOST_UNKNOWNS:
+                starts[number] = np.reshape(visits, (len(visits), -1))
+        return starts
+
+    def _solve(self, starts, rows):
+        """Return place -> (the numbers with which what depends on it is right (rows, numbers), what
+        depends on it), of those places that have such numbers in these rows.
+        """
+        rows = list(rows)
+        now = {number: start[rows].copy() for number, start in starts.items()}
+        now, off = self._starts_of(now, rows)
+        moved, solved, last = {}, {}, {}
+        for _ in range(STEPS):
+            slopes = self._slopes(now, off, rows)
+            for number in [*now]:
+                depends = (np.abs(slopes[number]) > 0).any(axis=(0, 1))
+                known = moved.get(number, False) | depends & (self._part | ~self.wrong)
+                moved[number] = known
+                if not (known & self._part).any() or known.sum() < now[number].shape[1]:
+                    del now[number]
+            if not now:
+                break
+            steps = {
+                number: _newton_steps(slopes[number], off[number], moved[number])
+                for number in now
+                if np.isfinite(slopes[number]).all() and np.isfinite(off[number]).all()
+            }
+            now, off = self._stepped(now, off, steps, moved, rows)
+            for number in [*now]:
+                left = self._left(off[number], moved[number]).max()
+                if left <= SOLVED:
+                    solved[number] = now.pop(number), moved[number]
+                elif number in last and not left <= SLOW * last[number]:
+                    del now[number]
+                else:
+                    last[number] = left
+        return solved
+
+    def _starts_of(self, starts, rows):
+        """Return the numbers of each place from which to look, and the errors: with other signs in
+        rows in which these leave no errors in what depends on it, or scaled in rows in which the
+        function gives nothing.
+        """
+        now = dict(starts)
+        off = self._errors(now, rows)
+        for factors in STARTS:
+            tried = {
+                number: values * factors[: values.shape[1]]
+                for number, values in starts.items()
+                if values.shape[1] <= len(factors) and {*factors[: values.shape[1]]} != {1}
+            }
+            for number, errors in self._errors(tried, rows).items():
+                nothing = np.isnan(off[number]).any(axis=1) & np.isfinite(errors).all(axis=1)
+                other = ~np.isclose(errors, off[number], atol=SOLVED, equal_nan=True)
+                good = np.abs(errors / self._scale) <= NEARLY
+                better = np.all(good | ~other, axis=1) & other.any(axis=1) | nothing
+                now[number] = np.where(better[:, None], tried[number], now[number])
+                off[number] = np.where(better[:, None], errors, off[number])
+        return now, off
+
+    def _stepped(self, now, off, steps, moved, rows):
+        """Return the numbers after a step, shorter in rows where it leads to no answer or to a
+        worse one, and the errors with them.
+        """
+        now = {number: now[number] for number in steps}
+        before = {number: self._left(off[number], moved[number]) for number in now}
+        made = {
+            number: np.clip(now[number] + step, -FARTHEST, FARTHEST)
+            for number, step in steps.items()
+        }
+        errors = self._errors(made, rows)
+        for _ in range(HALVINGS):
+            waiting = {}
+            for number in made:
+                worse = ~(self._left(errors[number], moved[number]) <= before[number])
+                if worse.any():
+                    steps[number] = np.where(worse[:, None], steps[number] / 2, steps[number])
+                    waiting[number] = made[number] = now[number] + steps[number]
+            if not waiting:
+                break
+            errors |= self._errors(waiting, rows)
+        return made, errors
+
+    def _left(self, off, moved):
+        """Return the largest error of each row (rows,) among the numbers that move."""
+        return np.abs(off / self._scale)[:, moved].max(axis=1)
+
+    def _errors(self, put, rows):
+        """Return place -> errors (rows, numbers) with these numbers put in it."""
+        if not put:
+            return {}
+        calls = [
+            (row, ((number, values[k]),))
+            for number, values in put.items()
+            for k, row in enumerate(rows)
+        ]
+        off = self._off(self._replies(calls), [row for row, _ in calls])
+        return dict(zip(put, off.reshape(len(put), len(rows), -1)))
+
+    def _slopes(self, now, off, rows):
+        """Return place -> slopes (rows, its numbers, numbers of the answer)."""
+        calls, widths = [], []
+        for number, values in now.items():
+            for k, row in enumerate(rows):
+                for j in range(values.shape[1]):
+                    width = STEP * max(abs(values[k, j]), SMALLEST)
+                    other = values[k].copy()
+                    other[j] += width
+                    widths.append(width)
+                    calls.append((row, ((number, other),)))
+        errors = self._off(self._replies(calls), [row for row, _ in calls])
+        slopes, start = {}, 0
+        for number, values in now.items():
+            count = values.size
+            some = errors[start : start + count].reshape(*values.shape, -1)
+            size = np.array(widths[start : start + count]).reshape(values.shape)
+            with np.errstate(invalid="ignore"):
+                slopes[number] = self._turned(some - off[number][:, None]) / size[..., None]
+            start += count
+        return slopes
+
+    def _replies(self, calls, told=None) -> list[Reply]:
+        rows, replies = self.rows, []
+        for start in range(0, len(calls), AT_ONCE):
+            some = calls[start : start + AT_ONCE]
+            numbers = [[told, *starmap(self._put, put)] for _, put in some]
+            replies += self._student.ask(
+                rows.exercise.name,
+                [self._plain[row] for row, _ in some],
+                rows.constants,
+                tried=replace(self._tried, numbers=numbers),
+            )
+        return replies
+
+    def _put(self, number, values):
+        visits = len(self._visits[0][number])
+        return [number, np.reshape(values, (visits, -1)).tolist()]
+
+    def _off(self, replies, rows):
+        """Return errors (calls, numbers), nan where there is no answer."""
+        came = numbers_of(self.rows.exercise, replies)
+        return self._turned(came - self._right[[*rows]])
+
+    def _turned(self, off):
+        turned = (off + np.pi) % (2 * np.pi) - np.pi
+        return np.where(self._angles, turned, off)
+
+    def values(self, need: Need) -> Values | None:
+        """Return what stands beside a place, None where its calls do not show it."""
+        number = need.place.number
+        calls = [(row, ((number, values),)) for row, values in enumerate(need.wanted)]
+        seen = [reply.seen for reply in self._replies(calls, number)]
+        visits = [dict(map(tuple, pairs)) for row in seen for pairs in row]
+        if len(visits) != len(self._plain) * len(self._visits[0][number]):
+            return None
+        size = need.wanted.size // len(visits)
+        beside = known_values(visits, size)
+        if OLD not in beside:
+            return None
+        turns = bool(self._angles[need.place.moved].all())
+        return Values(beside.pop(OLD), need.wanted.ravel(), beside, turns, size)
+
+
+def _newton_steps(slopes, off, moved):
+    """Return the step of each row (rows, its numbers) after which the numbers that move are right,
+    by their slopes (rows, its numbers, numbers of the answer).
+    """
+    steps = [
+        np.linalg.lstsq(slope[:, moved].T, -error[moved])[0] for slope, error in zip(slopes, off)
+    ]
+    return np.array(steps)

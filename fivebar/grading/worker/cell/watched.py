@@ -1,0 +1,310 @@
+"""What each formula of a program is worth in a call, and what comes back if a formula is worth
+something else; standard library only.
+
+Nothing here knows the right answers: the grader looks for the values that lead to them.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+from functools import cached_property, partial
+from itertools import chain
+from typing import Any
+
+from alternatives import Place, places
+from scopes import compiled, exchanged, other_leg, put_in, rebuilt, scopes, short
+
+WATCH = "__watch__"  # name of the watch in the student's module
+OLD = "__old__"  # what stands in a place, in what is written there
+ARGUMENT = "an argument"
+ALL = -1  # in place of a place's number
+MOST_PLACES = 800
+MOST_NUMBERS = 9  # of a matrix
+MOST_VISITS = 8  # of a place in one call that are told
+MOST_ATOMS = 150  # values beside a place that are told
+LONGEST = 60  # characters of a formula whose value is told beside a place
+_TURNED = re.compile(r"\b(sin|cos)\b|\b[sc](?=\d)")
+_OTHER = {"sin": "cos", "cos": "sin", "s": "c", "c": "s"}
+Group = list[tuple[int, bool]]  # places with the same formula; whether for the other leg
+
+
+class Watch:
+    """Sees the values of all places during a call; puts others in some of them."""
+
+    def __init__(self, texts: list[str]):
+        self._texts = texts
+        self.begin({}, None)
+
+    def begin(self, put: dict[int, list], told: list[int] | None) -> None:
+        """Begin a call; put: place -> the numbers of each visit; told: the places whose visits are
+        told with all values that are known then; [] for the visits of all places, None for none.
+        """
+        self._put, self._told = put, told
+        self._visits: dict[int, list] = {}
+        self._beside: dict[int, list] = {}
+        self._frames: dict = {}
+
+    def __call__(self, place: int, value: Any) -> Any:
+        wanted = self._put.get(place)
+        if wanted is None and self._told is None:
+            return value
+        numbers = flat(value)
+        if numbers is None:
+            return value
+        visits = self._visits.setdefault(place, [])
+        visits.append(numbers)
+        if self._told:
+            self._tell(place, numbers, sys._getframe(1))
+        if wanted is None or len(visits) > len(wanted):
+            return value
+        return _like(value, wanted[len(visits) - 1])
+
+    def _tell(self, place, numbers, frame):
+        known = self._frames.setdefault(frame, {})
+        if place in self._told:
+            beside = {**_named(frame), **known, OLD: numbers}
+            self._beside.setdefault(place, []).append(beside)
+        known[self._texts[place]] = numbers
+
+    def visits(self, group: Group) -> list:
+        """Return the numbers of all visits of a group's places, none where one has more."""
+        visits = [self._visits.get(place, []) for place, _ in group]
+        same = len({*map(len, visits)}) == 1 and len(visits[0]) <= MOST_VISITS
+        return [*chain.from_iterable(visits)] if same else []
+
+    def beside(self, group: Group) -> list:
+        """Return what was known at each visit of a group's places, in the names of the first."""
+        told = []
+        for place, is_other in group:
+            for known in self._beside.get(place, [])[:MOST_VISITS]:
+                name_of = other_leg if is_other else str
+                pairs = [[name_of(name), numbers] for name, numbers in known.items() if name]
+                told.append([*pairs[-1:], *pairs[: MOST_ATOMS - 1]])
+        return told
+
+
+def flat(value: Any) -> list[float] | None:
+    """Return the numbers of a value, None where it has none or too many."""
+    numpy = sys.modules.get("numpy")
+    if isinstance(value, bool):
+        return None
+    if isinstance(value, int | float):
+        return [float(value)] if abs(value) < 1e12 else None
+    if isinstance(value, complex):
+        return [value.real, value.imag] if abs(value) < 1e12 else None
+    if numpy is None or not isinstance(value, numpy.ndarray | numpy.number):
+        return None
+    if value.size > MOST_NUMBERS or value.dtype.kind not in "iufc":
+        return None
+    parts = value.ravel().tolist()
+    if value.dtype.kind == "c":
+        parts = [*chain.from_iterable((part.real, part.imag) for part in parts)]
+    return [*map(float, parts)] if all(abs(part) < 1e12 for part in parts) else None
+
+
+def _like(value, numbers):
+    """Return these numbers as a value of the same kind."""
+    numpy = sys.modules.get("numpy")
+    if isinstance(value, complex):
+        return complex(*numbers)
+    if numpy is None or not isinstance(value, numpy.ndarray):
+        return numbers[0]
+    if value.dtype.kind == "c":
+        numbers = [complex(*pair) for pair in zip(numbers[::2], numbers[1::2])]
+    return numpy.array(numbers).reshape(value.shape)
+
+
+def _named(frame):
+    """Return the numbers that names have in a frame, those of an object's parts among them."""
+    named: dict = {}
+    for name, value in frame.f_locals.items():
+        parts = getattr(value, "__dict__", {}) if name == "self" else {}
+        named |= {f"self.{part}": flat(own) for part, own in parts.items()}
+        named[name] = flat(value)
+    for name, value in frame.f_globals.items():
+        if type(value) in (int, float) and not name.startswith("_"):
+            named[f"globals()['{name}']" if name in named else name] = flat(value)
+    return {name: numbers for name, numbers in named.items() if numbers is not None}
+
+
+class Watched:
+    """A program whose functions show the values of their formulas.
+
+    groups: each place alone, and two that are the same for either leg; words: of the changes made
+    before.
+    """
+
+    def __init__(self, body: list[ast.stmt], function: str, apart: list[str], words: list[list]):
+        self._body, self.words = body, words
+        self._scopes = [*scopes(body, function, apart)]
+        self._places: list[Place] = []
+        for scope in self._scopes:
+            self._places += [place for place in places(scope) if _may_differ(place)]
+        del self._places[MOST_PLACES:]
+        self._texts = [ast.unparse(place.node) for place in self._places]
+        self.groups: list[Group] = [[(k, False)] for k in range(len(self._places))]
+        self.groups += _twins(self._places)
+
+    def install(self, space: dict, apart: list[str]) -> bool:
+        """Put the functions that show their values into a module, as `Variants` does."""
+        space[WATCH] = Watch([text if len(text) <= LONGEST else "" for text in self._texts])
+        return put_in(space, self._code, apart)
+
+    @cached_property
+    def _code(self):
+        numbers = {id(place.node): number for number, place in enumerate(self._places)}
+        return compiled(self._body, self._scopes, partial(_shown, numbers))
+
+    def told(self, numbers: list) -> dict:
+        """Return all groups in words, as changes have them: line, whether the first place is an
+        argument, function, and what stands there, twice.
+        """
+        words = []
+        for group in self.groups:
+            place, text = self._places[group[0][0]], self._texts[group[0][0]]
+            kind = ARGUMENT if text in place.scope.arguments else ""
+            words.append([place.node.lineno, kind, place.scope.name, text, text])
+        return {"count": len(words), "changes": words}
+
+    def switch(self, space: dict, numbers: list) -> None:
+        """Begin a call; numbers: the group that is told, ALL or None, and (group, the numbers of
+        its visits) for those in which others are put.
+        """
+        self._asked, *pairs = numbers
+        put = {}
+        for group, visits in pairs:
+            places = self.groups[group]
+            each = len(visits) // len(places)
+            for k, (place, _) in enumerate(places):
+                put[place] = visits[k * each : (k + 1) * each]
+        asked = self._asked
+        told = [place for place, _ in self.groups[asked]] if asked not in (None, ALL) else []
+        space[WATCH].begin(put, None if asked is None else told)
+
+    def seen(self, space: dict) -> dict:
+        """Return what the last call showed."""
+        watch = space[WATCH]
+        if self._asked is None:
+            return {}
+        if self._asked != ALL:
+            return {"seen": watch.beside(self.groups[self._asked])}
+        return {"seen": [[k, watch.visits(group)] for k, group in enumerate(self.groups)]}
+
+    def changed(self, written: list) -> tuple[list[ast.stmt], list[list]]:
+        """Return the program's statements with formulas written in some places, and each of these
+        changes in words: line, kind, function, what stands there, and what is written.
+        """
+        swaps, told = {}, []
+        for number, kind, text in written:
+            group = self.groups[number]
+            for k, is_other in group:
+                new = ast.parse(other_leg(text) if is_other else text, mode="eval").body
+                node = self._places[k].node
+                swaps[id(node)] = rebuilt(new, partial(_with_old, node))
+            place = self._places[group[0][0]]
+            new = ast.fix_missing_locations(swaps[id(place.node)])
+            shown = short(ast.unparse(new))
+            if len(group) > 1:
+                shown += f", in {len(group)} places"
+            told.append([place.node.lineno, kind, place.scope.name, short(_read(place)), shown])
+        return exchanged(self._body, swaps), told
+
+
+def _read(place):
+    return ast.unparse(place.node)
+
+
+def _target(line):
+    return ast.unparse(line.targets[0]) if isinstance(line, ast.Assign) else ""
+
+
+def _read_line(line):
+    body = getattr(line, "body", None)
+    return ast.unparse(line.test if isinstance(body, list) and hasattr(line, "test") else line)
+
+
+def _may_differ(place):
+    """Return whether another number may stand in a place: not in that of an index."""
+    indexed = isinstance(place.parent, ast.Subscript) and place.node is place.parent.slice
+    return not indexed and not isinstance(place.node, ast.Tuple | ast.List | ast.Compare)
+
+
+def _twins(places: list[Place]) -> list[Group]:
+    """Return pairs of places that are the same for either leg: at the same position in two lines
+    that are so, or by themselves; and those of two parts of a vector.
+    """
+    lines: dict = {}
+    for k, place in enumerate(places):
+        lines.setdefault((place.scope.name, place.line), []).append(k)
+    by_text = {(name, _read_line(line)): numbers for (name, line), numbers in lines.items()}
+    twins: list[Group] = []
+    alone: dict = {}
+    for (name, line), numbers in lines.items():
+        partner = by_text.get((name, other_leg(_read_line(line))))
+        if partner and partner[0] > numbers[0] and len(partner) == len(numbers):
+            twins += [[(a, False), (b, True)] for a, b in zip(numbers, partner)]
+        elif not partner or partner == numbers:
+            for k in numbers:
+                key = name, _target(line), _read(places[k])
+                alone.setdefault(key, []).append(k)
+    for (name, target, text), numbers in alone.items():
+        others = alone.get((name, other_leg(target), other_leg(text)), [])
+        same = len(others) == len(numbers) and others[0] > numbers[0]
+        if same and (target, text) != (other_leg(target), other_leg(text)):
+            twins += [[(a, False), (b, True)] for a, b in zip(numbers, others)]
+    return twins + _components(places)
+
+
+def _components(places: list[Place]) -> list[Group]:
+    """Return pairs of places in one line, or in two that follow each other, that are alike but for
+    sine and cosine, as the parts of a vector are; and those at the same position in such a pair.
+    """
+    texts = [_read(place) for place in places]
+    numbers = {id(place.node): k for k, place in enumerate(places)}
+    found: dict = {}
+    for k, place in enumerate(places):
+        turned = _TURNED.sub(lambda found: _OTHER[found[0]], texts[k])
+        for other in range(k + 1, len(places) if turned != texts[k] else 0):
+            near = abs(places[other].node.lineno - place.node.lineno) <= 1
+            if near and texts[other] == turned and places[other].scope is place.scope:
+                inside = zip(ast.walk(place.node), ast.walk(places[other].node))
+                pairs = [(numbers.get(id(a)), numbers.get(id(b))) for a, b in inside]
+                found |= {pair: None for pair in pairs if None not in pair}
+    return [[(a, False), (b, False)] for a, b in found]
+
+
+def _shown(numbers, node, copy):
+    number = numbers.get(id(node))
+    if number is None:
+        return copy
+    shown = ast.Call(ast.Name(WATCH, ast.Load()), [ast.Constant(number), copy], [])
+    return ast.copy_location(shown, node)
+
+
+def _with_old(old, node, copy):
+    return old if getattr(node, "id", None) == OLD else copy
+
+
+class Plain:
+    """A program after its changes; it has no more of them."""
+
+    def __init__(self, body: list[ast.stmt], function: str, apart: list[str], words: list[list]):
+        self.words = words
+        self._code = compiled(body, [*scopes(body, function, apart)], lambda node, copy: copy)
+
+    def install(self, space: dict, apart: list[str]) -> bool:
+        """Put the functions into a module, as `Variants` does."""
+        return put_in(space, self._code, apart)
+
+    def told(self, numbers: list) -> dict:
+        """Return the changes that are made, in words."""
+        return {"count": 0, "changes": self.words}
+
+    def switch(self, space: dict, numbers: list) -> None:
+        """Change nothing from call to call."""
+
+    def seen(self, space: dict) -> dict:
+        """Return nothing, as nothing is watched."""
+        return {}

@@ -1,0 +1,264 @@
+"""The values that a formula needs so that a function is right, and a formula of them."""
+
+import ast
+import math
+import re
+import sys
+from itertools import chain
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fivebar.grading.beside import guesses_of
+from fivebar.grading.formulas import OLD, Values, long_formulas, short_formulas
+from fivebar.grading.grade import grade
+from fivebar.grading.labs import find_lab
+from fivebar.grading.program import Job
+from fivebar.grading.worker import places
+from fivebar.grading.worker.wire import Garbled, shown
+from tests.helpers.hand_ins import FOLDER
+
+sys.path.insert(0, str(places.CELL))
+from changes import Trials  # noqa: E402
+
+sys.path.remove(str(places.CELL))
+
+FRAMES = (FOLDER / "fresh/amoro_frames.py").read_text("utf-8")
+NAMES = "a", "b", "w", "l"
+
+
+def samples(seed, n=8):
+    """Values of some names, none of them near 0, and l the same in all samples."""
+    draw = np.random.default_rng(seed)
+    found = {name: draw.uniform(0.3, 1.4, n) * draw.choice([-1, 1], n) for name in "abw"}
+    return found | {"l": np.full(n, 0.237)}
+
+
+def formulas(values):
+    """All formulas, short ones first."""
+    return chain(short_formulas(values), long_formulas(values))
+
+
+def worth(text, known, old):
+    """The value of a formula in all samples, one after the other."""
+    columns = zip(old, *known.values())
+    scopes = [dict(zip((OLD, *known), row)) for row in columns]
+    return np.array([eval(text, {"abs": abs}, scope) for scope in scopes])
+
+
+NEEDED = {
+    "a sign": ("a*b", "-a*b"),
+    "a factor": ("a*b", "a*b/2"),
+    "a square": ("a*w", "(a*w)**2"),
+    "a root": ("a*a", "abs(a)"),
+    "a variable": ("a*b", "w"),
+    "a number": ("a*b", "0*a + 3"),
+    "a factor of another name": ("a*b", "a*b*l"),
+    "a factor of two": ("a*b", "a*b*w/l"),
+    "a term": ("a*b", "a*b + w"),
+    "a term of two": ("a*b", "a*b - 2*w*l"),
+    "a term of a square": ("a*b", "a*b - l*w**2"),
+    "a quotient": ("a*b", "w*a/l/2"),
+    "a sum of products": ("a*b", "a*w - b*l"),
+    "a sum beside the old one": ("a*b*w", "a*b*w + a*l - w*w"),
+}
+
+
+@pytest.mark.parametrize(("old", "wanted"), NEEDED.values(), ids=NEEDED)
+def test_what_is_needed_is_found_and_is_so_in_other_samples(old, wanted):
+    here, elsewhere = samples(1), samples(2)
+    values = Values(worth(old, here, here["a"]), worth(wanted, here, here["a"]), here)
+    _, text = next(formulas(values))
+    before = worth(old, elsewhere, elsewhere["a"])
+    assert worth(text, elsewhere, before) == pytest.approx(worth(wanted, elsewhere, before))
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.sampled_from(["a", "b", "w", "a*b", "l*w", "b/w", "w**2"]),
+    st.sampled_from([1, -1, 2, -2, 0.5, -0.25, 1.5]),
+    st.sampled_from(["+", "*"]),
+)
+def test_a_forgotten_term_or_factor_is_found(term, factor, operator):
+    here, elsewhere = samples(3), samples(4)
+    wanted = f"{OLD} {operator} {factor}*({term})"
+    old, before = (worth("a*a*b", known, known["a"]) for known in (here, elsewhere))
+    _, text = next(formulas(Values(old, worth(wanted, here, old), here)))
+    assert worth(text, elsewhere, before) == pytest.approx(worth(wanted, elsewhere, before))
+
+
+def test_what_no_formula_of_few_names_gives_is_not_guessed():
+    here = samples(5)
+    wanted = np.exp(here["a"]) + np.sin(3 * here["b"]) * here["w"] ** 3
+    assert not [*formulas(Values(here["a"] * here["b"], wanted, here))]
+
+
+def test_an_angle_is_a_direction_or_differs_by_whole_turns():
+    here = samples(6)
+    wanted = np.arctan2(here["b"], here["a"])
+    old = np.arccos(here["a"] / np.hypot(here["a"], here["b"]))
+    kind, text = next(formulas(Values(old, wanted, here, turns=True)))
+    assert kind == "a function" and "atan2(b, a)" in text
+    values = Values(here["a"], here["a"] + np.pi - 2 * np.pi * (here["b"] > 0), here, turns=True)
+    assert next(formulas(values)) == ("a term", f"{OLD} + __import__('math').pi")
+
+
+def test_an_array_gets_a_term_in_each_of_its_parts():
+    here = samples(7)
+    old = np.stack([here["a"], here["b"], here["b"], here["w"]], axis=1)
+    wanted = old + np.stack([here["l"], 0 * old[:, 0], 0 * old[:, 0], here["a"] ** 2], axis=1)
+    beside = {name: np.repeat(value, 4) for name, value in here.items()}
+    (found, *_) = formulas(Values(old.ravel(), wanted.ravel(), beside, size=4))
+    assert found == ("a term", f"{OLD} + __import__('numpy').array([[l, 0], [0, a**2]])")
+
+
+def test_matrices_are_products_and_sums_of_those_beside_them():
+    draw = np.random.default_rng(8)
+    a, j, old = (draw.uniform(-1, 1, (3, 2, 2)) for _ in range(3))
+    guesses = {text: value for _, text, value in guesses_of({OLD: old, "AD": a, "J": j})}
+    assert guesses[f"{OLD} - AD @ J"] == pytest.approx(old - a @ j)
+    assert guesses["-J @ AD @ J"] == pytest.approx(-j @ a @ j)
+    assert guesses_of({"AD": a}) == []
+
+
+def test_a_term_of_four_factors_is_found():
+    here, elsewhere = samples(9), samples(10)
+    for known in (here, elsewhere):
+        known["__import__('math').cos(a)"] = np.cos(known["a"])
+    old, before = here["w"], elsewhere["w"]
+    new = old - here["l"] * here["b"] ** 2 * np.cos(here["a"])
+    texts = [text for _, text in formulas(Values(old, new, here))]
+    assert texts and all("cos(a)" in text for text in texts)
+    right = before - elsewhere["l"] * elsewhere["b"] ** 2 * np.cos(elsewhere["a"])
+    assert worth(texts[0], elsewhere, before) == pytest.approx(right)
+
+
+SOURCE = """
+from math import cos, sin
+l = 0.3
+def bar(q):
+    return l * cos(q)
+def f(q11, q21):
+    b1 = bar(q11) * 2
+    b2 = bar(q21) * 2
+    c = [l * cos(q11), l * sin(q11)]
+    return b1, b2 + c[1]
+"""
+
+
+def watched(source=SOURCE, function="f"):
+    """The groups of places of a program, by what stands there, and a function to call it."""
+    request = {"function": function, "apart": [], "steps": [], "watched": True, "wave": None}
+    program = Trials(ast.parse(source).body).of(request)
+    space = {}
+    exec(source, space)
+    program.install(space, [])
+
+    def called(numbers, *row):
+        program.switch(space, numbers)
+        return space[function](*row), program.seen(space).get("seen")
+
+    words = program.told([])["changes"]
+    groups = {
+        (word[3], len(group)): k for k, (word, group) in enumerate(zip(words, program.groups))
+    }
+    return program, groups, called
+
+
+def test_a_place_shows_its_visits_and_takes_other_values():
+    _, groups, called = watched()
+    place = groups["l * cos(q)", 1]
+    plain, seen = called([-1], 0.4, 0.7)
+    assert dict(map(tuple, seen))[place] == [[0.3 * math.cos(0.4)], [0.3 * math.cos(0.7)]]
+    other, _ = called([None, [place, [[1.0], [2.0]]]], 0.4, 0.7)
+    assert other == pytest.approx((2.0, plain[1] - 2 * 0.3 * math.cos(0.7) + 4.0))
+
+
+def test_places_of_both_legs_are_one_group_with_the_names_of_the_first():
+    _, groups, called = watched()
+    pair = groups["bar(q11) * 2", 2]
+    (b1, b2), seen = called([pair, [pair, [[1.0], [2.0]]]], 0.4, 0.7)
+    assert (b1, b2) == pytest.approx((1.0, 2.0 + 0.3 * math.sin(0.4)))
+    first, second = (dict(map(tuple, visit)) for visit in seen)
+    assert first["q11"] == [0.4] and second["q11"] == [0.7] and second["l"] == [0.3]
+    assert second["__old__"] == [2 * 0.3 * math.cos(0.7)]
+
+
+def test_the_parts_of_a_vector_are_one_group():
+    _, groups, called = watched()
+    pair = groups["l * cos(q11)", 2]
+    assert called([None, [pair, [[1.0], [5.0]]]], 0.4, 0.7)[0][1] == pytest.approx(
+        2 * 0.3 * math.cos(0.7) + 5.0
+    )
+
+
+def test_what_is_written_for_one_leg_is_written_for_the_other_with_its_names():
+    program, groups, _ = watched()
+    body, words = program.changed([[groups["bar(q11) * 2", 2], "a term", f"{OLD} + q11"]])
+    text = ast.unparse(ast.Module(body, []))
+    assert "b1 = bar(q11) * 2 + q11" in text and "b2 = bar(q21) * 2 + q21" in text
+    assert words == [[7, "a term", "f", "bar(q11) * 2", "bar(q11) * 2 + q11, in 2 places"]]
+
+
+def test_objects_made_before_are_of_the_class_that_is_watched():
+    source = "class Leg:\n    def put(self, q):\n        self.q = q * 2\nleg = Leg()\n"
+    source += "def f(q):\n    leg.put(q)\n    return leg.q\n"
+    _, groups, called = watched(source)
+    assert called([None, [groups["q * 2", 1], [[7.0]]]], 0.4)[0] == 7.0
+
+
+@pytest.mark.parametrize(
+    "data", [None, 3, [3], [[1]], [["a", [1.0]]], [[1, [1.0]]], [[1, [["x"]]]], [[["a", [True]]]]]
+)
+def test_values_that_are_none_are_refused(data):
+    with pytest.raises(Garbled):
+        shown(data)
+
+
+def graded(tmp_path, old, new):
+    assert old in FRAMES
+    path = tmp_path / "my.py"
+    path.write_text(FRAMES.replace(old, new), "utf-8")
+    return grade(find_lab("amoro"), Job(path, seed="needed"))
+
+
+SLIPS = {
+    "a corner of the triangle": (
+        "alpha = np.arccos(n / (2 * l))",
+        "alpha = np.arccos((2 * l**2 - n**2) / (2 * l**2))",
+        r"right but for one thing: a (formula|factor)",
+        r"right answers come with .*n",
+    ),
+    "an arc for a direction": (
+        "return np.arctan2(b1[1], b1[0]), np.arctan2(b2[1], b2[0])",
+        "return np.arccos(b1[0] / l), np.arccos(b2[0] / l)",
+        r"right but for one thing: a function",
+        r"arccos\(b1\[0\] / l\): right answers come with atan2\(.*\), in 2 places",
+    ),
+    "a sign that nothing beside it has": (
+        "b1 = rot(-q11) @ (P - elbow_of(1, q11))\n    b2 = rot(-q21) @ (P - elbow_of(2, q21))\n"
+        "    return np.arctan2(b1[1], b1[0]), np.arctan2(b2[1], b2[0])",
+        "return np.arccos((P - elbow_of(1, q11))[0] / l) - q11,"
+        " np.arccos((P - elbow_of(2, q21))[0] / l) - q21",
+        r"the sign of a root or an angle is lost",
+        r"arccos\(.*\) has the right size in all calls, but in some the wrong sign",
+    ),
+    "a value that no formula gives": (
+        "alpha = np.arccos(n / (2 * l))",
+        "alpha = n**1.2 + 3 * n",
+        r"",
+        r"line \d+: all is right that is computed from .*, which is .* where .* is needed, in dgm",
+    ),
+}
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize(("old", "new", "name", "spot"), SLIPS.values(), ids=SLIPS)
+def test_what_is_needed_is_told_of_a_hand_in(old, new, name, spot, tmp_path):
+    report = graded(tmp_path, old, new)
+    wrong = [check for check in report.checks if check.share < 1]
+    assert report.points >= 18 and len({check.function for check in wrong}) == 1
+    for check in wrong:
+        assert re.fullmatch(name, check.misconception) and re.search(spot, check.spot)
