@@ -61,8 +61,10 @@ def long_formulas(values: Values) -> Iterator[Found]:
 
 
 def _of_itself(values):
-    """Yield the old value with another sign, factor, power or term."""
+    """Yield a number, or the old value with another sign, factor, power or term."""
     old, wanted = values.old, values.wanted
+    if number := _number(wanted):
+        yield "a number", number
     if factor := _number(wanted / old):
         kind = "a sign" if factor == "-1" else "a factor"
         yield kind, _times(factor, OLD)
@@ -90,8 +92,6 @@ def _of_itself(values):
 def _of_another(values):
     """Yield another value in place of the old one."""
     wanted = values.wanted
-    if number := _number(wanted):
-        yield "a number", number
     if values.alike(wanted, 0 * wanted):
         yield "a term", "0"
         return
