@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import fivebar as fb
 from fivebar.paths.curve import Path
-from fivebar.paths.fit import Bezier, Ellipse, _Beziers, fitted
+from fivebar.paths.fit import Bezier, Ellipse, _Beziers, _Ellipses, _off, _quintics, fitted
 from fivebar.paths.pieces import Arc, Line, Polynomial
 
 
@@ -179,3 +179,35 @@ def test_direction_and_bend_of_a_curve_are_the_derivatives_by_its_length(t):
             u = first / abs(first)
             across = (second - mpmath.re(second * mpmath.conj(u)) * u) / abs(first) ** 2
         assert [tangent[k], bend[k]] == pytest.approx([complex(u), complex(across)], rel=1e-12)
+
+
+def random_curves(kind, rng):
+    if kind is _Beziers:
+        return _Beziers([Bezier(rng.normal(size=4) + 1j * rng.normal(size=4)) for _ in range(100)])
+    axes = rng.normal(size=(100, 2)) + 1j * rng.normal(size=(100, 2))
+    return _Ellipses([Ellipse(0j, *ab, 0.3, 0.3 + rng.uniform(0.1, 7)) for ab in axes])
+
+
+@pytest.mark.parametrize("kind", [_Beziers, _Ellipses])
+def test_how_far_quintics_are_off_their_curves(kind):
+    """By samples of the curve about each place, three times closer together."""
+    curve = random_curves(kind, np.random.default_rng(1))
+    rows, start, end = curve.parts()
+    middle = (start + end) / 2
+    rows = np.tile(rows, 2)
+    start, end = np.concatenate([start, middle]), np.concatenate([middle, end])
+    coefficients, length = _quintics(curve, rows, start, end)
+    off = _off(curve, rows, start, end, coefficients, length)
+    places = coefficients @ (np.arange(1, 12) / 12) ** np.arange(6)[:, None]
+    low, high = np.tile(start, (11, 1)).T, np.tile(end, (11, 1)).T
+    for _ in range(3):
+        step = (high - low) / 200
+        t = low[..., None] + step[..., None] * np.arange(201)
+        distance = np.abs(curve(rows[:, None, None], t)[0] - places[..., None])
+        nearest = low + step * distance.argmin(axis=-1)
+        low = np.maximum(nearest - step, start[:, None])
+        high = np.minimum(nearest + step, end[:, None])
+    known = np.isfinite(off) & (off > 1e-5)
+    assert known.sum() > 60
+    exact = distance.min(axis=-1).max(axis=-1)
+    np.testing.assert_allclose(off[known], exact[known], rtol=1e-3)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
+from scipy.optimize import linprog, minimize_scalar
 
 import fivebar as fb
 from fivebar.paths.pieces import Arc, Line, Polynomial
@@ -97,6 +97,31 @@ def test_a_path_keeps_the_clearance_of_its_points(room, piece):
     assert clearance <= room.along(path, least=2 * clearance)[0] <= 2 * clearance
     outside = fb.Placement((0.0, 5.0))(path)
     assert room.along(outside)[0] < -4
+
+
+def test_the_least_clearance_lies_within_a_piece(room):
+    """On two arcs, the second one nearest to the border between samples: by minimizing the distance itself."""
+    disc = fb.largest_disc(room.part)
+    radius = 0.4 * disc.radius
+    for turn in (0.1, 2.1, 4.1):
+        arcs = [Arc(tuple(disc.center), radius, turn - 4.0, turn - 2.0)]
+        arcs.append(Arc(tuple(disc.center), radius, turn - 2.0, turn + 2.1))
+        path = fb.path(arcs)
+        clearance, at = room.along(path)
+
+        def distance(s, path=path):
+            return room.exact(path(np.atleast_1d(s))[0] @ (1, 1j))
+
+        samples = np.linspace(0, path.length, 1001)
+        near = samples[distance(samples).argmin()]
+        step = samples[1]
+        exact = minimize_scalar(
+            lambda s: distance(s)[0],
+            bounds=(max(near - step, 0), min(near + step, path.length)),
+            options={"xatol": 1e-9},
+        )
+        assert clearance == pytest.approx(exact.fun, abs=1e-8)
+        assert abs(abs(at - disc.center @ (1, 1j)) - radius) < 1e-9
 
 
 def test_points_move_no_more_than_their_cell_allows():

@@ -2,6 +2,7 @@
 
 import io
 import math
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -30,6 +31,7 @@ from fivebar.paths.timing.lower_bound import (
 )
 from fivebar.paths.timing.mesh import _over_distance, _sign
 from fivebar.paths.timing.polygons import _add_friction, _root
+from fivebar.paths.timing.refusals import refuse_touching, where
 from fivebar.paths.timing.slower import _mixture, _slower
 from fivebar.paths.timing.solve import (
     Solved,
@@ -433,6 +435,27 @@ def test_stretches_beside_type_2_become_short():
     last = np.where(np.arange(12) == 4, 1e-7, 0)
     mesh.found["D"] = SimpleNamespace(first=1e-9 * one, last=last)
     assert np.flatnonzero(_beside_type_2(mesh, True)).tolist() == [4]
+
+
+def test_where_a_path_grazes_type_2_at_a_node():
+    side = np.array([1, 1, -1, -1, -1, 1, 1])
+    mesh = SimpleNamespace(
+        found={"D": SimpleNamespace(first=side, last=side)},
+        side=side,
+        crossing=np.isin(np.arange(8), [2, 4, 5]),
+        rest=np.zeros(8, dtype=bool),
+        path=DRAWING,
+        s=np.linspace(0, DRAWING.length, 8),
+        place=lambda k: f"node {k}",
+        share=lambda name, k: 1.0,
+    )
+    with pytest.raises(fb.SingularityError, match=re.escape(where(DRAWING, mesh.s[4]))):
+        refuse_touching(mesh)
+    mesh.crossing[4] = False
+    refuse_touching(mesh)
+    mesh.share = lambda name, k: 1.0 if name == "b" or k < 5 else 0.0
+    with pytest.raises(fb.SingularityError, match="runs along the distal bars .* node 5, and"):
+        refuse_touching(mesh)
 
 
 def test_shares_below_the_speed_on_type_2():

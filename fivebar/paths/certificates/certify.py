@@ -75,7 +75,7 @@ class Certificate:
     path).
 
     claim: all that is claimed and its proof, as `to_json` writes it; assembly: the assembly mode
-        that is kept.
+        that is kept, 0 where the path is out of reach.
     """
 
     claim: dict
@@ -311,14 +311,14 @@ def _tolerances(robot, tolerances):
 
 
 def _assembly(robot, path, working):
-    """Return the assembly mode in which a path begins, as far as it is reached."""
+    """Return the assembly mode in which a path begins, as far as it is reached; 0: nowhere."""
     found = igm(
         robot,
         path(np.linspace(0.0, path.length, 65))[0],
         working,
         unreachable="nan",
     ).assembly
-    return int(next((mode for mode in found if mode), -1))
+    return int(next((mode for mode in found if mode), 0))
 
 
 def _plain(piece):

@@ -147,10 +147,9 @@ def asked(
     q_ss = (q1_s.slope(), q2_s.slope())
     xi_s = (x_s.cut(terms), y_s.cut(terms))
     q_s = (q1_s.cut(terms), q2_s.cut(terms))
-    point = xi[0].cut(terms), xi[1].cut(terms)
     pose = Pose(
         robot,
-        point,
+        xi,
         lambda: (legs, ()),
     )
     zero = (0.0 * xi_ss[0], 0.0 * xi_ss[0])
