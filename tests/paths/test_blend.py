@@ -9,6 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import fivebar as fb
+from fivebar.paths.blend import blended
 from fivebar.paths.curve import Path
 from fivebar.paths.fit import Bezier, Ellipse, _Beziers, _Ellipses, _off, _quintics, fitted
 from fivebar.paths.pieces import Arc, Line, Polynomial
@@ -101,7 +102,7 @@ def test_pen_dwells_and_speeds_are_kept_over_blends():
         (Line((0, 0), (1, 0)), Line((1, 0), (1, 1)), Line((1, 1), (0, 1)), Line((0, 1), (0, 0.5))),
         pen=(True, True, False, False), dwells={3.0: 2.0}, feed=(0.1, 0.2, np.inf, np.inf), lines=(2, 3, 4, 5),
     )  # fmt: skip
-    path = fb.paths.blend.blended(rough, 1e-3)
+    path = blended(rough, 1e-3)
     assert len(path.pieces) == 5 and path.pen == (True, True, True, False, False)
     assert path.feed == (0.1, 0.1, 0.2, np.inf, np.inf) and path.lines == (2, 3, 3, 4, 5)
     assert [stop.seconds for stop in path.stops] == [0.0, 0.0, 2.0, 0.0]
@@ -118,6 +119,10 @@ CURVES = {
     "cusp": [0, 0.1 + 0.1j, 0.1j, 0.1], "handles in the ends": [0, 0, 0.1j, 0.1 + 0.1j],
     "handles in one point": [0, 0.1j, 0.1j, 0.1],
 }  # fmt: skip
+# z = b t + c t^2 + d t^3 with z' = (t - 0.3) (p + q t).
+p, q = 0.3 + 0.2j, -0.1 + 0.2j
+b, c, d = -0.3 * p, (p - 0.3 * q) / 2, q / 3
+CURVES["cusp at 0.3"] = [0, b / 3, (2 * b + c) / 3, b + c + d]
 
 
 @pytest.mark.parametrize("name", CURVES)
@@ -130,7 +135,7 @@ def test_beziers_are_kept_within(name, within):
     # A polyline of so many chords is itself within their sagittas of the curve.
     sagitta = np.abs(np.diff(fine, 2)).max() / 8
     assert to_polyline(ours[:: len(ours) // 60], fine).max() <= within + sagitta
-    assert len(path.stops) == 2 + (name == "cusp")
+    assert len(path.stops) == 2 + name.startswith("cusp")
     check_goes_on(path)
     assert path.length == pytest.approx(np.abs(np.diff(fine)).sum(), rel=1e-5)
 

@@ -10,7 +10,7 @@ from scipy.optimize import linprog, minimize_scalar
 import fivebar as fb
 from fivebar.paths.pieces import Arc, Line, Polynomial
 from fivebar.paths.placing.branch_and_bound import BranchAndBound, Cells, _chunks, _game, _placed
-from fivebar.paths.placing.clearance import CORNERS, Clearance, _steepest
+from fivebar.paths.placing.clearance import CORNERS, SAMPLES, Clearance, _steepest
 from fivebar.paths.placing.fitting_in import _legs_cross, bounds
 from fivebar.paths.placing.search import Found, Search, _few, _samples
 from fivebar.paths.placing.tool_regions import _share
@@ -253,6 +253,23 @@ def test_what_does_not_fit_is_told_its_largest_scale(page, count, room, monkeypa
     with pytest.raises(ValueError) as refused:
         fb.place(ROBOT, scale=9.0, constraints=fb.Constraints(clearance=0.01), **asked)
     assert str(refused.value) == words
+
+
+@pytest.mark.parametrize("share, rooms", [(0.9, (1, 0)), (-0.1, (0, 0))])
+def test_strokes_change_rooms_only_where_the_clearance_asks_for_it(room, share, rooms):
+    """The first stroke is nearest to the border between the samples of it, by the dip there."""
+    disc = fb.largest_disc(room.part)
+    path = fb.path([Arc(tuple(disc.center), 0.4 * disc.radius, 0.0, 4.0)])
+    samples = path(np.linspace(0, path.length, SAMPLES))[0] @ (1, 1j)
+    least, _ = room.along(path)
+    dip = room.exact(samples).min() - least
+    assert dip > 1e-8
+    search = search_of([path, path], [1, 2])
+    elsewhere = SimpleNamespace(along=lambda placed, least=0.0, most=0.0: (-1.0, 0j))
+    search.clearances = [room, elsewhere]
+    search.exactly = lambda found: (least + share * dip, 0j)
+    found = Found(1.0, (1, 0), search.middle, 0.0, 1.0)
+    assert search.settled(found).which == rooms
 
 
 def test_a_placement_is_about_the_middle_of_the_paths():

@@ -14,7 +14,7 @@ from scipy.optimize import linprog
 
 import fivebar as fb
 from fivebar.paths.curve import Path
-from fivebar.paths.pieces import Line
+from fivebar.paths.pieces import Arc, Line
 from fivebar.paths.timing import jerk
 from fivebar.paths.timing.bounds import Bernstein, Stretches
 from fivebar.paths.timing.clock import Clock, _stumpff
@@ -45,6 +45,7 @@ from fivebar.paths.timing.solve import (
     _made,
 )
 from fivebar.paths.timing.timed_path import TimedPath
+from tests.helpers.paths_to_time import used
 
 # s by time
 
@@ -319,6 +320,8 @@ def test_no_motion_passes_a_parabola(friction):
         if end == math.inf:
             continue
         bounds += 1
+        if bounds % 2:  # also from a guess that is too low
+            u0, u1, end = _parabola(x0, row, h, 0.5 * (u0 + u1))
         x = x0 + h * (2 * u0 * t + (u1 - u0) * t**2)
         u = u0 + (u1 - u0) * t
         assert end == pytest.approx(x[-1], rel=1e-12)
@@ -602,6 +605,50 @@ def test_a_wanted_duration_with_a_limit_on_jerk(pace, monkeypatch):
     crossing = replace(timed(), crossing=np.arange(7) == 3)
     with pytest.raises(fb.SingularityError, match="is not known across Type 2, .* at s = 0.027"):
         jerk.smoothed(crossing)
+
+
+def curved():
+    """Part of a circle in three stretches, averaged."""
+    path = Path((Arc((0.0, 0.1), 0.02, 0.3, 2.8),), feed=(0.3,))
+    first = np.array([0.0, 0.3, 0.6]) * path.length
+    x = np.array([0, 0.02, 0.03, 0])
+    bent = np.array([0.0, -8.0, 6.0])
+    options = bent, 0.5, np.zeros(4, dtype=bool), x, x, 0.05
+    return TimedPath(fb.FiveBar(), path, (-1, -1), Limits(), np.zeros(3, dtype=int), first, x, *options)  # fmt: skip
+
+
+def most_used(motion, name):
+    """The largest torque, speed, ... of a motion, from samples; of the jerk by differences."""
+    if name == "jerk":
+        t = np.linspace(0, motion.duration, 20_001)
+        rises = np.linalg.norm(np.diff(motion(t)[2], axis=0), axis=1)
+        return float(np.sort(rises)[-20]) / t[1]  # but where it jumps
+    if name != "stall":
+        return used(motion, {name: 1.0}, 2000)
+    acc = motion.accelerations(np.linspace(0, motion.duration, 5001))
+    line = fb.inverse_dynamics(acc) / motion.limits.stall
+    return np.abs(line + acc.rates.q_dot / motion.limits.no_load).max()
+
+
+@pytest.mark.parametrize(
+    "name", ["speed", "acceleration", "joint_speed", "joint_acceleration", "torque", "jerk"]
+)
+def test_a_smooth_motion_goes_at_the_pace_that_one_limit_allows(name):
+    limit = 0.4 * most_used(curved(), name)
+    pair = name.startswith("joint") or name == "torque"
+    limits = {"jerk": 1e9, name: (limit, limit) if pair else limit}
+    motion = jerk._paced(replace(curved(), limits=Limits(**limits)))
+    # Three stretches are few to be looked at: a mesh has some hundred.
+    assert motion.pace > 1.3 and 0.98 * limit < most_used(motion, name) <= 1.001 * limit
+
+
+def test_a_smooth_motion_goes_at_the_pace_of_its_feed_and_of_motors():
+    plain = replace(curved(), limits=Limits(jerk=1e9))
+    assert most_used(jerk._paced(plain), "speed") == pytest.approx(0.3, rel=1e-3)
+    for stall, no_load in ((1e-3, 1e3), (1.0, 2.0), (6e-3, 9.0)):
+        both = {"stall": (stall, 2 * stall), "no_load": (no_load, no_load)}
+        slow = jerk._paced(replace(plain, limits=Limits(jerk=1e9, torque=(1.0, 1.0), **both)))
+        assert most_used(slow, "stall") == pytest.approx(1, rel=1e-3)
 
 
 @pytest.mark.parametrize("off", [0.0, 0.01])

@@ -353,30 +353,36 @@ def test_regions_are_where_the_tool_is_led_without_a_singularity(count):
             assert held.sum(axis=0).max() <= 1
 
 
-@pytest.mark.deep
+KEPT = fb.Constraints(det_A=0.3, sin=0.4, half_planes=[(0, 1, 0.04)])
+
+
 def test_regions_keep_constraints():
     tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
-    kept = fb.Constraints(det_A=0.3, sin=0.4, half_planes=[(0, 1, 0.04)])
     whole = {region.assembly: region for region in tool_regions(tool, robot, MODES)}
     rng = np.random.default_rng(8)
     points = rng.uniform(-0.09, 0.09, (4000, 2))
     pose = tool.pose(robot, points, MODES, unreachable="nan")
     good = fb.Constraints(det_A=0.3, sin=0.4).satisfied(pose)
-    regions = tool_regions(tool, robot, MODES, kept)
+    regions = tool_regions(tool, robot, MODES, KEPT)
     held = np.array([region.contains(points) for region in regions]).any(axis=0)
     np.testing.assert_array_equal(held, good)
     allowed = np.zeros(len(points), dtype=bool)
     for region in regions:
         at = region.contains(points)
         allowed[at] = region.allowed(points[at] @ (1, 1j))
-    np.testing.assert_array_equal(allowed, kept.satisfied(pose))
+    np.testing.assert_array_equal(allowed, KEPT.satisfied(pose))
     assert sum(region.area for region in regions) < sum(r.area for r in whole.values())
+
+
+@pytest.mark.deep
+def test_a_placed_tool_keeps_constraints():
+    tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
     placed = fb.place(
-        robot, fb.path([(0.0, 0.0), (0.01, 0.0)]), tool=tool, working=MODES, constraints=kept
+        robot, fb.path([(0.0, 0.0), (0.01, 0.0)]), tool=tool, working=MODES, constraints=KEPT
     )
     s = np.linspace(0, placed.path.length, 200)
     poses = fb.igm(robot, placed.path(s)[0], MODES)
-    least = min(clearance.min() for clearance in kept.clearances(poses).values())
+    least = min(clearance.min() for clearance in KEPT.clearances(poses).values())
     assert least > 0
 
 

@@ -92,10 +92,7 @@ class Certificate:
     def __repr__(self) -> str:
         count = sum(len(parts) - 1 for parts in self.claim["parts"])
         stretches = (f"{u.start:.6g} to {u.stop:.6g} m: {u.why}" for u in self.unproved[:1])
-        if len(self.unproved) > 1:
-            more = f"and {len(self.unproved) - 1} more stretches"
-        else:
-            more = ""
+        more = f"and {len(self.unproved) - 1} more" if len(self.unproved) > 1 else ""
         notes = (
             f"margin {self.claim['margin']:g}",
             f"{len(self.claim['pieces'])} pieces in {count} parts",

@@ -145,7 +145,7 @@ class Search:
             placed = placement(path)
             rooms = {which[n]}
             for k, room in enumerate(self.clearances):
-                if room.along(placed, clearance, clearance)[0] >= clearance:
+                if room.along(placed, most=clearance)[0] >= clearance:
                     rooms.add(k)
             if runs and runs[-1][0] & rooms:
                 common, count = runs[-1]

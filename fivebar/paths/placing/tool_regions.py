@@ -103,7 +103,9 @@ def tool_regions(
         mounted = MountedTool(tool, robot, mode)
         circles = LegCircles(robot, constraints.sin, _bends(mounted, constraints.sin))
         image = _Image(mounted, circles)
-        others = replace(constraints, det_A=0.0, sin=0.0)
+        # Walls of the constraints take long: modes that are only counted go without.
+        asked = working in (None, mode)
+        others = replace(constraints, det_A=0.0, sin=0.0) if asked else Constraints()
         for part in bent_parts(robot, mode, circles, constraints.det_A):
             found.append(image.region(bounded_by(part, others), others))
     regions = numbered(found)
