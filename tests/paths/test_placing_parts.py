@@ -272,6 +272,18 @@ def test_strokes_change_rooms_only_where_the_clearance_asks_for_it(room, share, 
     assert search.settled(found).which == rooms
 
 
+def test_a_margin_is_kept_up_to_the_clearance(room):
+    path = fb.path([(0, 0), (0.01, 0)])
+    search = search_of([path], [1])
+    search.clearances = [room]
+    found = Found(0.0, (0,), fb.largest_disc(room.part).center @ (1, 1j), 0.3, 1.0)
+    clearance, _ = search.exactly(found)
+    assert clearance == pytest.approx(room.along(found.placement(search.middle)(path))[0])
+    for share in (1 - 1e-6, 1 + 1e-6):
+        search.margin = share * clearance
+        assert search.keeps(found) == (share < 1)
+
+
 def test_a_placement_is_about_the_middle_of_the_paths():
     found = Found(0.0, (0,), 0.3 + 0.1j, 7.0, 2.0)
     placement = found.placement(0.05 - 0.02j)

@@ -7,8 +7,10 @@ import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Line
 from fivebar.paths.timing import solve as timing_solve
-from fivebar.paths.timing.constraint_rows import PARTS, ConstraintRows
+from fivebar.paths.timing.constraint_rows import PARTS, ConstraintRows, Limits
 from fivebar.paths.timing.lower_bound import caps
+from fivebar.paths.timing.mesh import mesh_of
+from fivebar.paths.timing.time_path import _timed
 from tests.helpers.paths_to_time import ROBOTS, random_limits, random_path, used
 
 ACROSS = Path((Line((0.09, 0.06796322), (0.05, 0.0)),))
@@ -62,6 +64,17 @@ def test_the_work_that_is_done_ends_the_search(monkeypatch):
         and used(one, {"torque": 0.05}) <= 1
     )
     assert 1e-7 < one.gap < less.gap and len(less.x) < len(one.x)
+
+
+@pytest.mark.parametrize("name, seed", [("rubbing", 3), ("all", 24)])
+def test_on_a_coarse_mesh_a_slow_motion_is_found_where_no_fast_one_is(name, seed):
+    robot, torque, centre, width = ROBOTS[name]
+    rng = np.random.default_rng(seed)
+    path, limits = random_path(rng, centre, width), random_limits(rng, robot, torque)
+    mesh, kept = mesh_of(robot, path, (-1, -1)), Limits.of(fb.Constraints(**limits))
+    found = timing_solve.solve(mesh, kept)
+    assert found.stuck and 10 < found.gap < np.inf
+    assert used(_timed(kept, mesh, found), limits, 30) <= 1
 
 
 def test_a_path_that_is_proved_impossible_is_told_from_one_that_is_not_found():

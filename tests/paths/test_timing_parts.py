@@ -15,7 +15,7 @@ from scipy.optimize import linprog
 import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Arc, Line
-from fivebar.paths.timing import jerk
+from fivebar.paths.timing import jerk, solve
 from fivebar.paths.timing.bounds import Bernstein, Stretches
 from fivebar.paths.timing.clock import Clock, _stumpff
 from fivebar.paths.timing.constraint_rows import Limits
@@ -438,6 +438,46 @@ def test_stretches_beside_type_2_become_short():
     last = np.where(np.arange(12) == 4, 1e-7, 0)
     mesh.found["D"] = SimpleNamespace(first=1e-9 * one, last=last)
     assert np.flatnonzero(_beside_type_2(mesh, True)).tolist() == [4]
+
+
+def test_stretches_are_split_by_their_share_of_the_gap(monkeypatch):
+    """The root of it over 0.7 of what each may have, in 4 at most; long ones beside Type 2 in two or more."""
+    part = np.array([0.0, 1.0, 3.9, 8.9, 100.0, 0.0])
+    above = SimpleNamespace(time=np.full(6, 100.0))
+    found = SimpleNamespace(time=above.time + part, above=above, stuck=())
+    monkeypatch.setattr(solve, "_made", lambda found, part: part)
+    monkeypatch.setattr(solve, "_beside_type_2", lambda mesh, thin: np.arange(6) >= 4)
+    assert solve._parts(np.zeros(6), found, 0.01 / 0.7).tolist() == [1, 1, 2, 3, 4, 2]
+    found.stuck = (0,)
+    mesh = Meshed(stretches=SimpleNamespace(length=np.array([1.0] * 5 + [0.1])))
+    assert solve._parts(mesh, found, 0.1).tolist() == [2, 2, 2, 2, 2, 2]
+    mesh.stretches.length[4] = 10.0
+    assert solve._parts(mesh, found, 0.1).tolist() == [1, 1, 1, 1, 2, 2]
+
+
+def test_squared_speed_beside_type_2_is_bent_as_the_criterion_asks():
+    """x' = -2 p(s) x with p = b / a of the torque that decides: x_ss / (2 x) of its solution."""
+    h, ends = 1e-3, np.array([[30.0, -8.0], [32.0, -7.0], [34.0, -6.0]])  # p of two stretches
+    a = np.stack([0.1 * np.ones((3, 2)), [[2.0, -2.0]] * 3], axis=1)
+    b = np.stack([5.0 * np.ones((3, 2)), ends * a[:, 1]], axis=1)
+    torque = np.array([True, True, True, True, False])
+    double = {
+        name: np.insert(np.repeat(each, 2, axis=1), 4, 0.3, axis=1)
+        for name, each in {"a": a, "b": b, "c": 0 * a}.items()
+    }
+    rows = SimpleNamespace(parts=double, torque=torque)
+    mesh = Meshed(stretches=SimpleNamespace(length=np.full(2, h)), crossing=np.array([True, False]))
+    above = SimpleNamespace(x=np.ones(3))
+    s = np.array([-1e-4, 0.0, 1e-4])  # about the middle
+    rate = ends[1] + np.outer(s, (ends[2] - ends[0]) / h) / 2
+    x = np.exp(-2 * rate * s[:, None])
+    bent = (x[0] - 2 * x[1] + x[2]) / s[2] ** 2 / 2
+    np.testing.assert_allclose(solve._lean(mesh, rows, above), bent, rtol=5e-3)
+    double["c"] += 1e3  # another part than that of the speed decides
+    assert not solve._lean(mesh, rows, above).any()
+    double["c"] -= 1e3
+    mesh.crossing[:] = False
+    assert not solve._lean(mesh, rows, above).any()
 
 
 def test_where_a_path_grazes_type_2_at_a_node():

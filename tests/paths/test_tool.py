@@ -332,25 +332,44 @@ def equal_bars(rng, count):
         yield fb.FiveBar(l1, l1, l2, l2, d), fb.Tool(1 + k % 2, along, across)
 
 
-@pytest.mark.parametrize("count", [2, pytest.param(16, marks=pytest.mark.deep)])
+def check_regions(robot, tool, rng):
+    """Against the map of single points."""
+    regions = tool_regions(tool, robot)
+    for mode in {region.working for region in regions}:
+        reach = robot.drives[tool.leg - 1].length + MountedTool(tool, robot, mode).reach
+        points = rng.uniform(-reach, reach, (800, 2)) + (robot.drives[tool.leg - 1].x, 0)
+        pose = tool.pose(robot, points, mode, unreachable="nan")
+        margin = np.abs([*pose.sines, pose.det_A]).min(axis=0)
+        clear = ~(margin < 1e-6)  # nan is, too
+        own = [region for region in regions if region.working == mode]
+        held = np.array([region.contains(points) for region in own])
+        assembly = np.array([region.assembly for region in own]) @ held
+        known = np.where(np.isfinite(pose.det_A), -np.sign(pose.det_A), 0.0)
+        np.testing.assert_array_equal(assembly[clear], known[clear])
+        assert held.sum(axis=0).max() <= 1
+    return regions
+
+
+@pytest.mark.parametrize("count", [1, pytest.param(16, marks=pytest.mark.deep)])
 def test_regions_are_where_the_tool_is_led_without_a_singularity(count):
-    """Against the map of single points, for robots and tools of all kinds."""
+    """For robots and tools of all kinds."""
     rng = np.random.default_rng(count)
     cases = [(robot, tool) for robot, tool, *_ in random_tools(rng, count)]
     for robot, tool in [*cases, *equal_bars(rng, count)]:
-        regions = tool_regions(tool, robot)
-        for mode in {region.working for region in regions}:
-            reach = robot.drives[tool.leg - 1].length + MountedTool(tool, robot, mode).reach
-            points = rng.uniform(-reach, reach, (800, 2)) + (robot.drives[tool.leg - 1].x, 0)
-            pose = tool.pose(robot, points, mode, unreachable="nan")
-            margin = np.abs([*pose.sines, pose.det_A]).min(axis=0)
-            clear = ~(margin < 1e-6)  # nan is, too
-            own = [region for region in regions if region.working == mode]
-            held = np.array([region.contains(points) for region in own])
-            assembly = np.array([region.assembly for region in own]) @ held
-            known = np.where(np.isfinite(pose.det_A), -np.sign(pose.det_A), 0.0)
-            np.testing.assert_array_equal(assembly[clear], known[clear])
-            assert held.sum(axis=0).max() <= 1
+        check_regions(robot, tool, rng)
+
+
+@pytest.mark.parametrize("leg", [1, 2])
+def test_regions_of_a_tool_on_a_coaxial_robot(leg):
+    """Both legs are stretched on one circle, and equal bars fold on both base joints at once."""
+    rng = np.random.default_rng(leg)
+    tool = fb.Tool(leg, 0.02, 0.01)
+    for bars in ((0.1, 0.2, 0.1, 0.2), (0.1, 0.2, 0.12, 0.18), (0.1, 0.15, 0.12, 0.2)):
+        check_regions(fb.FiveBar(*bars, 0.0), tool, rng)
+    for region in check_regions(fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.0), fb.Tool(leg, 0.02), rng):
+        assert region.area == pytest.approx(np.pi * (0.22**2 - 0.02**2), rel=1e-11)
+        assert not region.contains((0.0, 0.0))
+    check_regions(fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.0), tool, rng)
 
 
 KEPT = fb.Constraints(det_A=0.3, sin=0.4, half_planes=[(0, 1, 0.04)])

@@ -224,11 +224,9 @@ class _Image:
 
     def curve(self, arc: LocusArc) -> Callable:
         """Return the image of an arc, run through in the same direction by x from 0 to 1."""
-        locus = arc.locus
-        if locus.circle and locus.circle[0] == self.leg:
+        turn = self._turn(arc)
+        if turn is not None:
             # The leg does not bend along its circle, so that the tool is on another one.
-            cosine, sine = self.circles.bend(*locus.circle)
-            turn = complex(locus.circle[1] * cosine, -self.mode * sine)
             proximal = self.drive.length
             ratio = (proximal + self.mounted.from_elbow * turn) / (proximal + self.bar * turn)
 
@@ -239,6 +237,27 @@ class _Image:
 
             return curve
         return self._bent(arc)
+
+    def _turn(self, arc):
+        """Return the unit number by which the leg is bent along a circle about its base joint; None
+        where it bends along the arc.
+        """
+        circle = arc.locus.circle
+        if not circle:
+            return None
+        if circle[0] == self.leg:
+            cosine, sine = self.circles.bend(*circle)
+            cosine = circle[1] * cosine
+        elif self.circles.robot.d == 0:  # about both base joints
+            proximal = self.drive.length
+            square = abs(arc.z[0] - self.base) ** 2 - proximal**2 - self.bar**2
+            cosine = min(max(square / (2 * proximal * self.bar), -1.0), 1.0)
+            sine = math.sqrt((1 - cosine) * (1 + cosine))
+            if sine < IN_LINE:
+                cosine, sine = math.copysign(1.0, cosine), 0.0
+        else:
+            return None
+        return complex(cosine, -self.mode * sine)
 
     def _traced(self, curve, type_, kind):
         label = type_, kind, (self.mounted.working,), ()
