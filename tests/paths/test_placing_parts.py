@@ -175,6 +175,57 @@ def test_the_least_of_lines_in_a_box_is_bounded_closely():
     assert (found >= best - 1e-9).all() and (found - best).mean() < 0.06
 
 
+@pytest.mark.parametrize("mixed", [False, True])
+def test_no_placement_in_a_cell_has_more_clearance_than_its_bounds(room, mixed):
+    """Of a path, or of two in regions of their own; bounds of small cells are close."""
+    rng = np.random.default_rng(8)
+    paths = [fb.path([(0, 0), (0.03, 0), (0.03, 0.02)]), fb.path([(0.01, 0.04), (0.05, 0.04)])]
+    rooms = [room, Clearance(min(fb.aspects(ROBOT), key=lambda part: part.area))]
+    search = search_of(paths[: 1 + mixed], rooms[: 1 + mixed])
+    search.clearances = rooms
+    bounds = BranchAndBound(search, 1.0, mixed)
+    place = fb.largest_disc(room.part).center + rng.uniform(-0.05, 0.05, (6, 2))
+    middle = np.vstack([place.T, rng.uniform(0, 6, 6), np.ones(6)])
+    regions = np.full(6, -1 if mixed else 0)
+
+    def least(at):
+        """The clearance, by samples of the paths and chords of the border."""
+        x, y, turn, scale = at
+        z = x + 1j * y + scale * np.exp(1j * turn) * search.z
+        own = [each.rough(z)[0] for each in rooms[: 1 + mixed]]
+        parts = [np.array(own)[:, search.owner == k].min(axis=1) for k in range(1 + mixed)]
+        return min(part.max() for part in parts)
+
+    for size in (1.0, 1e-6):
+        half = size * np.array([[0.005, 0.01, 0.2, 0.1]] * 6).T
+        cells = Cells(middle, half, regions)
+        clearance, upper = bounds._values(cells)
+        if not mixed:
+            assert (bounds._sharp(cells) <= upper + room.spacing).all()
+            upper = np.minimum(upper, bounds._sharp(cells))
+        exact = np.array([least(at) for at in middle.T])
+        for _ in range(8):
+            inside = middle + rng.uniform(-1, 1, (4, 6)) * half
+            assert (np.array([least(at) for at in inside.T]) <= upper + room.spacing).all()
+        assert (exact <= clearance + room.spacing).all()
+        assert (clearance - exact).max() < 3 * np.hypot(*room.steps)
+        wide = 0.5 * size * (0.02 + 0.4 * search.size) + 3 * np.hypot(*room.steps)
+        assert (upper - exact).max() < wide
+
+
+def test_a_small_path_is_moved_to_the_middle_of_the_largest_disc(room):
+    disc = fb.largest_disc(room.part)
+    search = search_of([fb.path([(0, 0), (1e-4, 0)])], [room])
+    search.clearances, search.turn = [room], None
+    start = Found(0.0, (0,), disc.center @ (1, 1j) + 0.02 - 0.03j, 0.4, 1.0)
+    found = search.improved(start)
+    assert found.clearance == pytest.approx(disc.radius, abs=3 * room.spacing)
+    assert found.which == (0,) and found.scale == 1.0
+    search.margin = 0.4 * disc.radius
+    grown = search.improved(start._replace(scale=100.0), growing=True)
+    assert grown.scale > 300 and grown.clearance >= search.margin - 1e-9
+
+
 def search_of(paths, clearances=(), page=None):
     fake = [SimpleNamespace(most=1.0, holes=np.array([])) for _ in clearances] or [None]
     return Search(paths, fake, 0.0, 0.0, page)

@@ -251,8 +251,8 @@ class _Image:
         elif self.circles.robot.d == 0:  # about both base joints
             proximal = self.drive.length
             square = abs(arc.z[0] - self.base) ** 2 - proximal**2 - self.bar**2
-            cosine = min(max(square / (2 * proximal * self.bar), -1.0), 1.0)
-            sine = math.sqrt((1 - cosine) * (1 + cosine))
+            cosine = square / (2 * proximal * self.bar)
+            sine = math.sqrt(max((1 - cosine) * (1 + cosine), 0.0))
             if sine < IN_LINE:
                 cosine, sine = math.copysign(1.0, cosine), 0.0
         else:
