@@ -15,11 +15,11 @@ from scipy.optimize import linprog
 import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Arc, Line
-from fivebar.paths.timing import jerk, solve
+from fivebar.paths.timing import jerk, slower, solve
 from fivebar.paths.timing.bounds import Bernstein, Stretches
 from fivebar.paths.timing.clock import Clock, _stumpff
 from fivebar.paths.timing.constraint_rows import Limits
-from fivebar.paths.timing.feasible_motion import _corners
+from fivebar.paths.timing.feasible_motion import _corners, profile
 from fivebar.paths.timing.lower_bound import (
     FREE,
     _above,
@@ -30,7 +30,7 @@ from fivebar.paths.timing.lower_bound import (
     duration,
 )
 from fivebar.paths.timing.mesh import _over_distance, _sign
-from fivebar.paths.timing.polygons import _add_friction, _root
+from fivebar.paths.timing.polygons import Polygons, _add_friction, _root
 from fivebar.paths.timing.refusals import refuse_touching, where
 from fivebar.paths.timing.slower import _mixture, _slower
 from fivebar.paths.timing.solve import (
@@ -398,6 +398,47 @@ def test_the_least_time_of_cruising():
 # The search
 
 
+def polygons_of(rng, n):
+    """Rows p x0 + q x1 + r <= 0: growth and fall of x are limited, the more the faster it is."""
+    table = np.zeros((n, 4, 3))
+    table[:, 0] = np.stack([rng.uniform(-1.0, -0.8, n), np.ones(n), rng.uniform(-1, -0.2, n)], 1)
+    table[:, 1] = np.stack([np.ones(n), rng.uniform(-1.0, -0.8, n), rng.uniform(-1, -0.2, n)], 1)
+    table[:, 2] = np.stack([np.ones(n), np.zeros(n), rng.uniform(-4, -1, n)], 1)
+    table[:, 3] = [-1.0, 0.0, 0.0]
+    return Polygons(table / np.abs(table[..., :2]).sum(axis=-1, keepdims=True), np.zeros((n, 3)))
+
+
+def test_no_motion_within_polygons_is_faster():
+    """Against the linear program, of which x is the largest at all nodes at once."""
+    rng = np.random.default_rng(11)
+    n = 30
+    rest = np.isin(np.arange(n + 1), [0, 12, n])
+    for _ in range(5):
+        found = polygons_of(rng, n)
+        top = rng.uniform(1.0, 3.0, n + 1)
+        x, stuck = profile(found, SimpleNamespace(x=top), rest)
+        chain = np.zeros((n, 4, n + 1))
+        at = np.arange(n)
+        chain[at, :, at], chain[at, :, at + 1] = found.table[..., 0], found.table[..., 1]
+        bounds = [(0.0, 0.0 if still else each) for each, still in zip(top, rest)]
+        rows = chain.reshape(-1, n + 1)
+        most = linprog(-np.ones(n + 1), rows, -found.table[..., 2].ravel(), bounds=bounds).x
+        assert not stuck and (rows @ x + found.table[..., 2].ravel() <= 1e-9).all()
+        np.testing.assert_allclose(x, most, atol=1e-6)
+
+
+def test_a_part_in_which_a_polygon_is_empty_is_told_by_a_node():
+    rng = np.random.default_rng(12)
+    found = polygons_of(rng, 30)
+    rest = np.isin(np.arange(31), [0, 12, 20, 30])
+    top = np.full(31, 2.0)
+    whole, _ = profile(found, SimpleNamespace(x=top), rest)
+    found.table[15, 3] = [-1.0, 0.0, 1.9]  # it may not be slower than that
+    x, stuck = profile(found, SimpleNamespace(x=top), rest)
+    assert len(stuck) == 1 and 12 <= stuck[0] <= 20
+    assert (x[:13] == whole[:13]).all() and (x[20:] == whole[20:]).all() and not x[12:21].any()
+
+
 def test_slower_at_another_pace_or_not_at_all():
     time = np.array([0.5, 0.5])
     fast = SimpleNamespace(time=time, x=np.array([0.0, 4.0, 0]), bent=np.array([1.0, 2.0]))
@@ -413,6 +454,34 @@ def test_slower_at_another_pace_or_not_at_all():
     assert e.value.s == 1.0 and not e.value.proved
     mesh.crossing[:] = False
     assert _slower(mesh, fast, 2.0).time.sum() == pytest.approx(2.002)
+
+
+@pytest.mark.parametrize("least", [0.0, 0.3])
+def test_a_motion_in_a_given_time_has_the_least_share_of_the_limits(least, monkeypatch):
+    """Of motions that go with the root of the share; none is found below `least`: then x as large as needed."""
+    length, x = np.full(4, 0.1), np.array([0.0, 0.02, 0.03, 0.02, 0.0])
+    above = SimpleNamespace(time=np.zeros(4))
+    seen = []
+
+    def solved(share):
+        bent = share * np.array([0.0, -0.2, 0.1, 0.0])
+        parts = zip(length, share * x[:-1], share * x[1:], bent)
+        return Solved(above, x, share * x, bent, np.array([duration(*part) for part in parts]))
+
+    def limited(mesh, limits):
+        seen.append(limits.speed)
+        return solved(limits.speed) if limits.speed > least else None
+
+    mesh = SimpleNamespace(stretches=SimpleNamespace(length=length), found={})
+    limits = SimpleNamespace(times=lambda share: SimpleNamespace(speed=share))
+    monkeypatch.setattr(slower, "refined", lambda mesh, *given: (mesh, solved(1.0)))
+    monkeypatch.setattr(slower, "_solved", limited)
+    wanted = 2.5 * solved(1.0).time.sum()
+    _, found = slower.slowed(mesh, limits, wanted, 1e-3, math.inf)
+    assert found.time.sum() == pytest.approx(wanted, rel=1e-9)
+    np.testing.assert_allclose(found.x, x / 2.5**2, rtol=1e-9)
+    assert seen[0] == pytest.approx(1 / 2.5**2) and len(seen) < 25
+    assert min(abs(share - max(least, 1 / 2.5**2)) for share in seen) < 1e-3
 
 
 class Meshed(SimpleNamespace):
