@@ -187,6 +187,8 @@ class Setpoints:
             return values.astype(np.float32)
         values = np.round(values)
         low, high = kind.limits
+        has_one_turn = high - low < kind.per_turn
+        wrap = wrap and has_one_turn
         if wrap:
             values -= kind.per_turn * np.floor((values - low) / kind.per_turn)
         beyond = (values < low) | (values > high)
@@ -194,7 +196,9 @@ class Setpoints:
             row, motor = np.argwhere(beyond)[0]
             raise ValueError(
                 f"for_drives: motor {motor + 1} is to go to {values[row, motor]:.0f} at t ="
-                f" {self.t[row]:.4g} s, beyond {low} to {high}: give another zero, or wrap=True"
+                f" {self.t[row]:.4g} s, beyond {low} to {high}: give another zero"
+                + ", or wrap=True"
+                * has_one_turn
             )
         if wrap and (jump := np.abs(np.diff(values, axis=0)) > kind.per_turn / 2).any():
             row, motor = np.argwhere(jump)[0]
