@@ -227,12 +227,12 @@ class Setpoints:
                 file.write(values.astype(values.dtype.newbyteorder("<")).tobytes())
             return
         about: dict[str, Any] = {"robot": self.robot.parameters, "drive": drive}
-        pen = [None] * len(self.t) if self.pen is None else self.pen.astype(int).tolist()
-        names = ["t", "q1", "q2"] + ["pen"] * (self.pen is not None)
-        rows = []
-        for t, pair, down in zip(self.t.tolist(), values.tolist(), pen):
-            rows.append([t, *pair] if down is None else [t, *pair, down])
-        write(path, "setpoints", about, names, rows)
+        names = ["t", "q1", "q2"]
+        columns = [self.t.tolist(), *values.T.tolist()]
+        if self.pen is not None:
+            names.append("pen")
+            columns.append(self.pen.astype(int).tolist())
+        write(path, "setpoints", about, names, zip(*columns))
 
 
 @takes(

@@ -1,5 +1,6 @@
 """Corners are blended and curves fitted within the stated deviation, and what is made goes on in curvature."""
 
+import math
 import time
 
 import mpmath
@@ -95,6 +96,15 @@ def test_lines_and_arcs_stay_exact_between_blends():
         [[0, 0.1], arc(np.linspace(0, arc.length, 4001))[0] @ (1, 1j), [0.02 + 0.05j]]
     )
     assert to_polyline(dense(smooth), outline).max() <= 1e-4
+
+
+def test_a_gentle_corner_is_rounded_as_far_as_its_sides_reach():
+    """It is off by less than the deviation there: of sides without another corner 0.95 are used."""
+    path = blended(Path((Line((0, 0), (1, 0)), Line((1, 0), (3, 0.04)))), 0.1)
+    first, blend, last = path.pieces
+    assert first.length == pytest.approx(0.05) and blend.length == pytest.approx(1.9, rel=1e-4)
+    assert last.length == pytest.approx(math.hypot(2, 0.04) - 0.95)
+    check_goes_on(path)
 
 
 def test_pen_dwells_and_speeds_are_kept_over_blends():

@@ -96,7 +96,8 @@ class Search:
                 least,
                 clearance,
             )
-            clearance, at = min((clearance, at), (own, where), key=lambda each: each[0])
+            if own < clearance:
+                clearance, at = own, where
             if clearance <= least:
                 break
         if self.page:

@@ -104,8 +104,9 @@ def tool_regions(
         circles = LegCircles(robot, constraints.sin, _bends(mounted, constraints.sin))
         image = _Image(mounted, circles)
         # Walls of the constraints take long: modes that are only counted go without.
-        asked = working in (None, mode)
-        others = replace(constraints, det_A=0.0, sin=0.0) if asked else Constraints()
+        others = Constraints()
+        if working in (None, mode):
+            others = replace(constraints, det_A=0.0, sin=0.0)
         for part in bent_parts(robot, mode, circles, constraints.det_A):
             found.append(image.region(bounded_by(part, others), others))
     regions = numbered(found)
@@ -243,20 +244,15 @@ class _Image:
         where it bends along the arc.
         """
         circle = arc.locus.circle
-        if not circle:
+        # Circles of a coaxial robot are about both base joints.
+        if not circle or (circle[0] != self.leg and self.circles.robot.d > 0):
             return None
-        if circle[0] == self.leg:
-            cosine, sine = self.circles.bend(*circle)
-            cosine = circle[1] * cosine
-        elif self.circles.robot.d == 0:  # about both base joints
-            proximal = self.drive.length
-            square = abs(arc.z[0] - self.base) ** 2 - proximal**2 - self.bar**2
-            cosine = square / (2 * proximal * self.bar)
-            sine = math.sqrt(max((1 - cosine) * (1 + cosine), 0.0))
-            if sine < IN_LINE:
-                cosine, sine = math.copysign(1.0, cosine), 0.0
-        else:
-            return None
+        proximal = self.drive.length
+        square = abs(arc.z[0] - self.base) ** 2 - proximal**2 - self.bar**2
+        cosine = square / (2 * proximal * self.bar)
+        sine = math.sqrt(max((1 - cosine) * (1 + cosine), 0.0))
+        if sine < IN_LINE:
+            cosine, sine = math.copysign(1.0, cosine), 0.0
         return complex(cosine, -self.mode * sine)
 
     def _traced(self, curve, type_, kind):

@@ -152,7 +152,7 @@ def asked(
         xi,
         lambda: (legs, ()),
     )
-    zero = (0.0 * xi_ss[0], 0.0 * xi_ss[0])
+    zero = (0.0 * xi_ss[0],) * 2
     physics = loads_of(robot)
     bare = _without(robot, "gravity", *RUBS)
     pushes = has_moving_mass(robot)
@@ -160,7 +160,7 @@ def asked(
     def torques(robot_, rates, accelerations):
         at = Pose(
             robot_,
-            pose.point,
+            xi,
             lambda: (legs, ()),
         )
         return bar_force_dynamics(
