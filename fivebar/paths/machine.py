@@ -302,8 +302,7 @@ def machine_of(robot: FiveBar | Biglide, sections: Mapping[str, Any]) -> Machine
         {"modes"},
     ]
     for name, known in zip(SECTIONS, parts):
-        table = sections.get(name, {})
-        _refuse_unknown(name, table, known)
+        _refuse_unknown(name, sections.get(name, {}), known)
     constraints: dict[str, Any] = dict(sections.get("constraints", {}))
     joints = constraints.get("joints")
     if isinstance(joints, list):

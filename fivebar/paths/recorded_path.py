@@ -29,19 +29,17 @@ class RecordedPath(Trajectory):
         None where they change.
     rows : (n,)
         Times of the rows, s.
-    pens : (n,) or None
-        Whether the pen is down from each row on.
+    pens : (n,)
+        Whether the pen is down from each row on; True where the file has no pen.
     """
 
     robot: Robot
     working: tuple[int, int] | None
     rows: np.ndarray
-    pens: np.ndarray | None
+    pens: np.ndarray
 
     def pen(self, t: ArrayLike) -> np.ndarray:
-        """Return whether the pen is down at times t (*batch,); True where the file has no pen."""
-        if self.pens is None:
-            return np.ones(np.shape(t), bool)
+        """Return whether the pen is down at times t (*batch,)."""
         k = np.searchsorted(self.rows, np.asarray(t) + 1e-12 * self.duration, side="right") - 1
         return self.pens[np.maximum(k, 0)]
 
@@ -62,7 +60,7 @@ def recorded_path(path: TextFile) -> RecordedPath:
     if tool is not None:
         mounted = MountedTool(tool, robot, working)
         motion = mounted.carried(np.concatenate([motion, np.zeros((1, *xi.shape))]))[:3]
-    pens = values[:, 7] > 0 if has_pen else None
+    pens = values[:, 7] > 0 if has_pen else np.ones(len(t), bool)
     return RecordedPath(
         float(t[0]),
         float(t[-1] - t[0]),

@@ -187,6 +187,8 @@ class Setpoints:
             return values.astype(np.float32)
         values = np.round(values)
         low, high = kind.limits
+        has_one_turn = high - low < kind.per_turn
+        wrap = wrap and has_one_turn
         if wrap:
             values -= kind.per_turn * np.floor((values - low) / kind.per_turn)
         beyond = (values < low) | (values > high)
@@ -194,7 +196,9 @@ class Setpoints:
             row, motor = np.argwhere(beyond)[0]
             raise ValueError(
                 f"for_drives: motor {motor + 1} is to go to {values[row, motor]:.0f} at t ="
-                f" {self.t[row]:.4g} s, beyond {low} to {high}: give another zero, or wrap=True"
+                f" {self.t[row]:.4g} s, beyond {low} to {high}: give another zero"
+                + ", or wrap=True"
+                * has_one_turn
             )
         if wrap and (jump := np.abs(np.diff(values, axis=0)) > kind.per_turn / 2).any():
             row, motor = np.argwhere(jump)[0]
@@ -223,12 +227,12 @@ class Setpoints:
                 file.write(values.astype(values.dtype.newbyteorder("<")).tobytes())
             return
         about: dict[str, Any] = {"robot": self.robot.parameters, "drive": drive}
-        pen = [None] * len(self.t) if self.pen is None else self.pen.astype(int).tolist()
-        names = ["t", "q1", "q2"] + ["pen"] * (self.pen is not None)
-        rows = []
-        for t, pair, down in zip(self.t.tolist(), values.tolist(), pen):
-            rows.append([t, *pair] if down is None else [t, *pair, down])
-        write(path, "setpoints", about, names, rows)
+        names = ["t", "q1", "q2"]
+        columns = [self.t.tolist(), *values.T.tolist()]
+        if self.pen is not None:
+            names.append("pen")
+            columns.append(self.pen.astype(int).tolist())
+        write(path, "setpoints", about, names, zip(*columns))
 
 
 @takes(

@@ -217,8 +217,8 @@ class Watch:
             function = function_of(each.module, each.function)
             tree = ast.parse(Path(function.__code__.co_filename).read_text("utf-8"))
             node = tree
-            for part in each.function.split("."):
-                node = next(n for n in node.body if getattr(n, "name", None) == part)
+            for part in each.function.split("."):  # the last of a name: others are overloads
+                node = next(n for n in node.body[::-1] if getattr(n, "name", None) == part)
             mark = f"{each.module}.{each.function}"
             node.body.insert(0, ast.parse(f"__reach__({mark!r})").body[0])
             code = compile(ast.fix_missing_locations(tree), function.__code__.co_filename, "exec")

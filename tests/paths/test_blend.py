@@ -1,5 +1,6 @@
 """Corners are blended and curves fitted within the stated deviation, and what is made goes on in curvature."""
 
+import math
 import time
 
 import mpmath
@@ -9,8 +10,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import fivebar as fb
+from fivebar.paths.blend import blended
 from fivebar.paths.curve import Path
-from fivebar.paths.fit import Bezier, Ellipse, _Beziers, fitted
+from fivebar.paths.fit import Bezier, Ellipse, _Beziers, _Ellipses, _off, _quintics, fitted
 from fivebar.paths.pieces import Arc, Line, Polynomial
 
 
@@ -96,12 +98,21 @@ def test_lines_and_arcs_stay_exact_between_blends():
     assert to_polyline(dense(smooth), outline).max() <= 1e-4
 
 
+def test_a_gentle_corner_is_rounded_as_far_as_its_sides_reach():
+    """It is off by less than the deviation there: of sides without another corner 0.95 are used."""
+    path = blended(Path((Line((0, 0), (1, 0)), Line((1, 0), (3, 0.04)))), 0.1)
+    first, blend, last = path.pieces
+    assert first.length == pytest.approx(0.05) and blend.length == pytest.approx(1.9, rel=1e-4)
+    assert last.length == pytest.approx(math.hypot(2, 0.04) - 0.95)
+    check_goes_on(path)
+
+
 def test_pen_dwells_and_speeds_are_kept_over_blends():
     rough = Path(
         (Line((0, 0), (1, 0)), Line((1, 0), (1, 1)), Line((1, 1), (0, 1)), Line((0, 1), (0, 0.5))),
         pen=(True, True, False, False), dwells={3.0: 2.0}, feed=(0.1, 0.2, np.inf, np.inf), lines=(2, 3, 4, 5),
     )  # fmt: skip
-    path = fb.paths.blend.blended(rough, 1e-3)
+    path = blended(rough, 1e-3)
     assert len(path.pieces) == 5 and path.pen == (True, True, True, False, False)
     assert path.feed == (0.1, 0.1, 0.2, np.inf, np.inf) and path.lines == (2, 3, 3, 4, 5)
     assert [stop.seconds for stop in path.stops] == [0.0, 0.0, 2.0, 0.0]
@@ -118,6 +129,10 @@ CURVES = {
     "cusp": [0, 0.1 + 0.1j, 0.1j, 0.1], "handles in the ends": [0, 0, 0.1j, 0.1 + 0.1j],
     "handles in one point": [0, 0.1j, 0.1j, 0.1],
 }  # fmt: skip
+# z = b t + c t^2 + d t^3 with z' = (t - 0.3) (p + q t).
+p, q = 0.3 + 0.2j, -0.1 + 0.2j
+b, c, d = -0.3 * p, (p - 0.3 * q) / 2, q / 3
+CURVES["cusp at 0.3"] = [0, b / 3, (2 * b + c) / 3, b + c + d]
 
 
 @pytest.mark.parametrize("name", CURVES)
@@ -130,7 +145,7 @@ def test_beziers_are_kept_within(name, within):
     # A polyline of so many chords is itself within their sagittas of the curve.
     sagitta = np.abs(np.diff(fine, 2)).max() / 8
     assert to_polyline(ours[:: len(ours) // 60], fine).max() <= within + sagitta
-    assert len(path.stops) == 2 + (name == "cusp")
+    assert len(path.stops) == 2 + name.startswith("cusp")
     check_goes_on(path)
     assert path.length == pytest.approx(np.abs(np.diff(fine)).sum(), rel=1e-5)
 
@@ -179,3 +194,35 @@ def test_direction_and_bend_of_a_curve_are_the_derivatives_by_its_length(t):
             u = first / abs(first)
             across = (second - mpmath.re(second * mpmath.conj(u)) * u) / abs(first) ** 2
         assert [tangent[k], bend[k]] == pytest.approx([complex(u), complex(across)], rel=1e-12)
+
+
+def random_curves(kind, rng):
+    if kind is _Beziers:
+        return _Beziers([Bezier(rng.normal(size=4) + 1j * rng.normal(size=4)) for _ in range(100)])
+    axes = rng.normal(size=(100, 2)) + 1j * rng.normal(size=(100, 2))
+    return _Ellipses([Ellipse(0j, *ab, 0.3, 0.3 + rng.uniform(0.1, 7)) for ab in axes])
+
+
+@pytest.mark.parametrize("kind", [_Beziers, _Ellipses])
+def test_how_far_quintics_are_off_their_curves(kind):
+    """By samples of the curve about each place, three times closer together."""
+    curve = random_curves(kind, np.random.default_rng(1))
+    rows, start, end = curve.parts()
+    middle = (start + end) / 2
+    rows = np.tile(rows, 2)
+    start, end = np.concatenate([start, middle]), np.concatenate([middle, end])
+    coefficients, length = _quintics(curve, rows, start, end)
+    off = _off(curve, rows, start, end, coefficients, length)
+    places = coefficients @ (np.arange(1, 12) / 12) ** np.arange(6)[:, None]
+    low, high = np.tile(start, (11, 1)).T, np.tile(end, (11, 1)).T
+    for _ in range(3):
+        step = (high - low) / 200
+        t = low[..., None] + step[..., None] * np.arange(201)
+        distance = np.abs(curve(rows[:, None, None], t)[0] - places[..., None])
+        nearest = low + step * distance.argmin(axis=-1)
+        low = np.maximum(nearest - step, start[:, None])
+        high = np.minimum(nearest + step, end[:, None])
+    known = np.isfinite(off) & (off > 1e-5)
+    assert known.sum() > 60
+    exact = distance.min(axis=-1).max(axis=-1)
+    np.testing.assert_allclose(off[known], exact[known], rtol=1e-3)

@@ -116,6 +116,11 @@ def test_what_is_false_comes_with_a_robot_that_breaks_it():
                 assert not (kept and pose.assembly == found.assembly)
 
 
+def test_a_path_out_of_reach_is_in_no_assembly_mode():
+    (stretch,) = (found := certify(fb.FiveBar(), Path([Line((0.3, 0.0), (0.3, 0.1))]))).unproved
+    assert found.assembly == 0 and stretch.false and "r1^2 = -" in stretch.why
+
+
 def test_the_stretch_that_is_not_proved_begins_where_check_path_finds_type_2():
     path = Path([Line((0.09, 0.06796322), (0.05, 0.0))])
     (stretch,) = certify(fb.FiveBar(), path).unproved

@@ -47,10 +47,27 @@ def test_dynamixels(table):
     middle = 4096 - (goal[0, 0] + goal[-1, 0]) // 2 + 2048
     with pytest.raises(ValueError, match="turn back by a whole turn"):
         table.for_drives("dynamixel", zero=(middle, 2048), wrap=True)
-    with pytest.raises(ValueError, match="beyond -2147483648"):
+    with pytest.raises(ValueError, match="beyond -2147483648 to 2147483647: give another zero, or"):
         table.for_drives(2**32, zero=(0, 2**31 - 1))
     with pytest.raises(ValueError, match="must be one of"):
         table.for_drives("servo")
     degrees = fb.Machine(ROBOT, ratio=(np.pi / 180, np.pi / 180))
     with pytest.raises(ValueError, match="could be theirs or the motor"):
         table.for_drives("odrive", degrees)
+
+
+@pytest.mark.parametrize("drive", ["dynamixel-extended", 8192])
+def test_a_drive_of_many_turns_is_not_wrapped(table, drive):
+    for zero in ((0, 0), (3000, -9000)):
+        plain = table.for_drives(drive, zero=zero)
+        np.testing.assert_array_equal(table.for_drives(drive, zero=zero, wrap=True), plain)
+    with pytest.raises(ValueError, match="beyond -[0-9]+ to [0-9]+: give another zero$"):
+        table.for_drives(drive, zero=(2**31, 0), wrap=True)
+
+
+def test_a_turn_that_has_all_of_32_bits_is_wrapped_into_them(table):
+    zero = 2**31 + 2**30
+    wrapped = table.for_drives(2**32, zero=(zero, zero), wrap=True)
+    assert wrapped.min() >= -(2**31)
+    turns = (wrapped.astype(float) - zero) / 2**32 - table.q / (2 * np.pi)
+    np.testing.assert_allclose(turns, np.round(turns), atol=1e-9)

@@ -3,18 +3,22 @@
 import cmath
 import io
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import fivebar as fb
 from fivebar.paths.curve import Path
-from fivebar.paths.pieces import Line
+from fivebar.paths.pieces import Line, Polynomial
 from fivebar.paths.placing.tool_regions import _bends, _between, _Image
+from fivebar.paths.timing.bounds import Stretches
 from fivebar.paths.timing.constraint_rows import Limits
 from fivebar.paths.timing.jerk import refuse_kinks
 from fivebar.paths.timing.mesh import mesh_of
 from fivebar.paths.timing.refusals import where
+from fivebar.paths.timing.sign_changes import cut_where_missed
 from fivebar.paths.timing.solve import refined
 from fivebar.paths.timing.time_path import _timed
 from fivebar.paths.tool import MountedTool
@@ -49,14 +53,40 @@ def test_a_path_is_cut_where_it_crosses_type_2(mesh):
     assert (mesh.speed == np.where(middle < ACROSS.knots[1], 0.3, np.inf)).all()
 
 
-def test_a_path_is_cut_where_a_joint_turns_round(mesh):
+def test_a_stretch_whose_ends_show_two_signs_is_cut_between_them():
+    piece, none = np.array([0, 1]), np.zeros(2)
+    lengths = np.diff(ACROSS.knots)
+    found = cut_where_missed(ROBOT, ACROSS, Stretches(piece, none, lengths), (-1, -1))
+    crossing = brentq(lambda s: det_A(ACROSS.knots[1] + s), 0.0, lengths[1], xtol=1e-15)
+    assert found.piece.tolist() == [0, 1, 1]
+    assert found.first == pytest.approx([0, 0, crossing], abs=1e-13)
+    assert found.last == pytest.approx([lengths[0], crossing, lengths[1]], abs=1e-13)
+    halves = cut_where_missed(ROBOT, ACROSS, found, (-1, -1))
+    assert len(halves) == 3  # a node on Type 2 has no sign
+
+
+def turned_twice():
+    """A path that almost follows the circle about an elbow: its joint turns round, and soon back again."""
+    place, half = np.array([0.0, 0.1]), 0.02
+    normal = (fb.igm(ROBOT, place, (-1, -1)).elbows[0] - place) / ROBOT.l12
+    tangent = np.array([normal[1], -normal[0]])
+    s = np.polynomial.Polynomial([-half, 2.0026 * half])
+    across = s**2 / (2 * ROBOT.l12) + 8 * (s**3 - 3e-6 * half**2 * s)
+    place = [p + t * s + n * across for p, t, n in zip(place, tangent, normal)]
+    return Path((Polynomial(np.stack([p.coef for p in place], axis=-1), 2.0026 * half),))
+
+
+@pytest.mark.parametrize("path, open_", [(ACROSS, False), (turned_twice(), True)])
+def test_a_path_is_cut_where_a_joint_turns_round(path, open_):
+    """Or finely about it, where it is not seen that it does so twice."""
+    mesh = mesh_of(ROBOT, path, (-1, -1))
     middle = (mesh.s[1:] + mesh.s[:-1]) / 2
-    pose = fb.igm(ROBOT, ACROSS(middle)[0], (-1, -1))
-    slopes = fb.ikm(pose, ACROSS(middle)[1]).q_dot.T
+    pose = fb.igm(ROBOT, path(middle)[0], (-1, -1))
+    slopes = fb.ikm(pose, path(middle)[1]).q_dot.T
     known = mesh.turns != 0
     assert (np.sign(slopes)[known] == mesh.turns[known]).all()
-    open_ = mesh.stretches.length[~known.all(axis=0)]
-    assert (open_ <= 1e-4 * ACROSS.length).all()
+    lengths = mesh.stretches.length[~known.all(axis=0)]
+    assert (lengths <= 1e-4 * path.length).all() and (len(lengths) > 0) == open_
 
 
 def test_all_that_is_asked_for_is_enclosed_on_a_mesh(mesh):
@@ -86,9 +116,12 @@ def test_a_factor_of_the_torques_beside_type_2(mesh):
     assert mesh.layer(k) == pytest.approx(min(layers))
 
 
-def test_torques_are_kept_on_both_sides_of_type_2(mesh):
+@pytest.mark.parametrize("elbow", [0.0, 0.003])
+def test_torques_are_kept_on_both_sides_of_type_2(elbow):
     """On a coarse mesh, by the models at places between its nodes."""
     limits = Limits(torque=(0.1, 0.12))
+    robot = replace(ROBOT, fv12=elbow)
+    mesh = mesh_of(robot, ACROSS, (-1, -1))
     motion = _timed(limits, *refined(mesh, limits, 0.2, math.inf))
     assert motion.crossing.sum() == 1 and 0 < motion.gap < 0.2
     share = np.array([0.03, 0.3, 0.7, 0.97])
@@ -96,6 +129,7 @@ def test_torques_are_kept_on_both_sides_of_type_2(mesh):
     used = np.abs(motion.tau(t)) / limits.torque
     near = np.abs(t - motion.times[motion.crossing][0]) < 0.05
     assert used.max() <= 1 + 1e-6 and used[near].max() > 0.3
+    assert fb.check_path(robot, motion).criterion_holds
 
 
 def test_places_in_words():
@@ -206,9 +240,10 @@ def test_what_a_certificate_says_of_stretches():
     claim = {"parts": [[0, 0.5, 1], [0, 1]], "margin": 0.1, "pieces": [1, 2], "assembly": -1}
     found = Certificate(claim, tuple(joined))
     assert repr(found) == (
-        "<Certificate: not proved, margin 0.1, 2 pieces in 3 parts, 0 to 0.2 m: first,"
-        " and 2 more stretches>"
+        "<Certificate: not proved, margin 0.1, 2 pieces in 3 parts, 0 to 0.2 m: first, and 2 more>"
     )
+    assert repr(Certificate(claim, tuple(joined[1:]))).endswith("0.3 m: third, and 1 more>")
+    assert repr(Certificate(claim, tuple(joined[2:]))).endswith("0.4 to 0.5 m: fourth>")
     assert not found.proved and found.assembly == -1
     with pytest.raises(ValueError, match="certify: not proved from s = 0 to 0.2 m: first"):
         found.to_json(io.StringIO())

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
+from scipy.optimize import linprog, minimize_scalar
 
 import fivebar as fb
 from fivebar.paths.pieces import Arc, Line, Polynomial
 from fivebar.paths.placing.branch_and_bound import BranchAndBound, Cells, _chunks, _game, _placed
-from fivebar.paths.placing.clearance import CORNERS, Clearance, _steepest
+from fivebar.paths.placing.clearance import CORNERS, SAMPLES, Clearance, _steepest
 from fivebar.paths.placing.fitting_in import _legs_cross, bounds
 from fivebar.paths.placing.search import Found, Search, _few, _samples
 from fivebar.paths.placing.tool_regions import _share
@@ -99,6 +99,31 @@ def test_a_path_keeps_the_clearance_of_its_points(room, piece):
     assert room.along(outside)[0] < -4
 
 
+def test_the_least_clearance_lies_within_a_piece(room):
+    """On two arcs, the second one nearest to the border between samples: by minimizing the distance itself."""
+    disc = fb.largest_disc(room.part)
+    radius = 0.4 * disc.radius
+    for turn in (0.1, 2.1, 4.1):
+        arcs = [Arc(tuple(disc.center), radius, turn - 4.0, turn - 2.0)]
+        arcs.append(Arc(tuple(disc.center), radius, turn - 2.0, turn + 2.1))
+        path = fb.path(arcs)
+        clearance, at = room.along(path)
+
+        def distance(s, path=path):
+            return room.exact(path(np.atleast_1d(s))[0] @ (1, 1j))
+
+        samples = np.linspace(0, path.length, 1001)
+        near = samples[distance(samples).argmin()]
+        step = samples[1]
+        exact = minimize_scalar(
+            lambda s: distance(s)[0],
+            bounds=(max(near - step, 0), min(near + step, path.length)),
+            options={"xatol": 1e-9},
+        )
+        assert clearance == pytest.approx(exact.fun, abs=1e-8)
+        assert abs(abs(at - disc.center @ (1, 1j)) - radius) < 1e-9
+
+
 def test_points_move_no_more_than_their_cell_allows():
     rng = np.random.default_rng(1)
     points = rng.normal(size=8) + 1j * rng.normal(size=8)
@@ -148,6 +173,57 @@ def test_the_least_of_lines_in_a_box_is_bounded_closely():
         best.append(-linprog([0, 0, 0, 0, -1], table, line, bounds=sides).fun)
     best = np.array(best)
     assert (found >= best - 1e-9).all() and (found - best).mean() < 0.06
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+def test_no_placement_in_a_cell_has_more_clearance_than_its_bounds(room, mixed):
+    """Of a path, or of two in regions of their own; bounds of small cells are close."""
+    rng = np.random.default_rng(8)
+    paths = [fb.path([(0, 0), (0.03, 0), (0.03, 0.02)]), fb.path([(0.01, 0.04), (0.05, 0.04)])]
+    rooms = [room, Clearance(min(fb.aspects(ROBOT), key=lambda part: part.area))]
+    search = search_of(paths[: 1 + mixed], rooms[: 1 + mixed])
+    search.clearances = rooms
+    bounds = BranchAndBound(search, 1.0, mixed)
+    place = fb.largest_disc(room.part).center + rng.uniform(-0.05, 0.05, (6, 2))
+    middle = np.vstack([place.T, rng.uniform(0, 6, 6), np.ones(6)])
+    regions = np.full(6, -1 if mixed else 0)
+
+    def least(at):
+        """The clearance, by samples of the paths and chords of the border."""
+        x, y, turn, scale = at
+        z = x + 1j * y + scale * np.exp(1j * turn) * search.z
+        own = [each.rough(z)[0] for each in rooms[: 1 + mixed]]
+        parts = [np.array(own)[:, search.owner == k].min(axis=1) for k in range(1 + mixed)]
+        return min(part.max() for part in parts)
+
+    for size in (1.0, 1e-6):
+        half = size * np.array([[0.005, 0.01, 0.2, 0.1]] * 6).T
+        cells = Cells(middle, half, regions)
+        clearance, upper = bounds._values(cells)
+        if not mixed:
+            assert (bounds._sharp(cells) <= upper + room.spacing).all()
+            upper = np.minimum(upper, bounds._sharp(cells))
+        exact = np.array([least(at) for at in middle.T])
+        for _ in range(8):
+            inside = middle + rng.uniform(-1, 1, (4, 6)) * half
+            assert (np.array([least(at) for at in inside.T]) <= upper + room.spacing).all()
+        assert (exact <= clearance + room.spacing).all()
+        assert (clearance - exact).max() < 3 * np.hypot(*room.steps)
+        wide = 0.5 * size * (0.02 + 0.4 * search.size) + 3 * np.hypot(*room.steps)
+        assert (upper - exact).max() < wide
+
+
+def test_a_small_path_is_moved_to_the_middle_of_the_largest_disc(room):
+    disc = fb.largest_disc(room.part)
+    search = search_of([fb.path([(0, 0), (1e-4, 0)])], [room])
+    search.clearances, search.turn = [room], None
+    start = Found(0.0, (0,), disc.center @ (1, 1j) + 0.02 - 0.03j, 0.4, 1.0)
+    found = search.improved(start)
+    assert found.clearance == pytest.approx(disc.radius, abs=3 * room.spacing)
+    assert found.which == (0,) and found.scale == 1.0
+    search.margin = 0.4 * disc.radius
+    grown = search.improved(start._replace(scale=100.0), growing=True)
+    assert grown.scale > 300 and grown.clearance >= search.margin - 1e-9
 
 
 def search_of(paths, clearances=(), page=None):
@@ -228,6 +304,35 @@ def test_what_does_not_fit_is_told_its_largest_scale(page, count, room, monkeypa
     with pytest.raises(ValueError) as refused:
         fb.place(ROBOT, scale=9.0, constraints=fb.Constraints(clearance=0.01), **asked)
     assert str(refused.value) == words
+
+
+@pytest.mark.parametrize("share, rooms", [(0.9, (1, 0)), (-0.1, (0, 0))])
+def test_strokes_change_rooms_only_where_the_clearance_asks_for_it(room, share, rooms):
+    """The first stroke is nearest to the border between the samples of it, by the dip there."""
+    disc = fb.largest_disc(room.part)
+    path = fb.path([Arc(tuple(disc.center), 0.4 * disc.radius, 0.0, 4.0)])
+    samples = path(np.linspace(0, path.length, SAMPLES))[0] @ (1, 1j)
+    least, _ = room.along(path)
+    dip = room.exact(samples).min() - least
+    assert dip > 1e-8
+    search = search_of([path, path], [1, 2])
+    elsewhere = SimpleNamespace(along=lambda placed, least=0.0, most=0.0: (-1.0, 0j))
+    search.clearances = [room, elsewhere]
+    search.exactly = lambda found: (least + share * dip, 0j)
+    found = Found(1.0, (1, 0), search.middle, 0.0, 1.0)
+    assert search.settled(found).which == rooms
+
+
+def test_a_margin_is_kept_up_to_the_clearance(room):
+    path = fb.path([(0, 0), (0.01, 0)])
+    search = search_of([path], [1])
+    search.clearances = [room]
+    found = Found(0.0, (0,), fb.largest_disc(room.part).center @ (1, 1j), 0.3, 1.0)
+    clearance, _ = search.exactly(found)
+    assert clearance == pytest.approx(room.along(found.placement(search.middle)(path))[0])
+    for share in (1 - 1e-6, 1 + 1e-6):
+        search.margin = share * clearance
+        assert search.keeps(found) == (share < 1)
 
 
 def test_a_placement_is_about_the_middle_of_the_paths():

@@ -51,6 +51,9 @@ def test_a_timed_path_comes_back_exactly_at_its_rows(seed):
     for one, two, three in zip(motion(t), again(t), plain(t)):
         assert (one == two).all() and (one == three).all()
     assert (again.pen(t) == motion.pen(t)).all()
+    head, *lines = file.getvalue().splitlines()
+    bare = "\n".join([head, *(line.rpartition(",")[0] for line in lines)])  # without the pen
+    assert fb.TimedPath.from_csv(io.StringIO(bare)).pen(t).tolist() == [True] * len(t)
     t = np.random.default_rng(seed).uniform(0, motion.duration, 2000)
     # Between rows 2 ms apart: where the acceleration jumps by a, about a h^2 / 50.
     jump = 2 * np.abs(motion(np.linspace(0, motion.duration, 5000))[2]).max()

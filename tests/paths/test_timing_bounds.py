@@ -1,5 +1,7 @@
 """Both bounds of `time_path`: found again closer together they agree, and no motion is above a ceiling."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,8 +9,10 @@ import fivebar as fb
 from fivebar.paths.curve import Path
 from fivebar.paths.pieces import Line
 from fivebar.paths.timing import solve as timing_solve
-from fivebar.paths.timing.constraint_rows import PARTS, ConstraintRows
+from fivebar.paths.timing.constraint_rows import PARTS, ConstraintRows, Limits, rows_of
 from fivebar.paths.timing.lower_bound import caps
+from fivebar.paths.timing.mesh import mesh_of
+from fivebar.paths.timing.time_path import _timed
 from tests.helpers.paths_to_time import ROBOTS, random_limits, random_path, used
 
 ACROSS = Path((Line((0.09, 0.06796322), (0.05, 0.0)),))
@@ -62,6 +66,62 @@ def test_the_work_that_is_done_ends_the_search(monkeypatch):
         and used(one, {"torque": 0.05}) <= 1
     )
     assert 1e-7 < one.gap < less.gap and len(less.x) < len(one.x)
+
+
+def test_rows_are_above_zero_where_the_models_exceed_a_limit():
+    """At nodes, of random x and u, by the models' torques, accelerations and speeds."""
+    robot, _, centre, width = ROBOTS["all"]
+    rng = np.random.default_rng(4)
+    mesh = mesh_of(robot, random_path(rng, centre, width), (-1, -1))
+    limits = Limits((0.5, 0.6), (2.0, 3.0), (30.0, 40.0), 0.2, 3.0, None, (0.8, 0.7), (9.0, 7.0))
+    angles = np.linspace(-np.pi, np.pi, 200, endpoint=False)
+    directions = np.repeat(angles[:, None], len(mesh), axis=1)
+    s = mesh.path.knots[mesh.stretches.piece] + mesh.stretches.first
+    x, u = rng.uniform(0.0, 0.06, len(mesh)), rng.uniform(-4, 4, len(mesh))
+    _, xi_s, xi_ss, _ = mesh.path.on(mesh.stretches.piece, mesh.stretches.first)
+    rates = fb.ikm(fb.igm(robot, mesh.path(s)[0], (-1, -1)), xi_s * np.sqrt(x)[:, None])
+    acc = fb.ikm2(rates, xi_ss * x[:, None] + xi_s * u[:, None])
+    tau = fb.inverse_dynamics(acc)
+    used = {
+        "torque": np.abs(tau) / limits.torque,
+        "stall": np.abs(tau / limits.stall + rates.q_dot / limits.no_load),
+        "joint_acceleration": np.abs(acc.q_ddot) / limits.joint_acceleration,
+        "acceleration": np.linalg.norm(acc.xi_ddot, axis=1)[:, None] / limits.acceleration,
+    }
+    alone = {
+        "joint_speed": (rates.q_dot / limits.joint_speed) ** 2,
+        "speed": np.linalg.norm(rates.xi_dot, axis=1)[:, None] ** 2 / limits.speed**2,
+    }
+    sizes = np.stack([u, x, np.sqrt(x), np.ones(len(mesh))])
+    known = (mesh.turns != 0).all(axis=0) & (np.abs(rates.q_dot) > 1e-9).all(axis=1)
+    assert known.mean() > 0.9
+    for name in (*used, *alone):
+        only = Limits(**{name: getattr(limits, name)})
+        if name == "stall":
+            only = replace(only, no_load=limits.no_load)
+        speed = np.full(len(mesh), limits.speed if name == "speed" else np.inf)
+        about = mesh.side, mesh.turns, directions, speed
+        for inside in (False, True):
+            with_u, without = rows_of(mesh.found, only, *about, inside)
+            rows = without if name in alone else with_u
+            value = sum(rows.parts[part][0] * size for part, size in zip(PARTS, sizes))
+            if name in ("torque", "stall"):
+                assert rows.torque.all()
+                value = value / np.abs(rates.pose.det_A)
+            expected = (used | alone)[name].max(axis=1) - 1
+            off = (value.max(axis=0) - expected)[known]
+            assert np.abs(off).max() < (2e-3 if name == "acceleration" else 1e-9)
+
+
+@pytest.mark.parametrize("name, seed", [("rubbing", 3), ("all", 24)])
+def test_on_a_coarse_mesh_a_slow_motion_is_found_where_no_fast_one_is(name, seed):
+    robot, torque, centre, width = ROBOTS[name]
+    rng = np.random.default_rng(seed)
+    path, limits = random_path(rng, centre, width), random_limits(rng, robot, torque)
+    mesh, kept = mesh_of(robot, path, (-1, -1)), Limits.of(fb.Constraints(**limits))
+    found = timing_solve.solve(mesh, kept)
+    assert found.stuck and 10 < found.gap < np.inf
+    assert used(_timed(kept, mesh, found), limits, 30) <= 1
 
 
 def test_a_path_that_is_proved_impossible_is_told_from_one_that_is_not_found():

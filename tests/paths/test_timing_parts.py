@@ -2,6 +2,7 @@
 
 import io
 import math
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -13,12 +14,12 @@ from scipy.optimize import linprog
 
 import fivebar as fb
 from fivebar.paths.curve import Path
-from fivebar.paths.pieces import Line
-from fivebar.paths.timing import jerk
+from fivebar.paths.pieces import Arc, Line
+from fivebar.paths.timing import jerk, slower, solve
 from fivebar.paths.timing.bounds import Bernstein, Stretches
 from fivebar.paths.timing.clock import Clock, _stumpff
 from fivebar.paths.timing.constraint_rows import Limits
-from fivebar.paths.timing.feasible_motion import _corners
+from fivebar.paths.timing.feasible_motion import _corners, profile
 from fivebar.paths.timing.lower_bound import (
     FREE,
     _above,
@@ -29,7 +30,8 @@ from fivebar.paths.timing.lower_bound import (
     duration,
 )
 from fivebar.paths.timing.mesh import _over_distance, _sign
-from fivebar.paths.timing.polygons import _add_friction, _root
+from fivebar.paths.timing.polygons import Polygons, _add_friction, _root
+from fivebar.paths.timing.refusals import refuse_touching, where
 from fivebar.paths.timing.slower import _mixture, _slower
 from fivebar.paths.timing.solve import (
     Solved,
@@ -43,6 +45,7 @@ from fivebar.paths.timing.solve import (
     _made,
 )
 from fivebar.paths.timing.timed_path import TimedPath
+from tests.helpers.paths_to_time import used
 
 # s by time
 
@@ -317,6 +320,8 @@ def test_no_motion_passes_a_parabola(friction):
         if end == math.inf:
             continue
         bounds += 1
+        if bounds % 2:  # also from a guess that is too low
+            u0, u1, end = _parabola(x0, row, h, 0.5 * (u0 + u1))
         x = x0 + h * (2 * u0 * t + (u1 - u0) * t**2)
         u = u0 + (u1 - u0) * t
         assert end == pytest.approx(x[-1], rel=1e-12)
@@ -393,6 +398,47 @@ def test_the_least_time_of_cruising():
 # The search
 
 
+def polygons_of(rng, n):
+    """Rows p x0 + q x1 + r <= 0: growth and fall of x are limited, the more the faster it is."""
+    table = np.zeros((n, 4, 3))
+    table[:, 0] = np.stack([rng.uniform(-1.0, -0.8, n), np.ones(n), rng.uniform(-1, -0.2, n)], 1)
+    table[:, 1] = np.stack([np.ones(n), rng.uniform(-1.0, -0.8, n), rng.uniform(-1, -0.2, n)], 1)
+    table[:, 2] = np.stack([np.ones(n), np.zeros(n), rng.uniform(-4, -1, n)], 1)
+    table[:, 3] = [-1.0, 0.0, 0.0]
+    return Polygons(table / np.abs(table[..., :2]).sum(axis=-1, keepdims=True), np.zeros((n, 3)))
+
+
+def test_no_motion_within_polygons_is_faster():
+    """Against the linear program, of which x is the largest at all nodes at once."""
+    rng = np.random.default_rng(11)
+    n = 30
+    rest = np.isin(np.arange(n + 1), [0, 12, n])
+    for _ in range(5):
+        found = polygons_of(rng, n)
+        top = rng.uniform(1.0, 3.0, n + 1)
+        x, stuck = profile(found, SimpleNamespace(x=top), rest)
+        chain = np.zeros((n, 4, n + 1))
+        at = np.arange(n)
+        chain[at, :, at], chain[at, :, at + 1] = found.table[..., 0], found.table[..., 1]
+        bounds = [(0.0, 0.0 if still else each) for each, still in zip(top, rest)]
+        rows = chain.reshape(-1, n + 1)
+        most = linprog(-np.ones(n + 1), rows, -found.table[..., 2].ravel(), bounds=bounds).x
+        assert not stuck and (rows @ x + found.table[..., 2].ravel() <= 1e-9).all()
+        np.testing.assert_allclose(x, most, atol=1e-6)
+
+
+def test_a_part_in_which_a_polygon_is_empty_is_told_by_a_node():
+    rng = np.random.default_rng(12)
+    found = polygons_of(rng, 30)
+    rest = np.isin(np.arange(31), [0, 12, 20, 30])
+    top = np.full(31, 2.0)
+    whole, _ = profile(found, SimpleNamespace(x=top), rest)
+    found.table[15, 3] = [-1.0, 0.0, 1.9]  # it may not be slower than that
+    x, stuck = profile(found, SimpleNamespace(x=top), rest)
+    assert len(stuck) == 1 and 12 <= stuck[0] <= 20
+    assert (x[:13] == whole[:13]).all() and (x[20:] == whole[20:]).all() and not x[12:21].any()
+
+
 def test_slower_at_another_pace_or_not_at_all():
     time = np.array([0.5, 0.5])
     fast = SimpleNamespace(time=time, x=np.array([0.0, 4.0, 0]), bent=np.array([1.0, 2.0]))
@@ -408,6 +454,34 @@ def test_slower_at_another_pace_or_not_at_all():
     assert e.value.s == 1.0 and not e.value.proved
     mesh.crossing[:] = False
     assert _slower(mesh, fast, 2.0).time.sum() == pytest.approx(2.002)
+
+
+@pytest.mark.parametrize("least", [0.0, 0.3])
+def test_a_motion_in_a_given_time_has_the_least_share_of_the_limits(least, monkeypatch):
+    """Of motions that go with the root of the share; none is found below `least`: then x as large as needed."""
+    length, x = np.full(4, 0.1), np.array([0.0, 0.02, 0.03, 0.02, 0.0])
+    above = SimpleNamespace(time=np.zeros(4))
+    seen = []
+
+    def solved(share):
+        bent = share * np.array([0.0, -0.2, 0.1, 0.0])
+        parts = zip(length, share * x[:-1], share * x[1:], bent)
+        return Solved(above, x, share * x, bent, np.array([duration(*part) for part in parts]))
+
+    def limited(mesh, limits):
+        seen.append(limits.speed)
+        return solved(limits.speed) if limits.speed > least else None
+
+    mesh = SimpleNamespace(stretches=SimpleNamespace(length=length), found={})
+    limits = SimpleNamespace(times=lambda share: SimpleNamespace(speed=share))
+    monkeypatch.setattr(slower, "refined", lambda mesh, *given: (mesh, solved(1.0)))
+    monkeypatch.setattr(slower, "_solved", limited)
+    wanted = 2.5 * solved(1.0).time.sum()
+    _, found = slower.slowed(mesh, limits, wanted, 1e-3, math.inf)
+    assert found.time.sum() == pytest.approx(wanted, rel=1e-9)
+    np.testing.assert_allclose(found.x, x / 2.5**2, rtol=1e-9)
+    assert seen[0] == pytest.approx(1 / 2.5**2) and len(seen) < 25
+    assert min(abs(share - max(least, 1 / 2.5**2)) for share in seen) < 1e-3
 
 
 class Meshed(SimpleNamespace):
@@ -433,6 +507,67 @@ def test_stretches_beside_type_2_become_short():
     last = np.where(np.arange(12) == 4, 1e-7, 0)
     mesh.found["D"] = SimpleNamespace(first=1e-9 * one, last=last)
     assert np.flatnonzero(_beside_type_2(mesh, True)).tolist() == [4]
+
+
+def test_stretches_are_split_by_their_share_of_the_gap(monkeypatch):
+    """The root of it over 0.7 of what each may have, in 4 at most; long ones beside Type 2 in two or more."""
+    part = np.array([0.0, 1.0, 3.9, 8.9, 100.0, 0.0])
+    above = SimpleNamespace(time=np.full(6, 100.0))
+    found = SimpleNamespace(time=above.time + part, above=above, stuck=())
+    monkeypatch.setattr(solve, "_made", lambda found, part: part)
+    monkeypatch.setattr(solve, "_beside_type_2", lambda mesh, thin: np.arange(6) >= 4)
+    assert solve._parts(np.zeros(6), found, 0.01 / 0.7).tolist() == [1, 1, 2, 3, 4, 2]
+    found.stuck = (0,)
+    mesh = Meshed(stretches=SimpleNamespace(length=np.array([1.0] * 5 + [0.1])))
+    assert solve._parts(mesh, found, 0.1).tolist() == [2, 2, 2, 2, 2, 2]
+    mesh.stretches.length[4] = 10.0
+    assert solve._parts(mesh, found, 0.1).tolist() == [1, 1, 1, 1, 2, 2]
+
+
+def test_squared_speed_beside_type_2_is_bent_as_the_criterion_asks():
+    """x' = -2 p(s) x with p = b / a of the torque that decides: x_ss / (2 x) of its solution."""
+    h, ends = 1e-3, np.array([[30.0, -8.0], [32.0, -7.0], [34.0, -6.0]])  # p of two stretches
+    a = np.stack([0.1 * np.ones((3, 2)), [[2.0, -2.0]] * 3], axis=1)
+    b = np.stack([5.0 * np.ones((3, 2)), ends * a[:, 1]], axis=1)
+    torque = np.array([True, True, True, True, False])
+    double = {
+        name: np.insert(np.repeat(each, 2, axis=1), 4, 0.3, axis=1)
+        for name, each in {"a": a, "b": b, "c": 0 * a}.items()
+    }
+    rows = SimpleNamespace(parts=double, torque=torque)
+    mesh = Meshed(stretches=SimpleNamespace(length=np.full(2, h)), crossing=np.array([True, False]))
+    above = SimpleNamespace(x=np.ones(3))
+    s = np.array([-1e-4, 0.0, 1e-4])  # about the middle
+    rate = ends[1] + np.outer(s, (ends[2] - ends[0]) / h) / 2
+    x = np.exp(-2 * rate * s[:, None])
+    bent = (x[0] - 2 * x[1] + x[2]) / s[2] ** 2 / 2
+    np.testing.assert_allclose(solve._lean(mesh, rows, above), bent, rtol=5e-3)
+    double["c"] += 1e3  # another part than that of the speed decides
+    assert not solve._lean(mesh, rows, above).any()
+    double["c"] -= 1e3
+    mesh.crossing[:] = False
+    assert not solve._lean(mesh, rows, above).any()
+
+
+def test_where_a_path_grazes_type_2_at_a_node():
+    side = np.array([1, 1, -1, -1, -1, 1, 1])
+    mesh = SimpleNamespace(
+        found={"D": SimpleNamespace(first=side, last=side)},
+        side=side,
+        crossing=np.isin(np.arange(8), [2, 4, 5]),
+        rest=np.zeros(8, dtype=bool),
+        path=DRAWING,
+        s=np.linspace(0, DRAWING.length, 8),
+        place=lambda k: f"node {k}",
+        share=lambda name, k: 1.0,
+    )
+    with pytest.raises(fb.SingularityError, match=re.escape(where(DRAWING, mesh.s[4]))):
+        refuse_touching(mesh)
+    mesh.crossing[4] = False
+    refuse_touching(mesh)
+    mesh.share = lambda name, k: 1.0 if name == "b" or k < 5 else 0.0
+    with pytest.raises(fb.SingularityError, match="runs along the distal bars .* node 5, and"):
+        refuse_touching(mesh)
 
 
 def test_shares_below_the_speed_on_type_2():
@@ -579,6 +714,50 @@ def test_a_wanted_duration_with_a_limit_on_jerk(pace, monkeypatch):
     crossing = replace(timed(), crossing=np.arange(7) == 3)
     with pytest.raises(fb.SingularityError, match="is not known across Type 2, .* at s = 0.027"):
         jerk.smoothed(crossing)
+
+
+def curved():
+    """Part of a circle in three stretches, averaged."""
+    path = Path((Arc((0.0, 0.1), 0.02, 0.3, 2.8),), feed=(0.3,))
+    first = np.array([0.0, 0.3, 0.6]) * path.length
+    x = np.array([0, 0.02, 0.03, 0])
+    bent = np.array([0.0, -8.0, 6.0])
+    options = bent, 0.5, np.zeros(4, dtype=bool), x, x, 0.05
+    return TimedPath(fb.FiveBar(), path, (-1, -1), Limits(), np.zeros(3, dtype=int), first, x, *options)  # fmt: skip
+
+
+def most_used(motion, name):
+    """The largest torque, speed, ... of a motion, from samples; of the jerk by differences."""
+    if name == "jerk":
+        t = np.linspace(0, motion.duration, 20_001)
+        rises = np.linalg.norm(np.diff(motion(t)[2], axis=0), axis=1)
+        return float(np.sort(rises)[-20]) / t[1]  # but where it jumps
+    if name != "stall":
+        return used(motion, {name: 1.0}, 2000)
+    acc = motion.accelerations(np.linspace(0, motion.duration, 5001))
+    line = fb.inverse_dynamics(acc) / motion.limits.stall
+    return np.abs(line + acc.rates.q_dot / motion.limits.no_load).max()
+
+
+@pytest.mark.parametrize(
+    "name", ["speed", "acceleration", "joint_speed", "joint_acceleration", "torque", "jerk"]
+)
+def test_a_smooth_motion_goes_at_the_pace_that_one_limit_allows(name):
+    limit = 0.4 * most_used(curved(), name)
+    pair = name.startswith("joint") or name == "torque"
+    limits = {"jerk": 1e9, name: (limit, limit) if pair else limit}
+    motion = jerk._paced(replace(curved(), limits=Limits(**limits)))
+    # Three stretches are few to be looked at: a mesh has some hundred.
+    assert motion.pace > 1.3 and 0.98 * limit < most_used(motion, name) <= 1.001 * limit
+
+
+def test_a_smooth_motion_goes_at_the_pace_of_its_feed_and_of_motors():
+    plain = replace(curved(), limits=Limits(jerk=1e9))
+    assert most_used(jerk._paced(plain), "speed") == pytest.approx(0.3, rel=1e-3)
+    for stall, no_load in ((1e-3, 1e3), (1.0, 2.0), (6e-3, 9.0)):
+        both = {"stall": (stall, 2 * stall), "no_load": (no_load, no_load)}
+        slow = jerk._paced(replace(plain, limits=Limits(jerk=1e9, torque=(1.0, 1.0), **both)))
+        assert most_used(slow, "stall") == pytest.approx(1, rel=1e-3)
 
 
 @pytest.mark.parametrize("off", [0.0, 0.01])

@@ -332,51 +332,76 @@ def equal_bars(rng, count):
         yield fb.FiveBar(l1, l1, l2, l2, d), fb.Tool(1 + k % 2, along, across)
 
 
-@pytest.mark.parametrize("count", [2, pytest.param(16, marks=pytest.mark.deep)])
+def check_regions(robot, tool, rng):
+    """Against the map of single points."""
+    regions = tool_regions(tool, robot)
+    for mode in {region.working for region in regions}:
+        reach = robot.drives[tool.leg - 1].length + MountedTool(tool, robot, mode).reach
+        points = rng.uniform(-reach, reach, (800, 2)) + (robot.drives[tool.leg - 1].x, 0)
+        pose = tool.pose(robot, points, mode, unreachable="nan")
+        margin = np.abs([*pose.sines, pose.det_A]).min(axis=0)
+        clear = ~(margin < 1e-6)  # nan is, too
+        own = [region for region in regions if region.working == mode]
+        held = np.array([region.contains(points) for region in own])
+        assembly = np.array([region.assembly for region in own]) @ held
+        known = np.where(np.isfinite(pose.det_A), -np.sign(pose.det_A), 0.0)
+        np.testing.assert_array_equal(assembly[clear], known[clear])
+        assert held.sum(axis=0).max() <= 1
+    return regions
+
+
+@pytest.mark.parametrize("count", [1, pytest.param(16, marks=pytest.mark.deep)])
 def test_regions_are_where_the_tool_is_led_without_a_singularity(count):
-    """Against the map of single points, for robots and tools of all kinds."""
+    """For robots and tools of all kinds."""
     rng = np.random.default_rng(count)
     cases = [(robot, tool) for robot, tool, *_ in random_tools(rng, count)]
     for robot, tool in [*cases, *equal_bars(rng, count)]:
-        regions = tool_regions(tool, robot)
-        for mode in {region.working for region in regions}:
-            reach = robot.drives[tool.leg - 1].length + MountedTool(tool, robot, mode).reach
-            points = rng.uniform(-reach, reach, (800, 2)) + (robot.drives[tool.leg - 1].x, 0)
-            pose = tool.pose(robot, points, mode, unreachable="nan")
-            margin = np.abs([*pose.sines, pose.det_A]).min(axis=0)
-            clear = ~(margin < 1e-6)  # nan is, too
-            own = [region for region in regions if region.working == mode]
-            held = np.array([region.contains(points) for region in own])
-            assembly = np.array([region.assembly for region in own]) @ held
-            known = np.where(np.isfinite(pose.det_A), -np.sign(pose.det_A), 0.0)
-            np.testing.assert_array_equal(assembly[clear], known[clear])
-            assert held.sum(axis=0).max() <= 1
+        check_regions(robot, tool, rng)
 
 
-@pytest.mark.deep
+@pytest.mark.parametrize("leg", [1, 2])
+def test_regions_of_a_tool_on_a_coaxial_robot(leg):
+    """Both legs are stretched on one circle, and equal bars fold on both base joints at once."""
+    rng = np.random.default_rng(leg)
+    tool = fb.Tool(leg, 0.02, 0.01)
+    for bars in ((0.1, 0.2, 0.1, 0.2), (0.1, 0.2, 0.12, 0.18), (0.1, 0.15, 0.12, 0.2)):
+        check_regions(fb.FiveBar(*bars, 0.0), tool, rng)
+    for region in check_regions(fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.0), fb.Tool(leg, 0.02), rng):
+        assert region.area == pytest.approx(np.pi * (0.22**2 - 0.02**2), rel=1e-11)
+        assert not region.contains((0.0, 0.0))
+    check_regions(fb.FiveBar(0.1, 0.1, 0.1, 0.1, 0.0), tool, rng)
+
+
+KEPT = fb.Constraints(det_A=0.3, sin=0.4, half_planes=[(0, 1, 0.04)])
+
+
 def test_regions_keep_constraints():
     tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
-    kept = fb.Constraints(det_A=0.3, sin=0.4, half_planes=[(0, 1, 0.04)])
     whole = {region.assembly: region for region in tool_regions(tool, robot, MODES)}
     rng = np.random.default_rng(8)
     points = rng.uniform(-0.09, 0.09, (4000, 2))
     pose = tool.pose(robot, points, MODES, unreachable="nan")
     good = fb.Constraints(det_A=0.3, sin=0.4).satisfied(pose)
-    regions = tool_regions(tool, robot, MODES, kept)
+    regions = tool_regions(tool, robot, MODES, KEPT)
     held = np.array([region.contains(points) for region in regions]).any(axis=0)
     np.testing.assert_array_equal(held, good)
     allowed = np.zeros(len(points), dtype=bool)
     for region in regions:
         at = region.contains(points)
         allowed[at] = region.allowed(points[at] @ (1, 1j))
-    np.testing.assert_array_equal(allowed, kept.satisfied(pose))
+    np.testing.assert_array_equal(allowed, KEPT.satisfied(pose))
     assert sum(region.area for region in regions) < sum(r.area for r in whole.values())
+
+
+@pytest.mark.deep
+def test_a_placed_tool_keeps_constraints():
+    tool, robot = PLOTCLOCK.tool, PLOTCLOCK.robot
     placed = fb.place(
-        robot, fb.path([(0.0, 0.0), (0.01, 0.0)]), tool=tool, working=MODES, constraints=kept
+        robot, fb.path([(0.0, 0.0), (0.01, 0.0)]), tool=tool, working=MODES, constraints=KEPT
     )
     s = np.linspace(0, placed.path.length, 200)
     poses = fb.igm(robot, placed.path(s)[0], MODES)
-    least = min(clearance.min() for clearance in kept.clearances(poses).values())
+    least = min(clearance.min() for clearance in KEPT.clearances(poses).values())
     assert least > 0
 
 

@@ -75,7 +75,7 @@ class Certificate:
     path).
 
     claim: all that is claimed and its proof, as `to_json` writes it; assembly: the assembly mode
-        that is kept.
+        that is kept, 0 where the path is out of reach.
     """
 
     claim: dict
@@ -92,10 +92,7 @@ class Certificate:
     def __repr__(self) -> str:
         count = sum(len(parts) - 1 for parts in self.claim["parts"])
         stretches = (f"{u.start:.6g} to {u.stop:.6g} m: {u.why}" for u in self.unproved[:1])
-        if len(self.unproved) > 1:
-            more = f"and {len(self.unproved) - 1} more stretches"
-        else:
-            more = ""
+        more = f"and {len(self.unproved) - 1} more" if len(self.unproved) > 1 else ""
         notes = (
             f"margin {self.claim['margin']:g}",
             f"{len(self.claim['pieces'])} pieces in {count} parts",
@@ -311,14 +308,14 @@ def _tolerances(robot, tolerances):
 
 
 def _assembly(robot, path, working):
-    """Return the assembly mode in which a path begins, as far as it is reached."""
+    """Return the assembly mode in which a path begins, as far as it is reached; 0: nowhere."""
     found = igm(
         robot,
         path(np.linspace(0.0, path.length, 65))[0],
         working,
         unreachable="nan",
     ).assembly
-    return int(next((mode for mode in found if mode), -1))
+    return int(next((mode for mode in found if mode), 0))
 
 
 def _plain(piece):

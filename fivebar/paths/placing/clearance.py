@@ -265,8 +265,8 @@ class Clearance:
                 np.inf,
             )
             k = int(known.argmin())
-            if sure[k] and clearance[k] < best:
-                best = float(clearance[k])
+            if known[k] < best:
+                best = float(known[k])
                 at = complex(z[k])
             if best <= least:
                 break

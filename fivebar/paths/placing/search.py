@@ -96,7 +96,8 @@ class Search:
                 least,
                 clearance,
             )
-            clearance, at = min((clearance, at), (own, where), key=lambda each: each[0])
+            if own < clearance:
+                clearance, at = own, where
             if clearance <= least:
                 break
         if self.page:
@@ -145,7 +146,7 @@ class Search:
             placed = placement(path)
             rooms = {which[n]}
             for k, room in enumerate(self.clearances):
-                if room.along(placed, clearance, clearance)[0] >= clearance:
+                if room.along(placed, most=clearance)[0] >= clearance:
                     rooms.add(k)
             if runs and runs[-1][0] & rooms:
                 common, count = runs[-1]

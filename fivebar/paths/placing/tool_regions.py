@@ -103,7 +103,10 @@ def tool_regions(
         mounted = MountedTool(tool, robot, mode)
         circles = LegCircles(robot, constraints.sin, _bends(mounted, constraints.sin))
         image = _Image(mounted, circles)
-        others = replace(constraints, det_A=0.0, sin=0.0)
+        # Walls of the constraints take long: modes that are only counted go without.
+        others = Constraints()
+        if working in (None, mode):
+            others = replace(constraints, det_A=0.0, sin=0.0)
         for part in bent_parts(robot, mode, circles, constraints.det_A):
             found.append(image.region(bounded_by(part, others), others))
     regions = numbered(found)
@@ -222,11 +225,9 @@ class _Image:
 
     def curve(self, arc: LocusArc) -> Callable:
         """Return the image of an arc, run through in the same direction by x from 0 to 1."""
-        locus = arc.locus
-        if locus.circle and locus.circle[0] == self.leg:
+        turn = self._turn(arc)
+        if turn is not None:
             # The leg does not bend along its circle, so that the tool is on another one.
-            cosine, sine = self.circles.bend(*locus.circle)
-            turn = complex(locus.circle[1] * cosine, -self.mode * sine)
             proximal = self.drive.length
             ratio = (proximal + self.mounted.from_elbow * turn) / (proximal + self.bar * turn)
 
@@ -237,6 +238,22 @@ class _Image:
 
             return curve
         return self._bent(arc)
+
+    def _turn(self, arc):
+        """Return the unit number by which the leg is bent along a circle about its base joint; None
+        where it bends along the arc.
+        """
+        circle = arc.locus.circle
+        # Circles of a coaxial robot are about both base joints.
+        if not circle or (circle[0] != self.leg and self.circles.robot.d > 0):
+            return None
+        proximal = self.drive.length
+        square = abs(arc.z[0] - self.base) ** 2 - proximal**2 - self.bar**2
+        cosine = square / (2 * proximal * self.bar)
+        sine = math.sqrt(max((1 - cosine) * (1 + cosine), 0.0))
+        if sine < IN_LINE:
+            cosine, sine = math.copysign(1.0, cosine), 0.0
+        return complex(cosine, -self.mode * sine)
 
     def _traced(self, curve, type_, kind):
         label = type_, kind, (self.mounted.working,), ()

@@ -147,13 +147,12 @@ def asked(
     q_ss = (q1_s.slope(), q2_s.slope())
     xi_s = (x_s.cut(terms), y_s.cut(terms))
     q_s = (q1_s.cut(terms), q2_s.cut(terms))
-    point = xi[0].cut(terms), xi[1].cut(terms)
     pose = Pose(
         robot,
-        point,
+        xi,
         lambda: (legs, ()),
     )
-    zero = (0.0 * xi_ss[0], 0.0 * xi_ss[0])
+    zero = (0.0 * xi_ss[0],) * 2
     physics = loads_of(robot)
     bare = _without(robot, "gravity", *RUBS)
     pushes = has_moving_mass(robot)
@@ -161,7 +160,7 @@ def asked(
     def torques(robot_, rates, accelerations):
         at = Pose(
             robot_,
-            pose.point,
+            xi,
             lambda: (legs, ()),
         )
         return bar_force_dynamics(

@@ -135,7 +135,7 @@ class Clock:
         """Return s and its first three derivatives, averaged from t - smooth to t."""
         k, gone, speed, push = self._plain(t)
         k_before, gone_before, speed_before, push_before = self._plain(t - self.smooth)
-        total = self._sum(t, k, gone) - self._sum(t - self.smooth, k_before, gone_before)
+        total = self._sum(t, k) - self._sum(t - self.smooth, k_before)
         way = (self.s[k] + gone) - (self.s[k_before] + gone_before)
         changes = total, way, speed - speed_before, push - push_before
         return tuple(change / self.smooth for change in changes)
@@ -180,7 +180,7 @@ class Clock:
     def _push(self):
         return np.diff(self.x) / (2 * self.length) - self.bent * self.length / 2
 
-    def _sum(self, t, k, gone):
+    def _sum(self, t, k):
         """Return the integral of s from the begin of the motion to t."""
         since = np.maximum(t - self._starts[k], 0.0)
         dt = np.minimum(since, self.taken[k])

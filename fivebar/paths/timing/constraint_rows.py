@@ -6,6 +6,7 @@ Here x = s'^2 and u = s''.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -52,8 +53,7 @@ class Limits:
     @property
     def forces(self) -> bool:
         """Return whether any limit bounds the change of speed."""
-        limits = self.torque, self.joint_acceleration, self.acceleration
-        return any(limit is not None for limit in limits)
+        return any((self.torque, self.joint_acceleration, self.acceleration))
 
     def times(self, share: float, speeds: bool = False) -> Limits:
         """Return limits with those on torque and acceleration, or on speeds, times a share."""
@@ -107,12 +107,7 @@ def rows_of(
     rows: list[tuple[dict, bool]] = []
     alone: list[tuple[dict, bool]] = []  # (row, whether it limits a torque)
     minus_one: list[tuple] = [(-1.0, None)]
-    for k, sign in (
-        (0, 1.0),
-        (0, -1.0),
-        (1, 1.0),
-        (1, -1.0),
-    ):
+    for k, sign in product((0, 1), (1.0, -1.0)):
         joint = k + 1
         for limit in (limits.torque, limits.stall):
             if limit is None:
@@ -139,7 +134,7 @@ def rows_of(
                 row["v"] = [*row.get("v", ()), (line, found[f"d{joint}"])]
             rows.append((row, True))
         if limits.joint_acceleration is not None:
-            share = np.full(n, sign / limits.joint_acceleration[k])
+            share = sign / limits.joint_acceleration[k]
             by_u: list[tuple] = [(share, found[f"q{joint}"])]
             by_x: list[tuple] = [(share, found[f"p{joint}"])]
             rows.append(({"a": by_u, "b": by_x, "c": minus_one}, False))
@@ -169,11 +164,11 @@ def rows_of(
                 )
             )
         for sign in (1.0, -1.0):
-            share = np.full(n, sign / limits.acceleration)
+            share = sign / limits.acceleration
             alone.append(({"b": [(share, found["k"])], "c": minus_one}, False))
     if limits.joint_speed is not None:
         for k in (0, 1):
-            share = np.full(n, limits.joint_speed[k] ** -2)
+            share = limits.joint_speed[k] ** -2
             alone.append(
                 (
                     {

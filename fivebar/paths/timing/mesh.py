@@ -85,9 +85,9 @@ class Mesh:
 
     def share(self, name: str, k: int) -> float:
         """Return the size of a factor of the torques at node k over its largest on the path."""
-        found = [self.found[f"{name}{leg}"] for leg in (1, 2) if f"{name}{leg}" in self.found]
-        largest = max((np.abs(each.first).max() for each in found), default=0.0)
-        return max((float(abs(each.first[k])) for each in found), default=0.0) / (largest or 1.0)
+        names = [each for each in (f"{name}1", f"{name}2") if each in self.found]
+        sizes = np.abs([self.found[each].first for each in names])
+        return float(sizes[:, k].max() / (sizes.max() or 1.0)) if names else 0.0
 
     def layer(self, k: int) -> float:
         """Return how far from node k on Type 2, m, a torque's factor a of u changes by as much as

@@ -182,11 +182,11 @@ def _const(value):
 def _turned(rows, back):
     """Return the rows with the stretches `back` run backwards."""
     parts = {}
-    signs = {"a": -1.0}
     for name, values in rows.parts.items():
+        sign = -1.0 if name == "a" else 1.0
         parts[name] = np.where(
             back,
-            values[::-1] * signs.get(name, 1.0),
+            values[::-1] * sign,
             values,
         )
     return rows._replace(parts=parts)
