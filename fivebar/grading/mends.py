@@ -196,8 +196,10 @@ class _Search:
             return None
         needs, known = found[-1]
         common = set.intersection(*(set(each) for _, each in found))
-        signs = [k for k in common if all(each[k].is_sign for _, each in found)]
-        leads = [k for k in common if all(own.leads(each[k]) for own, each in found)]
+        signs, leads = {*common}, {*common}
+        for own, each in found:
+            signs = {k for k in signs if each[k].is_sign}
+            leads = {k for k in leads if own.leads(each[k])}
         if signs:
             last = max((known[number] for number in signs), key=lambda need: need.place.is_root)
             told = f"{last.place.text} has the right size in all calls, but in some the wrong sign"

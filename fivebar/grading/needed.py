@@ -130,12 +130,17 @@ class Needs:
 
     def _matrices(self, number, rows):
         """Return name -> (rows, 2, 2) of the matrices beside a place."""
-        seen = [reply.seen for reply in self._replies([(row, ()) for row in rows], number)]
+        calls = [(row, ()) for row in rows]
+        seen = [reply.seen for reply in self._replies(calls, number)]
         if {len(visits) for visits in seen} != {1}:
             return {}
         known = [dict(map(tuple, visits[0])) for visits in seen]
-        names = [name for name in known[0] if {len(one.get(name, ())) for one in known} == {4}]
-        return {name: np.reshape([one[name] for one in known], (-1, 2, 2)) for name in names}
+        matrices = {}
+        for name in known[0]:
+            parts = [one.get(name, ()) for one in known]
+            if {*map(len, parts)} == {4}:
+                matrices[name] = np.reshape(parts, (-1, 2, 2))
+        return matrices
 
     def leads(self, need: Need) -> bool:
         """Return whether all wrong numbers, and more than a place has, are right with its need."""
