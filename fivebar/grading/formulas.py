@@ -185,7 +185,8 @@ def _product(names, chosen, split=None):
 
 def _sums(values):
     """Yield a sum or difference of two products in place of the old value, or beside it."""
-    names, table = _factors(values, MOST_FACTORS)
+    plain = {name: value for name, value in values.beside.items() if "[0]*" not in name}
+    names, table = _factors(replace(values, beside=plain), MOST_FACTORS)
     if len(names) < 2:
         return
     picked = [(k,) for k in range(len(names))]

@@ -26,8 +26,9 @@ MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
+MOST_CHANGES = 2  # that are told: with more of them, a formula is another one
 MOST_COMPARED = 3  # formulas that make all right, of which one may help other functions, too
-MOST_FIRST = 3  # changes that make more numbers right, to each of which a second one is sought
+MOST_FIRST = 2  # changes that make more numbers right, to each of which a second one is sought
 MOST_PAIRS = 80_000  # of likely changes that are tried together
 MOST_NEEDED = 8  # rows in which values are looked for that a function needs
 MOST_FORMULAS = 2  # of a place
@@ -198,10 +199,10 @@ class _Search:
         common = set.intersection(*(set(each) for _, each in found))
         signs, leads = {*common}, {*common}
         for own, each in found:
-            signs = {k for k in signs if each[k].is_sign}
+            signs = {k for k in signs if each[k].is_sign and each[k].place.is_root}
             leads = {k for k in leads if own.leads(each[k])}
         if signs:
-            last = max((known[number] for number in signs), key=lambda need: need.place.is_root)
+            last = known[max(signs)]
             told = f"{last.place.text} has the right size in all calls, but in some the wrong sign"
             return Lead("the sign of a root or an angle is lost", last.place.line, told)
         if not leads:
@@ -234,7 +235,7 @@ class _Search:
         better.sort(key=lambda one: -one[0])
         firsts = [step for _, step in better[:MOST_FIRST]]
         for step in chain(firsts, self._parts()):
-            if self._wrong_rows((step,)) and (found := self._written((step,))):
+            if self._wrong_rows((step,)) and (found := self._written((step,), deep=False)):
                 return found
         for step in firsts:
             if found := self._likely((step,), []):
@@ -296,7 +297,7 @@ class _Search:
     def _surest(self, found, needs, steps):
         """Return the mend of what was found that helps most other functions, the shortest first."""
         sure: list[Mend] = []
-        for written in _together(sorted(found, key=_size), needs.wrong):
+        for written in _together(sorted(found, key=_size), needs.wrong, MOST_CHANGES - len(steps)):
             tried = replace(self.tried, wave=None, steps=(*steps, written))
             if mend := self._sure(tried, []):
                 sure.append(mend)
@@ -391,16 +392,16 @@ def _size(found):
     return long, -place.moved.sum(), len(place.text)
 
 
-def _together(found, wrong):
-    """Yield formulas to be written together, two at most, so that all numbers that are wrong are
-    covered.
+def _together(found, wrong, most):
+    """Yield formulas to be written together so that all numbers that are wrong are covered; most:
+    of them, 1 or 2.
     """
     for count, (place, *one) in enumerate(found[:MOST_SURE]):
         left, first = wrong & ~place.moved, (place.number, *one)
         if not left.any():
             yield (first,)
             continue
-        for other, *more in found[count + 1 :]:
+        for other, *more in found[count + 1 :] if most > 1 else ():
             apart = not (other.moved & place.moved & wrong).any()
             if apart and other.moved[left].all():
                 yield first, (other.number, *more)
