@@ -31,9 +31,10 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
         if sizes in ({2}, {4}) and _NAME.fullmatch(text):
             arrays[text] = np.array(parts)
     old = {OLD: numbers.pop(OLD)} if OLD in numbers else {}
-    numbers |= _products(arrays) if size == 1 else _images(arrays) if size == 2 else {}
     numbers |= _sums(numbers)
-    return old | _different(numbers | _turned(numbers))
+    numbers |= _turned(numbers)
+    made = _products(arrays) if size == 1 else _images(arrays) if size == 2 else {}
+    return old | _different(numbers | made)
 
 
 def guesses_of(matrices: dict[str, np.ndarray]) -> list[tuple[str, str, np.ndarray]]:

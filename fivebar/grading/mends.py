@@ -175,7 +175,7 @@ class _Search:
         found = self._likely((), better)
         if found and (found.helps or not self.others):
             return found
-        found = found or self._written(deep=deep)
+        found = found or self._written(deep=deep or bool(self.others))
         if found or not (deep or self.others):
             return found
         for wave in range(LIKELY, WAVES):
@@ -295,15 +295,22 @@ class _Search:
         return self._surest(found, needs, steps) or self._surest([*needs.guessed()], needs, steps)
 
     def _surest(self, found, needs, steps):
-        """Return the mend of what was found that helps most other functions, the shortest first."""
-        sure: list[Mend] = []
-        for written in _together(sorted(found, key=_size), needs.wrong, MOST_CHANGES - len(steps)):
+        """Return the mend of the shortest of these formulas that makes all right; first of all one
+        in a helper with which other functions become right, too.
+        """
+        found = sorted(found, key=_size)
+        helpers = [one for one in found if one[0].function != self.function]
+        mends = self._sure_ones(helpers, needs, steps) if self.others else ()
+        best = max(islice(mends, MOST_COMPARED), key=lambda mend: mend.helps, default=None)
+        if best and best.helps:
+            return best
+        return next(self._sure_ones(found, needs, steps), None)
+
+    def _sure_ones(self, found, needs, steps):
+        for written in _together(found, needs.wrong, MOST_CHANGES - len(steps)):
             tried = replace(self.tried, wave=None, steps=(*steps, written))
             if mend := self._sure(tried, []):
-                sure.append(mend)
-                if mend.helps == len(self.others) or len(sure) == MOST_COMPARED:
-                    break
-        return max(sure, key=lambda mend: mend.helps, default=None)
+                yield mend
 
     def _needs(self, steps, part=None):
         """Return what is needed after these steps, and places with what stands beside them."""

@@ -184,9 +184,10 @@ class Needs:
             now, off = self._stepped(now, off, steps, moved, rows)
             for number in [*now]:
                 left = self._left(off[number], moved[number]).max()
-                if left <= SOLVED:
+                # One step more, as small numbers need more digits than the answer shows.
+                if left <= SOLVED and last.get(number, np.inf) <= SOLVED:
                     solved[number] = now.pop(number), moved[number]
-                elif number in last and not left <= SLOW * last[number]:
+                elif number in last and not left <= max(SLOW * last[number], SOLVED):
                     del now[number]
                 else:
                     last[number] = left
@@ -298,7 +299,8 @@ class Needs:
         return self._turned(came - self._right[[*rows]])
 
     def _turned(self, off):
-        turned = (off + np.pi) % (2 * np.pi) - np.pi
+        with np.errstate(invalid="ignore"):
+            turned = (off + np.pi) % (2 * np.pi) - np.pi
         return np.where(self._angles, turned, off)
 
     def values(self, need: Need) -> Values | None:
