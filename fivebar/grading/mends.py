@@ -106,7 +106,11 @@ class Lead:
     line: int
     told: str
 
-    hint = "Work this value out by hand for one call: what would be right?"
+    @property
+    def hint(self) -> str:
+        if self.name:
+            return "A root and an arc have no sign of their own: what tells you which one is right?"
+        return "Work this value out by hand for one call: what would be right?"
 
     def spot(self, where: Callable[[int], str]) -> str:
         """Return the line in its author's words, and what is known."""
