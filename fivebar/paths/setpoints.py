@@ -194,11 +194,10 @@ class Setpoints:
         beyond = (values < low) | (values > high)
         if beyond.any():
             row, motor = np.argwhere(beyond)[0]
+            way_out = "give another zero" + (", or wrap=True" if has_one_turn else "")
             raise ValueError(
                 f"for_drives: motor {motor + 1} is to go to {values[row, motor]:.0f} at t ="
-                f" {self.t[row]:.4g} s, beyond {low} to {high}: give another zero"
-                + ", or wrap=True"
-                * has_one_turn
+                f" {self.t[row]:.4g} s, beyond {low} to {high}: {way_out}"
             )
         if wrap and (jump := np.abs(np.diff(values, axis=0)) > kind.per_turn / 2).any():
             row, motor = np.argwhere(jump)[0]
