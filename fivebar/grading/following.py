@@ -214,5 +214,10 @@ def remark(wrong: dict[str, str]) -> str:
 
 def some(rows: list) -> list[np.ndarray]:
     """Return columns of a few of the rows, from the first to the last."""
-    few = [rows[k] for k in np.unique(np.linspace(0, len(rows) - 1, ASKED).round().astype(int))]
+    few = [rows[k] for k in spread(len(rows), ASKED)]
     return [np.array(column) for column in zip(*few)]
+
+
+def spread(count: int, most: int) -> np.ndarray:
+    """Return the numbers of so many rows out of `count`, from the first to the last."""
+    return np.unique(np.linspace(0, count - 1, most).round().astype(int))

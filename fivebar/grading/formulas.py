@@ -11,6 +11,8 @@ from itertools import chain, combinations_with_replacement, permutations
 
 import numpy as np
 
+from ..base.backend import wrap
+
 OLD = "__old__"  # what stands in the place now
 CLOSE = 1e-6  # of the largest value: the robot's numbers are typed with seven digits
 SMALL = 1e-2  # of the old value: what is less is compared with so much
@@ -41,7 +43,7 @@ class Values:
         """Return whether two formulas are worth the same in all samples."""
         off = a - b
         if self.turns:
-            off = (off + np.pi) % (2 * np.pi) - np.pi
+            off = wrap(off)
         scale = max(np.abs(b).max(), SMALL * np.abs(self.old).max())
         return bool(np.all(np.abs(off) <= CLOSE * scale))
 

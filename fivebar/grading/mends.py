@@ -4,17 +4,17 @@ is told that was not tried.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import chain, islice
 
 import numpy as np
 
-from .following import Helped, builds_on, helped, may_help, reached
+from .following import Helped, builds_on, helped, may_help, reached, spread
 from .formulas import MATH, OLD, long_formulas, short_formulas
 from .judge import call_text, numbers_right
 from .labs import Lab
-from .needed import Needs
+from .needed import AT_ONCE, Needs, batches
 from .program import Program
 from .questions import AskedRows, Questions, rows_from
 from .ten_models import TEN, columns_of, motions
@@ -33,7 +33,6 @@ MOST_PAIRS = 80_000  # of likely changes that are tried together
 MOST_NEEDED = 8  # rows in which values are looked for that a function needs
 MOST_FORMULAS = 2  # of a place
 OTHERS = 16  # rows for a robot of other lengths
-AT_ONCE = 1_000  # calls of one request
 HINTS = {
     "a sign": "Go through the signs of your formula: which terms add, and which subtract?",
     "a square": "Write the unit of each term beside it: all terms of a sum have the same.",
@@ -58,7 +57,6 @@ HINTS = {
     "a conjugate": "Multiply two complex numbers on paper: is that their scalar product?",
     "an array in place": "Which other name means the same array, and changes with it?",
     "a line": "What does each line change? Is it needed?",
-    "degrees": "Which unit do sin and cos use here, and which do they ask for?",
 }
 
 
@@ -193,8 +191,8 @@ class _Search:
         """
         found: list[tuple[Needs, dict]] = []
         for rows in dict.fromkeys((*self.asked[-1:], *self.asked[:1])):
-            every = np.linspace(0, len(rows.good) - 1, MOST_NEEDED).round().astype(int)
-            needs = Needs(self.student, self.tried, _part(rows, np.unique(every)))
+            every = spread(len(rows.good), MOST_NEEDED)
+            needs = Needs(self.student, self.tried, _part(rows, every))
             if needs.wrong.any():
                 found.append((needs, {need.place.number: need for need in needs.all()}))
         if not found:
@@ -365,14 +363,13 @@ class _Search:
         for rows in asked or self.asked:
             places = np.flatnonzero(~self._right(rows, tried, [[]])[0].all(axis=1))
             if len(places):
-                picked = np.linspace(0, len(places) - 1, most).round().astype(int)
-                return _part(rows, places[np.unique(picked)])
+                return _part(rows, places[spread(len(places), most)])
         return None
 
     def _right(self, rows: AskedRows, tried: Tried, changes: list[list[int]]) -> np.ndarray:
         """Return which numbers are right with each of these changes: (changes, rows, numbers)."""
         plain, right = rows_from(rows.columns), []
-        for some in _batches(changes, max(1, AT_ONCE // len(plain))):
+        for some in batches(changes, max(1, AT_ONCE // len(plain))):
             numbers = [each for each in some for _ in plain]
             asked = replace(tried, numbers=numbers)
             replies = self.student.ask(
@@ -417,10 +414,6 @@ def _together(found, wrong, most):
             if apart and other.moved[left].all():
                 yield first, (other.number, *more)
                 break
-
-
-def _batches(parts, size) -> Iterator[list]:
-    return (parts[start : start + size] for start in range(0, len(parts), size))
 
 
 def _part(rows, places):

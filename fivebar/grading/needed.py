@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import starmap
+from itertools import chain, starmap
 
 import numpy as np
 
+from ..base.backend import wrap
 from .beside import guesses_of, known_values
 from .following import Helped
 from .formulas import CLOSE, OLD, Values
@@ -29,7 +30,7 @@ HALVINGS = 4  # of a step that leads nowhere
 STARTS = (1, -1), (-1, 1), (-1, -1), (0.5, 0.5), (0.1, 0.1), (2, 2)  # factors of a place's numbers
 NEARLY = 1e-6  # of the largest right answer: what other signs leave where it is the signs
 SLOW = 0.9  # of the error, that a step leaves: where it leaves more, there is no such value
-FARTHEST = 1e4  # that a number goes: a loop that subtracts turns must come to its end
+FARTHEST = 1e4  # that a number goes in a step: a loop that subtracts turns must come to its end
 STEP = 1e-6  # of a number, to see what depends on it
 SMALLEST = 1e-2  # number of which such a step is taken
 AT_ONCE = 1_000  # calls of one request
@@ -90,7 +91,7 @@ class Needs:
         off = self._off(replies, range(len(self._plain)))
         self.wrong = ~(np.abs(off) <= SOLVED * self._scale).all(axis=0)
         self._told = [*student.changes]
-        self._visits = [dict(map(tuple, reply.seen)) for reply in replies]
+        self._visits = [reply.visits for reply in replies]
 
     def all(self, part: np.ndarray | None = None) -> Iterator[Need]:
         """Yield the needs of all places that can make numbers right that are wrong; part: those
@@ -131,10 +132,10 @@ class Needs:
     def _matrices(self, number, rows):
         """Return name -> (rows, 2, 2) of the matrices beside a place."""
         calls = [(row, ()) for row in rows]
-        seen = [reply.seen for reply in self._replies(calls, number)]
-        if {len(visits) for visits in seen} != {1}:
+        told = [reply.beside for reply in self._replies(calls, number)]
+        if {*map(len, told)} != {1}:
             return {}
-        known = [dict(map(tuple, visits[0])) for visits in seen]
+        known = [visits[0] for visits in told]
         matrices = {}
         for name in known[0]:
             parts = [one.get(name, ()) for one in known]
@@ -221,10 +222,8 @@ class Needs:
         """
         now = {number: now[number] for number in steps}
         before = {number: self._left(off[number], moved[number]) for number in now}
-        made = {
-            number: np.clip(now[number] + step, -FARTHEST, FARTHEST)
-            for number, step in steps.items()
-        }
+        steps = {number: np.clip(step, -FARTHEST, FARTHEST) for number, step in steps.items()}
+        made = {number: now[number] + step for number, step in steps.items()}
         errors = self._errors(made, rows)
         for _ in range(HALVINGS):
             waiting = {}
@@ -278,8 +277,7 @@ class Needs:
 
     def _replies(self, calls, told=None) -> list[Reply]:
         rows, replies = self.rows, []
-        for start in range(0, len(calls), AT_ONCE):
-            some = calls[start : start + AT_ONCE]
+        for some in batches(calls, AT_ONCE):
             numbers = [[told, *starmap(self._put, put)] for _, put in some]
             replies += self._student.ask(
                 rows.exercise.name,
@@ -300,15 +298,14 @@ class Needs:
 
     def _turned(self, off):
         with np.errstate(invalid="ignore"):
-            turned = (off + np.pi) % (2 * np.pi) - np.pi
-        return np.where(self._angles, turned, off)
+            return np.where(self._angles, wrap(off), off)
 
     def values(self, need: Need) -> Values | None:
         """Return what stands beside a place, None where its calls do not show it."""
         number = need.place.number
         calls = [(row, ((number, values),)) for row, values in enumerate(need.wanted)]
-        seen = [reply.seen for reply in self._replies(calls, number)]
-        visits = [dict(map(tuple, pairs)) for row in seen for pairs in row]
+        replies = self._replies(calls, number)
+        visits = [*chain.from_iterable(reply.beside for reply in replies)]
         if len(visits) != len(self._plain) * len(self._visits[0][number]):
             return None
         size = need.wanted.size // len(visits)
@@ -327,3 +324,8 @@ def _newton_steps(slopes, off, moved):
         np.linalg.lstsq(slope[:, moved].T, -error[moved])[0] for slope, error in zip(slopes, off)
     ]
     return np.array(steps)
+
+
+def batches(parts: list, size: int) -> Iterator[list]:
+    """Yield the parts, so many at a time."""
+    return (parts[start : start + size] for start in range(0, len(parts), size))

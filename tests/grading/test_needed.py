@@ -17,7 +17,7 @@ from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
 from fivebar.grading.program import Job
 from fivebar.grading.worker import places
-from fivebar.grading.worker.wire import Garbled, shown
+from fivebar.grading.worker.wire import MOST_BESIDE, Garbled, beside_of, visits_of
 from tests.helpers.hand_ins import FOLDER
 
 sys.path.insert(0, str(places.CELL))
@@ -158,7 +158,7 @@ def watched(source=SOURCE, function="f"):
 
     def called(numbers, *row):
         program.switch(space, numbers)
-        return space[function](*row), program.seen(space).get("seen")
+        return space[function](*row), [*program.seen(space).values()]
 
     words = program.told([])["changes"]
     groups = {
@@ -170,7 +170,7 @@ def watched(source=SOURCE, function="f"):
 def test_a_place_shows_its_visits_and_takes_other_values():
     _, groups, called = watched()
     place = groups["l * cos(q)", 1]
-    plain, seen = called([-1], 0.4, 0.7)
+    plain, (seen,) = called([-1], 0.4, 0.7)
     assert dict(map(tuple, seen))[place] == [[0.3 * math.cos(0.4)], [0.3 * math.cos(0.7)]]
     other, _ = called([None, [place, [[1.0], [2.0]]]], 0.4, 0.7)
     assert other == pytest.approx((2.0, plain[1] - 2 * 0.3 * math.cos(0.7) + 4.0))
@@ -179,7 +179,7 @@ def test_a_place_shows_its_visits_and_takes_other_values():
 def test_places_of_both_legs_are_one_group_with_the_names_of_the_first():
     _, groups, called = watched()
     pair = groups["bar(q11) * 2", 2]
-    (b1, b2), seen = called([pair, [pair, [[1.0], [2.0]]]], 0.4, 0.7)
+    (b1, b2), (seen,) = called([pair, [pair, [[1.0], [2.0]]]], 0.4, 0.7)
     assert (b1, b2) == pytest.approx((1.0, 2.0 + 0.3 * math.sin(0.4)))
     first, second = (dict(map(tuple, visit)) for visit in seen)
     assert first["q11"] == [0.4] and second["q11"] == [0.7] and second["l"] == [0.3]
@@ -210,11 +210,28 @@ def test_objects_made_before_are_of_the_class_that_is_watched():
 
 
 @pytest.mark.parametrize(
-    "data", [None, 3, [3], [[1]], [["a", [1.0]]], [[1, [1.0]]], [[1, [["x"]]]], [[["a", [True]]]]]
+    "data",
+    [None, 3, [3], [[1]], [["a", [[1.0]]]], [[1, [1.0]]], [[1, [["x"]]]], [[1, [[math.inf]]]]],
+)
+def test_visits_that_are_none_are_refused(data):
+    with pytest.raises(Garbled):
+        visits_of(data)
+    assert visits_of([[3, [[1.0], [2.0]]]]) == {3: [[1.0], [2.0]]}
+
+
+@pytest.mark.parametrize(
+    "data",
+    [None, 3, [3], [[1]], [[[1, [1.0]]]], [[["a", 1.0]]], [[["a", [True]]]], [[["a", [1.0], 2]]]],
 )
 def test_values_that_are_none_are_refused(data):
     with pytest.raises(Garbled):
-        shown(data)
+        beside_of(data)
+    assert beside_of([[["a", [1.0]]], []]) == [{"a": [1.0]}, {}]
+
+
+def test_a_program_that_tells_endless_values_is_refused():
+    with pytest.raises(Garbled):
+        beside_of([[[f"a{k}", [1.0]] for k in range(MOST_BESIDE + 1)]])
 
 
 def graded(tmp_path, old, new):

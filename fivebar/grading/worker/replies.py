@@ -24,7 +24,8 @@ class Reply:
     and where.
 
     line, source: number and text of the last line of the student's own file that ran; seconds: the
-        call's duration; seen: of a watched program, its places' values, as `shown` has them.
+        call's duration; visits, beside: what a watched program showed, as `visits_of` and
+        `beside_of` read it.
     """
 
     kind: str
@@ -33,7 +34,8 @@ class Reply:
     line: int | None = None
     source: str = ""
     seconds: float = 0.0
-    seen: list = field(default_factory=list)
+    visits: dict[int, list] = field(default_factory=dict)
+    beside: list[dict] = field(default_factory=list)
 
     @property
     def words(self) -> str:

@@ -16,6 +16,7 @@ MOST_LINE = 1_000_000  # bytes of a message
 MOST_TEXT = 500  # characters of a message or a name
 MOST_BITS = 1000  # of an integer
 MOST_NUMBERS = 10_000  # in one array
+MOST_BESIDE = 150  # values beside a place
 DEEPEST = 16  # lists in each other, those of the protocol among them
 
 
@@ -46,8 +47,9 @@ def reply(data: dict, lines: list[str]) -> Reply:
         raise Garbled("a message with no duration")
     line, source = place(data.get("l"), lines)
     found = value(data.get("v")) if kind == "value" else None
-    text, seen = clean(data.get("t", "")), shown(data.get("seen", []))
-    return Reply(kind, found, text, line, source, float(seconds), seen)
+    visits, beside = visits_of(data.get("visits", [])), beside_of(data.get("beside", []))
+    text = clean(data.get("t", ""))
+    return Reply(kind, found, text, line, source, float(seconds), visits, beside)
 
 
 def place(line: object, lines: list[str]) -> tuple[int | None, str]:
@@ -103,27 +105,47 @@ def told(data: object) -> list[Change]:
     return changes
 
 
-def shown(data: object) -> list:
-    """Return what a watched program shows: pairs of a place and its visits, or, for each visit of
-    one place, pairs of a formula and its numbers. Raises Garbled.
+def visits_of(data: object) -> dict[int, list[list[float]]]:
+    """Return place -> the numbers of each visit, as a watched program tells them. Raises
+    Garbled.
     """
-    rows = value(data)
-    if not isinstance(rows, list) or not all(isinstance(row, list) for row in rows):
-        raise Garbled("values that are no list")
-    for row in rows:
-        beside = not row or isinstance(row[0], list)
-        pairs = row if beside else [row]
-        for pair in pairs:
-            if len(pair) != 2 or type(pair[0]) is not (str if beside else int):
+    visits = {}
+    for place, told in _pairs(data):
+        if type(place) is not int or not isinstance(told, list):
+            raise Garbled("visits of no place")
+        visits[place] = [_numbers(numbers) for numbers in told]
+    return visits
+
+
+def beside_of(data: object) -> list[dict[str, list[float]]]:
+    """Return formula -> its numbers, for each visit of one place, as a watched program tells them.
+    Raises Garbled.
+    """
+    if not isinstance(data, list):
+        raise Garbled("visits that are no list")
+    told = []
+    for visit in data:
+        known = {}
+        for name, numbers in _pairs(visit, MOST_BESIDE):
+            if not isinstance(name, str):
                 raise Garbled("a value that belongs to nothing")
-            visits = [pair[1]] if beside else pair[1]
-            if not isinstance(visits, list) or not all(map(_are_numbers, visits)):
-                raise Garbled("a value that is no number")
-    return rows
+            known[clean(name)] = _numbers(numbers)
+        told.append(known)
+    return told
 
 
-def _are_numbers(data):
-    return isinstance(data, list) and all(type(part) is float for part in data)
+def _pairs(data, most=MOST_NUMBERS):
+    if not isinstance(data, list) or len(data) > most:
+        raise Garbled("pairs that are no list, or too many")
+    if not all(isinstance(pair, list) and len(pair) == 2 for pair in data):
+        raise Garbled("a pair that is none")
+    return data
+
+
+def _numbers(data):
+    if not isinstance(data, list) or not all(type(n) is float and math.isfinite(n) for n in data):
+        raise Garbled("a value that is no number")
+    return data
 
 
 def whole(data: object) -> int:

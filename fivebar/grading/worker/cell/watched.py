@@ -145,7 +145,7 @@ class Watched:
         del self._places[MOST_PLACES:]
         self._texts = [ast.unparse(place.node) for place in self._places]
         self.groups: list[Group] = [[(k, False)] for k in range(len(self._places))]
-        self.groups += _twins(self._places)
+        self.groups += [*_twins(self._places, self._texts), *_components(self._places, self._texts)]
 
     def install(self, space: dict, apart: list[str]) -> bool:
         """Put the functions that show their values into a module, as `Variants` does."""
@@ -189,8 +189,8 @@ class Watched:
         if self._asked is None:
             return {}
         if self._asked != ALL:
-            return {"seen": watch.beside(self.groups[self._asked])}
-        return {"seen": [[k, watch.visits(group)] for k, group in enumerate(self.groups)]}
+            return {"beside": watch.beside(self.groups[self._asked])}
+        return {"visits": [[k, watch.visits(group)] for k, group in enumerate(self.groups)]}
 
     def changed(self, written: list) -> tuple[list[ast.stmt], list[list]]:
         """Return the program's statements with formulas written in some places, and each of these
@@ -208,12 +208,10 @@ class Watched:
             shown = short(ast.unparse(new))
             if len(group) > 1:
                 shown += f", in {len(group)} places"
-            told.append([place.node.lineno, kind, place.scope.name, short(_read(place)), shown])
+            told.append(
+                [place.node.lineno, kind, place.scope.name, short(self._texts[group[0][0]]), shown]
+            )
         return exchanged(self._body, swaps), told
-
-
-def _read(place):
-    return ast.unparse(place.node)
 
 
 def _target(line):
@@ -231,9 +229,9 @@ def _may_differ(place):
     return not indexed and not isinstance(place.node, ast.Tuple | ast.List | ast.Compare)
 
 
-def _twins(places: list[Place]) -> list[Group]:
+def _twins(places: list[Place], texts: list[str]) -> list[Group]:
     """Return pairs of places that are the same for either leg: at the same position in two lines
-    that are so, or by themselves; and those of two parts of a vector.
+    that are so, or by themselves.
     """
     lines: dict = {}
     for k, place in enumerate(places):
@@ -247,21 +245,20 @@ def _twins(places: list[Place]) -> list[Group]:
             twins += [[(a, False), (b, True)] for a, b in zip(numbers, partner)]
         elif not partner or partner == numbers:
             for k in numbers:
-                key = name, _target(line), _read(places[k])
+                key = name, _target(line), texts[k]
                 alone.setdefault(key, []).append(k)
     for (name, target, text), numbers in alone.items():
         others = alone.get((name, other_leg(target), other_leg(text)), [])
         same = len(others) == len(numbers) and others[0] > numbers[0]
         if same and (target, text) != (other_leg(target), other_leg(text)):
             twins += [[(a, False), (b, True)] for a, b in zip(numbers, others)]
-    return twins + _components(places)
+    return twins
 
 
-def _components(places: list[Place]) -> list[Group]:
+def _components(places: list[Place], texts: list[str]) -> list[Group]:
     """Return pairs of places in one line, or in two that follow each other, that are alike but for
     sine and cosine, as the parts of a vector are; and those at the same position in such a pair.
     """
-    texts = [_read(place) for place in places]
     numbers = {id(place.node): k for k, place in enumerate(places)}
     found: dict = {}
     for k, place in enumerate(places):
