@@ -22,6 +22,7 @@ MOST_ATOMS = 120  # values beside the place, of which two are multiplied
 MOST_FACTORS = 40  # of which three are multiplied, or sums of products are made
 MOST_OF_FOUR = 22
 _PLAIN = re.compile(r"[\w.]+|__import__\('math'\)\.\w+\(\w+\)")  # a name, its sine or cosine
+_MADE_SUM = re.compile(r"\([\w.]+ [+-] [\w.]+\)")
 MATH, NUMPY = "__import__('math').", "__import__('numpy')."
 Found = tuple[str, str]  # kind of the mistake, and the formula
 
@@ -112,7 +113,7 @@ def _with_one(values):
         for text, one in ((name, value), (f"{name}**2", value**2)):
             if factor := _number(wanted / old / one):
                 yield "a factor", _times(factor, f"{OLD}*{text}")
-            if not _is_turned(name) and (factor := _number(wanted / old * one)):
+            if _divides(name) and (factor := _number(wanted / old * one)):
                 yield "a factor", _times(factor, f"{OLD}/{text}")
             if factor := _number(_ratio(more, one)):
                 yield "a term", _plus(factor, text)
@@ -143,7 +144,7 @@ def _with_products(values, count, most):
     if not names:
         return
     every = np.array([*combinations_with_replacement(range(len(names)), count)])
-    below = np.array([not _is_turned(name) for name in names])
+    below = np.array([_divides(name) for name in names])
     for split in (None, *range(count)):
         picked = every if split is None else every[below[every[:, split]]]
         products = np.prod(table[picked], axis=1)
@@ -269,11 +270,11 @@ def _term(values):
     return ""
 
 
-def _is_turned(name):
-    """Return whether a name is a sine or cosine that the program does not have: nobody forgets to
-    divide by it.
+def _divides(name):
+    """Return whether a formula may be divided by it: nobody forgets to divide by a rate, or by a
+    sum, a sine or a cosine that the program does not have.
     """
-    return name.startswith(MATH)
+    return not (name.startswith(MATH) or _MADE_SUM.fullmatch(name) or name.endswith("D"))
 
 
 def _number(values: np.ndarray) -> str:

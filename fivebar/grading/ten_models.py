@@ -32,6 +32,16 @@ TEN = (
     "dkm2_passive",
     "dynamic_model",
 )
+# What a function may call without paying for its mistakes. No two may call each other: the right one
+# of either would answer for both.
+USES = {
+    "dgm_passive": ("dgm",),
+    "ikm": ("dkm",),
+    "dkm2": ("dkm",),
+    "ikm2": ("dkm", "dkm2"),
+    "dkm2_passive": ("dkm",),
+    "dynamic_model": ("dkm", "dkm2"),
+}
 TOLERANCE = (
     1e-6  # of the largest right answer: what l = 0.2828427 in place of 0.2 sqrt(2) costs is right
 )

@@ -1,11 +1,10 @@
 """The biglide of the AMORO lab: its ten functions."""
 
 from fivebar import Biglide
-from fivebar.grading.ten_models import exercises
+from fivebar.grading.ten_models import USES, exercises
 
 FILE = "biglide_models.py"
 PART_OF = "amoro"
 ROBOT = Biglide()
 CONSTANTS = {"l": ("l1", "l2"), "d": ("d",), "mf": ("mf1", "mf2"), "mp": ("m",)}
 EXERCISES = exercises(Biglide)
-USES = {"dgm_passive": ("dgm",)}

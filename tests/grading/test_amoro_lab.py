@@ -72,6 +72,23 @@ def test_what_follows_rightly_from_a_wrong_dgm_keeps_its_points(tmp_path):
     assert all(notes in c.remarks for c in passive)
 
 
+def test_a_wrong_dkm_costs_nothing_in_a_dynamic_model_that_calls_it(tmp_path):
+    right = (FOLDER / "biglide_loops.py").read_text("utf-8")
+    wrong = right.replace(
+        "def dkm(q11, q12, q21, q22, q11D, q21D):",
+        f"""
+def dkm(q11, q12, q21, q22, q11D, q21D):
+    return [rate + 0.1 * q11D for rate in other_dkm(q11, q12, q21, q22, q11D, q21D)]
+
+
+def other_dkm(q11, q12, q21, q22, q11D, q21D):""",
+    )
+    checks = report(tmp_path, wrong, "amoro-biglide").checks
+    assert {check.function for check in checks if check.share < 1} == {"dkm"}
+    remarks = {remark for check in checks for remark in check.remarks}
+    assert "judged with the right dkm in place of your own, which is wrong" in remarks
+
+
 def test_numpy_by_way_of_the_labs_star_import(tmp_path):
     assert report(tmp_path, HELPERS.replace("import numpy as np\n", "")).points == 20
 
