@@ -165,9 +165,9 @@ class _Search:
             if not len(answered):
                 continue
             if wrong:
-                self.others.setdefault(name, []).append(_part(rows, answered))
+                self.others.setdefault(name, []).append(rows.part(answered))
             else:
-                self.kept.append((name, _part(rows, answered)))
+                self.kept.append((name, rows.part(answered)))
 
     def mend(self, deep: bool) -> Mend | None:
         """Return the first change after which all rows are right, or the first two."""
@@ -192,7 +192,7 @@ class _Search:
         found: list[tuple[Needs, dict]] = []
         for rows in dict.fromkeys((*self.asked[-1:], *self.asked[:1])):
             every = spread(len(rows.good), MOST_NEEDED)
-            needs = Needs(self.student, self.tried, _part(rows, every))
+            needs = Needs(self.student, self.tried, rows.part(every))
             if needs.wrong.any():
                 found.append((needs, {need.place.number: need for need in needs.all()}))
         if not found:
@@ -266,7 +266,7 @@ class _Search:
             return None
         count = self._count(tried)
         before = self._right(few, tried, [[]])[0]
-        right = self._right(_part(few, [0]), tried, [[k] for k in range(count)])[:, 0]
+        right = self._right(few.part([0]), tried, [[k] for k in range(count)])[:, 0]
         more = (right >= before[0]).all(axis=1) & (right > before[0]).any(axis=1)
         candidates = [[k] for k in np.flatnonzero(more).tolist()]
         now = self._right(few, tried, candidates)
@@ -330,7 +330,7 @@ class _Search:
         first = min(count, MOST_PAIRS // max(count, 1))
         pairs = [[k, other] for k in range(first) for other in range(k + 1, count)]
         for place in range(len(few.tolerance)):
-            right = self._right(_part(few, [place]), tried, pairs).all(axis=(1, 2))
+            right = self._right(few.part([place]), tried, pairs).all(axis=(1, 2))
             pairs = [pair for pair, good in zip(pairs, right) if good]
         found = (self._sure(tried, pair) for pair in pairs[:MOST_SURE])
         return next(filter(None, found), None)
@@ -341,7 +341,7 @@ class _Search:
         """
         if not all(self._right(rows, tried, [numbers]).all() for rows in self.asked):
             return None
-        self._right(_part(self.asked[0], [0]), tried, [numbers])
+        self._right(self.asked[0].part([0]), tried, [numbers])
         changes = self.student.changes
         inside = {change.function for change in changes}
         outline = self.student.outline
@@ -354,7 +354,7 @@ class _Search:
         return Mend(tuple(changes), self.function, replace(tried, numbers=[numbers]), helps)
 
     def _count(self, tried):
-        self._right(_part(self.asked[0], [0]), tried, [[]])
+        self._right(self.asked[0].part([0]), tried, [[]])
         return self.student.changes_count
 
     def _wrong_rows(self, steps, asked=None, most=FEW):
@@ -363,7 +363,7 @@ class _Search:
         for rows in asked or self.asked:
             places = np.flatnonzero(~self._right(rows, tried, [[]])[0].all(axis=1))
             if len(places):
-                return _part(rows, places[spread(len(places), most)])
+                return rows.part(places[spread(len(places), most)])
         return None
 
     def _right(self, rows: AskedRows, tried: Tried, changes: list[list[int]]) -> np.ndarray:
@@ -416,16 +416,6 @@ def _together(found, wrong, most):
                 break
 
 
-def _part(rows, places):
-    return replace(
-        rows,
-        columns=tuple(np.asarray(column)[places] for column in rows.columns),
-        tolerance=rows.tolerance[places],
-        good=rows.good[places],
-        refuse=rows.refuse[places],
-    )
-
-
 def _answerable(rows, questions):
     """Yield the rows that have an answer, and the same for other masses and lengths where the file
     lets them be set.
@@ -441,7 +431,7 @@ def _answerable(rows, questions):
             right = each.exercise.outcome(each.exercise.answer, each.robot, each.columns)
         places = np.flatnonzero(np.isfinite(right).all(axis=1) & ~each.refuse)
         if len(places):
-            yield _part(each, places)
+            yield each.part(places)
 
 
 def _moving(rows, robot):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, starmap
 
@@ -93,12 +93,14 @@ class Needs:
         self._told = [*student.changes]
         self._visits = [reply.visits for reply in replies]
 
-    def all(self, part: np.ndarray | None = None) -> Iterator[Need]:
+    def all(self, part: np.ndarray | None = None, apart: Container[str] = ()) -> Iterator[Need]:
         """Yield the needs of all places that can make numbers right that are wrong; part: those
-        numbers (answer,), all of them where None.
+        numbers (answer,), all of them where None; apart: functions of which no place is looked at.
         """
         self._part = self.wrong if part is None else part
-        starts = self._starts()
+        starts = {
+            k: start for k, start in self._starts().items() if self._told[k].function not in apart
+        }
         few = range(min(SCREENED, len(self._plain)))
         found = self._solve(starts, few)
         whole = {number: starts[number] for number in found}

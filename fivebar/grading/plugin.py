@@ -32,6 +32,7 @@ from .mends import MOST_FUNCTIONS, Lead, Mend, find_mend
 from .program import Job, Program
 from .report.text import check_lines, not_started, number
 from .results import Check, checked
+from .shared_mistakes import SharedMistakes
 from .variants import PUBLIC_SEED, robot_for
 from .worker.sandbox import IsolationError, KilledError
 
@@ -338,12 +339,15 @@ class Checks:
         for rows in chain.from_iterable(ask.rows_asked for ask in self._asks):
             asked.setdefault(rows.exercise.name, []).append(rows)
         written = {check.function: None for check in self.found if may_be_mended(check)}
+        shared = SharedMistakes(self.program, lab, {c.function for c in self.found if c.share < 1})
         in_vain = 0
         for function in [name for name in written if name in asked][:MOST_FUNCTIONS]:
             places = [k for k, check in enumerate(self.found) if check.function == function]
             wrong = {check.function for check in self.found if check.share < 1}
             if not any(may_be_mended(self.found[k]) for k in places):
                 continue  # it was judged with a change found before
+            if self._paid_elsewhere(function, shared):
+                continue
             mistakes = [self._diagnosis(k) for k in places if self.found[k].share < 1]
             if all(mistake and mistake.idle for mistake in mistakes):
                 continue  # it is still to be written, or answers by chance
@@ -351,6 +355,8 @@ class Checks:
             deep = not named and in_vain < MOST_IN_VAIN
             mend = find_mend(self.program, lab, function, asked, wrong, deep)
             in_vain += deep and not isinstance(mend, Mend)
+            if not isinstance(mend, Mend):
+                shared.let_pay(function)
             if mend is None:
                 continue
             spot = mend.spot(self.program.where)
@@ -365,6 +371,27 @@ class Checks:
                 self.found[k] = replace(self.found[k], **told)
             if isinstance(mend, Mend):
                 self._judge_with(mend, lab)
+
+    def _paid_elsewhere(self, function, shared):
+        """Return whether a function is wrong by values of a helper for which another one pays; it
+        gets its points then.
+        """
+        failed = [
+            k
+            for k, check in enumerate(self.found)
+            if check.function == function and check.share < 1 and check.name in self._failed
+        ]
+        asks = [self._failed[self.found[k].name][1] for k in failed]
+        asked = [*chain.from_iterable(ask.rows_asked for ask in asks)]
+        payer, helper = shared.payer(function, [rows for rows in asked if not rows.good.all()])
+        for k in failed if payer else ():
+            check = self.found[k]
+            told = f"wrong by the same values of your {helper} as {payer}, which pays for them"
+            name, most = check.name, check.max_points
+            self.found[k] = Check(
+                name, check.title, most, most, 1.0, "right", function, remarks=(told,)
+            )
+        return bool(payer)
 
     def _tell_mends_of_session(self, lab):
         """Tell mends of a session's functions: what is tried runs in a process of its own."""

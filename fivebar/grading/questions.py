@@ -48,6 +48,16 @@ class AskedRows:
     constants: dict
     good: np.ndarray
 
+    def part(self, places: np.ndarray | list[int]) -> AskedRows:
+        """Return some of the rows."""
+        return replace(
+            self,
+            columns=tuple(np.asarray(column)[places] for column in self.columns),
+            tolerance=self.tolerance[places],
+            good=self.good[places],
+            refuse=self.refuse[places],
+        )
+
 
 class Questions:
     """A student's program, the lab that asks it, and what is known of it from earlier questions."""

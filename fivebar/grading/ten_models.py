@@ -32,8 +32,8 @@ TEN = (
     "dkm2_passive",
     "dynamic_model",
 )
-# What a function may call without paying for its mistakes. No two may call each other: the right one
-# of either would answer for both.
+# What a function may call without paying for its mistakes. No two may call each other: the right
+# one of either would answer for both.
 USES = {
     "dgm_passive": ("dgm",),
     "ikm": ("dkm",),
