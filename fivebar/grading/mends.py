@@ -56,6 +56,7 @@ HINTS = {
     "a direction": "Draw the vector: which way does it point, and which way should it?",
     "a conjugate": "Multiply two complex numbers on paper: is that their scalar product?",
     "an array in place": "Which other name means the same array, and changes with it?",
+    "the indentation": "Which lines belong to the loop or to the condition, and which come after?",
     "a line": "What does each line change? Is it needed?",
 }
 
@@ -178,12 +179,20 @@ class _Search:
         if found and (found.helps or not self.others):
             return found
         found = found or self._written(deep=deep or bool(self.others))
-        if found or not (deep or self.others):
+        # A formula of this function may stand for a mistake in a helper, which helps others, too.
+        if found and (found.helps or not self._may_be_elsewhere(found)):
             return found
-        for wave in range(LIKELY, WAVES):
-            if found := self._single(replace(self.tried, wave=wave), better):
-                return found
+        for wave in range(LIKELY, WAVES) if deep or self.others else ():
+            more = self._single(replace(self.tried, wave=wave), better)
+            if more and (more.helps or not found):
+                return more
+        if found:
+            return found
         return self._two(better) if deep else None
+
+    def _may_be_elsewhere(self, found):
+        """Return whether a change is in this function, and others that call the same are wrong."""
+        return bool(self.others) and found.changes[0].function == self.function
 
     def lead(self) -> Lead | None:
         """Return a formula that is right but for its sign in some calls, or else the last one that

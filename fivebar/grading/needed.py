@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, starmap
 
@@ -34,6 +34,14 @@ FARTHEST = 1e4  # that a number goes in a step: a loop that subtracts turns must
 STEP = 1e-6  # of a number, to see what depends on it
 SMALLEST = 1e-2  # number of which such a step is taken
 AT_ONCE = 1_000  # calls of one request
+
+
+Spot = tuple[str, int, str]  # the function that a place is in, its line, what stands there
+
+
+def spot_of(told: Change) -> Spot:
+    """Return where a place is that a worker told of."""
+    return told.function, told.line, told.old
 
 
 @dataclass(frozen=True)
@@ -93,14 +101,16 @@ class Needs:
         self._told = [*student.changes]
         self._visits = [reply.visits for reply in replies]
 
-    def all(self, part: np.ndarray | None = None, apart: Container[str] = ()) -> Iterator[Need]:
+    def all(
+        self, part: np.ndarray | None = None, where: Callable[[Spot], bool] | None = None
+    ) -> Iterator[Need]:
         """Yield the needs of all places that can make numbers right that are wrong; part: those
-        numbers (answer,), all of them where None; apart: functions of which no place is looked at.
+        numbers (answer,), all of them where None; where: whether to look there.
         """
         self._part = self.wrong if part is None else part
-        starts = {
-            k: start for k, start in self._starts().items() if self._told[k].function not in apart
-        }
+        starts = self._starts()
+        if where is not None:
+            starts = {k: start for k, start in starts.items() if where(spot_of(self._told[k]))}
         few = range(min(SCREENED, len(self._plain)))
         found = self._solve(starts, few)
         whole = {number: starts[number] for number in found}

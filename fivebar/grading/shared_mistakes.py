@@ -10,13 +10,11 @@ from .following import helped, may_help, reached, spread
 from .formulas import CLOSE
 from .labs import Lab
 from .mends import MOST_NEEDED
-from .needed import Needs
+from .needed import Needs, Spot, spot_of
 from .program import Program
 from .questions import AskedRows
 from .ten_models import TEN, columns_of, motions
 from .worker.student import Tried
-
-Spot = tuple[str, int, str]  # a place in a helper: its function, its line, what stands there
 
 
 class SharedMistakes:
@@ -25,13 +23,15 @@ class SharedMistakes:
     def __init__(self, program: Program, lab: Lab, wrong: set[str]):
         self._program, self._lab, self._wrong = program, lab, wrong
         self._robot = program.robot_in(lab)
-        self._payers: dict[str, dict[Spot, np.ndarray]] = {}
+        self._payers: dict[str, dict[tuple[Spot, int], np.ndarray]] = {}
 
     def let_pay(self, function: str) -> None:
         """Let a function pay for what is wrong in its helpers."""
         outline, exercises = self._program.student.outline, self._lab.exercises()
         if function in TEN and reached(outline, function) - exercises.keys():
-            [self._payers[function]] = self._needed(function, [self._along(function)])
+            along = [self._along(function)]
+            [needed] = self._needed(function, along, lambda spot: spot[0] not in exercises)
+            self._payers[function] = needed
 
     def payer(self, function: str, asked: list[AskedRows]) -> tuple[str, str]:
         """Return a function that pays and needs the same values in a helper as this one, which
@@ -42,15 +42,18 @@ class SharedMistakes:
         others = [name for name in self._payers if own & reached(outline, name)]
         if function not in TEN or not others:
             return "", ""
-        [mine] = self._needed(function, [self._along(function)])
+        spots = {spot for name in others for spot, _ in self._payers[name]}
+        [mine] = self._needed(function, [self._along(function)], spots.__contains__)
         for other in others:
             values = self._payers[other]
             both = mine.keys() & values.keys()
-            same = [spot for spot in both if _alike(mine[spot], values[spot])]
-            for needed in self._needed(function, asked) if same else ():
-                same = [spot for spot in same if spot in needed]
+            same = {key for key in both if _alike(mine[key], values[key])}
+            spots = {spot for spot, _ in same}
+            for needed in self._needed(function, asked, spots.__contains__) if same else ():
+                same &= needed.keys()
             if same:
-                return other, same[0][0]
+                (helper, *_), _ = same.pop()
+                return other, helper
         return "", ""
 
     def _along(self, function):
@@ -60,8 +63,10 @@ class SharedMistakes:
         exercise = self._lab.exercises()[function]
         return AskedRows(exercise, self._robot, columns, 0.0 * no, no, {}, no)
 
-    def _needed(self, function, several):
-        """Return for each of these rows what places of helpers need so that a function is right."""
+    def _needed(self, function, several, where):
+        """Return for each of these rows (spot, count of its numbers) -> what it needs so that
+        a function is right.
+        """
         exercises = self._lab.exercises()
         called = may_help(self._program.student.outline, self._lab, {function}) & self._wrong
         given = {name: exercises[name] for name in called}
@@ -71,11 +76,13 @@ class SharedMistakes:
                 wrong = np.flatnonzero(~rows.good & ~rows.refuse)
                 few = rows.part(wrong[spread(len(wrong), MOST_NEEDED)])
                 needs = Needs(other.student, Tried(function, tuple(exercises)), few)
-                found.append({})
-                for need in needs.all(apart=exercises):
-                    place = need.place
-                    if place.moved[needs.wrong].all():
-                        found[-1][place.function, place.line, place.text] = need.wanted
+                found.append(
+                    {
+                        (spot_of(need.place.told), need.wanted.shape[1]): need.wanted
+                        for need in needs.all(where=where)
+                        if need.place.moved[needs.wrong].all()
+                    }
+                )
         return found
 
 

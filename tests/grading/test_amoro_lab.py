@@ -76,7 +76,7 @@ def test_a_wrong_dkm_costs_nothing_in_a_dynamic_model_that_calls_it(tmp_path):
     right = (FOLDER / "biglide_loops.py").read_text("utf-8")
     wrong = right.replace(
         "def dkm(q11, q12, q21, q22, q11D, q21D):",
-        f"""
+        """
 def dkm(q11, q12, q21, q22, q11D, q21D):
     return [rate + 0.1 * q11D for rate in other_dkm(q11, q12, q21, q22, q11D, q21D)]
 

@@ -160,7 +160,7 @@ def watched(source=SOURCE, function="f"):
         program.switch(space, numbers)
         return space[function](*row), [*program.seen(space).values()]
 
-    words = program.told([])["changes"]
+    words = program.told([[-1]])["changes"]
     groups = {
         (word[3], len(group)): k for k, (word, group) in enumerate(zip(words, program.groups))
     }

@@ -10,7 +10,7 @@ import secrets
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from inspect import getsource
 from math import isfinite
 
@@ -224,7 +224,7 @@ class Student:
             "rows": rows,
             "constants": constants,
             "given": [*given],
-            "tried": tried and asdict(tried) | {"numbers": tried.numbers[len(replies) :]},
+            "tried": tried and vars(tried) | {"numbers": tried.numbers[len(replies) :]},
         }
         self._worker.send(request, limit)
         data = self._worker.receive(

@@ -54,7 +54,7 @@ def _added(place):
         yield 3, "a root", with_(ast.Pow(), ast.Constant(0.5))
     if scope.complex_numbers:
         conjugate = ast.parse(f"__import__('numpy').conj({ast.unparse(node)})", mode="eval")
-        yield 4, "a conjugate", conjugate.body
+        yield 3, "a conjugate", conjugate.body
         yield 4, "a direction", with_(ast.Mult(), ast.Constant(1j))
         yield 4, "a direction", with_(ast.Mult(), ast.UnaryOp(ast.USub(), ast.Constant(1j)))
     matrices = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult)

@@ -34,6 +34,7 @@ _PAIRED_KINDS = (
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
 DROPPED = "no such line"
+INDENTATION = "the indentation"
 _LEG = re.compile(r"(?<=[A-Za-z_])[12]|left|right")
 _INDEX = re.compile(r"(?<=\[)[01](?=\])")  # is the leg where no name has its number
 _NAME = re.compile(r"(?<![(\w])[A-Za-z_]\w*")  # of a variable, in a short text of a node
@@ -82,6 +83,8 @@ class Change:
         tried.
         """
         first, count = min(self.members, key=lambda one: one.place), len(self.members)
+        if self.kind == INDENTATION:
+            return first.told_as_moved
         new = short(first.new) + (f", in {count} places" if count > 1 else "")
         return first.place[0], self.kind, first.scope.name, short(first.old), new
 
@@ -228,6 +231,14 @@ class _Single:
         return {self.key, *near, (kind, text, _TURNED.sub("", around)), (kind, text), bare}
 
     @property
+    def told_as_moved(self) -> tuple[int, str, str, str, str]:
+        """What is told where a line leaves the block of one node, or comes into it from behind."""
+        leaves = len(self.nodes) == 1
+        line = self.nodes[0].body[-1] if leaves else self.nodes[1]
+        new = f"this line indented {'less' if leaves else 'more'}"
+        return line.lineno, self.kind, self.scope.name, short(ast.unparse(line)), new
+
+    @property
     def old(self) -> str:
         return "; ".join(map(ast.unparse, self.nodes))
 
@@ -297,6 +308,8 @@ def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
                 updated = ast.AugAssign(node.targets[0], op, node.value)
                 if not isinstance(node.targets[0], ast.Tuple):
                     yield 1, "an operator", [node], [[updated]]
+            if isinstance(node, ast.For | ast.While | ast.If) and not node.orelse:
+                yield from _of_indentation(node, after)
             if isinstance(node, ast.If) and node.orelse:
                 yield 1, "a comparison", [node], [[ast.If(node.test, node.orelse, node.body)]]
             if isinstance(node, ast.Assign) and len(node.targets) > 1:
@@ -310,6 +323,20 @@ def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
             simple = isinstance(after, ast.Assign | ast.AugAssign)
             if simple and isinstance(node, ast.Assign | ast.AugAssign):
                 yield 4, "the order of lines", [node, after], [[after, node], [ast.Pass()]]
+
+
+def _of_indentation(node, after):
+    """Yield a loop or a condition that ends a line earlier, or a line later."""
+    if len(node.body) > 1:
+        yield 1, INDENTATION, [node], [[_with_body(node, node.body[:-1]), node.body[-1]]]
+    if after is not None:
+        longer = _with_body(node, [*node.body, after])
+        yield 1, INDENTATION, [node, after], [[longer], [ast.Pass()]]
+
+
+def _with_body(node, body):
+    fields = dict(ast.iter_fields(node)) | {"body": body}
+    return ast.copy_location(type(node)(**fields), node)
 
 
 def _of_update(node):

@@ -144,7 +144,15 @@ def exchanged(body: list[ast.stmt], swaps: dict[int, Any]) -> list[ast.stmt]:
     """Return a program's statements with other nodes in place of some; swaps: id of a node -> the
     one in its place.
     """
-    made = [rebuilt(node, lambda old, copy: swaps.get(id(old), copy)) for node in body]
+
+    def put(old, copy):
+        new = swaps.get(id(old), copy)
+        for part in ast.walk(new) if isinstance(new, ast.expr) and new is not copy else ():
+            if getattr(part, "lineno", 0) == 1:  # a text of its own was read
+                ast.copy_location(part, old)
+        return new
+
+    made = [rebuilt(node, put) for node in body]
     return [ast.fix_missing_locations(node) for node in made]
 
 

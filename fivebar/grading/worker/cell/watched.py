@@ -158,15 +158,16 @@ class Watched:
         return compiled(self._body, self._scopes, partial(_shown, numbers))
 
     def told(self, numbers: list) -> dict:
-        """Return all groups in words, as changes have them: line, whether the first place is an
-        argument, function, and what stands there, twice.
+        """Return how many groups there are; all in words where their visits are asked for, as
+        changes have them: line, whether the first place is an argument, function, and what stands
+        there, twice.
         """
         words = []
-        for group in self.groups:
+        for group in self.groups if any(row[0] == ALL for row in numbers) else ():
             place, text = self._places[group[0][0]], self._texts[group[0][0]]
             kind = ARGUMENT if text in place.scope.arguments else ""
             words.append([place.node.lineno, kind, place.scope.name, text, text])
-        return {"count": len(words), "changes": words}
+        return {"count": len(self.groups), "changes": words}
 
     def switch(self, space: dict, numbers: list) -> None:
         """Begin a call; numbers: the group that is told, ALL or None, and (group, the numbers of
