@@ -193,6 +193,7 @@ def test_any_file_is_read_or_refused_with_its_name(name, record_property):
     assert sum(count.values()) >= 20
 
 
+@pytest.mark.deep
 def test_every_function_that_reads_a_file_is_in_a_list():
     own = {function for functions in OWN.values() for function in functions.split()}
     listed = set(COVERS) | own

@@ -138,6 +138,7 @@ def alike(a, b):
     same(a(t) + (a.tau(t),), b(t) + (b.tau(t),))
 
 
+@pytest.mark.deep
 def test_a_plan_comes_back(plan, plan_in_bars):
     assert plan.working and plan_in_bars.working is None
     for made in (plan, plan_in_bars):

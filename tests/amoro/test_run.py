@@ -117,6 +117,7 @@ while True:
     assert a == b != c
 
 
+@pytest.mark.deep
 def test_a_state_is_the_labs(tmp_path):
     """Conventions at home and after some steps, against the models; differences, and the true accelerations."""
     script = """import json

@@ -83,6 +83,7 @@ REFUSED = [
 ]  # fmt: skip
 
 
+@pytest.mark.deep
 def test_what_is_refused(tmp_path):
     """Each statement in turn, in one script."""
     script = f"""for k in range(30):

@@ -293,6 +293,7 @@ def test_an_unknown_option_shows_the_usage_of_its_command(capsys):
     assert end.value.code == 2 and "fivebar track" in shown and "--tourque-limit" in shown
 
 
+@pytest.mark.deep
 def test_small_negative_numbers_are_no_options(tmp_path, capsys):
     lines = [["--from", x, "0.1", "--to", "2E-2", "0.1"] for x in ("-1e-3", "-.001")]
     figures = []

@@ -200,6 +200,7 @@ def test_all_of_the_page_is_in_the_workspace(tmp_path, capsys):
     assert fitted["drawn_m"] == pytest.approx(figures["drawn_m"] * 4.5, rel=1e-3)
 
 
+@pytest.mark.deep
 def test_counts_encoders_delay_and_backlash(two_strokes, tmp_path, capsys):
     options = ["--counts-per-turn", "4096", "--delay", "1", "--backlash", "0.004"]
     out = ["--out", str(tmp_path), "--angles", "counts"]
@@ -226,6 +227,7 @@ def test_counts_encoders_delay_and_backlash(two_strokes, tmp_path, capsys):
     assert figures["backlash_error_m"] == pytest.approx(np.max(tips), rel=0.02)
 
 
+@pytest.mark.deep
 def test_the_constraints_of_a_file_are_kept(two_strokes, tmp_path, capsys):
     robot = fb.FiveBar()
     limits = fb.Constraints(joint_speed=0.1, half_planes=[(0.0, 1.0, 0.09)])

@@ -91,6 +91,7 @@ def test_limits_of_torque_and_speed_are_kept(reference):
     assert not tracker.log.status.any() and tracker.log.iterations.max() > 10
 
 
+@pytest.mark.deep
 def test_speed_limit_across_type_2():
     chosen = case("crossing")
     asked = np.abs(fb.simulate(ROBOT, Tracker(ROBOT), chosen.reference).q_dot).max()
@@ -286,6 +287,7 @@ def test_wrong_period_and_massless_robot():
         Tracker(fb.FiveBar(m=0.0))
 
 
+@pytest.mark.deep
 def test_compiled_is_the_same(compiler):
     runs = [
         fb.simulate(ROBOT, Tracker(ROBOT, jit=jit), TASK_1, duration=0.5) for jit in (False, True)

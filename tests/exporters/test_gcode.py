@@ -86,6 +86,7 @@ def test_axes_are_the_readings_of_the_machine(motion):
         fb.export(timed, "gcode", machine=RRF)
 
 
+@pytest.mark.deep
 def test_what_firmware_cannot_do_is_refused(motion):
     with pytest.raises(ValueError, match=r"axis [XY] moves at .* deg/min at t = .* beyond the 500"):
         fb.export(motion, "gcode", machine=PLOTCLOCK, dialect=fb.Gcode(max_feed=500.0))

@@ -45,6 +45,7 @@ def test_zeros_of_a_function_still_to_be_written_are_no_mistake_in_a_formula(tmp
     assert found.points == 18
 
 
+@pytest.mark.deep
 def test_a_pseudo_inverse_is_told_that_no_answer_exists_and_no_more(tmp_path):
     found = report("lab2", "lab2", tmp_path, ("linalg.inv(", "linalg.pinv("))
     assert said(found) and all(
@@ -53,6 +54,7 @@ def test_a_pseudo_inverse_is_told_that_no_answer_exists_and_no_more(tmp_path):
     )
 
 
+@pytest.mark.deep
 def test_the_end_of_a_step_is_no_rounding(tmp_path):
     source = (FRESH / "lab4.py").read_text("utf-8")
     bisection = source[source.index("            lo, hi") : source.index("        before = now")]
@@ -167,6 +169,7 @@ def test_a_wrong_helper_is_paid_for_by_the_first_function_that_it_spoils(
     assert told and all(re.match(told_of, name) for _, _, name in said(found))
 
 
+@pytest.mark.deep
 def test_a_wrong_matrix_of_poses_and_rates_is_compared_with_A_too(tmp_path):
     rates = "q11, q12, q21, q22, q11D, q12D, q21D, q22D"
     added = f"""def drag({rates}):

@@ -57,6 +57,7 @@ def test_the_labs_own_threshold_stands_beside_ours(tmp_path):
     assert "error in model" in coarse.checks[0].beside
 
 
+@pytest.mark.deep
 def test_what_follows_rightly_from_a_wrong_dgm_keeps_its_points(tmp_path):
     wrong = HELPERS.replace("return OA13[0], OA13[1]", "return OA13[0] + d/2, OA13[1]")
     checks = report(tmp_path, wrong).checks
@@ -93,6 +94,7 @@ def test_numpy_by_way_of_the_labs_star_import(tmp_path):
     assert report(tmp_path, HELPERS.replace("import numpy as np\n", "")).points == 20
 
 
+@pytest.mark.deep
 def test_what_may_be_told_of_hidden_inputs_holds_no_number_of_the_programs(tmp_path):
     checks = report(
         tmp_path, HELPERS.replace("return OA13[0], OA13[1]", "return OA13[0] + 0.0123, OA13[1]")

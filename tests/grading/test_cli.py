@@ -185,6 +185,7 @@ def test_a_fault_of_the_lab_is_a_failure(run, labs):
     )
 
 
+@pytest.mark.deep
 def test_a_robot_for_each_student(run, labs, tmp_path, capsys, monkeypatch):
     student = written(
         Path(labs) / "elbow" / "student.py", UNTOUCHED.replace("l11 = 0.09", "l11 = 0.09  # left")

@@ -70,6 +70,7 @@ def points(out):
     }
 
 
+@pytest.mark.deep
 def test_a_cohort_with_all_that_can_happen(labs, folder, tmp_path, capsys):
     for name, source in {
         "anna": RIGHT, "ben": SHIFTED, "carl": HALF, "dora": UNTOUCHED, "emil": CRASHES,

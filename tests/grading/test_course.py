@@ -111,6 +111,7 @@ CANVAS = (
 )
 
 
+@pytest.mark.deep
 def test_marks_in_moodles_own_sheet(cohort, tmp_path, capsys):
     sheet = tmp_path / "sheet.csv"
     sheet.write_bytes(MOODLE.encode())

@@ -37,6 +37,7 @@ def test_the_angle_is_named(angle):
     assert f"looks like  Type 2 by the angle {angle}\n" in words
 
 
+@pytest.mark.deep
 def test_types_that_are_never_answered():
     assert "looks like  Types 2 and 3 never named" in report(None)
     assert "looks like  Types 1 and 3 never named" in report((-1, -1, 1, 1), legs=False)

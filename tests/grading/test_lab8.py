@@ -26,6 +26,7 @@ def test_the_points_in_the_lab_are_those_of_the_standard_robot():
     assert np.abs(np.array(calibrated(FOLDERS["lab8"] / "measured.csv")) - truth[:5]).max() < 1e-4
 
 
+@pytest.mark.deep
 def test_hand_out_calibrate_and_grade(tmp_path, capsys):
     ids, secret, out = tmp_path / "ids.txt", tmp_path / "secret", tmp_path / "handout"
     ids.write_text("anna\nbob\n", encoding="utf-8")

@@ -104,6 +104,7 @@ def test_a_table_that_a_french_excel_saved(course, tmp_path, encoding):
     assert table.read_bytes().startswith(b"\xef\xbb\xbfstudent;")  # so that Excel opens it again
 
 
+@pytest.mark.deep
 def test_a_mark_waits_for_what_is_not_yet_marked_by_hand(course, tmp_path):
     hand_in(tmp_path, anna=RIGHT, ben=RIGHT)
     course()
@@ -341,6 +342,7 @@ def test_settings_are_offered_and_none_is_set_by_that(course, tmp_path):
     assert found.due == datetime.datetime(2027, 1, 31, 18) and found.points["elbow"]
 
 
+@pytest.mark.deep
 def test_no_program_is_no_zero_in_the_mean(course, tmp_path, capsys):
     hand_in(tmp_path, anna=RIGHT, ben=RIGHT)
     written(tmp_path / "hand-ins" / "carl" / "report.pdf", "")

@@ -75,6 +75,7 @@ class Tags(HTMLParser):
         self.attributes += [name for name, _ in attributes]
 
 
+@pytest.mark.deep
 def test_the_text_lists_all_checks_and_says_what_to_do(report):
     text = report_text(report(SHIFTED), 80)
     for words in (

@@ -112,6 +112,7 @@ def test_a_duration_and_a_jerk_with_motors():
     assert max(each.max() for each in line_share(slow, SLOW)) < 0.9
 
 
+@pytest.mark.deep
 def test_a_plan_keeps_the_line(tmp_path):
     constraints = fb.Constraints(motors=SLOW)
     ends = (0.09, 0.068), (0.0, 0.1)

@@ -35,6 +35,7 @@ def test_a_saved_robot_comes_back(robot, tmp_path):
     assert fb.load_robot(tmp_path / "robot.json") == robot
 
 
+@pytest.mark.deep
 def test_a_saved_robot_is_read_by_the_commands_without_a_word(tmp_path, capsys):
     UNEQUAL.save(tmp_path / "robot.toml")
     out = ["--out", str(tmp_path / "map.png")]

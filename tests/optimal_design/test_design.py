@@ -19,6 +19,7 @@ TABLE = dict(table=(0.2, 0.15), motor="xh430-w350", poses=(9, 7))
 ON_TABLE = {"l1": (0.05, 0.4), "l2": (0.05, 0.5), "d": (0.06, 0.2), "task_y": (0.05, 0.5)}
 
 
+@pytest.mark.deep
 def test_the_largest_workspace_of_bars_of_a_length():
     """Coaxial motors and equal bars: a disc of the radius of two of them."""
     found = fb.design("workspace_area", LENGTHS, limits={"bars": 0.6})

@@ -181,6 +181,7 @@ def test_limits_hold_between_nodes_and_bind(limit, measured, fastest):
     assert found.duration > fastest.duration
 
 
+@pytest.mark.deep
 def test_mesh_is_refined_for_limits_alone(monkeypatch):
     monkeypatch.setattr(
         plans.Plan, "_relative_defects", property(lambda self: np.zeros(len(self.pieces.xi)))

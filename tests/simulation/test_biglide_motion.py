@@ -192,6 +192,7 @@ def test_a_plan_crosses_type_2_with_little_force():
     assert np.abs(tau).max() > 1e3
 
 
+@pytest.mark.deep
 def test_plans_speak_of_this_robot(tmp_path):
     plan = fb.plan(
         LAB,

@@ -53,6 +53,7 @@ def test_table_has_a_row_for_each_run_and_only_columns_with_numbers(runs):
     assert "saturated" not in bare and "solve" not in bare and "12.1" in bare
 
 
+@pytest.mark.deep
 def test_picture_shows_errors_torques_limits_and_solve_times(runs, tmp_path):
     path, before = tmp_path / "comparison.png", plt.get_fignums()
     figure = compare(runs).plot(path)

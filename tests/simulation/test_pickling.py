@@ -53,6 +53,7 @@ def simulated(controller, reference):
     return fb.simulate(ROBOT, controller, reference)
 
 
+@pytest.mark.deep
 def test_a_pool_of_processes_simulates():
     """With a plan, and a tracker that begins anew there."""
     plan = REFERENCES["plan"]()

@@ -189,6 +189,7 @@ def test_areas_are_those_of_a_monte_carlo(name, k, s):
         assert abs(total(found, *key) - box * share) < 4 * error, key
 
 
+@pytest.mark.deep
 def test_nothing_asked_gives_the_aspects_and_almost_nothing_almost():
     for robot in (ROBOTS["amoro"], ROBOTS["unequal"], ROBOTS["change point"]):
         parts, same = fb.aspects(robot), dexterous(robot)

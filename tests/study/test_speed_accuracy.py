@@ -129,6 +129,7 @@ def test_an_interrupted_run_goes_on(tmp_path, monkeypatch):
     assert len(calls) == 4 + 12  # 15 that can run, 3 of them known
 
 
+@pytest.mark.deep
 def test_an_interrupted_command_keeps_the_charts_that_were_done(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("fivebar.cli.chart.CHARTS", {"toy": (TOY, ""), "other": (TOY, "")})
     monkeypatch.setattr(

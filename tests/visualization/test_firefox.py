@@ -121,6 +121,7 @@ def test_the_first_value_is_no_rounding_error(firefox, pages):
     assert all(float(output) == 0 and len(output) < 8 for output in outputs[:3])
 
 
+@pytest.mark.deep
 def test_the_live_page_computes_here_too(firefox, tmp_path):
     fb.play(ROBOT).save(tmp_path / "play.html")
     firefox.open(tmp_path / "play.html", **SIZE)

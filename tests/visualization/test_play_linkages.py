@@ -269,6 +269,7 @@ def test_the_least_transmission_angle_is_exact(page, address, kind, seed):
     assert 3 < locks < 25
 
 
+@pytest.mark.deep
 def test_the_curve_of_an_angle_has_no_jump(page):
     page.get_by_role("tab", name="Four-bar").click()
     page.evaluate("chooseKind('four', [0.2, 0.12, 0.16, 0.14, 0.08, 0.05], [1])")

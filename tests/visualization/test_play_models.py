@@ -197,6 +197,7 @@ def test_areas_of_extreme_bases(page, lengths):
     assert sum(areas) == pytest.approx(ring, rel=1e-6, abs=1e-12)
 
 
+@pytest.mark.deep
 def test_let_go_is_the_exact_motion(page):
     """The lab's free motion, through Type 2 twice and a folded leg (reference/five_bar.json)."""
     found = page.evaluate(

@@ -136,6 +136,7 @@ def test_degenerate_robots(tmp_path, name):
         assert not any("Type 2" in words for words in legend(figure))
 
 
+@pytest.mark.deep
 def test_no_pyplot_and_nothing_at_import():
     code = (
         "import sys, fivebar; assert 'matplotlib' not in sys.modules;"
