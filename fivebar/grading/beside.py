@@ -9,9 +9,10 @@ from itertools import combinations, permutations
 
 import numpy as np
 
-from .formulas import MATH, OLD
+from .formulas import MATH, OLD, Values
 
 MOST_MATRICES = 6  # beside a matrix, of which products are tried
+Guess = tuple[str, str, np.ndarray]  # kind of the mistake, the formula, and its values
 DIGITS = 9  # after the point, in which two values are the same
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
 _ANGLE = re.compile(r"\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*(?<![Dd])\b[^()*/]*\)?")
@@ -31,13 +32,15 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
         if sizes in ({2}, {4}) and _NAME.fullmatch(text):
             arrays[text] = np.array(parts)
     old = {OLD: numbers.pop(OLD)} if OLD in numbers else {}
+    plain = dict(numbers)
     numbers |= _sums(numbers)
     numbers |= _turned(numbers)
+    numbers |= _speeds(plain)
     made = _products(arrays) if size == 1 else _images(arrays) if size == 2 else {}
     return old | _different(numbers | made)
 
 
-def guesses_of(matrices: dict[str, np.ndarray]) -> list[tuple[str, str, np.ndarray]]:
+def guesses_of(matrices: dict[str, np.ndarray]) -> list[Guess]:
     """Return (kind, formula, its values (rows, 2, 2)) of what a matrix may be, OLD's among those
     beside it.
     """
@@ -65,6 +68,17 @@ def guesses_of(matrices: dict[str, np.ndarray]) -> list[tuple[str, str, np.ndarr
     return made
 
 
+def guesses_of_names(values: Values) -> list[Guess]:
+    """Return (kind, formula, its values) of what may stand in a place with one other value."""
+    old, made = values.old, []
+    for name, value in values.beside.items():
+        made.append(("a variable", name, value))
+        made.append(("a term", f"{OLD} + {name}", old + value))
+        made.append(("a term", f"{OLD} - {name}", old - value))
+        made.append(("a factor", f"{OLD}*{name}", old * value))
+    return made
+
+
 def _sums(numbers):
     """Return the sums and differences of names that are alike: q11 and q12, qaD and qpD."""
     made = {}
@@ -72,6 +86,16 @@ def _sums(numbers):
         if _NAME.fullmatch(one) and _kin(one) == _kin(other):
             made |= {f"({one} + {other})": a + b, f"({one} - {other})": a - b}
     return made
+
+
+def _speeds(numbers):
+    """Return the differences of rates of other kinds: yD and q11D."""
+    rates = {name: value for name, value in numbers.items() if re.fullmatch(r"\w*[^D]D", name)}
+    return {
+        f"({one} - {other})": a - b
+        for (one, a), (other, b) in combinations(rates.items(), 2)
+        if _kin(one) != _kin(other)
+    }
 
 
 def _kin(name):

@@ -52,7 +52,7 @@ class Values:
 def short_formulas(values: Values) -> Iterator[Found]:
     """Yield formulas that are worth what is needed, with one other value at most."""
     with np.errstate(all="ignore"):
-        for step in (_of_itself, _of_another, _with_one):
+        for step in (_another, _of_itself, _of_another, _with_one):
             yield from step(values)
 
 
@@ -92,16 +92,24 @@ def _of_itself(values):
         yield "a term", f"{OLD} + {term}".replace("+ -", "- ")
 
 
-def _of_another(values):
+def _another(values):
     """Yield another value in place of the old one."""
+    if not values.alike(values.wanted, 0 * values.wanted):
+        for name, value in values.beside.items():
+            if values.alike(value, values.wanted):
+                yield "a variable", name
+
+
+def _of_another(values):
+    """Yield another value times a number in place of the old one."""
     wanted = values.wanted
     if values.alike(wanted, 0 * wanted):
         yield "a term", "0"
         return
     for name, value in values.beside.items():
         if values.alike(value, wanted):
-            yield "a variable", name
-        elif factor := _number(wanted / value):
+            continue
+        if factor := _number(wanted / value):
             yield "a formula", _times(factor, name)
 
 

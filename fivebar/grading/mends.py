@@ -298,7 +298,7 @@ class _Search:
         whether long ones are looked for.
         """
         needs, known = self._needs(steps)
-        found = _found(known, short_formulas)
+        found = [*needs.named(), *_found(known, short_formulas)]
         mend = self._surest(found, needs, steps)
         if mend or not deep:
             return mend
@@ -406,6 +406,8 @@ def _size(found):
     # What a name is worth is better said where it gets its value, and an argument in the call.
     long += kind != "a variable" and place.text.isidentifier()
     long += 2 * place.is_argument
+    # With bars of one length an angle may well be twice another one, but nobody forgets that.
+    long += 3 * (place.turns and kind == "a factor")
     return long, -place.moved.sum(), len(place.text)
 
 

@@ -10,7 +10,7 @@ from itertools import chain, starmap
 import numpy as np
 
 from ..base.backend import wrap
-from .beside import guesses_of, known_values
+from .beside import guesses_of, guesses_of_names, known_values
 from .following import Helped
 from .formulas import CLOSE, OLD, Values
 from .judge import numbers_of
@@ -23,6 +23,7 @@ from .worker.wire import Change
 ARGUMENT = "an argument"
 ALL = -1  # in place of a place whose visits are told
 SCREENED = 2  # rows in which a place is looked at first
+MOST_GUESSED = 16  # numbers of a place in one call that are guessed
 MOST_UNKNOWNS = 4  # numbers of a place in one call that are looked for
 STEPS = 12  # of Newton's method
 SOLVED = 1e-9  # of the largest right answer
@@ -46,13 +47,14 @@ def spot_of(told: Change) -> Spot:
 
 @dataclass(frozen=True)
 class Place:
-    """A place of a program: its number, what a worker told of it, and which numbers of the answer
-    depend on it.
+    """A place of a program: its number, what a worker told of it, which numbers of the answer
+    depend on it, and whether all these are angles.
     """
 
     number: int
     told: Change
     moved: np.ndarray
+    turns: bool
 
     line = property(lambda self: self.told.line)
     function = property(lambda self: self.told.function)
@@ -116,30 +118,55 @@ class Needs:
         whole = {number: starts[number] for number in found}
         every = range(len(self._plain))
         for number, (wanted, moved) in self._solve(whole, every).items():
-            place = Place(number, self._told[number], moved)
-            yield Need(place, starts[number], wanted)
+            yield Need(self._place(number, moved), starts[number], wanted)
 
     def guessed(self) -> Iterator[tuple[Place, str, str]]:
         """Yield (place, kind, formula) of matrices that are right as products and sums of those
         beside them: a matrix has too many numbers to be solved for.
         """
         few = range(min(SCREENED, len(self._plain)))
-        off = self._off(self._replies([(row, ()) for row in few]), few)
-        for number, told in enumerate(self._told):
+        for number in range(len(self._told)):
             visits = [seen.get(number, []) for seen in self._visits]
-            if {len(row) for row in visits} != {1} or {len(row[0]) for row in visits} != {4}:
+            if {len(row) for row in visits} == {1} and {len(row[0]) for row in visits} == {4}:
+                yield from self._right_ones(number, guesses_of(self._matrices(number, few)))
+
+    def named(self) -> Iterator[tuple[Place, str, str]]:
+        """Yield (place, kind, formula) of what is right with one other value, in places with more
+        numbers in a call than the answer: a helper is called once for each leg.
+        """
+        few = range(min(SCREENED, len(self._plain)))
+        for number in range(len(self._told)):
+            visits = [seen.get(number, []) for seen in self._visits]
+            counts, sizes = {*map(len, visits)}, {len(part) for row in visits for part in row}
+            if len(counts) != 1 or len(sizes) != 1 or counts == {0}:
                 continue
-            guesses = guesses_of(self._matrices(number, few))
-            if not guesses:
+            if not len(self.wrong) < max(counts) * max(sizes) <= MOST_GUESSED:
                 continue
-            calls = [(row, ((number, value[row]),)) for *_, value in guesses for row in few]
-            errors = self._off(self._replies(calls), [row for row, _ in calls])
-            errors = errors.reshape(len(guesses), len(few), -1)
-            right = (np.abs(errors / self._scale) <= NEARLY).all(axis=(1, 2))
-            for found in np.flatnonzero(right):
-                kind, text, _ = guesses[found]
-                moved = self.wrong | (np.abs(errors[found] - off) > 0).any(axis=0)
-                yield Place(number, told, moved), kind, text
+            values = self._values(number, [(row, ()) for row in few], max(sizes))
+            if values is not None:
+                yield from self._right_ones(number, guesses_of_names(values))
+
+    def _right_ones(self, number, guesses):
+        """Yield (place, kind, formula) of the guesses with which all is right in a few rows."""
+        if not guesses:
+            return
+        few = range(min(SCREENED, len(self._plain)))
+        off = self._off(self._replies([(row, ()) for row in few]), few)
+        calls = [
+            (row, ((number, value.reshape(len(few), -1)[row]),))
+            for *_, value in guesses
+            for row in few
+        ]
+        errors = self._off(self._replies(calls), [row for row, _ in calls])
+        errors = errors.reshape(len(guesses), len(few), -1)
+        right = (np.abs(errors / self._scale) <= NEARLY).all(axis=(1, 2))
+        for found in np.flatnonzero(right):
+            kind, text, _ = guesses[found]
+            moved = self.wrong | (np.abs(errors[found] - off) > 0).any(axis=0)
+            yield self._place(number, moved), kind, text
+
+    def _place(self, number, moved):
+        return Place(number, self._told[number], moved, bool(self._angles[moved].all()))
 
     def _matrices(self, number, rows):
         """Return name -> (rows, 2, 2) of the matrices beside a place."""
@@ -316,16 +343,23 @@ class Needs:
         """Return what stands beside a place, None where its calls do not show it."""
         number = need.place.number
         calls = [(row, ((number, values),)) for row, values in enumerate(need.wanted)]
-        replies = self._replies(calls, number)
-        visits = [*chain.from_iterable(reply.beside for reply in replies)]
-        if len(visits) != len(self._plain) * len(self._visits[0][number]):
+        size = need.wanted.size // (len(calls) * len(self._visits[0][number]))
+        values = self._values(number, calls, size)
+        wanted = need.wanted.ravel()
+        return values and replace(values, wanted=wanted, turns=need.place.turns)
+
+    def _values(self, number, calls, size):
+        """Return what stands beside a place in these calls, its own value as the wanted one; None
+        where they do not show it.
+        """
+        visits = [*chain.from_iterable(reply.beside for reply in self._replies(calls, number))]
+        if len(visits) != len(calls) * len(self._visits[0][number]):
             return None
-        size = need.wanted.size // len(visits)
         beside = known_values(visits, size)
         if OLD not in beside:
             return None
-        turns = bool(self._angles[need.place.moved].all())
-        return Values(beside.pop(OLD), need.wanted.ravel(), beside, turns, size)
+        old = beside.pop(OLD)
+        return Values(old, old, beside, size=size)
 
 
 def _newton_steps(slopes, off, moved):

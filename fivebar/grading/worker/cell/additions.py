@@ -62,6 +62,9 @@ def _added(place):
     if matrices or whole or isinstance(parent, ast.Call | ast.Attribute):
         yield 3, "a transpose", transposed(node)
         yield 3, "an inverse", inverse_of(node)
+    for name in _matrices(scope) if matrices else ():
+        yield 4, "a matrix product", ast.BinOp(name_of(name), ast.MatMult(), node)
+        yield 4, "a matrix product", with_(ast.MatMult(), name_of(name))
     if not place.term:
         return
     yield 4, "a factor", with_(ast.Div(), ast.Constant(2))
@@ -73,6 +76,17 @@ def _added(place):
         elif isinstance(node, ast.Name) and name != node.id and _kind(name) == _kind(node.id):
             yield 3, "a term", with_(ast.Add(), name_of(name))
             yield 3, "a term", with_(ast.Sub(), name_of(name))
+
+
+def _matrices(scope):
+    """Return the names of the matrices of which a function makes products."""
+    products = [
+        part
+        for part in ast.walk(scope.function)
+        if isinstance(part, ast.BinOp) and isinstance(part.op, ast.MatMult)
+    ]
+    factors = [factor for part in products for factor in (part.left, part.right)]
+    return sorted({factor.id for factor in factors if isinstance(factor, ast.Name)})
 
 
 def _kind(name):
