@@ -185,9 +185,11 @@ def _notes(lab, robot, program):
     if lab.constants():
         return (*_of_another_lab(lab, program), *program.robot_of_file(lab)[1])
     numbers, constants = parameters(robot).items(), program.student.constants
-    other = [
-        f"{k} = {constants[k]:g} (graded for {v:g})" for k, v in numbers if constants.get(k, v) != v
-    ]
+    other = []
+    for name, right in numbers:
+        own = constants.get(name, right)
+        if own != right:
+            other.append(f"{name} = {own:g} (graded for {right:g})")
     if other:
         return (f"{OTHER_ROBOT}: {', '.join(other)}.",)
     own = [f"{k} = {v:g}" for k, v in numbers if v != parameters(lab.robot())[k]]

@@ -137,10 +137,12 @@ class Needs:
         few = range(min(SCREENED, len(self._plain)))
         for number in range(len(self._told)):
             visits = [seen.get(number, []) for seen in self._visits]
-            counts, sizes = {*map(len, visits)}, {len(part) for row in visits for part in row}
-            if len(counts) != 1 or len(sizes) != 1 or counts == {0}:
+            counts = {*map(len, visits)}
+            sizes = {len(part) for row in visits for part in row}
+            if len(counts) != 1 or len(sizes) != 1:
                 continue
-            if not len(self.wrong) < max(counts) * max(sizes) <= MOST_GUESSED:
+            unknowns = max(counts) * max(sizes)
+            if not len(self.wrong) < unknowns <= MOST_GUESSED:
                 continue
             values = self._values(number, [(row, ()) for row in few], max(sizes))
             if values is not None:

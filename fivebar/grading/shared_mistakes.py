@@ -61,7 +61,15 @@ class SharedMistakes:
         motion = motions(self._robot, np.random.default_rng(0), MOST_NEEDED)
         columns, no = columns_of(function, motion), np.zeros(MOST_NEEDED, bool)
         exercise = self._lab.exercises()[function]
-        return AskedRows(exercise, self._robot, columns, 0.0 * no, no, {}, no)
+        return AskedRows(
+            exercise,
+            self._robot,
+            columns,
+            tolerance=np.zeros(MOST_NEEDED),
+            refuse=no,
+            constants={},
+            good=no,
+        )
 
     def _needed(self, function, several, where):
         """Return for each of these rows (spot, count of its numbers) -> what it needs so that
@@ -88,4 +96,7 @@ class SharedMistakes:
 
 def _alike(a, b):
     """Return whether two functions need the same values."""
-    return a.shape == b.shape and bool(np.all(np.abs(a - b) <= CLOSE * np.abs(b).max()))
+    if a.shape != b.shape:
+        return False
+    most = CLOSE * np.abs(b).max()
+    return bool(np.all(np.abs(a - b) <= most))

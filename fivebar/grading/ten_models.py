@@ -116,12 +116,19 @@ def evaluated(acc: Accelerations, name: str) -> Callable:
 def unreachable(robot: Robot, name: str, draw: np.random.Generator, n: int) -> Columns:
     """Return questions of dgm or igm that have no answer."""
     if name == "dgm":
-        q = draw.uniform(-np.pi, np.pi, (400, 2)) if robot.turns else draw.uniform(-1, 1, (400, 2))
+        most = np.pi if robot.turns else 1.0
+        q = draw.uniform(-most, most, (400, 2))
         pose = dgm(robot, q, unreachable="nan")
-        return (*q[np.isnan(pose.xi[:, 0])][:n].T, np.tile([-1, 1], n)[:n])
+        out_of_reach = np.isnan(pose.xi[:, 0])
+        q11, q21 = q[out_of_reach][:n].T
+        both_modes = np.tile([-1, 1], n)
+        return q11, q21, both_modes[:n]
     xi = draw.uniform(-1, 1, (400, 2)) * 2.2 * sum(robot.distal)
     pose = igm(robot, xi, unreachable="nan")
-    return (*xi[np.isnan(pose.q).any(axis=1)][:n].T, *draw.choice([-1, 1], (2, n)))
+    out_of_reach = np.isnan(pose.q).any(axis=1)
+    x, y = xi[out_of_reach][:n].T
+    gamma1, gamma2 = draw.choice([-1, 1], (2, n))
+    return x, y, gamma1, gamma2
 
 
 def exercises(kind: Kind) -> list[Exercise]:

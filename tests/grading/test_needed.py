@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fivebar.grading.beside import guesses_of
+from fivebar.grading.beside import guesses_of, known_values
 from fivebar.grading.formulas import OLD, Values, long_formulas, short_formulas
 from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
@@ -121,6 +121,23 @@ def test_matrices_are_products_and_sums_of_those_beside_them():
     assert guesses[f"{OLD} - AD @ J"] == pytest.approx(old - a @ j)
     assert guesses["-J @ AD @ J"] == pytest.approx(-j @ a @ j)
     assert guesses_of({"AD": a}) == []
+
+
+def test_a_name_comes_before_a_number_that_it_may_have():
+    here = samples(11) | {"m": np.full(8, 3.0), "n": np.full(8, 1.0)}
+    assert next(formulas(Values(here["m"], here["n"], here))) == ("a variable", "n")
+
+
+def test_nobody_forgets_to_divide_by_a_rate():
+    here = samples(12)
+    values = Values(here["a"], here["a"] / here["w"], {"wD": here["w"]})
+    assert not [*formulas(values)]
+    assert next(formulas(Values(values.old, values.wanted, {"w": here["w"]})))[0] == "a factor"
+
+
+def test_rates_of_two_kinds_have_a_difference():
+    visits = [{"yD": [0.3], "q11D": [0.7], OLD: [1.0]}, {"yD": [0.4], "q11D": [0.1], OLD: [1.0]}]
+    assert known_values(visits, 1)["(yD - q11D)"] == pytest.approx([-0.4, 0.3])
 
 
 def test_a_term_of_four_factors_is_found():

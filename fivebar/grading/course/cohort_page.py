@@ -110,9 +110,10 @@ def _item(item):
 def _body(lab, reports):
     of = scores(reports)
     bins = Counter(min(int(report.percent / 10), 9) for report in reports)
-    shares = [
-        (f"{10 * k} to {10 * k + 10} %", _bar(bins[k] / len(reports)), bins[k]) for k in range(10)
-    ]
+    shares = []
+    for k in range(10):
+        tens = f"{10 * k} to {10 * k + 10} %"
+        shares.append((tens, _bar(bins[k] / len(reports)), bins[k]))
     checks = [
         (
             text(item.title),
