@@ -15,6 +15,7 @@ MOST_MATRICES = 6  # beside a matrix, of which products are tried
 Guess = tuple[str, str, np.ndarray]  # kind of the mistake, the formula, and its values
 DIGITS = 9  # after the point, in which two values are the same
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
+_RATE = re.compile(r"\w*[^D]D")
 _ANGLE = re.compile(r"\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*(?<![Dd])\b[^()*/]*\)?")
 
 
@@ -84,18 +85,19 @@ def _sums(numbers):
     made = {}
     for (one, a), (other, b) in combinations(numbers.items(), 2):
         if _NAME.fullmatch(one) and _kin(one) == _kin(other):
-            made |= {f"({one} + {other})": a + b, f"({one} - {other})": a - b}
+            made[f"({one} + {other})"] = a + b
+            made[f"({one} - {other})"] = a - b
     return made
 
 
 def _speeds(numbers):
     """Return the differences of rates of other kinds: yD and q11D."""
-    rates = {name: value for name, value in numbers.items() if re.fullmatch(r"\w*[^D]D", name)}
-    return {
-        f"({one} - {other})": a - b
-        for (one, a), (other, b) in combinations(rates.items(), 2)
-        if _kin(one) != _kin(other)
-    }
+    rates = [name for name in numbers if _RATE.fullmatch(name)]
+    made = {}
+    for one, other in combinations(rates, 2):
+        if _kin(one) != _kin(other):
+            made[f"({one} - {other})"] = numbers[one] - numbers[other]
+    return made
 
 
 def _kin(name):
@@ -108,7 +110,8 @@ def _turned(numbers):
     made = {}
     for name, value in numbers.items():
         if _ANGLE.fullmatch(name):
-            made |= {f"{MATH}sin({name})": np.sin(value), f"{MATH}cos({name})": np.cos(value)}
+            made[f"{MATH}sin({name})"] = np.sin(value)
+            made[f"{MATH}cos({name})"] = np.cos(value)
     return made
 
 
@@ -117,7 +120,8 @@ def _products(arrays):
     vectors = {name: value.T for name, value in arrays.items() if value.shape[1] == 2}
     made = {}
     for name, (x, y) in vectors.items():
-        made |= {f"{name}[0]": x, f"{name}[1]": y}
+        made[f"{name}[0]"] = x
+        made[f"{name}[1]"] = y
     for (one, (x, y)), (other, (u, v)) in combinations(vectors.items(), 2):
         made[f"({one}[0]*{other}[0] + {one}[1]*{other}[1])"] = x * u + y * v
         made[f"({one}[0]*{other}[1] - {one}[1]*{other}[0])"] = x * v - y * u

@@ -180,8 +180,10 @@ class _Search:
             return found
         found = found or self._written(deep=deep or bool(self.others))
         # A formula of this function may stand for a mistake in a helper, which helps others, too.
-        if found and (found.helps or not self._may_be_elsewhere(found)):
-            return found
+        if found is not None:
+            elsewhere = self.others and found.changes[0].function == self.function
+            if found.helps or not elsewhere:
+                return found
         for wave in range(LIKELY, WAVES) if deep or self.others else ():
             more = self._single(replace(self.tried, wave=wave), better)
             if more and (more.helps or not found):
@@ -189,10 +191,6 @@ class _Search:
         if found:
             return found
         return self._two(better) if deep else None
-
-    def _may_be_elsewhere(self, found):
-        """Return whether a change is in this function, and others that call the same are wrong."""
-        return bool(self.others) and found.changes[0].function == self.function
 
     def lead(self) -> Lead | None:
         """Return a formula that is right but for its sign in some calls, or else the last one that

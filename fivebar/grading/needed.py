@@ -80,8 +80,9 @@ class Need:
     @property
     def is_sign(self) -> bool:
         """Whether nothing but the sign is wrong, if not in all calls."""
-        same = np.abs(self.wanted - self.old) <= CLOSE * np.abs(self.old)
-        turned = np.abs(self.wanted + self.old) <= CLOSE * np.abs(self.old)
+        most = CLOSE * np.abs(self.old)
+        same = np.abs(self.wanted - self.old) <= most
+        turned = np.abs(self.wanted + self.old) <= most
         return bool(np.all(same | turned) and turned.any())
 
 
@@ -154,11 +155,10 @@ class Needs:
             return
         few = range(min(SCREENED, len(self._plain)))
         off = self._off(self._replies([(row, ()) for row in few]), few)
-        calls = [
-            (row, ((number, value.reshape(len(few), -1)[row]),))
-            for *_, value in guesses
-            for row in few
-        ]
+        calls = []
+        for *_, values in guesses:
+            by_row = values.reshape(len(few), -1)
+            calls += [(row, ((number, by_row[row]),)) for row in few]
         errors = self._off(self._replies(calls), [row for row, _ in calls])
         errors = errors.reshape(len(guesses), len(few), -1)
         right = (np.abs(errors / self._scale) <= NEARLY).all(axis=(1, 2))

@@ -13,7 +13,6 @@ from collections.abc import Generator
 from dataclasses import replace
 from functools import partial
 from inspect import signature
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -337,10 +336,12 @@ class Checks:
             return
         told_at_all = lab.spots_from() is not None
         asked: dict = {}
-        for rows in chain.from_iterable(ask.rows_asked for ask in self._asks):
-            asked.setdefault(rows.exercise.name, []).append(rows)
+        for ask in self._asks:
+            for rows in ask.rows_asked:
+                asked.setdefault(rows.exercise.name, []).append(rows)
         written = {check.function: None for check in self.found if may_be_mended(check)}
-        shared = SharedMistakes(self.program, lab, {c.function for c in self.found if c.share < 1})
+        lost = {check.function for check in self.found if check.share < 1}
+        shared = SharedMistakes(self.program, lab, lost)
         in_vain = 0
         names = [name for name in written if name in asked]
         names.sort(key=lambda name: name not in BY_LEGS)
@@ -360,33 +361,39 @@ class Checks:
             in_vain += deep and not isinstance(mend, Mend)
             if not isinstance(mend, Mend):
                 shared.let_pay(function)
-            if mend is None:
-                continue
-            spot = mend.spot(self.program.where)
-            for k in places:
-                if self.found[k].share == 1:
-                    continue
-                told = {"spot": spot} if told_at_all else {}
-                if isinstance(mend, Lead) and is_named(self.found[k]):
-                    continue
-                if not is_named(self.found[k]):
-                    told |= {"misconception": mend.name, "hint": mend.hint}
-                self.found[k] = replace(self.found[k], **told)
+            if mend is not None:
+                self._tell(mend, places, told_at_all)
             if isinstance(mend, Mend):
                 self._judge_with(mend, lab)
+
+    def _tell(self, mend, places, told_at_all):
+        """Tell what was found in those checks of a function that are not right."""
+        spot = mend.spot(self.program.where)
+        for k in places:
+            check = self.found[k]
+            if check.share == 1:
+                continue
+            if isinstance(mend, Lead) and is_named(check):
+                continue
+            told = {}
+            if told_at_all:
+                told["spot"] = spot
+            if not is_named(check):
+                told["misconception"] = mend.name
+                told["hint"] = mend.hint
+            self.found[k] = replace(check, **told)
 
     def _paid_elsewhere(self, function, shared):
         """Return whether a function is wrong by values of a helper for which another one pays; it
         gets its points then.
         """
-        failed = [
-            k
-            for k, check in enumerate(self.found)
-            if check.function == function and check.share < 1 and check.name in self._failed
-        ]
-        asks = [self._failed[self.found[k].name][1] for k in failed]
-        asked = [*chain.from_iterable(ask.rows_asked for ask in asks)]
-        payer, helper = shared.payer(function, [rows for rows in asked if not rows.good.all()])
+        failed, asked = [], []
+        for k, check in enumerate(self.found):
+            if check.function == function and check.share < 1 and check.name in self._failed:
+                ask = self._failed[check.name][1]
+                failed.append(k)
+                asked += [rows for rows in ask.rows_asked if not rows.good.all()]
+        payer, helper = shared.payer(function, asked)
         for k in failed if payer else ():
             check = self.found[k]
             told = f"wrong by the same values of your {helper} as {payer}, which pays for them"

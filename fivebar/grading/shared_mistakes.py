@@ -46,8 +46,10 @@ class SharedMistakes:
         [mine] = self._needed(function, [self._along(function)], spots.__contains__)
         for other in others:
             values = self._payers[other]
-            both = mine.keys() & values.keys()
-            same = {key for key in both if _alike(mine[key], values[key])}
+            same = set()
+            for key in mine.keys() & values.keys():
+                if _alike(mine[key], values[key]):
+                    same.add(key)
             spots = {spot for spot, _ in same}
             for needed in self._needed(function, asked, spots.__contains__) if same else ():
                 same &= needed.keys()
@@ -84,13 +86,12 @@ class SharedMistakes:
                 wrong = np.flatnonzero(~rows.good & ~rows.refuse)
                 few = rows.part(wrong[spread(len(wrong), MOST_NEEDED)])
                 needs = Needs(other.student, Tried(function, tuple(exercises)), few)
-                found.append(
-                    {
-                        (spot_of(need.place.told), need.wanted.shape[1]): need.wanted
-                        for need in needs.all(where=where)
-                        if need.place.moved[needs.wrong].all()
-                    }
-                )
+                values = {}
+                for need in needs.all(where=where):
+                    if need.place.moved[needs.wrong].all():
+                        count = need.wanted.shape[1]
+                        values[spot_of(need.place.told), count] = need.wanted
+                found.append(values)
         return found
 
 
