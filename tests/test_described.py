@@ -70,6 +70,7 @@ def test_an_object_says_in_one_line_what_it_is(made, words):
     assert words in notes and "\n" not in notes and len(notes) < 250
 
 
+@pytest.mark.deep
 def test_a_notebook_shows_the_picture():
     for made in (RUN, fb.plan(ROBOT, (0.05, 0.09), (0.0, 0.1), 1.0)):
         shown = made._repr_html_()

@@ -71,6 +71,7 @@ def test_no_room_leaves_what_was_there(name, tmp_path):
 FULL = ["track", "--from", "0.09", "0.068", "--to", "0", "0.1", "--duration", "1", "--out"]
 
 
+@pytest.mark.deep
 def test_a_full_disk_is_said_and_leaves_nothing(tmp_path):
     need("bubblewrap")
     place = tmp_path / "disk"
@@ -95,6 +96,7 @@ def test_measurements_end_with_the_disk_and_go_on_with_another(tmp_path):
     assert Partial(tmp_path / "a.jsonl", {}).rows == rows[:2]
 
 
+@pytest.mark.deep
 def test_a_folder_that_may_not_be_written(tmp_path):
     need("bubblewrap")
     inside = f'"{sys.executable}" -m fivebar {" ".join(FULL)} {tmp_path}/run'

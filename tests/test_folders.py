@@ -35,6 +35,7 @@ def test_work_that_takes_long_is_refused_at_once(tmp_path):
                 pass
 
 
+@pytest.mark.deep
 def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path):
     with replaced(tmp_path / "plan.csv") as part:
         name = part.rsplit("/", 1)[1]
@@ -48,6 +49,7 @@ def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path):
     assert (tmp_path / "plan.png").exists()
 
 
+@pytest.mark.deep
 def test_a_front_is_saved_beside_nothing_half_written(tmp_path):
     front = fb.design(
         {"bars": "min", "workspace_area": "max"},

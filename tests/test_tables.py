@@ -77,6 +77,7 @@ def again(thing, kind, *others):
     return kind(file, *others)
 
 
+@pytest.mark.deep
 @CALMLY
 @given(runs())
 def test_a_run_comes_back(run):
@@ -182,6 +183,7 @@ LINKAGES = st.one_of(
 )
 
 
+@pytest.mark.deep
 @CALMLY
 @given(
     LINKAGES,
@@ -256,6 +258,7 @@ def readers(plan):
     }  # fmt: skip
 
 
+@pytest.mark.deep
 @settings(CALMLY, max_examples=200)
 @given(
     st.sampled_from(["trajectory", "run", "plan", "study"]),

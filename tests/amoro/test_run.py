@@ -222,6 +222,7 @@ def test_real_time_is_not_faster(tmp_path):
     assert time.monotonic() - before > float(done.stdout) > 0.49
 
 
+@pytest.mark.deep
 def test_ctrl_c_reaches_the_script(tmp_path):
     loop = """try:
     while True:

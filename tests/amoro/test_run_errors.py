@@ -44,6 +44,7 @@ def test_spinning_without_a_step_is_ended(tmp_path, script, message):
     )
 
 
+@pytest.mark.deep
 def test_an_error_has_the_scripts_own_traceback(tmp_path):
     done = run(
         tmp_path,
@@ -174,6 +175,7 @@ def test_a_failed_motion_stays_failed(tmp_path):
     )
 
 
+@pytest.mark.deep
 def test_task_2_is_told_with_its_singularity(tmp_path):
     """Computed torque into Type 2: the crossing with time and type."""
     script = f"""{START}

@@ -42,6 +42,7 @@ def test_demo(tmp_path, capsys):
     assert run.t[-1] == 2.0 and len(run.t) == 2001
 
 
+@pytest.mark.deep
 def test_track_a_line_as_json(capsys, tmp_path):
     assert main([*LINE, "--json", "--torque-limit", "0.006", "--out", str(tmp_path)]) == 0
     figures = json.loads(capsys.readouterr().out)
@@ -240,6 +241,7 @@ def test_unknown_parameter_in_toml(tmp_path, capsys):
     )
 
 
+@pytest.mark.deep
 def test_as_a_program():
     done = subprocess.run([sys.executable, "-m", "fivebar", *LINE], capture_output=True, text=True)
     assert done.returncode == 0 and done.stderr == "" and "peak torque" in done.stdout

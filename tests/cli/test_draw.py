@@ -25,6 +25,7 @@ def table(file, skip=1):
     return lines[0].split(","), np.array([line.split(",") for line in lines[1:]], dtype=float)
 
 
+@pytest.mark.deep
 def test_a_drawing_is_drawn(drawing, tmp_path, capsys):
     out = tmp_path / "out"
     assert (
@@ -331,6 +332,7 @@ def test_plan_between_points(tmp_path, capsys):
     assert (tmp_path / "plan.png").stat().st_size > 10_000
 
 
+@pytest.mark.deep
 def test_plan_in_the_frame_of_a_machine(tmp_path):
     machine = fb.Machine(fb.FiveBar(), (0.1, 0.2), frame=fb.Placement((0.3, 0.1), 0.5))
     machine.save(tmp_path / "robot.toml")

@@ -58,6 +58,7 @@ def test_a_log_gives_a_robot_that_robot_reads(files, capsys):
     assert set(table["chosen"]) == CASE.named | {"zz1", "zz2", "m"}
 
 
+@pytest.mark.deep
 def test_a_machine_stays_one(files, capsys):
     robot = str(files / "robot.toml")
     with open(robot, "a", encoding="utf-8") as file:

@@ -70,6 +70,7 @@ def test_a_failure_names_the_gains():
         fb.simulate(robot, fb.ComputedTorque(robot, 8100, 180), line, measurement=late)
 
 
+@pytest.mark.deep
 def test_a_run_that_whirls_is_told_why():
     robot = fb.FiveBar()
     line = fb.line((0.09, 0.06796322), (0.0, 0.1), 2.0)

@@ -180,6 +180,7 @@ def test_fallback_is_clipped_computed_torque_and_reported():
         )
 
 
+@pytest.mark.deep
 def test_fallback_is_pd_near_type_2_and_knows_the_mode_behind_it():
     chosen = case("crossing")
     tracker = Tracker(ROBOT, constraints=fb.Constraints(torque=0.05))

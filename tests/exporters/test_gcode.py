@@ -57,6 +57,7 @@ def test_a_replayed_file_keeps_deviation_speed_time_and_pen(name, machine, motio
     assert replay.pen_errors == 0 and set(replay.down.tolist()) == {True, False}
 
 
+@pytest.mark.deep
 def test_places_and_times_are_those_of_the_motion(motion):
     """Read by plain regular expressions, without the reader of the package."""
     text = fb.export(motion, "gcode", machine=PLOTCLOCK)

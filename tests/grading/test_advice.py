@@ -35,6 +35,7 @@ def said(found, function=""):
     ]
 
 
+@pytest.mark.deep
 def test_zeros_of_a_function_still_to_be_written_are_no_mistake_in_a_formula(tmp_path):
     body = (FRESH / "amoro_blocks.py").read_text("utf-8").split("def dkm_passive(")[1]
     body = body.split("):\n", 1)[1].split("\n\n\n")[0]
@@ -62,6 +63,7 @@ def test_the_end_of_a_step_is_no_rounding(tmp_path):
     assert {name for _, _, name in said(found)} == {"no bisection: the end of a step of 1/500"}
 
 
+@pytest.mark.deep
 def test_one_mode_for_both_legs_is_named_beside_a_clamped_cosine(tmp_path):
     changes = (
         ("acos(cosine)", "acos(max(-1.0, min(1.0, cosine)))"),

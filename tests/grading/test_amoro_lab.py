@@ -73,6 +73,7 @@ def test_what_follows_rightly_from_a_wrong_dgm_keeps_its_points(tmp_path):
     assert all(notes in c.remarks for c in passive)
 
 
+@pytest.mark.deep
 def test_a_wrong_dkm_costs_nothing_in_a_dynamic_model_that_calls_it(tmp_path):
     right = (FOLDER / "biglide_loops.py").read_text("utf-8")
     wrong = right.replace(
@@ -103,6 +104,7 @@ def test_what_may_be_told_of_hidden_inputs_holds_no_number_of_the_programs(tmp_p
     assert ("looks like", "x is off by # in every row") in list(told(checks[0]))
 
 
+@pytest.mark.deep
 def test_what_an_older_numpy_took_is_graded_and_said(tmp_path):
     found = report(tmp_path, (FOLDER / "columns.py").read_text("utf-8"))
     assert found.points == 20

@@ -136,6 +136,7 @@ def test_grade_and_grade_again(run, tmp_path):
     assert "public" not in run("grade", SHIFTED)[1]
 
 
+@pytest.mark.deep
 def test_files_and_exit_codes(run, tmp_path):
     html, table, scope = tmp_path / "r.html", tmp_path / "r.csv", tmp_path / "results.json"
     code, _, err = run(

@@ -166,6 +166,7 @@ WORKSHEET = (
 )
 
 
+@pytest.mark.deep
 def test_moodles_own_times_and_a_sheet_of_which_only_the_marks_change(course, tmp_path):
     for name in ("Ada Ü_11_assignsubmission_file", "Ben_12_assignsubmission_file_"):
         written(tmp_path / "hand-ins" / name / "my.py", RIGHT)
@@ -203,6 +204,7 @@ def test_months_that_begin_alike_and_what_is_no_time():
     assert moodle_time("31 février 2026, 8:00") is None
 
 
+@pytest.mark.deep
 def test_weights_are_changed_without_running_programs_again(course, tmp_path):
     hand_in(tmp_path, anna=RIGHT, ben=SHIFTED)
     course()
@@ -331,6 +333,7 @@ def test_a_setting_that_cannot_be_is_told(tmp_path, text, message):
     assert message in str(error.value)
 
 
+@pytest.mark.deep
 def test_settings_are_offered_and_none_is_set_by_that(course, tmp_path):
     hand_in(tmp_path, anna=RIGHT)
     course()

@@ -192,6 +192,7 @@ def test_a_hang_and_the_lines_after_a_crash(elbow, tmp_path):
     assert report.points == 4 and "line 1, `import no_such_package`" in report.trouble
 
 
+@pytest.mark.deep
 def test_the_answers_for_another_robot_are_named(elbow, tmp_path):
     own = fb.FiveBar(l11=0.085, l12=0.085, l21=0.085, l22=0.085, d=0.12)
     report = graded(elbow, tmp_path, RIGHT, robot=own)
@@ -215,6 +216,7 @@ def test_every_lab_shipped_is_found_by_both_names():
     ).all()
 
 
+@pytest.mark.deep
 def test_a_lab_on_the_biglide(tmp_path):
     folder = tmp_path / "mylabs" / "slide"
     written(

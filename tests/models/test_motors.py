@@ -125,6 +125,7 @@ def test_a_plan_keeps_the_line(tmp_path):
     assert fb.Plan.from_csv(tmp_path / "plan.csv").problem.constraints == plan.problem.constraints
 
 
+@pytest.mark.deep
 def test_a_simulation_saturates_by_the_speed(tmp_path):
     robot, reference = LAB, fb.line((0.09, 0.068), (0.0, 0.1), 0.4)
     controller = fb.ComputedTorque(robot, 400, 40)

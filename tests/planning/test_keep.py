@@ -44,6 +44,7 @@ def test_a_plan_keeps_half_planes_a_region_joints_and_margins():
         fb.plan(ROBOT, HOME, GOAL, 0.6, constraints={"det_A": 0.1})
 
 
+@pytest.mark.deep
 def test_a_plan_leads_around_where_bars_and_posts_would_meet():
     constraints, start, goal = (
         fb.Constraints(collisions=fb.LinkCollisions(0.02, posts=0.012)),

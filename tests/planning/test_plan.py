@@ -202,6 +202,7 @@ def test_mesh_is_refined_for_limits_alone(monkeypatch):
     assert found.violations["joint_speed"] <= 1.3e-3 and len(found.meshes) > 1
 
 
+@pytest.mark.deep
 def test_distance_to_singularities_is_kept():
     ends = poses(ROBOT, ((0.0664, -0.1119), (0.0306, 0.1181)), (1, -1))
     options = dict(collocation=fb.Collocation(tolerance=2e-3))

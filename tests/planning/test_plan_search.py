@@ -144,6 +144,7 @@ def test_work_counts_points_times_iterations(tries):
     assert plan.iterations == sum(each.iterations for each in plan.meshes)
 
 
+@pytest.mark.deep
 def test_steps_under_gravity_come_nearer_to_the_best(tries, monkeypatch):
     """Each costs no more than the one before. With less work the first one is taken."""
     calls, _ = tries

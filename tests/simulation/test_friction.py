@@ -48,6 +48,7 @@ def test_energy_balances_to_1e_9_over_10_s_through_both_types(name):
     assert np.hypot(*run.loop_gap.T).max() < 1e-12
 
 
+@pytest.mark.deep
 def test_the_motion_is_that_of_full_bodies():
     """A second of swinging, integrated by SciPy from bodies that are not grouped, closed by constraint forces."""
     bodies, start = bodies_of_case(CASES[0]), fb.dkm(fb.dgm(IRI, (0.9, 2.0)), (0.3, -0.2))
@@ -72,6 +73,7 @@ def test_the_motion_is_that_of_full_bodies():
     np.testing.assert_allclose(run.q_dot[-1], end[[4, 6]], atol=1e-7)
 
 
+@pytest.mark.deep
 def test_what_sticks_does_not_creep_in_60_s():
     robot = fb.FiveBar(fs1=0.02, fs2=0.03, gravity=(0.0, -0.01))
     run = fb.simulate(robot, lambda *_: (0.01, -0.015), duration=60.0, step=0.01)

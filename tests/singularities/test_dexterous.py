@@ -268,6 +268,7 @@ def test_boundaries_are_where_a_margin_is_met():
                 )
 
 
+@pytest.mark.deep
 def test_discs_and_rectangles_keep_the_margins():
     for part in dexterous(ROBOTS["unequal"], 0.3, 0.2)[:3]:
         disc, rectangle = fb.largest_disc(part), fb.largest_rectangle(part)

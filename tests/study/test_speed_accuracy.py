@@ -35,6 +35,7 @@ def toy_result(tmp_path_factory):
     return measured(tmp_path_factory.mktemp("toy"))
 
 
+@pytest.mark.deep
 def test_every_failure_is_a_row_with_a_word(toy_result):
     words = {row["method"]: (row["status"], row["word"]) for row in toy_result.rows}
     assert words == {
