@@ -178,7 +178,7 @@ class _Search:
         found = self._likely((), better)
         if found and (found.helps or not self.others):
             return found
-        found = found or self._written(deep=deep or bool(self.others))
+        found = found or self._written(deep=deep)
         # A formula of this function may stand for a mistake in a helper, which helps others, too.
         if found is not None:
             elsewhere = self.others and found.changes[0].function == self.function

@@ -194,5 +194,6 @@ def _renew(value, classes, depth):
 def short(text: str) -> str:
     """Return a formula as it is quoted, without the modules that what is tried needs."""
     text = re.sub(r"__import__\('(numpy|math)'\)\.(linalg\.)?", "", text)
+    text = text.replace(" - -", " + ").replace(" + -", " - ")
     text = re.sub(r"globals\(\)\['(\w+)'\]", r"the file's \1", text)
     return text if len(text) <= MOST_TEXT else f"{text[: MOST_TEXT - 4]} ..."
