@@ -138,9 +138,8 @@ def noted_assembly(p: ndarray, rows: MeasuredRows) -> ndarray:
         at = place(p, rows.q, assembly)
         working = -np.sign(at.sines)
         as_noted = (rows.working == 0) | (working == rows.working)
-        fit = as_noted.all(axis=1) & np.isfinite(at.xi)
-        fits.append(fit.astype(np.int8))
-    minus, plus = fits
+        fits.append(as_noted.all(axis=1) & np.isfinite(at.xi))
+    minus, plus = np.array(fits, dtype=int)
     only = plus - minus
     return np.where(rows.assembly, rows.assembly, only)
 

@@ -151,7 +151,7 @@ def _remedies(found):
         )
     own = np.concatenate([found.p[:9], [0.0, 0.0, 0.0, 1.0]])  # a ruler knows no frame
     points, by_robot = seen(own, q, modes[:, 2])
-    by_robot[:, :, 9:] = 0.0
+    by_robot[:, :, PLACE["scale"]] = 0.0
     gaps = points - np.roll(points, 1, axis=0)
     along = gaps / np.maximum(np.hypot(*gaps.T), 1e-300)[:, None]
     ruler = np.einsum(

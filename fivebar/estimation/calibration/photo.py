@@ -264,12 +264,7 @@ def _straightened(image, corners, size, lens):
     grid = np.stack([x, y, np.ones_like(x)])
     row, column, scale = np.einsum("ij,jxy->ixy", homography, grid)
     places = lens.bent(np.stack([row / scale, column / scale], axis=-1))
-    return map_coordinates(
-        image,
-        np.moveaxis(places, -1, 0),
-        order=1,
-        mode="nearest",
-    )
+    return map_coordinates(image, np.moveaxis(places, -1, 0), order=1)
 
 
 def _marks(straight):

@@ -425,7 +425,7 @@ class Calibration(Plotted):
         """
         offset1, offset2, ratio1, ratio2, x0, y0, turn, scale = self.p[5:].tolist()
         frame = Placement((x0, y0), turn, scale)
-        modes = np.column_stack([self.working, self.assembly]).astype(int)
+        modes = np.column_stack([self.working, self.assembly])
         in_order = sorted(map(tuple, np.unique(modes[modes.all(axis=1)], axis=0).tolist()))
         offset, ratio = (offset1, offset2), (ratio1, ratio2)
         return Machine(self.robot, offset, ratio, frame, measured=tuple(in_order))

@@ -115,7 +115,7 @@ class TipError(Plotted):
     @cached_property
     def worst(self) -> ndarray:
         """(n,) farthest error, m, to first order, with every parameter within its tolerance."""
-        angle = np.linspace(0, np.pi, 720, endpoint=False)
+        angle = np.linspace(0, np.pi, 720)
         along = np.stack([np.cos(angle), np.sin(angle)])
         moves = np.einsum(
             "nik,id->ndk",

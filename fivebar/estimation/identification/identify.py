@@ -146,9 +146,8 @@ def identify(
             logs, found, rows, full = held_logs, held_found, held_rows, better
             holds_better = True
             notes = ["each torque is taken as held to the next row, which fits the motion better"]
-    for _ in range(8 if cutoff is None and full.misfit < POOR else 0):
-        if bias(found, told, full).max() < BIASED:
-            break
+    may_be_lower = cutoff is None and full.misfit < POOR
+    while may_be_lower and bias(found, told, full).max() > BIASED:
         fewer, lower = sampled(0.7 * min(each.cutoff for each in found), logs)
         if lower.counts.sum(axis=0).min() < 8 * len(columns):
             break

@@ -179,7 +179,7 @@ def _even_stretches(log, held, notes):
     """Return (t, pairs) of the stretches, over gaps of a few rows, on an even grid of times."""
     parts, bridged = [log.stretches[0]], 0
     for cut, part in zip(log.cuts, log.stretches[1:]):
-        if cut.missing and cut.end - cut.start < (BRIDGED + 1.5) * log.step:
+        if 0 < cut.missing <= BRIDGED:
             parts[-1], bridged = (
                 slice(parts[-1].start, part.stop),
                 bridged + 1,
