@@ -195,7 +195,7 @@ def measurement_poses(
     jacobian = seen(p, readings, pose.assembly)[1][:, :, columns] * size
     _refuse_untold(jacobian, unknown, size, p)
     chosen = _exchanged(jacobian, n)
-    for _ in range(2 if n > 1 and criterion == "tip" else 0):
+    for _ in range(2 if criterion == "tip" else 0):
         chosen = _for_the_tip(jacobian, chosen)
     order = _tour(
         robot,

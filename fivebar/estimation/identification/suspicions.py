@@ -138,7 +138,7 @@ def beyond_the_model(
     others[chosen] = 0.0
     pieces = []
     for t, W, tau, counts in sample.pieces:
-        rate = np.gradient(W @ theta, sample.step, axis=0) if len(t) > 2 else 0.0 * tau
+        rate = np.gradient(W @ theta, sample.step, axis=0)
         own = np.concatenate([W[:, :, chosen], rate[..., None]], axis=2)
         pieces.append((t, own, tau - W @ others, counts))
     rows = filtered(pieces, sample.step, sample.cutoff)
