@@ -222,6 +222,8 @@ def test_a_file_has_all_but_the_rows(found):
     for rows in (again, again.validation):
         assert rows.t.shape == (0,) and rows.tau.shape == rows.predicted.shape == (0, 2)
     assert not {"t", "tau", "predicted"} & (set(found.table) | set(found.table["validation"]))
+    alone = replace(found, validation=None).table
+    assert alone["validation"] is None and set(alone) == set(found.table)
 
 
 def test_gaps_of_three_rows_are_bridged_without_torques_and_longer_ones_are_not():

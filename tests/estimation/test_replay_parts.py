@@ -49,7 +49,9 @@ def test_figures_of_a_replay_are_those_of_its_distances():
     assert found.tau_difference[3] == pytest.approx((0.5, -0.25))
     size = f"apart {1e6 * rms:.4g} um rms, 5 um at most"
     assert repr(found) == f"<Replay: of the torques, {size}>"
-    assert str(found) == f"replay of the torques: {size}\ntorques apart 0.5 and 0.25 N m rms\na note"
+    assert (
+        str(found) == f"replay of the torques: {size}\ntorques apart 0.5 and 0.25 N m rms\na note"
+    )
     assert found.runs == {"measured": RUN, "simulated": simulated}
     without = Replay(RUN, run_of(xi=xi, tau=np.full_like(tau, np.nan)), "reference")
     assert "torques apart nan and nan N m rms" in str(without) and without.notes == ()
@@ -138,6 +140,7 @@ def test_a_reference_is_followed_by_computed_torque_in_the_modes_of_the_run(monk
     assert asked.step == pytest.approx(1e-3)  # ten steps of 1 ms in a row
     points = asked.reference(T)[0]
     assert points == pytest.approx(RUN.xi, abs=1e-9)
+
     # Another path that was asked for, another controller, and rows of 0.25 ms.
     def law(t, q, q_dot, reference):
         return 0.0, 0.0

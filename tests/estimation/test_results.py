@@ -1,7 +1,8 @@
 """Figures and words of results, from their definitions: evidence, degrees of freedom, tables, files."""
 
 import io
-from dataclasses import dataclass, field
+import re
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ from scipy import stats
 import fivebar as fb
 from fivebar.estimation.calibration.measured_robot import LENGTHS, PLACE
 from fivebar.estimation.calibration.measured_robot import seen as seen_by
+from fivebar.estimation.calibration.photo import _sides
 from fivebar.estimation.calibration.report import report
+from fivebar.estimation.calibration.sheet import sheet
 from fivebar.estimation.saving import read_json, write_json
 from tests.helpers.twins import HOME, LAB, measured, poses, seen, twin
 
@@ -262,3 +265,109 @@ def test_a_known_frame_stays_where_it_is_and_only_its_turn_is_found():
     assert found.assembly.dtype == np.int8 and np.array_equal(found.assembly, assembly)
     for mode in found.machine.measured:
         assert [type(sign) for sign in mode] == [int] * 3
+
+
+def test_a_report_has_the_misses_before_and_after(rough):
+    """Before: with the drawing's lengths; of rows left out: each by a fit of the others, to first order."""
+    before = rough.rows.points - fb.dgm(LAB, rough.rows.q, rough.assembly).xi
+    rms = [1e3 * np.sqrt(np.mean(off**2)) for off in (before, rough.residuals)]
+    assert rough.rms_before == pytest.approx(1e-3 * rms[0])
+    slopes = slopes_of(rough)
+    H = slopes @ np.linalg.pinv(slopes)
+    total = 0.0
+    for row in range(8):
+        own = slice(2 * row, 2 * row + 2)
+        left_out = np.linalg.solve(np.eye(2) - H[own, own], rough.residuals[row])
+        total += left_out @ left_out
+    modes = len({(*w, a) for w, a in zip(rough.working.tolist(), rough.assembly.tolist())})
+    lines = report(rough).splitlines()
+    assert lines[:2] == [
+        f"8 rows with 16 coordinates, in {modes} of 8 modes; 7 unknowns, of which 7 combinations can be told",
+        f"misses, RMS: {rms[0]:.4g} mm before, {rms[1]:.4g} mm after,"
+        f" {1e3 * np.sqrt(total / 16):.4g} mm of rows left out",
+    ]  # fmt: skip
+    assert rough.chi2 == pytest.approx((rough.residuals**2).sum() / SIGMA**2) and rough.dof == 9
+    p_value = stats.chi2.sf(rough.chi2, 9)
+    words = f"chi2 = {rough.chi2:.4g} for 9 degrees of freedom, p = {p_value:.2g}: the model fits"
+    assert lines[2] == f"{words} to the sigma given" and rough.fits
+    assert "all unknowns are told apart" in lines or rough.weakly_identified
+    assert "off all other rows" not in report(rough)
+
+
+def test_a_report_warns_of_misses_that_are_large_for_a_bar():
+    data = few_rough_points()
+    data["x"] = data["x"] + 0.02 * np.sin(1e4 * data["x"])
+    found = fb.calibrate(LAB, data, ("x0", "y0"), mistakes="keep")
+    assert f"THE MISSES ARE LARGE, {found.rms / 0.09:.1%} of a bar" in str(found)
+    assert "THE MISSES" not in str(fb.calibrate(LAB, few_rough_points(), NAMES, mistakes="keep"))
+
+
+def test_some_rows_with_a_sigma_and_some_without_are_refused():
+    data = few_rough_points()
+    data["sigma"] = np.where(np.arange(8) == 5, np.nan, 2e-4)
+    with pytest.raises(ValueError, match="row 6: no sigma, where other rows have one"):
+        fb.calibrate(LAB, data, NAMES)
+    found = fb.calibrate(LAB, data, NAMES, sigma=3e-4, mistakes="keep")
+    assert found.weight == pytest.approx(np.where(np.arange(16) // 2 == 5, 1 / 3e-4, 1 / 2e-4))
+
+
+def test_poses_are_written_with_what_is_to_be_measured_left_empty():
+    found = fb.measurement_poses(LAB, 4, criterion="D", start={"offset1": 0.1, "ratio2": 2.0})
+    out = io.StringIO()
+    found.to_csv(out)
+    head, *rows = out.getvalue().splitlines()
+    assert head == "q1,q2,x,y,working1,working2,assembly,x_nominal,y_nominal" and len(rows) == 4
+    for k, row in enumerate(rows):
+        q1, q2, x, y, *modes, x_nominal, y_nominal = row.split(",")
+        angles = float(q1) + 0.1, 2.0 * float(q2)
+        pose = fb.dgm(LAB, angles, found.assembly[k])
+        assert pose.xi == pytest.approx((float(x_nominal), float(y_nominal)), abs=1e-12)
+        assert (x, y) == ("", "")
+        assert [int(mode) for mode in modes] == [*pose.working.tolist(), int(pose.assembly)]
+        assert pose.xi == pytest.approx(found.xi[k]) and found.q[k] == pytest.approx((float(q1), float(q2)))  # fmt: skip
+    assert found.sd(2e-5)["l11"] == pytest.approx(2e-5 * found.unit_sd[0])
+
+
+def test_errors_of_a_tip_are_told_in_a_line():
+    tolerances = {"l11": 1e-4, "backlash2": 2e-3}
+    found = fb.tip_error(LAB, tolerances, [(0.0, 0.1), (0.02, 0.12)], samples=500, seed=3)
+    by_chance = f"by Monte Carlo {1e3 * found.monte_carlo_sd.max():.3g} mm"
+    words = f"2 poses, 500 samples, sd up to {1e3 * found.sd.max():.3g} mm, {by_chance}"
+    assert repr(found) == f"<TipError: {words}>"
+    assert found.tolerances == pytest.approx([1e-4, 1e-3]) and found.names == tuple(tolerances)
+    # A motor with play stands at one side of it or at the other.
+    along = np.hypot(*found.jacobian[0, :, 1])
+    alone = fb.tip_error(LAB, {"backlash2": 2e-3}, (0.0, 0.1), samples=500)
+    assert np.hypot(*alone.drawn[0].T) == pytest.approx(1e-3 * along, rel=0.02)
+    with pytest.raises(ValueError, match="21 poses times 1000000 samples: at most 2e7 together"):
+        fb.tip_error(LAB, tolerances, np.tile((0.0, 0.1), (21, 1)), samples=1_000_000)
+    other = fb.igm(fb.FiveBar(l11=0.095), (0.0, 0.1))
+    with pytest.raises(ValueError, match="poses must be of the same robot"):
+        fb.tip_error(LAB, tolerances, other)
+
+
+def test_what_no_drawing_is_made_for_is_refused():
+    table = replace(fb.Machine(LAB), tool=fb.Tool(leg=1, along=0.1, across=0.01))
+    for machine, options, words in (
+        (table, {}, "sheet: the drawing is of the joint"),
+        (LAB, {"paper": "A3"}, "sheet: paper must be"),
+        (LAB, {"working": (1, 0)}, "sheet: working must be"),
+        (5, {}, "sheet: machine must be"),
+    ):
+        with pytest.raises((ValueError, TypeError), match=words):
+            sheet(machine, **options)
+    with pytest.raises(ValueError, match="200 x 148 mm is no sheet of A5, .* about 210 x 148 mm, its longer"):  # fmt: skip
+        _sides("A5", (0.2, 0.148))
+    assert _sides("A5", (0.209, 0.149)) == (0.209, 0.149) and _sides("A4", None) == (0.297, 0.21)
+
+
+def test_a_mistake_is_told_with_what_the_bars_miss():
+    """y in mm: as it is, the bars miss by metres; put right, by the noise."""
+    rng = np.random.default_rng(11)
+    data = measured(twin(rng, LAB, ("l11",)), 8, rng, 1e-5, HOME)
+    data["y"] = 1e3 * data["y"]
+    with pytest.raises(ValueError) as refused:
+        fb.calibrate(LAB, data, ("l11",))
+    sizes = re.search(r"miss the points by (\S*) mm then, by (\S*) mm as it is; medians", str(refused.value))  # fmt: skip
+    after, before = map(float, sizes.groups())
+    assert after < 0.05 and 1e3 < before < 1e6
