@@ -255,3 +255,29 @@ def test_rows_of_one_piece_need_a_window_on_either_side():
         samples(*log_of(shorter, GIVEN, None, AT_THE_JOINTS), GIVEN, -1, 5.0)
     with pytest.raises(ValueError, match="cutoff = 0 Hz must be above 0"):
         samples(own, held, GIVEN, -1, 0.0)
+
+
+def test_rows_near_type_2_and_rows_that_do_not_close_are_counted():
+    """A motion to a pose whose distal bars are almost in line, of bars that are too short there."""
+    t = STEP * np.arange(2000)
+    xi = np.stack([0.01 * np.sin(7 * t), 0.0415 + 0.04 * np.cos(5 * t)], axis=1)
+    q = fb.igm(GIVEN, xi).q
+    log = {"t": t, "q": q, "tau": np.stack([np.sin(3 * t), np.cos(2 * t)], axis=1)}
+    elbows = 0.09 * np.exp(1j * q) + np.array([-0.059, 0.059])
+    shorter = np.quantile(np.abs(elbows[:, 1] - elbows[:, 0]), 0.99) / 2
+    short = replace(GIVEN, l12=shorter, l22=shorter)
+    for robot in (GIVEN, short):
+        found = samples(*log_of(log, robot, None, AT_THE_JOINTS), robot, -1, 20.0)
+        ((own, _, _),) = found.motion
+        known = np.isfinite(own).all(axis=1)
+        pose = fb.dgm(robot, own[known], -1, unreachable="nan")
+        closes = np.isfinite(pose.xi).all(axis=1)
+        singular = np.abs(np.where(closes, pose.det_A, 1.0)) < 0.1
+        total = known.sum()
+        words = [f"{singular.sum()} of {total} rows are within |det A| < 0.1 of a Type-2 singularity"]
+        if robot is short:
+            words.append(f"{(~closes).sum()} of {total} rows do not close the loop of this robot's bars and do")  # fmt: skip
+        for each in words:
+            assert any(each in note for note in found.notes), (each, found.notes)
+        counts = found.pieces[0][3][known]
+        assert not counts[singular | ~closes].any() and singular.any()

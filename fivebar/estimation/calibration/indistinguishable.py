@@ -153,7 +153,7 @@ def _remedies(found):
     points, by_robot = seen(own, q, modes[:, 2])
     by_robot[:, :, PLACE["scale"]] = 0.0
     gaps = points - np.roll(points, 1, axis=0)
-    along = gaps / np.maximum(np.hypot(*gaps.T), 1e-300)[:, None]
+    along = gaps / np.hypot(*gaps.T)[:, None]
     ruler = np.einsum(
         "ni,nij->nj",
         along,
