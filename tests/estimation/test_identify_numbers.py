@@ -274,7 +274,9 @@ def test_rows_near_type_2_and_rows_that_do_not_close_are_counted():
         closes = np.isfinite(pose.xi).all(axis=1)
         singular = np.abs(np.where(closes, pose.det_A, 1.0)) < 0.1
         total = known.sum()
-        words = [f"{singular.sum()} of {total} rows are within |det A| < 0.1 of a Type-2 singularity"]
+        words = [
+            f"{singular.sum()} of {total} rows are within |det A| < 0.1 of a Type-2 singularity"
+        ]
         if robot is short:
             words.append(f"{(~closes).sum()} of {total} rows do not close the loop of this robot's bars and do")  # fmt: skip
         for each in words:

@@ -135,7 +135,9 @@ def test_the_easiest_measurement_is_advised():
         " d: a distance between two of its points by a ruler (columns distance, to) would tell"
     )
     alike = sentences(LENGTHS[:4], "y", SYMMETRIC)
-    assert all(each.endswith(": poses in other places of the same modes would tell") for each in alike)
+    assert all(
+        each.endswith(": poses in other places of the same modes would tell") for each in alike
+    )
     rng = np.random.default_rng(4)
     q, points, assembly, _ = seen(twin(rng, LAB, ()), poses(twin(rng, LAB, ()), 9, rng, HOME))
     ruler = {"q1": q[:, 0], "q2": q[:, 1], "assembly": assembly, "to": (np.arange(9) + 1) % 9 + 1}
