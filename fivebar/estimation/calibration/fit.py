@@ -168,13 +168,12 @@ def assembly_modes(p: ndarray, rows: MeasuredRows) -> tuple[ndarray, ndarray]:
         off.append(missed.sum(axis=1))
     minus, plus = np.nan_to_num(off, nan=np.inf)
     nearer = np.where(minus <= plus, -1, 1)
-    with np.errstate(invalid="ignore"):
-        sine = sines_at(p, rows.q, rows.points)[:, 2]
-        sure = rows.whole & (np.abs(sine) > CLEAR)
-        between = points[0] - points[1]
-        apart = np.hypot(*between.T) > 0
-        bar = np.mean(p[:4])
-        alike = np.abs(off[0] - off[1]) < 1e-3 * bar
+    sine = sines_at(p, rows.q, rows.points)[:, 2]
+    sure = rows.whole & (np.abs(sine) > CLEAR)
+    between = points[0] - points[1]
+    apart = np.hypot(*between.T) > 0
+    bar = np.mean(p[:4])
+    alike = np.abs(off[0] - off[1]) < 1e-3 * bar
     by_point = np.where(measured, nearer, 0)
     otherwise = np.where(noted, noted, by_point)
     of_point = -np.sign(np.nan_to_num(sine))
@@ -212,10 +211,9 @@ def weighted_by_loops(task: LeastSquares, p: ndarray, scatter: float) -> LeastSq
         scale = p[PLACE["scale"]]
         shorter = min(p[1], p[3])
         share = sigma / (scale * shorter)
-        with np.errstate(invalid="ignore"):
-            sines = sines_at(p, rows.q, rows.points)
-            sine = np.abs(sines[:, 2])
-            near = (sine < np.sqrt(NEAR * share)) & (sine < NEAREST)
+        sines = sines_at(p, rows.q, rows.points)
+        sine = np.abs(sines[:, 2])
+        near = (sine < np.sqrt(NEAR * share)) & (sine < NEAREST)
         near &= rows.whole & (share < NOISIEST)
         if not near.any():
             return task

@@ -109,9 +109,6 @@ def settled(task: LeastSquares, p: ndarray) -> ndarray:
         loss="soft_l1",
         f_scale=1e-3,  # a leg that misses by more is no noise, and weighs less
         max_nfev=60,
-        ftol=1e-7,
-        xtol=1e-7,
-        gtol=1e-9,
     )
     return moved(result.x)
 

@@ -371,7 +371,7 @@ class _Search:
         ]
         coefficients = np.concatenate(parts, axis=1)
         k = np.tile(np.arange(1, len(sines) + 1), 2)
-        size = np.linalg.norm(coefficients / np.sqrt(k)) + 1e-300
+        size = np.linalg.norm(coefficients / np.sqrt(k))
         return _Series(
             self.robot,
             self.assembly,
