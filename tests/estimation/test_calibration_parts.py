@@ -342,7 +342,7 @@ def test_doubts_about_strange_lengths_and_crowded_points():
     for length in (0.0, -0.1):
         none = task.start.copy()
         none[1] = length
-        assert doubt(task, none) == np.inf
+        assert doubt(task, none) > 1e300
     shut = task_of(rows, ["l11"])
     shut.start[4] = 0.0  # motors on one axis: no share of that can be said
     assert doubt(shut, p) == pytest.approx(doubt(task, p))
