@@ -371,3 +371,20 @@ def test_a_mistake_is_told_with_what_the_bars_miss():
     sizes = re.search(r"miss the points by (\S*) mm then, by (\S*) mm as it is; medians", str(refused.value))  # fmt: skip
     after, before = map(float, sizes.groups())
     assert after < 0.05 and 1e3 < before < 1e6
+
+
+@pytest.mark.parametrize("names", [("x0", "y0", "turn"), ("x0", "y0", "turn", "scale")])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_turned_frame_is_found_by_points_of_both_assembly_modes(seed, names):
+    """In one working mode, no mode noted: a camera may lie anywhere, and count pixels."""
+    rng = np.random.default_rng(seed)
+    true = twin(rng, LAB, LENGTHS) | {"x0": 0.3, "y0": -0.2, "turn": rng.uniform(-3.0, 3.0)}
+    if "scale" in names:
+        true |= {"x0": 300.0, "y0": 200.0, "scale": 4000.0}
+    q, points, assembly, _ = seen(true, poses(true, 14, rng, HOME))
+    assert set(assembly) == {-1, 1}
+    data = {"q1": q[:, 0], "q2": q[:, 1], "x": points[:, 0], "y": points[:, 1]}
+    unknown = (*LENGTHS[1:], *names)
+    found = fb.calibrate(LAB, data, unknown, start={"l11": true["l11"]})
+    assert found.values == pytest.approx({name: true[name] for name in unknown}, abs=1e-7)
+    assert np.array_equal(found.assembly, assembly)

@@ -30,13 +30,14 @@ COUNTS_PER_TURN = (
 def begin(task: LeastSquares, far: bool = True) -> ndarray:
     """Return values (13,) to begin with, by the points alone; a bad row or two do not matter.
 
-    Where the start leads nowhere, usual encoders are tried for free ratios, and with `far` a whole
-    turn of the free offsets.
+    Where the start leads nowhere, usual encoders are tried for free ratios, a whole turn of a free
+    frame, and with `far` one of the free offsets.
     """
     if task.rows.whole.sum() < 3:
         return task.start.copy()
     best = settled(task, first(task))
-    for starts in (_counted, _turned) if far else (_counted,):
+    near = _counted, _turned_frames
+    for starts in (*near, _turned) if far else near:
         if doubt(task, best) > SUSPECT * task.bar and (tried := starts(task)):
             other = settled(task, _least_doubtful(task, tried))
             best = _least_doubtful(task, [best, other])
@@ -166,15 +167,38 @@ def _framed(task, start):
             free,
             np.where(noted, noted, side),
         )
-        for _ in range(4):
-            both = []
-            for mode in (-1, 1):
-                points, _ = seen(p, rows.q, np.full(len(rows), mode), derive=False)
-                both.append(points)
-            distances = np.linalg.norm(np.array(both) - rows.points, axis=2)
-            left, right = np.nan_to_num(distances, nan=np.inf)
-            p = _laid(rows, p, free, np.where(left <= right, -1, 1))
-        starts.append(p)
+        starts.append(_nearer(rows, p, free))
+    return starts
+
+
+def _nearer(rows, p, free):
+    """Return p with the free frame laid on the points, each row in the nearer assembly mode."""
+    for _ in range(4):
+        distances = np.linalg.norm(_both(rows, p) - rows.points, axis=2)
+        left, right = np.nan_to_num(distances, nan=np.inf)
+        p = _laid(rows, p, free, np.where(left <= right, -1, 1))
+    return p
+
+
+def _both(rows, p):
+    """Return the points (2, n, 2) of all rows in assembly mode -1, and those in +1."""
+    each = [seen(p, rows.q, np.full(len(rows), mode), derive=False)[0] for mode in (-1, 1)]
+    return np.array(each)
+
+
+def _turned_frames(task):
+    """Return starts with the free frame all over a turn, for rows of both assembly modes."""
+    free, rows = set(task.names), task.rows
+    if not free >= {"x0", "y0", "turn"}:
+        return []
+    starts = []
+    for turn in np.arange(0, 2 * np.pi, np.pi / 4):
+        p = task.start.copy()
+        p[PLACE["turn"]] += turn
+        if "scale" in free:
+            p[PLACE["scale"]] *= np.nanstd(rows.points) / np.nanstd(_both(rows, p))
+        p[9:11] += np.nanmean(rows.points, axis=0) - np.nanmean(_both(rows, p), axis=(0, 1))
+        starts.append(_nearer(rows, p, free))
     return starts
 
 
