@@ -9,10 +9,11 @@ import fivebar as fb
 from fivebar.base.checks import LONGEST, SHORTEST
 from fivebar.estimation.calibration.calibrate import _reaching, start_values
 from fivebar.estimation.calibration.fit import LeastSquares
-from fivebar.estimation.calibration.measured_robot import LENGTHS, sizes, values_of
+from fivebar.estimation.calibration.measured_robot import LENGTHS, PLACE, sizes, values_of
 from fivebar.estimation.calibration.poses import candidates
 from fivebar.estimation.calibration.rows import rows_of
 from fivebar.estimation.calibration.starts import begin, radians_per_count
+from fivebar.estimation.identification.dependent_columns import independent
 from fivebar.estimation.identification.filtering import spikes
 from fivebar.estimation.logs.derivatives import derivatives, half_window, spectrum
 from fivebar.estimation.logs.logs import evenly, read_log
@@ -219,3 +220,28 @@ def test_three_gaps_are_named_and_more_are_counted(count):
     more = " and more" if count > 3 else ""
     assert note == f"{count} gaps in time are not bridged: {', '.join(named)}{more}"
     assert [cut.missing for cut in log.cuts] == [3] * count
+
+
+@pytest.mark.parametrize("leg", [1, 2])
+def test_a_far_offset_is_found_and_the_known_one_stays(leg):
+    """A motor's zero may lie anywhere; the other motor's is known."""
+    far, known = f"offset{leg}", f"offset{3 - leg}"
+    data = exact(8, ("l11",), **{far: 2.4, known: 0.2})
+    found = fb.calibrate(LAB, data, ("l11", far), start={known: 0.2})
+    assert found.values[far] == pytest.approx(2.4, abs=1e-9)
+    assert found.p[5:7].tolist() == pytest.approx([2.4, 0.2][:: 3 - 2 * leg], abs=1e-9)
+    assert found.p[PLACE[known]] == 0.2 and found.start[PLACE[far]] == 0.0
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
+def test_what_depends_on_what_does_not_depend_on_units(size):
+    """Columns: two free ones, a sum of them, nothing, and nearly nothing."""
+    rng = np.random.default_rng(12)
+    W = rng.normal(size=(30, 2, 5))
+    W[..., 2] = 2 * W[..., 0] - 0.5 * W[..., 1]
+    W[..., 3] = 0.0
+    W[..., 4] *= 1e-14
+    kept, folded = independent(size * W, [0, 1, 2, 3, 4], 1e-7)
+    assert kept == [0, 1] and set(folded) == {2, 3, 4}
+    assert folded[2] == pytest.approx({0: 2.0, 1: -0.5}) and folded[3] == folded[4] == {}
+    assert independent(size * W, [2, 0, 1], 1e-7)[0] == [2, 0]

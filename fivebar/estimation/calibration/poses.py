@@ -306,10 +306,8 @@ def _exchanged(jacobian, n):
             gain[chosen] = -1.0
             best = int(np.argmax(gain))
             if gain[best] > now * (1 + 1e-9):
-                information, moved = (
-                    rest + jacobian[best].T @ jacobian[best],
-                    True,
-                )
+                information = rest + jacobian[best].T @ jacobian[best]
+                moved = True
                 chosen[place] = best
         if not moved:
             break
@@ -342,10 +340,8 @@ def _for_the_tip(jacobian, chosen):
     ]
     offered = np.union1d(np.arange(0, count, max(1, count // 400)), chosen)
     least = _spread(judged, np.linalg.inv(information)).max()
-    flat, candidates_ = (
-        judged.reshape(-1, k),
-        jacobian[offered],
-    )
+    flat = judged.reshape(-1, k)
+    candidates_ = jacobian[offered]
     rounds = 1 if len(chosen) > 20 else 3
     for place in [*range(len(chosen))] * rounds:
         own = jacobian[chosen[place]]
@@ -362,10 +358,8 @@ def _for_the_tip(jacobian, chosen):
         ends[np.isin(offered, chosen)] = np.inf
         best = int(np.argmin(ends))
         if ends[best] < least * (1 - 1e-6):
-            least, chosen[place] = (
-                ends[best],
-                int(offered[best]),
-            )
+            least = ends[best]
+            chosen[place] = int(offered[best])
             information = rest + candidates_[best].T @ candidates_[best]
     return chosen
 

@@ -20,6 +20,7 @@ from .measured_robot import (
 )
 
 SUSPECT = 5e-3  # of a mean bar: where the legs miss the points by more, something is wrong
+TURNS = np.arange(0, 2 * np.pi, np.pi / 4)  # at which what may be turned begins
 MUCH = 8.0  # rad: while it is measured, a motor of a five-bar turns no more
 COUNTS_PER_TURN = (
     "400 500 512 600 800 1000 1024 1200 1600 2000 2048 2400 2500 3200 3600 4000 4096 5000 6400 8000"
@@ -78,8 +79,11 @@ def doubt(task: LeastSquares, p: ndarray) -> float:
 
 def settled(task: LeastSquares, p: ndarray) -> ndarray:
     """Return robust least squares of the legs' errors from these values, weakly held to them."""
-    rows, bar, hold = task.rows, task.bar, 1e-5
-    q, points = rows.q[rows.whole], rows.points[rows.whole]
+    rows = task.rows
+    bar = task.bar
+    hold = 1e-5
+    q = rows.q[rows.whole]
+    points = rows.points[rows.whole]
     if not np.isfinite(median_error(task, p)):
         return p
     count = len(task.free)
@@ -116,9 +120,9 @@ def settled(task: LeastSquares, p: ndarray) -> ndarray:
 
 def _turned(task):
     """Return starts with the free offsets all over a turn, each with its own frame."""
-    turns = np.arange(0, 2 * np.pi, np.pi / 4)
-    grids = [turns if f"offset{leg}" in task.names else [0.0] for leg in (1, 2)]
-    return _with_frames(task, 5, [pair for pair in product(*grids) if any(pair)])
+    grids = [TURNS if f"offset{leg}" in task.names else [0.0] for leg in (1, 2)]
+    pairs = [pair for pair in product(*grids) if any(pair)]
+    return _with_frames(task, 5, pairs)
 
 
 def _counted(task):
@@ -192,7 +196,7 @@ def _turned_frames(task):
     if not free >= {"x0", "y0", "turn"}:
         return []
     starts = []
-    for turn in np.arange(0, 2 * np.pi, np.pi / 4):
+    for turn in TURNS:
         p = task.start.copy()
         p[PLACE["turn"]] += turn
         if "scale" in free:
@@ -217,10 +221,8 @@ def _laid(rows, p, free, mode):
             if "scale" in free:
                 p[PLACE["scale"]] = abs(slope) or 1.0
         rest = camera - p[12] * np.exp(1j * p[11]) * robot
-        p[9], p[10] = (
-            np.median(rest.real),
-            np.median(rest.imag),
-        )
+        p[9] = np.median(rest.real)
+        p[10] = np.median(rest.imag)
     elif "turn" in free:
         rest = camera - p[9] - 1j * p[10]
         p[PLACE["turn"]] = np.angle(np.vdot(robot, rest))

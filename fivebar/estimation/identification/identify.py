@@ -292,10 +292,8 @@ def _smallest_model(robot, rows, told, full):
 
     The masses stay; friction below 0 never does.
     """
-    names, masses = (
-        linear_names(robot),
-        ladder(robot)["masses"],
-    )
+    names = linear_names(robot)
+    masses = ladder(robot)["masses"]
     optional_ = [k for k, column in enumerate(told) if names[column] not in masses]
     friction = [k for k in optional_ if names[told[k]][0] == "f"]
     never = [k for k in friction if full.theta[k] < 0]

@@ -133,10 +133,8 @@ def samples(
     _refuse_still(stretches, found.noise, robot)
     regressors = _regressors(motion, robot, assembly, least // 2, notes)
     torques = np.concatenate([pairs["tau"] for _, pairs in long])
-    lowest, highest_tau = (
-        np.nanmin(torques, axis=0),
-        np.nanmax(torques, axis=0),
-    )
+    lowest = np.nanmin(torques, axis=0)
+    highest_tau = np.nanmax(torques, axis=0)
     pieces = []
     for (t, pairs), (W, good) in zip(long, regressors):
         tau = pairs["tau"]

@@ -77,10 +77,8 @@ class Replay(Animated):
         )
 
     def _size(self):
-        rms, largest = (
-            1e6 * self.figures["rms_error_m"],
-            1e6 * self.figures["max_error_m"],
-        )
+        rms = 1e6 * self.figures["rms_error_m"]
+        largest = 1e6 * self.figures["max_error_m"]
         return f"apart {rms:.4g} um rms, {largest:.4g} um at most"
 
     @property
