@@ -88,7 +88,8 @@ def encode(value: Any) -> Any:
 
 def decode(kind: Any, value: Any) -> Any:
     """Return a value of this type, out of what `encode` made of it."""
-    origin, options = get_origin(kind), get_args(kind)
+    origin = get_origin(kind)
+    options = get_args(kind)
     if NoneType in options:
         return None if value is None else decode(options[0], value)
     if kind is ndarray:

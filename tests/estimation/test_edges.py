@@ -1,5 +1,6 @@
 """How little is enough: the fewest rows, samples and numbers that are taken, and one fewer."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,12 +8,17 @@ import pytest
 
 import fivebar as fb
 from fivebar.base.checks import LONGEST, SHORTEST
-from fivebar.estimation.calibration.calibrate import _reaching, start_values
+from fivebar.estimation.calibration.calibrate import (
+    _reaching,
+    _with_possible_lengths,
+    start_values,
+)
 from fivebar.estimation.calibration.fit import LeastSquares
 from fivebar.estimation.calibration.measured_robot import LENGTHS, PLACE, sizes, values_of
 from fivebar.estimation.calibration.poses import candidates
 from fivebar.estimation.calibration.rows import rows_of
 from fivebar.estimation.calibration.starts import begin, radians_per_count
+from fivebar.estimation.identification import suspicions
 from fivebar.estimation.identification.dependent_columns import independent
 from fivebar.estimation.identification.filtering import spikes
 from fivebar.estimation.logs.derivatives import derivatives, half_window, spectrum
@@ -245,3 +251,44 @@ def test_what_depends_on_what_does_not_depend_on_units(size):
     assert kept == [0, 1] and set(folded) == {2, 3, 4}
     assert folded[2] == pytest.approx({0: 2.0, 1: -0.5}) and folded[3] == folded[4] == {}
     assert independent(size * W, [2, 0, 1], 1e-7)[0] == [2, 0]
+
+
+def test_lengths_that_would_fall_below_0_are_bounded_within_what_was_given():
+    names = ("l11", "l12", "d", "scale", "turn")
+    free = np.array([PLACE[name] for name in names])
+    given = {"l11": (0.05, 0.2), "l12": (-0.3, 0.4), "d": (-1.0, 0.3), "turn": (-2.0, 1.0)}
+    rows = rows_of(exact(4))
+    task = LeastSquares(rows, free, values_of(LAB), np.ones(5), np.ones(8), bounds=given)
+    assert _with_possible_lengths(task).bounds == {
+        "l11": (0.05, 0.2), "l12": (1e-6, 0.4), "d": (0.0, 0.3), "scale": (1e-6, np.inf),
+        "turn": (-2.0, 1.0),
+    }  # fmt: skip
+    bare = _with_possible_lengths(replace(task, bounds=None)).bounds
+    assert bare == dict.fromkeys(("l11", "l12", "scale"), (1e-6, np.inf)) | {"d": (0.0, np.inf)}
+
+
+@pytest.mark.parametrize("misfit, share", [(0.5, 0.4 / 1.5), (0.04, 1.6 / 1.5)])
+def test_a_suspicion_is_named_where_the_model_then_fits_much_better(monkeypatch, misfit, share):
+    """A misfit above 5 % must fall to a quarter; with masses below 0, it must not grow by a tenth."""
+    robot = fb.FiveBar()
+    log = SimpleNamespace(t=np.arange(5.0))
+    rows = SimpleNamespace(W=np.ones((9, 2, 1)), tau=np.ones((9, 2)), counts=np.ones((9, 2), bool))
+
+    def tried(missed):
+        one = [("", -1, robot, log), ("the thing is wrong", 1, robot, log)]
+        monkeypatch.setattr(suspicions, "_suspicions", lambda *_: iter(one))
+        monkeypatch.setattr(suspicions, "samples", lambda *_: SimpleNamespace(rows=rows))
+        monkeypatch.setattr(suspicions, "fit", lambda *_: SimpleNamespace(misfit=missed))
+        logs = [(log, False)]
+        suspicions.explain(
+            robot, logs, -1, None, [0], np.zeros(1), misfit, lambda *_: ["m"] if below else []
+        )
+
+    below = False
+    tried(1.05 * share * misfit)
+    words = f"misses {100 * misfit:.3g} % of this log's torques"
+    words += "; it" if misfit > 0.05 else ", but with masses or friction below 0; it"
+    with pytest.raises(ValueError, match=f"{words} misses .* % if the sign of tau2 is the other"):
+        tried(0.95 * share * misfit)
+    below = True  # what comes out then is no robot either
+    tried(0.5 * share * misfit)

@@ -174,7 +174,8 @@ def _poses(p):
     """Return readings (n, 2) and all modes (n, 3) of poses well off singularities, everywhere."""
     theta = np.random.default_rng(1).uniform(-np.pi, np.pi, (1500, 2))
     readings = (theta - p[5:7]) / np.where(p[7:9], p[7:9], 1.0)
-    q, modes = [np.zeros((0, 2))], [np.zeros((0, 3), int)]
+    q = [np.zeros((0, 2))]
+    modes = [np.zeros((0, 3), int)]
     for side in (-1, 1):
         at = place(p, readings, np.full(len(theta), side))
         sines = np.nan_to_num(np.column_stack([at.sines, at.det]))

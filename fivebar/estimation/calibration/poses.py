@@ -208,7 +208,8 @@ def measurement_poses(
         raise ValueError(f"n = {n} poses are too few to tell {', '.join(unknown)}")
     covariance = np.linalg.inv(sum(j.T @ j for j in jacobian[chosen]))
     worst = float(np.sqrt(_spread(jacobian, covariance).max()))
-    xi, modes = pose.xi[chosen], pose.working[chosen]
+    xi = pose.xi[chosen]
+    modes = pose.working[chosen]
     found = igm(robot, xi, modes)
     sd = size * np.sqrt(np.diag(covariance))
     return MeasurementPoses(
@@ -290,7 +291,8 @@ def _spread(jacobian, covariance):
 def _exchanged(jacobian, n):
     """Return n candidates of the greatest det of the information, by greedy steps and exchanges."""
     k = jacobian.shape[2]
-    information, chosen = 1e-6 * np.eye(k), []
+    information = 1e-6 * np.eye(k)
+    chosen = []
     for _ in range(n):
         gain = _gain(jacobian, np.linalg.inv(information))
         gain[chosen] = -1.0
@@ -326,7 +328,8 @@ def _for_the_tip(jacobian, chosen):
 
     The error is judged at poses everywhere and at those that are worst now.
     """
-    count, k = len(jacobian), jacobian.shape[2]
+    count = len(jacobian)
+    k = jacobian.shape[2]
     chosen = list(chosen)
     information = 1e-9 * np.eye(k)
     for slopes in jacobian[chosen]:
@@ -371,7 +374,8 @@ def _tour(robot, q, modes):
     cost = cost + 10.0 * (modes[:, None] != modes[None]).any(axis=2)  # modes change rarely
     tours = []
     for first in range(n):
-        order, left = [first], set(range(n)) - {first}
+        order = [first]
+        left = set(range(n)) - {first}
         while left:
             order.append(min(left, key=cost[order[-1]].__getitem__))
             left.remove(order[-1])

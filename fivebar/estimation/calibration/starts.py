@@ -159,7 +159,8 @@ def _framed(task, start):
 
     At first in the modes noted, or else all in one assembly mode, then each in the nearer one.
     """
-    free, rows = set(task.names), task.rows
+    free = set(task.names)
+    rows = task.rows
     if not free & {"x0", "y0", "turn", "scale"}:
         return []
     noted = noted_assembly(start, rows)
@@ -192,7 +193,8 @@ def _both(rows, p):
 
 def _turned_frames(task):
     """Return starts with the free frame all over a turn, for rows of both assembly modes."""
-    free, rows = set(task.names), task.rows
+    free = set(task.names)
+    rows = task.rows
     if not free >= {"x0", "y0", "turn"}:
         return []
     starts = []
@@ -212,7 +214,8 @@ def _laid(rows, p, free, mode):
     good = np.isfinite(robot) & np.isfinite(camera)
     if good.sum() < 2:
         return p
-    robot, camera = robot[good], camera[good]
+    robot = robot[good]
+    camera = camera[good]
     if free >= {"x0", "y0"}:
         around = robot - robot.mean()
         if "turn" in free and np.abs(around).max() > 0:

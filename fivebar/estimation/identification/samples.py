@@ -175,7 +175,8 @@ def samples(
 
 def _even_stretches(log, held, notes):
     """Return (t, pairs) of the stretches, over gaps of a few rows, on an even grid of times."""
-    parts, bridged = [log.stretches[0]], 0
+    parts = [log.stretches[0]]
+    bridged = 0
     for cut, part in zip(log.cuts, log.stretches[1:]):
         if 0 < cut.missing <= BRIDGED:
             parts[-1], bridged = (
@@ -188,7 +189,8 @@ def _even_stretches(log, held, notes):
         notes.append(
             f"{bridged} gaps of up to {BRIDGED} rows were bridged by cubic splines, without torques"
         )
-    stretches, uneven = [], 0.0
+    stretches = []
+    uneven = 0.0
     for part in parts:
         logged = {name: getattr(log, name) for name in ("q", "tau", "q_dot")}
         pairs = {name: pair[part] for name, pair in logged.items() if pair is not None}

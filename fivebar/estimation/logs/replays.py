@@ -184,7 +184,8 @@ def replay(
         name: np.full_like(run.q, np.nan) for name in ("q", "q_dot", "xi", "tau")
     }
     values["energy"] = np.full(len(run.t), np.nan)
-    notes, events = [], []
+    notes = []
+    events = []
     for rows in _stretches(known, run.t, restart):
         try:
             if by == "torques":
