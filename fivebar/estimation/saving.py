@@ -88,7 +88,8 @@ def encode(value: Any) -> Any:
 
 def decode(kind: Any, value: Any) -> Any:
     """Return a value of this type, out of what `encode` made of it."""
-    origin, options = get_origin(kind), get_args(kind)
+    origin = get_origin(kind)
+    options = get_args(kind)
     if NoneType in options:
         return None if value is None else decode(options[0], value)
     if kind is ndarray:
@@ -104,7 +105,7 @@ def decode(kind: Any, value: Any) -> Any:
         return {key: decode(options[1], each) for key, each in value.items()}
     if origin is tuple and isinstance(value, list):
         return tuple(decode(options[0], each) for each in value)
-    if kind is float and (value is None or isinstance(value, int)):
+    if kind is float:
         return np.inf if value is None else float(value)
     if not isinstance(value, origin or kind):
         raise ValueError(f"{value!r} is no {kind}")

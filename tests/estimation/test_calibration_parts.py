@@ -339,6 +339,13 @@ def test_doubts_about_strange_lengths_and_crowded_points():
     long[1] *= np.exp(0.5)
     missed = task.start[1] * (np.exp(0.5) - 1)
     assert doubt(task, long) == pytest.approx((missed + 0.1 * task.bar) * crowded)
+    for length in (0.0, -0.1):
+        none = task.start.copy()
+        none[1] = length
+        assert doubt(task, none) > 1e300
+    shut = task_of(rows, ["l11"])
+    shut.start[4] = 0.0  # motors on one axis: no share of that can be said
+    assert doubt(shut, p) == pytest.approx(doubt(task, p))
     small = task.start.copy()
     small[12] = 4.0
     # In a frame four times as large, the points are four times as near to each other.

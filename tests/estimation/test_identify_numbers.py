@@ -1,6 +1,8 @@
 """Numbers of an identification of one log, whose truth is known, by other ways."""
 
+import io
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ import pytest
 import fivebar as fb
 from fivebar.estimation.identification.regressor import linear_names, regressor
 from fivebar.estimation.identification.samples import CREEPING, log_of, samples
-from fivebar.estimation.logs.derivatives import HIGHEST
+from fivebar.estimation.logs.derivatives import HIGHEST, half_window
 from fivebar.estimation.logs.logs import AT_THE_JOINTS
 
 GIVEN = fb.FiveBar()
@@ -161,3 +163,123 @@ def test_a_log_of_fewer_than_two_rows_for_each_unknown_is_refused():
     with pytest.raises(ValueError, match=words):
         fb.identify(GIVEN, short)
     assert len(fb.identify(GIVEN, short, unknown=linear_names(GIVEN)[:15]).t) == 33
+
+
+UNITS = {"zz1": "kg m²", "zz2": "kg m²", "m": "kg", "fv1": "N m s/rad", "fs2": "N m"}
+
+
+def test_the_report_has_all_values_and_all_sentences(found):
+    head, *lines = str(found).splitlines()
+    assert head.split() == ["value", "±", "1", "sd"]
+    values = lines[: len(found.chosen)]
+    for name, line in zip(found.chosen, values, strict=True):
+        cells = line.split(maxsplit=3)
+        sd = f"{found.sd[name]:.2g}"
+        assert cells == [name, f"{found.values[name]:.6g}", sd, UNITS[name]]
+        assert line.index(cells[1]) + len(cells[1]) == head.index("value") + len("value")
+        assert line.index(f" {sd} ") + len(f" {sd}") == len(head)
+    first, second = found.noise
+    ratio = found.validation.ratio
+    missed, by = 100 * found.misfit, 100 * found.validation.misfit
+    p_value = f"what was left out is 0 with p = {found.p_value:.2g}"
+    assert lines[len(values) :] == [
+        f"misses {missed:.3g} % of the torques; noise of a row {first:.3g} and {second:.3g} N m",
+        f"second run: misses {by:.3g} %, {ratio[0]:.3g} and {ratio[1]:.3g} times the noise of the first",
+        f"{p_value}; the deviations count that it need not be",
+        *(f"left out: {name}: {why}" for name, why in found.rejected.items()),
+        *(f"not told apart: {sentence}" for sentence in found.indistinguishable),
+        *(f"of the log: {sentence}" for sentence in found.notes),
+    ]
+    names = " ".join(found.chosen)
+    second = f"{max(ratio):.3g} times the noise in a second run"
+    line = f"<Identification: {names}, misses {missed:.3g} % of the torques, {second}>"
+    assert repr(found) == line
+    alone = replace(found, validation=None, rejected={}, notes=("a note", "another"))
+    assert f"{p_value}\nnot told" in str(alone) and "second run" not in str(alone)
+    assert str(alone).endswith("\nof the log: a note\nof the log: another")
+    assert repr(alone) == f"<Identification: {names}, misses {missed:.3g} % of the torques>"
+
+
+def test_a_notebook_shows_each_value_with_its_unit(found):
+    html = found._repr_html_()
+    for name in found.chosen:
+        assert f"{found.values[name]:.6g} ± {found.sd[name]:.2g} {UNITS[name]}" in html
+        assert f">{name}<" in html
+    forces = replace(found, robot=fb.Biglide())
+    assert "of the forces" in str(forces) and "N s/m" in forces._repr_html_()
+
+
+def test_a_file_has_all_but_the_rows(found):
+    out = io.StringIO()
+    found.to_json(out)
+    again = fb.Identification.from_json(io.StringIO(out.getvalue()))
+    for name in ("robot", "given", "values", "sd", "chosen", "rejected", "notes", "noise"):
+        assert getattr(again, name) == getattr(found, name)
+    assert again.p_value == found.p_value and again.bodies is False
+    assert again.cutoff == found.cutoff and again.indistinguishable == found.indistinguishable
+    assert again.correlation == pytest.approx(found.correlation, abs=0.0)
+    assert again.validation.ratio == found.validation.ratio
+    for rows in (again, again.validation):
+        assert rows.t.shape == (0,) and rows.tau.shape == rows.predicted.shape == (0, 2)
+    assert not {"t", "tau", "predicted"} & (set(found.table) | set(found.table["validation"]))
+    alone = replace(found, validation=None).table
+    assert alone["validation"] is None and set(alone) == set(found.table)
+
+
+def test_gaps_of_three_rows_are_bridged_without_torques_and_longer_ones_are_not():
+    log, _ = log_from(7)
+    lost = np.r_[600:603, 1200:1204, 1800]
+    cut = {name: np.delete(column, lost, axis=0) for name, column in log.items()}
+    own, held = log_of(cut, GIVEN, None, AT_THE_JOINTS)
+    found = samples(own, held, GIVEN, -1, 20.0)
+    assert [len(t) for t, *_ in found.pieces] == [1200, 2500 - 1204]
+    words = "2 gaps of up to 3 rows were bridged by cubic splines, without torques"
+    assert words in found.notes
+    (_, _, tau, counts), _ = found.pieces
+    assert np.isnan(tau[600:603]).all() and not counts[600:603].any()
+    assert tau[603] == pytest.approx(log["tau"][603])
+    assert not any("bridged by" in note for note in samples(*log_of(log, GIVEN, None, AT_THE_JOINTS), GIVEN, -1, 20.0).notes)  # fmt: skip
+
+
+def test_rows_of_one_piece_need_a_window_on_either_side():
+    """One row fewer than a window holds, or no row more than its own, is no stretch."""
+    log, _ = log_from(8, n=400)
+    own, held = log_of(log, GIVEN, None, AT_THE_JOINTS)
+    least = 2 * half_window(5.0, STEP) + 3
+    short = {name: column[:least] for name, column in log.items()}
+    found = samples(*log_of(short, GIVEN, None, AT_THE_JOINTS), GIVEN, -1, 5.0)
+    assert np.isfinite(found.motion[0][2]).all(axis=1).sum() == 3
+    shorter = {name: column[: least - 1] for name, column in log.items()}
+    words = f"has {least - 1} rows, and derivatives at a cut-off of 5 Hz need {least}"
+    with pytest.raises(ValueError, match=words):
+        samples(*log_of(shorter, GIVEN, None, AT_THE_JOINTS), GIVEN, -1, 5.0)
+    with pytest.raises(ValueError, match="cutoff = 0 Hz must be above 0"):
+        samples(own, held, GIVEN, -1, 0.0)
+
+
+def test_rows_near_type_2_and_rows_that_do_not_close_are_counted():
+    """A motion to a pose whose distal bars are almost in line, of bars that are too short there."""
+    t = STEP * np.arange(2000)
+    xi = np.stack([0.01 * np.sin(7 * t), 0.0415 + 0.04 * np.cos(5 * t)], axis=1)
+    q = fb.igm(GIVEN, xi).q
+    log = {"t": t, "q": q, "tau": np.stack([np.sin(3 * t), np.cos(2 * t)], axis=1)}
+    elbows = 0.09 * np.exp(1j * q) + np.array([-0.059, 0.059])
+    shorter = np.quantile(np.abs(elbows[:, 1] - elbows[:, 0]), 0.99) / 2
+    short = replace(GIVEN, l12=shorter, l22=shorter)
+    for robot in (GIVEN, short):
+        found = samples(*log_of(log, robot, None, AT_THE_JOINTS), robot, -1, 20.0)
+        ((own, _, _),) = found.motion
+        known = np.isfinite(own).all(axis=1)
+        pose = fb.dgm(robot, own[known], -1, unreachable="nan")
+        closes = np.isfinite(pose.xi).all(axis=1)
+        singular = np.abs(np.where(closes, pose.det_A, 1.0)) < 0.1
+        total = known.sum()
+        words = [
+            f"{singular.sum()} of {total} rows are within |det A| < 0.1 of a Type-2 singularity"
+        ]
+        if robot is short:
+            words.append(f"{(~closes).sum()} of {total} rows do not close the loop of this robot's bars and do")  # fmt: skip
+        for each in words:
+            assert any(each in note for note in found.notes), (each, found.notes)
+        counts = found.pieces[0][3][known]
+        assert not counts[singular | ~closes].any() and singular.any()

@@ -122,6 +122,34 @@ def test_offsets_and_turn_of_motors_on_one_axis():
     assert "no measurement of this kind can" in sentence or "would tell" in sentence
 
 
+def test_the_easiest_measurement_is_advised():
+    """A turned frame with both zeros turned back: no ruler sees it. Of a scaled robot, one does."""
+    turned = sentences((*LENGTHS[:4], "offset1", "offset2", "turn"), "xy", None, COAXIAL, 0.0)
+    assert turned[0].endswith(
+        "no measurement of this kind can; measure offset1 or offset2 or turn by itself, and leave"
+        " it out of unknown"
+    )
+    (scaled,) = sentences((*GEOMETRY, "x0", "y0", "scale"), "xy", None)
+    assert scaled == (
+        "l11, l12, l21, l22, d and scale only by the products of scale and l11, l12, l21, l22 and"
+        " d: a distance between two of its points by a ruler (columns distance, to) would tell"
+    )
+    alike = sentences(LENGTHS[:4], "y", SYMMETRIC)
+    assert all(
+        each.endswith(": poses in other places of the same modes would tell") for each in alike
+    )
+    rng = np.random.default_rng(4)
+    q, points, assembly, _ = seen(twin(rng, LAB, ()), poses(twin(rng, LAB, ()), 9, rng, HOME))
+    ruler = {"q1": q[:, 0], "q2": q[:, 1], "assembly": assembly, "to": (np.arange(9) + 1) % 9 + 1}
+    ruler["distance"] = np.hypot(*(points - np.roll(points, -1, axis=0)).T)
+    found = fb.calibrate(LAB, ruler, (*LENGTHS, "turn", "scale"))
+    assert found.indistinguishable == tuple(
+        f"{name} not at all: no measurement depends on it: points x, y in a measuring frame would tell"
+        for name in ("turn", "scale")
+    )
+    assert found.values["turn"] == 0.0 and found.values["scale"] == 1.0
+
+
 def test_least_norm_stays_near_the_start():
     rng = np.random.default_rng(3)
     true = twin(rng, LAB, (*GEOMETRY, "x0", "y0", "scale"))

@@ -232,7 +232,9 @@ def start_values(robot: FiveBar, start: Mapping[str, float]) -> ndarray:
         raise TypeError(f"start must be a mapping {{name: value}}, not {shown(start)}")
     if start:
         known_names(tuple(start), "start")
-    more = {name: number(value, f"start[{name!r}]", -1e6, 1e6) for name, value in start.items()}
+    more = {}
+    for name, value in start.items():
+        more[name] = number(value, f"start[{name!r}]", -LONGEST, LONGEST)
     p = values_of(robot, more)
     if not length_ok(p):
         raise ValueError(

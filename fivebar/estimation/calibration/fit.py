@@ -138,9 +138,8 @@ def noted_assembly(p: ndarray, rows: MeasuredRows) -> ndarray:
         at = place(p, rows.q, assembly)
         working = -np.sign(at.sines)
         as_noted = (rows.working == 0) | (working == rows.working)
-        fit = as_noted.all(axis=1) & np.isfinite(at.xi)
-        fits.append(fit.astype(np.int8))
-    minus, plus = fits
+        fits.append(as_noted.all(axis=1) & np.isfinite(at.xi))
+    minus, plus = np.array(fits, dtype=int)
     only = plus - minus
     return np.where(rows.assembly, rows.assembly, only)
 
@@ -169,13 +168,12 @@ def assembly_modes(p: ndarray, rows: MeasuredRows) -> tuple[ndarray, ndarray]:
         off.append(missed.sum(axis=1))
     minus, plus = np.nan_to_num(off, nan=np.inf)
     nearer = np.where(minus <= plus, -1, 1)
-    with np.errstate(invalid="ignore"):
-        sine = sines_at(p, rows.q, rows.points)[:, 2]
-        sure = rows.whole & (np.abs(sine) > CLEAR)
-        between = points[0] - points[1]
-        apart = np.hypot(*between.T) > 0
-        bar = np.mean(p[:4])
-        alike = np.abs(off[0] - off[1]) < 1e-3 * bar
+    sine = sines_at(p, rows.q, rows.points)[:, 2]
+    sure = rows.whole & (np.abs(sine) > CLEAR)
+    between = points[0] - points[1]
+    apart = np.hypot(*between.T) > 0
+    bar = np.mean(p[:4])
+    alike = np.abs(off[0] - off[1]) < 1e-3 * bar
     by_point = np.where(measured, nearer, 0)
     otherwise = np.where(noted, noted, by_point)
     of_point = -np.sign(np.nan_to_num(sine))
@@ -213,10 +211,9 @@ def weighted_by_loops(task: LeastSquares, p: ndarray, scatter: float) -> LeastSq
         scale = p[PLACE["scale"]]
         shorter = min(p[1], p[3])
         share = sigma / (scale * shorter)
-        with np.errstate(invalid="ignore"):
-            sines = sines_at(p, rows.q, rows.points)
-            sine = np.abs(sines[:, 2])
-            near = (sine < np.sqrt(NEAR * share)) & (sine < NEAREST)
+        sines = sines_at(p, rows.q, rows.points)
+        sine = np.abs(sines[:, 2])
+        near = (sine < np.sqrt(NEAR * share)) & (sine < NEAREST)
         near &= rows.whole & (share < NOISIEST)
         if not near.any():
             return task

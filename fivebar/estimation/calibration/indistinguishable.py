@@ -151,9 +151,9 @@ def _remedies(found):
         )
     own = np.concatenate([found.p[:9], [0.0, 0.0, 0.0, 1.0]])  # a ruler knows no frame
     points, by_robot = seen(own, q, modes[:, 2])
-    by_robot[:, :, 9:] = 0.0
+    by_robot[:, :, PLACE["scale"]] = 0.0
     gaps = points - np.roll(points, 1, axis=0)
-    along = gaps / np.maximum(np.hypot(*gaps.T), 1e-300)[:, None]
+    along = gaps / np.hypot(*gaps.T)[:, None]
     ruler = np.einsum(
         "ni,nij->nj",
         along,
@@ -174,7 +174,8 @@ def _poses(p):
     """Return readings (n, 2) and all modes (n, 3) of poses well off singularities, everywhere."""
     theta = np.random.default_rng(1).uniform(-np.pi, np.pi, (1500, 2))
     readings = (theta - p[5:7]) / np.where(p[7:9], p[7:9], 1.0)
-    q, modes = [np.zeros((0, 2))], [np.zeros((0, 3), int)]
+    q = [np.zeros((0, 2))]
+    modes = [np.zeros((0, 3), int)]
     for side in (-1, 1):
         at = place(p, readings, np.full(len(theta), side))
         sines = np.nan_to_num(np.column_stack([at.sines, at.det]))

@@ -210,7 +210,7 @@ def slopes(p: ndarray, q: ndarray, at: PlacedPoses) -> ndarray:
     A d xi = u_i2 . dP_i + d l_i2, AMORO eq. 13 with the lengths of the bars derived, too.
     """
     result = np.zeros((len(q), len(UNKNOWNS)), complex)
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore"):
         adjugate = at.bars[:, ::-1] * (-1j, 1j)
         columns = adjugate / at.det[:, None]  # of the inverse of A
         by_base = columns * SIDES / 2 * at.bars.real

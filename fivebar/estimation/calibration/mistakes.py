@@ -130,10 +130,8 @@ def _wrong_columns(task, before, changes):
     best = min(alike, key=lambda words: round(turned[words], 1))
     if turned[best] > 1.0 and doubt(task, begin(task)) < limit:
         return [], task  # motors and a frame may lie anywhere
-    after, now = (
-        median_error(tasks[best], ends[best]),
-        median_error(task, before),
-    )
+    after = median_error(tasks[best], ends[best])
+    now = median_error(task, before)
     sizes = (
         f"(the bars miss the points by {1e3 * after:.3g} mm then, by {1e3 * now:.3g} mm as it is;"
         " medians)"

@@ -264,12 +264,7 @@ def _straightened(image, corners, size, lens):
     grid = np.stack([x, y, np.ones_like(x)])
     row, column, scale = np.einsum("ij,jxy->ixy", homography, grid)
     places = lens.bent(np.stack([row / scale, column / scale], axis=-1))
-    return map_coordinates(
-        image,
-        np.moveaxis(places, -1, 0),
-        order=1,
-        mode="nearest",
-    )
+    return map_coordinates(image, np.moveaxis(places, -1, 0), order=1)
 
 
 def _marks(straight):
@@ -278,13 +273,10 @@ def _marks(straight):
     paper = gaussian_filter(bright, 20)
     ink = np.clip(1 - straight / paper, 0.0, None)
     border = int(2e-3 / PIXEL)
-    ink[:border] = 0
-    ink[-border:] = 0
-    ink[:, :border] = 0
-    ink[:, -border:] = 0
+    inner = slice(border, -border)
+    ink = np.pad(ink[inner, inner], border)
     dark = gaussian_filter(ink, 1.0) > INK / 2
-    with_diagonals = np.ones((3, 3))
-    parts, count = label(dark, structure=with_diagonals)
+    parts, count = label(dark)
     if count >= MOST:
         count = 0
     centres = []

@@ -195,7 +195,7 @@ def measurement_poses(
     jacobian = seen(p, readings, pose.assembly)[1][:, :, columns] * size
     _refuse_untold(jacobian, unknown, size, p)
     chosen = _exchanged(jacobian, n)
-    for _ in range(2 if n > 1 and criterion == "tip" else 0):
+    for _ in range(2 if criterion == "tip" else 0):
         chosen = _for_the_tip(jacobian, chosen)
     order = _tour(
         robot,
@@ -208,7 +208,8 @@ def measurement_poses(
         raise ValueError(f"n = {n} poses are too few to tell {', '.join(unknown)}")
     covariance = np.linalg.inv(sum(j.T @ j for j in jacobian[chosen]))
     worst = float(np.sqrt(_spread(jacobian, covariance).max()))
-    xi, modes = pose.xi[chosen], pose.working[chosen]
+    xi = pose.xi[chosen]
+    modes = pose.working[chosen]
     found = igm(robot, xi, modes)
     sd = size * np.sqrt(np.diag(covariance))
     return MeasurementPoses(
@@ -290,7 +291,8 @@ def _spread(jacobian, covariance):
 def _exchanged(jacobian, n):
     """Return n candidates of the greatest det of the information, by greedy steps and exchanges."""
     k = jacobian.shape[2]
-    information, chosen = 1e-6 * np.eye(k), []
+    information = 1e-6 * np.eye(k)
+    chosen = []
     for _ in range(n):
         gain = _gain(jacobian, np.linalg.inv(information))
         gain[chosen] = -1.0
@@ -306,10 +308,8 @@ def _exchanged(jacobian, n):
             gain[chosen] = -1.0
             best = int(np.argmax(gain))
             if gain[best] > now * (1 + 1e-9):
-                information, moved = (
-                    rest + jacobian[best].T @ jacobian[best],
-                    True,
-                )
+                information = rest + jacobian[best].T @ jacobian[best]
+                moved = True
                 chosen[place] = best
         if not moved:
             break
@@ -328,7 +328,8 @@ def _for_the_tip(jacobian, chosen):
 
     The error is judged at poses everywhere and at those that are worst now.
     """
-    count, k = len(jacobian), jacobian.shape[2]
+    count = len(jacobian)
+    k = jacobian.shape[2]
     chosen = list(chosen)
     information = 1e-9 * np.eye(k)
     for slopes in jacobian[chosen]:
@@ -342,10 +343,8 @@ def _for_the_tip(jacobian, chosen):
     ]
     offered = np.union1d(np.arange(0, count, max(1, count // 400)), chosen)
     least = _spread(judged, np.linalg.inv(information)).max()
-    flat, candidates_ = (
-        judged.reshape(-1, k),
-        jacobian[offered],
-    )
+    flat = judged.reshape(-1, k)
+    candidates_ = jacobian[offered]
     rounds = 1 if len(chosen) > 20 else 3
     for place in [*range(len(chosen))] * rounds:
         own = jacobian[chosen[place]]
@@ -362,10 +361,8 @@ def _for_the_tip(jacobian, chosen):
         ends[np.isin(offered, chosen)] = np.inf
         best = int(np.argmin(ends))
         if ends[best] < least * (1 - 1e-6):
-            least, chosen[place] = (
-                ends[best],
-                int(offered[best]),
-            )
+            least = ends[best]
+            chosen[place] = int(offered[best])
             information = rest + candidates_[best].T @ candidates_[best]
     return chosen
 
@@ -377,7 +374,8 @@ def _tour(robot, q, modes):
     cost = cost + 10.0 * (modes[:, None] != modes[None]).any(axis=2)  # modes change rarely
     tours = []
     for first in range(n):
-        order, left = [first], set(range(n)) - {first}
+        order = [first]
+        left = set(range(n)) - {first}
         while left:
             order.append(min(left, key=cost[order[-1]].__getitem__))
             left.remove(order[-1])

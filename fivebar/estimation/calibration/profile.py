@@ -17,7 +17,8 @@ def profile(found: Calibration, name: str, far: float) -> tuple[float, float]:
 
     Bates and Watts, Nonlinear Regression Analysis and Its Applications, 1988, ch. 6.
     """
-    value, step = found.values[name], found.sd[name]
+    value = found.values[name]
+    step = found.sd[name]
     if not np.isfinite(step):
         return -np.inf, np.inf
     exact = 1e-6 * step
@@ -27,7 +28,9 @@ def profile(found: Calibration, name: str, far: float) -> tuple[float, float]:
         def excess(way):
             return found.refit({name: value + sign * way}) - found.chi2 - limit
 
-        near, wall, reach = 0.0, np.inf, far * step
+        near = 0.0
+        wall = np.inf
+        reach = far * step
         for _ in range(60):
             risen = excess(reach)
             if risen == np.inf:  # beyond what the robot reaches

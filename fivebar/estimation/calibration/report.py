@@ -59,10 +59,8 @@ def report(found: Calibration) -> str:
 
 
 def _fit(found):
-    coordinates, distances = (
-        len(found.rows.measured[0]),
-        len(found.rows.measured[2]),
-    )
+    coordinates = len(found.rows.measured[0])
+    distances = len(found.rows.measured[2])
     counted = [f"{coordinates} coordinates"] if coordinates else []
     if distances:
         counted.append(f"{distances} distances")

@@ -156,8 +156,10 @@ class Calibration(Plotted):
         """Return `_residuals` over those of what was known before."""
         off, jacobian = self._residuals
         moved = (self.p - self.start)[self.free] / self.sizes
-        own = np.diag(np.where(self.held, 0.0, self.prior))[self.prior > 0]
-        return np.append(off, (self.prior * moved)[self.prior > 0]), np.vstack([jacobian, own])
+        known = self.prior > 0
+        own = np.diag(np.where(self.held, 0.0, self.prior))[known]
+        off = np.append(off, (self.prior * moved)[known])
+        return off, np.vstack([jacobian, own])
 
     @cached_property
     def _spectrum(self):
@@ -279,7 +281,8 @@ class Calibration(Plotted):
     @cached_property
     def before(self) -> ndarray:
         """The start (13,), with the unknown part of the frame laid on the points anew."""
-        names, p = [name for name in self.unknown if name in FRAME], self.start.copy()
+        names = [name for name in self.unknown if name in FRAME]
+        p = self.start.copy()
         places = [PLACE[name] for name in names]
         p[places] = self.p[places]
         return self._fitted(names, p, self._points_only)
@@ -365,7 +368,9 @@ class Calibration(Plotted):
             others = others[:, : len(s)][:, s > tolerance]
             own = own - others @ (others.T @ own)
         left, s, _, tolerance = spectrum(own)
-        left, s = left[:, : len(s)][:, s > tolerance], s[s > tolerance]
+        told_by = s > tolerance
+        left = left[:, : len(s)][:, told_by]
+        s = s[told_by]
         growth = (DEVIATIONS[:, None] * s) ** 2
         misfit = (left.T @ e) ** 2 / (1 + growth) + np.log1p(growth)
         best = int(misfit.sum(axis=1).argmin())
@@ -425,9 +430,10 @@ class Calibration(Plotted):
         """
         offset1, offset2, ratio1, ratio2, x0, y0, turn, scale = self.p[5:].tolist()
         frame = Placement((x0, y0), turn, scale)
-        modes = np.column_stack([self.working, self.assembly]).astype(int)
+        modes = np.column_stack([self.working, self.assembly])
         in_order = sorted(map(tuple, np.unique(modes[modes.all(axis=1)], axis=0).tolist()))
-        offset, ratio = (offset1, offset2), (ratio1, ratio2)
+        offset = (offset1, offset2)
+        ratio = (ratio1, ratio2)
         return Machine(self.robot, offset, ratio, frame, measured=tuple(in_order))
 
     def to_json(self, path: TextFile) -> None:

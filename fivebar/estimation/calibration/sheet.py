@@ -239,7 +239,7 @@ def _telling(robot, pose):
     points, slopes = seen(values_of(robot), pose.q, pose.assembly)
     places = [PLACE[name] for name in UNKNOWN]
     slopes = slopes[..., places]
-    size = np.array([robot.l11] * 5 + [1.0, 1.0])
+    size = np.array([1.0] * 5 + [1 / robot.l11] * 2)
     one_way = np.array([*combinations(range(len(points)), 2)])
     ends = np.concatenate([one_way, one_way[:, ::-1]])
     first, second = ends.T
@@ -249,7 +249,7 @@ def _telling(robot, pose):
     change = slopes[first] - slopes[second]
     rows = np.einsum("ni,nik->nk", along, change) * size
     # A little of each unknown at the start, so that the information has an inverse.
-    information = 1e-6 * np.eye(len(size)) * np.sum(rows**2) / len(rows)
+    information = 1e-6 * np.eye(len(size))
     chosen: list[int] = []
     taken = np.zeros(len(ends), dtype=bool)
     while len(chosen) < PAIRS:

@@ -20,6 +20,7 @@ from .measured_robot import (
 )
 
 SUSPECT = 5e-3  # of a mean bar: where the legs miss the points by more, something is wrong
+TURNS = np.arange(0, 2 * np.pi, np.pi / 4)  # at which what may be turned begins
 MUCH = 8.0  # rad: while it is measured, a motor of a five-bar turns no more
 COUNTS_PER_TURN = (
     "400 500 512 600 800 1000 1024 1200 1600 2000 2048 2400 2500 3200 3600 4000 4096 5000 6400 8000"
@@ -30,13 +31,14 @@ COUNTS_PER_TURN = (
 def begin(task: LeastSquares, far: bool = True) -> ndarray:
     """Return values (13,) to begin with, by the points alone; a bad row or two do not matter.
 
-    Where the start leads nowhere, usual encoders are tried for free ratios, and with `far` a whole
-    turn of the free offsets.
+    Where the start leads nowhere, usual encoders are tried for free ratios, a whole turn of a free
+    frame, and with `far` one of the free offsets.
     """
     if task.rows.whole.sum() < 3:
         return task.start.copy()
     best = settled(task, first(task))
-    for starts in (_counted, _turned) if far else (_counted,):
+    near = _counted, _turned_frames
+    for starts in (*near, _turned) if far else near:
         if doubt(task, best) > SUSPECT * task.bar and (tried := starts(task)):
             other = settled(task, _least_doubtful(task, tried))
             best = _least_doubtful(task, [best, other])
@@ -77,8 +79,11 @@ def doubt(task: LeastSquares, p: ndarray) -> float:
 
 def settled(task: LeastSquares, p: ndarray) -> ndarray:
     """Return robust least squares of the legs' errors from these values, weakly held to them."""
-    rows, bar, hold = task.rows, task.bar, 1e-5
-    q, points = rows.q[rows.whole], rows.points[rows.whole]
+    rows = task.rows
+    bar = task.bar
+    hold = 1e-5
+    q = rows.q[rows.whole]
+    points = rows.points[rows.whole]
     if not np.isfinite(median_error(task, p)):
         return p
     count = len(task.free)
@@ -109,18 +114,15 @@ def settled(task: LeastSquares, p: ndarray) -> ndarray:
         loss="soft_l1",
         f_scale=1e-3,  # a leg that misses by more is no noise, and weighs less
         max_nfev=60,
-        ftol=1e-7,
-        xtol=1e-7,
-        gtol=1e-9,
     )
     return moved(result.x)
 
 
 def _turned(task):
     """Return starts with the free offsets all over a turn, each with its own frame."""
-    turns = np.arange(0, 2 * np.pi, np.pi / 4)
-    grids = [turns if f"offset{leg}" in task.names else [0.0] for leg in (1, 2)]
-    return _with_frames(task, 5, [pair for pair in product(*grids) if any(pair)])
+    grids = [TURNS if f"offset{leg}" in task.names else [0.0] for leg in (1, 2)]
+    pairs = [pair for pair in product(*grids) if any(pair)]
+    return _with_frames(task, 5, pairs)
 
 
 def _counted(task):
@@ -157,7 +159,8 @@ def _framed(task, start):
 
     At first in the modes noted, or else all in one assembly mode, then each in the nearer one.
     """
-    free, rows = set(task.names), task.rows
+    free = set(task.names)
+    rows = task.rows
     if not free & {"x0", "y0", "turn", "scale"}:
         return []
     noted = noted_assembly(start, rows)
@@ -169,15 +172,39 @@ def _framed(task, start):
             free,
             np.where(noted, noted, side),
         )
-        for _ in range(4):
-            both = []
-            for mode in (-1, 1):
-                points, _ = seen(p, rows.q, np.full(len(rows), mode), derive=False)
-                both.append(points)
-            distances = np.linalg.norm(np.array(both) - rows.points, axis=2)
-            left, right = np.nan_to_num(distances, nan=np.inf)
-            p = _laid(rows, p, free, np.where(left <= right, -1, 1))
-        starts.append(p)
+        starts.append(_nearer(rows, p, free))
+    return starts
+
+
+def _nearer(rows, p, free):
+    """Return p with the free frame laid on the points, each row in the nearer assembly mode."""
+    for _ in range(4):
+        distances = np.linalg.norm(_both(rows, p) - rows.points, axis=2)
+        left, right = np.nan_to_num(distances, nan=np.inf)
+        p = _laid(rows, p, free, np.where(left <= right, -1, 1))
+    return p
+
+
+def _both(rows, p):
+    """Return the points (2, n, 2) of all rows in assembly mode -1, and those in +1."""
+    each = [seen(p, rows.q, np.full(len(rows), mode), derive=False)[0] for mode in (-1, 1)]
+    return np.array(each)
+
+
+def _turned_frames(task):
+    """Return starts with the free frame all over a turn, for rows of both assembly modes."""
+    free = set(task.names)
+    rows = task.rows
+    if not free >= {"x0", "y0", "turn"}:
+        return []
+    starts = []
+    for turn in TURNS:
+        p = task.start.copy()
+        p[PLACE["turn"]] += turn
+        if "scale" in free:
+            p[PLACE["scale"]] *= np.nanstd(rows.points) / np.nanstd(_both(rows, p))
+        p[9:11] += np.nanmean(rows.points, axis=0) - np.nanmean(_both(rows, p), axis=(0, 1))
+        starts.append(_nearer(rows, p, free))
     return starts
 
 
@@ -187,7 +214,8 @@ def _laid(rows, p, free, mode):
     good = np.isfinite(robot) & np.isfinite(camera)
     if good.sum() < 2:
         return p
-    robot, camera = robot[good], camera[good]
+    robot = robot[good]
+    camera = camera[good]
     if free >= {"x0", "y0"}:
         around = robot - robot.mean()
         if "turn" in free and np.abs(around).max() > 0:
@@ -196,10 +224,8 @@ def _laid(rows, p, free, mode):
             if "scale" in free:
                 p[PLACE["scale"]] = abs(slope) or 1.0
         rest = camera - p[12] * np.exp(1j * p[11]) * robot
-        p[9], p[10] = (
-            np.median(rest.real),
-            np.median(rest.imag),
-        )
+        p[9] = np.median(rest.real)
+        p[10] = np.median(rest.imag)
     elif "turn" in free:
         rest = camera - p[9] - 1j * p[10]
         p[PLACE["turn"]] = np.angle(np.vdot(robot, rest))

@@ -88,10 +88,8 @@ class TipError(Plotted):
     @cached_property
     def monte_carlo_sd(self) -> ndarray:
         """(n,) the same of the drawn robots that close, bias included; nan where none does."""
-        total, count = (
-            np.nansum(self.drawn**2, axis=(1, 2)),
-            self._closed.sum(axis=1),
-        )
+        total = np.nansum(self.drawn**2, axis=(1, 2))
+        count = self._closed.sum(axis=1)
         return np.sqrt(np.where(count, total / np.maximum(count, 1), np.nan))
 
     @cached_property
@@ -115,7 +113,7 @@ class TipError(Plotted):
     @cached_property
     def worst(self) -> ndarray:
         """(n,) farthest error, m, to first order, with every parameter within its tolerance."""
-        angle = np.linspace(0, np.pi, 720, endpoint=False)
+        angle = np.linspace(0, np.pi, 720)
         along = np.stack([np.cos(angle), np.sin(angle)])
         moves = np.einsum(
             "nik,id->ndk",
@@ -200,20 +198,16 @@ def tip_error(
     pose = poses if isinstance(poses, Pose) else igm(robot, _points(poses), working)
     if pose.robot != robot:
         raise ValueError("poses must be of the same robot")
-    q, assembly = (
-        np.atleast_2d(pose.q).reshape(-1, 2),
-        np.atleast_1d(pose.assembly).ravel(),
-    )
+    q = pose.q.reshape(-1, 2)
+    assembly = np.ravel(pose.assembly)
     if not np.isfinite(q).all() or (assembly == 0).any():
         raise ValueError(
             "poses must be reached, and off Type-2 singularities: there the tip is not held at all"
         )
     if len(q) * samples > 2e7:
         raise ValueError(f"{len(q)} poses times {samples} samples: at most 2e7 together")
-    p, columns = (
-        values_of(robot),
-        np.array([PLACE[name] for name in known]),
-    )
+    p = values_of(robot)
+    columns = np.array([PLACE[name] for name in known])
     at, jacobian = seen(p, q, assembly)
     draw = np.random.default_rng(seed)
     shape = len(names), samples

@@ -41,7 +41,9 @@ def consistent(
         1e-6,
     )
     heavy = any(name in own for name in robot.turning_names)
-    extra, bounds, payload = [], [], own.get("m", 0.0)
+    extra = []
+    bounds = []
+    payload = own.get("m", 0.0)
     for k, (drive, bar) in enumerate(zip(robot.drives, robot.distal)):
         inertia = robot.words.inertias[k]
         size = own.get(inertia, getattr(robot, inertia))
@@ -51,7 +53,8 @@ def consistent(
         zz, my = (own.get(robot.turning_names[k + place], 0.0) for place in (0, 2))
         shares = casadi.SX.sym(f"b{k}", 2)  # m2, m2 x / l, in units of the end-effector's mass
         extra.append(shares)
-        m2, at_end = mass * shares[0], mass * shares[1]
+        m2 = mass * shares[0]
+        at_end = mass * shares[1]
         about = zz + at_end * bar * bar
         bounds += [
             (about * m2 - (at_end * bar) ** 2 - my * my) / (mass * mass * bar * bar),

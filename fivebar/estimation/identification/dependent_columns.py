@@ -13,7 +13,8 @@ from ...models.robots import Robot
 from .regressor import linear_names, regressor
 
 # Shares of a column: one whose own is less depends on the others, of any motion and of this log.
-EXACT, NEARLY = 1e-7, 2e-4
+EXACT = 1e-7
+NEARLY = 2e-4
 
 
 def independent(

@@ -135,7 +135,8 @@ class _Series:
         omega = 2 * np.pi / self.period
         k = omega * np.arange(1, self.coefficients.shape[1] // 2 + 1)
         angle = np.multiply.outer(t, k)
-        s, c = np.sin(angle), np.cos(angle)
+        s = np.sin(angle)
+        c = np.cos(angle)
         waves = (
             [s, c],
             [k * c, -k * s],
@@ -363,7 +364,8 @@ class _Search:
 
     def series(self, shape, amplitude):
         sines, cosines = self.at_rest
-        centre, rest = shape[:2], shape[2:].reshape(2, -1)
+        centre = shape[:2]
+        rest = shape[2:].reshape(2, -1)
         cut = sines.shape[1]
         parts = [
             rest[:, :cut] @ sines.T,
@@ -371,7 +373,7 @@ class _Search:
         ]
         coefficients = np.concatenate(parts, axis=1)
         k = np.tile(np.arange(1, len(sines) + 1), 2)
-        size = np.linalg.norm(coefficients / np.sqrt(k)) + 1e-300
+        size = np.linalg.norm(coefficients / np.sqrt(k))
         return _Series(
             self.robot,
             self.assembly,
@@ -406,7 +408,8 @@ class _Search:
         def keeps(amplitude):
             return self.keeps(*(centre + amplitude * (whole - centre)))
 
-        low, high = 0.0, self.widest
+        low = 0.0
+        high = self.widest
         if not keeps(1e-9):
             return 0.0
         for _ in range(9):

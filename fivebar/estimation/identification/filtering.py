@@ -52,7 +52,9 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> RegressionR
         window=("kaiser", beta),
     )
     first = -half % down  # so that a kept row is at a sample
-    parts, breaks, rows = [], [], 0
+    parts = []
+    breaks = []
+    rows = 0
     for t, W, tau, counts in pieces:
         inside = counts[..., None]
         both = np.concatenate([W, tau[..., None], inside.astype(float)], axis=2)
@@ -61,7 +63,8 @@ def filtered(pieces: Iterable[tuple], step: float, cutoff: float) -> RegressionR
         out = upfirdn(kernel, padded, 1, down, axis=0)
         at = np.arange(len(out)) * down - half - first
         good = (at >= 0) & (at < len(t))
-        out, at = out[good], at[good]
+        out = out[good]
+        at = at[good]
         cover = out[..., -1]
         keep = cover > 0.2
         scale = np.where(keep, 1 / np.sqrt(np.where(keep, cover, 1.0)), 0.0)

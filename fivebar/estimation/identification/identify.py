@@ -136,23 +136,28 @@ def identify(
     base, unseen = independent(any_W, columns, EXACT)
     told, also_unseen = independent(rows.W, base, NEARLY)
     full = fit(rows, told)
-    notes, holds_better = [], False
+    notes = []
+    holds_better = False
     if full.misfit < POOR and not all(held for _, held in logs):
         # A drive that holds its commands logs torques of whole samples, not of instants.
         held_logs = [(own, True) for own, _ in logs]
         held_found, held_rows = sampled(cutoff, held_logs)
-        better, count = fit(held_rows, told), rows.counts.sum(axis=0)
+        better = fit(held_rows, told)
+        count = rows.counts.sum(axis=0)
         if 2 * count @ np.log(full.sigma / better.sigma) > price(int(count.sum()), 1):
-            logs, found, rows, full = held_logs, held_found, held_rows, better
+            logs = held_logs
+            found = held_found
+            rows = held_rows
+            full = better
             holds_better = True
             notes = ["each torque is taken as held to the next row, which fits the motion better"]
-    for _ in range(8 if cutoff is None and full.misfit < POOR else 0):
-        if bias(found, told, full).max() < BIASED:
-            break
+    may_be_lower = cutoff is None and full.misfit < POOR
+    while may_be_lower and bias(found, told, full).max() > BIASED:
         fewer, lower = sampled(0.7 * min(each.cutoff for each in found), logs)
         if lower.counts.sum(axis=0).min() < 8 * len(columns):
             break
-        found, rows = fewer, lower
+        found = fewer
+        rows = lower
         told, also_unseen = independent(rows.W, base, NEARLY)
         full = fit(rows, told)
     if full.misfit > POOR or _impossible(robot, [names[k] for k in told], full):
@@ -293,10 +298,8 @@ def _smallest_model(robot, rows, told, full):
 
     The masses stay; friction below 0 never does.
     """
-    names, masses = (
-        linear_names(robot),
-        ladder(robot)["masses"],
-    )
+    names = linear_names(robot)
+    masses = ladder(robot)["masses"]
     optional_ = [k for k, column in enumerate(told) if names[column] not in masses]
     friction = [k for k in optional_ if names[told[k]][0] == "f"]
     never = [k for k in friction if full.theta[k] < 0]
@@ -313,7 +316,8 @@ def _smallest_model(robot, rows, told, full):
 
 
 def _why_left_out(name, full, k):
-    value, sd = full.theta[k], np.sqrt(full.cov[k, k])
+    value = full.theta[k]
+    sd = np.sqrt(full.cov[k, k])
     if name[0] == "f" and value < 0:
         return f"friction would be {value:.3g} ± {sd:.2g}, less than none"
     least = f"below about {3.5 * sd:.2g} this log would not show it"

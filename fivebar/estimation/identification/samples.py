@@ -133,10 +133,8 @@ def samples(
     _refuse_still(stretches, found.noise, robot)
     regressors = _regressors(motion, robot, assembly, least // 2, notes)
     torques = np.concatenate([pairs["tau"] for _, pairs in long])
-    lowest, highest_tau = (
-        np.nanmin(torques, axis=0),
-        np.nanmax(torques, axis=0),
-    )
+    lowest = np.nanmin(torques, axis=0)
+    highest_tau = np.nanmax(torques, axis=0)
     pieces = []
     for (t, pairs), (W, good) in zip(long, regressors):
         tau = pairs["tau"]
@@ -177,9 +175,10 @@ def samples(
 
 def _even_stretches(log, held, notes):
     """Return (t, pairs) of the stretches, over gaps of a few rows, on an even grid of times."""
-    parts, bridged = [log.stretches[0]], 0
+    parts = [log.stretches[0]]
+    bridged = 0
     for cut, part in zip(log.cuts, log.stretches[1:]):
-        if cut.missing and cut.end - cut.start < (BRIDGED + 1.5) * log.step:
+        if 0 < cut.missing <= BRIDGED:
             parts[-1], bridged = (
                 slice(parts[-1].start, part.stop),
                 bridged + 1,
@@ -190,7 +189,8 @@ def _even_stretches(log, held, notes):
         notes.append(
             f"{bridged} gaps of up to {BRIDGED} rows were bridged by cubic splines, without torques"
         )
-    stretches, uneven = [], 0.0
+    stretches = []
+    uneven = 0.0
     for part in parts:
         logged = {name: getattr(log, name) for name in ("q", "tau", "q_dot")}
         pairs = {name: pair[part] for name, pair in logged.items() if pair is not None}

@@ -51,10 +51,8 @@ def explain(
         (robot, names, fit) -> names of values that no robot has.
     """
     log, held = max(logs, key=lambda pair: len(pair[0].t))
-    least, reason = (
-        (0.4 if misfit > POOR else 1.6) * misfit,
-        "",
-    )
+    least = (0.4 if misfit > POOR else 1.6) * misfit
+    reason = ""
     for suspicion, mode, other_robot, changed in _suspicions(robot, assembly, log):
         try:
             rows = samples(changed, held, other_robot, mode, cutoff).rows
@@ -138,17 +136,15 @@ def beyond_the_model(
     others[chosen] = 0.0
     pieces = []
     for t, W, tau, counts in sample.pieces:
-        rate = np.gradient(W @ theta, sample.step, axis=0) if len(t) > 2 else 0.0 * tau
+        rate = np.gradient(W @ theta, sample.step, axis=0)
         own = np.concatenate([W[:, :, chosen], rate[..., None]], axis=2)
         pieces.append((t, own, tau - W @ others, counts))
     rows = filtered(pieces, sample.step, sample.cutoff)
     columns = list(range(len(chosen) + 1))
     if independent(rows.W, columns, 1e-3)[0] == columns:
         shifted = fit(rows, columns)
-        late, sd = (
-            -shifted.theta[-1],
-            np.sqrt(shifted.cov[-1, -1]),
-        )
+        late = -shifted.theta[-1]
+        sd = np.sqrt(shifted.cov[-1, -1])
         effect = abs(late) * np.linalg.norm(rows.W[:, :, -1])
         if abs(late) > 6.0 * sd and effect > 2e-3 * np.linalg.norm(rows.tau):
             word = "late" if late > 0 else "early"

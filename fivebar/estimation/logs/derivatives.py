@@ -52,7 +52,8 @@ def spectrum(pieces: Sequence[ndarray], step: float) -> Spectrum:
 
     rate = 1 / step
     window = max(16, min(4096, 2 * max(map(len, pieces)) // 8))
-    power, weight = np.zeros(()), 0
+    power = np.zeros(())
+    weight = 0
     for piece in pieces:
         if len(piece) >= window + 2:
             second = np.diff(piece, 2, axis=0)
@@ -149,7 +150,8 @@ def derivatives(
         result[order] /= step**order
     if ends:
         window = np.arange(-n, n + 1) / n
-        first, last = slice(0, n), slice(-n, None)
+        first = slice(0, n)
+        last = slice(-n, None)
         for outer, whole in (
             (first, q[: 2 * n + 1]),
             (last, q[-2 * n - 1 :]),

@@ -101,9 +101,13 @@ HEADINGS = {
 
 def wanted(robot: Robot) -> dict[str, Quantity]:
     """Return the columns of a log with the headings they may have."""
-    angle, torque, rate = RADIANS, NEWTON_METRES, RADIANS_PER_SECOND
+    angle = RADIANS
+    torque = NEWTON_METRES
+    rate = RADIANS_PER_SECOND
     if not robot.turns:
-        angle, torque, rate = METRES, {"n": 1.0, "mn": 1e-3}, {"m/s": 1.0, "mm/s": 1e-3}
+        angle = METRES
+        torque = {"n": 1.0, "mn": 1e-3}
+        rate = {"m/s": 1.0, "mm/s": 1e-3}
     units = angle | COUNTS, torque | {"a": 1.0, "ma": 1e-3}, rate
     columns = {"t": TIME}
     for digit, side, joint in zip("12", ("left", "right"), robot.words.joints):
@@ -186,7 +190,8 @@ def _at_the_joints(pairs, gauges, robot):
 
 def _clean(table: Columns, pairs, robot):
     """Return the Log of the rows that have a time of their own and both joints."""
-    t, notes = table.values["t"], list(table.notes)
+    t = table.values["t"]
+    notes = list(table.notes)
     rows = np.arange(len(t))
     for good, why in (
         (np.isfinite(t), "without a time"),

@@ -174,7 +174,8 @@ def rates_of(log: Log) -> ndarray:
     highest = HIGHEST / log.step
     result = np.full(log.q.shape, np.nan)
     for rows, (even, pairs, _) in zip(log.stretches, pieces):
-        q, cutoff = pairs["q"], own_cutoff
+        q = pairs["q"]
+        cutoff = own_cutoff
         while len(q) <= 2 * half_window(cutoff, log.step) and cutoff < highest:
             cutoff = min(2 * cutoff, highest)
         if len(q) > 2 * half_window(cutoff, log.step):
@@ -220,7 +221,8 @@ def _crossings(log, robot, pose, closes):
         if k + 1 in cuts:
             continue
         # Where the sine, a straight line between the rows, is 0.
-        first, second = sines[k, leg], sines[k + 1, leg]
+        first = sines[k, leg]
+        second = sines[k + 1, leg]
         share = first / (first - second)
         start, end = log.t[k : k + 2]
         t = float(start + share * (end - start))

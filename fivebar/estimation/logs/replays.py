@@ -77,10 +77,8 @@ class Replay(Animated):
         )
 
     def _size(self):
-        rms, largest = (
-            1e6 * self.figures["rms_error_m"],
-            1e6 * self.figures["max_error_m"],
-        )
+        rms = 1e6 * self.figures["rms_error_m"]
+        largest = 1e6 * self.figures["max_error_m"]
         return f"apart {rms:.4g} um rms, {largest:.4g} um at most"
 
     @property
@@ -186,7 +184,8 @@ def replay(
         name: np.full_like(run.q, np.nan) for name in ("q", "q_dot", "xi", "tau")
     }
     values["energy"] = np.full(len(run.t), np.nan)
-    notes, events = [], []
+    notes = []
+    events = []
     for rows in _stretches(known, run.t, restart):
         try:
             if by == "torques":
