@@ -28,6 +28,7 @@ CASES = {  # robot, path, limits
     "along the bars": (LAB, almost_along_the_bars(0.0, 0.0), Limits((0.3, 0.3))),
     "elbows": (replace(LAB, fv12=0.003, fv22=0.002), ACROSS, Limits((0.1, 0.12))),
 }
+CROSSING = "across Type 2", "along the bars", "elbows"  # where what is drawn is feasible at it
 
 
 def above_of(mesh, limits):
@@ -108,4 +109,4 @@ def test_a_stretch_allows_what_keeps_the_limits_all_along(name):
             possible[k] += (good & where).sum()
             fits[k] += (good & allowed & where).sum()
     assert fits[0] > 0.9 * possible[0] > 80
-    assert fits[1] == possible[1] and possible.all() == beside.any()
+    assert fits[1] == possible[1] and (possible[1] > 0) == (name in CROSSING)
