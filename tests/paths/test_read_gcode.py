@@ -74,6 +74,8 @@ def test_a_whole_circle_and_absolute_centres():
     assert circle.angle1 - circle.angle0 == pytest.approx(
         -2 * math.pi
     ) and circle.radius == pytest.approx(0.01)
+    (left,) = read("G21\nG0 X10 Y0\nG3 X10 Y0 I-10 J0").pieces
+    assert left.angle1 - left.angle0 == pytest.approx(2 * math.pi)
     (quarter,) = read("G21 G90.1\nG0 X10 Y0\nG3 X0 Y10 I0 J0").pieces
     assert quarter.centre == pytest.approx((0, 0)) and quarter.length == pytest.approx(
         0.005 * math.pi
