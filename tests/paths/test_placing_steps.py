@@ -1,5 +1,6 @@
 """Steps of the search of placements: borders to rounding, regions of strokes, holes in pages, growth."""
 
+import importlib
 from types import SimpleNamespace
 from typing import NamedTuple
 
@@ -123,3 +124,93 @@ def test_a_placement_in_words():
     )  # fmt: skip
     words = "working (+1, -1), (-1, -1), aspects 3, 5, 0.25 m from its boundary"
     assert repr(both).endswith(f"{words}, scale 2.5 at most>")
+
+
+@pytest.mark.parametrize("scale", [1.5, None])
+@pytest.mark.parametrize("page", [None, (0.02, 0.01)])
+def test_what_is_found_is_handed_on(rooms, monkeypatch, scale, page):
+    """The path in its place, how near it comes to the border and where, and what was proved."""
+    module = importlib.import_module("fivebar.paths.placing.place")
+    room = rooms[0]
+    centre = fb.largest_disc(room.part).center
+    found = Found(0.1, (0,), centre @ (1, 1j), 7.0, 1.5)
+    asked = []
+
+    def best(search, scale):
+        asked.append((search.margin, search.turn, scale, search.page, len(search.clearances)))
+        return found, 2.5
+
+    monkeypatch.setattr(module, "_best", best)
+    monkeypatch.setattr(module, "_regions", lambda *given: [room.part])
+    monkeypatch.setattr(module, "Clearance", lambda part: room)
+    path = fb.path([(0, 0), (0.03, 0), (0.03, 0.02)])
+    options = {"path": path} if page is None else {"page": page}
+    kept = fb.Constraints(clearance=0.01)
+    placed = fb.place(ROBOT, turn=0.4, scale=scale, constraints=kept, **options)
+    assert asked == [(0.01, 0.4, scale, page, 1)]
+    assert placed.aspect is room.part and placed.scale == 1.5 and placed.working == room.part.working
+    assert placed.placement.turn == pytest.approx(7 - 2 * np.pi)
+    width, height = (0.03, 0.02) if page is None else page
+    np.testing.assert_allclose(placed.placement((width / 2, height / 2)), centre, atol=1e-15)
+    start = placed.path(0.0)[0]
+    np.testing.assert_allclose(start, placed.placement((0.0, 0.0)), atol=1e-15)
+    assert placed.clearance == pytest.approx(room.along(placed.path)[0], abs=1e-9)
+    assert room.exact(np.array([placed.nearest @ (1, 1j)]))[0] == pytest.approx(placed.clearance)
+    bounds = (2.5, None, None) if scale else (None, 1.5, 2.5)
+    assert (placed.clearance_bound, placed.largest, placed.largest_bound) == bounds
+    ((stroke, part),) = placed.strokes
+    assert part is room.part and stroke.length == placed.path.length
+
+
+def test_rooms_without_the_margin_are_left_out_of_the_search(rooms, monkeypatch):
+    """But the bound counts what a grid may not see of them."""
+    module = importlib.import_module("fivebar.paths.placing.place")
+    narrow = SimpleNamespace(part=rooms[1].part, most=0.01, least_seen=0.3)
+    given = iter([narrow, rooms[0], narrow, narrow])
+    centre = fb.largest_disc(rooms[0].part).center @ (1, 1j)
+    found = Found(0.1, (0,), centre, 0.0, 1.0)
+    monkeypatch.setattr(module, "Clearance", lambda part: next(given))
+    monkeypatch.setattr(module, "_regions", lambda *given: [room.part for room in rooms])
+    monkeypatch.setattr(module, "_best", lambda search, scale: (found, 0.2))
+    kept = fb.Constraints(clearance=0.01)
+    path = fb.path([(0, 0), (0.01, 0)])
+    placed = fb.place(ROBOT, path, constraints=kept)
+    assert placed.clearance_bound == 0.3 and placed.aspect is rooms[0].part
+    for working, words in ((None, "workspace keeps"), ((1, 1), "workspace in these modes keeps")):
+        given = iter([narrow, narrow])
+        with pytest.raises(ValueError, match=f"nothing of the {words} the clearance"):
+            fb.place(ROBOT, path, constraints=kept, working=working)
+
+
+def test_what_cannot_be_placed():
+    path = fb.path([(0, 0), (0.01, 0)])
+    with pytest.raises(ValueError, match="a biglide's aspects are strips without ends"):
+        fb.place(fb.Biglide(), path)
+    for options in ({}, {"path": path, "page": (1, 1)}):
+        with pytest.raises(ValueError, match="give either a path or a page"):
+            fb.place(ROBOT, **options)
+
+
+@pytest.mark.parametrize("scale", [1.0, None])
+def test_strokes_go_apart_only_where_one_region_does_not_hold_them(monkeypatch, scale):
+    module = importlib.import_module("fivebar.paths.placing.place")
+    answers = {}
+
+    class Fake:
+        def __init__(self, search, scale, mixed=False):
+            self.key = mixed
+
+        def run(self):
+            return answers[self.key]
+
+    monkeypatch.setattr(module, "BranchAndBound", Fake)
+    one, apart = Found(0.1, (0, 0), 0j, 0.0, 1.0), Found(0.2, (0, 1), 0j, 0.0, 2.0)
+    both, single = SimpleNamespace(paths=[1, 2]), SimpleNamespace(paths=[1])
+    answers = {False: (one, 0.5), True: (apart, 0.7)}
+    assert module._best(single, scale) == (one, 0.5)
+    assert module._best(both, scale) == ((one, 0.5) if scale else (apart, 0.7))
+    answers = {False: (None, 0.5), True: (apart, 0.3)}
+    assert module._best(both, scale) == ((apart, 0.3) if scale else (apart, 0.5))
+    assert module._best(single, scale) == (None, 0.5)
+    answers = {False: (None, 0.5), True: (None, 0.3)}
+    assert module._best(both, None) == (None, 0.5)
