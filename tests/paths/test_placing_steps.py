@@ -148,7 +148,9 @@ def test_what_is_found_is_handed_on(rooms, monkeypatch, scale, page):
     kept = fb.Constraints(clearance=0.01)
     placed = fb.place(ROBOT, turn=0.4, scale=scale, constraints=kept, **options)
     assert asked == [(0.01, 0.4, scale, page, 1)]
-    assert placed.aspect is room.part and placed.scale == 1.5 and placed.working == room.part.working
+    assert (
+        placed.aspect is room.part and placed.scale == 1.5 and placed.working == room.part.working
+    )
     assert placed.placement.turn == pytest.approx(7 - 2 * np.pi)
     width, height = (0.03, 0.02) if page is None else page
     np.testing.assert_allclose(placed.placement((width / 2, height / 2)), centre, atol=1e-15)

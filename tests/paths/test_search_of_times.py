@@ -54,7 +54,9 @@ def test_a_wanted_duration_is_kept_or_refused_with_the_bounds():
     free = fb.time_path(robot, path, 1.5)
     assert free.duration == pytest.approx(1.5) and free.lower_bound == 0.0
     assert used(free, {"torque": 0.1 * share}, 10) == pytest.approx(1.0, rel=0.02)
-    with pytest.raises(ValueError, match="rests for 0.75 s, which leaves no time to move in 0.75 s"):
+    with pytest.raises(
+        ValueError, match="rests for 0.75 s, which leaves no time to move in 0.75 s"
+    ):
         fb.time_path(robot, path, 0.75, constraints=limits)
     with pytest.raises(TimingError) as short:
         fb.time_path(robot, path, 1.0, constraints=limits)
@@ -79,7 +81,9 @@ def test_a_wanted_duration_is_kept_or_refused_with_the_bounds():
 def test_constraints_on_poses_are_looked_at_first():
     robot, path, _ = CASES["torques"]
     below = fb.Constraints(torque=0.1, half_planes=[(0.0, -1.0, -0.11)])  # y <= 0.11
-    with pytest.raises(ValueError, match=r"^time_path: .* is not kept from s = .*, xi = \(") as refused:
+    with pytest.raises(
+        ValueError, match=r"^time_path: .* is not kept from s = .*, xi = \("
+    ) as refused:
         fb.time_path(robot, path, constraints=below)
     words = str(refused.value)
     begins = float(words.split("from s = ")[1].split(" m")[0])
@@ -107,7 +111,9 @@ def test_a_search_ends_after_its_work(monkeypatch):
         return Solved(above, none, none, none, none + np.inf, (7,), 1)
 
     monkeypatch.setattr(solve_module, "FAILURES", 3)
-    with pytest.raises(TimingError, match="no motion along the path was found that keeps") as failed:
+    with pytest.raises(
+        TimingError, match="no motion along the path was found that keeps"
+    ) as failed:
         refined(mesh, limits, 1e-3, math.inf)
     first = len(mesh)
     assert seen == [first, first + 1, first + 2, first + 3] and not failed.value.proved
