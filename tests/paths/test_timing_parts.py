@@ -773,8 +773,8 @@ def test_a_smooth_motion_goes_at_the_pace_that_one_limit_allows(name):
     pair = name.startswith("joint") or name == "torque"
     limits = {"jerk": 1e9, name: (limit, limit) if pair else limit}
     motion = jerk._paced(replace(curved(), limits=Limits(**limits)))
-    # Three stretches are few to be looked at: a mesh has some hundred.
-    assert motion.pace > 1.3 and 0.98 * limit < most_used(motion, name) <= 1.001 * limit
+    above = 1.001 if name == "jerk" else 1  # that of differences
+    assert motion.pace > 1.3 and 0.98 * limit < most_used(motion, name) <= above * limit
 
 
 def test_a_smooth_motion_goes_at_the_pace_of_its_feed_and_of_motors():
