@@ -97,10 +97,14 @@ def test_a_path_grows_until_its_margin_is_left(rooms):
     clearance, _ = search.exactly(found)
     assert margin < clearance < margin + 1e-5 and found.scale > 5
     assert search.keeps(found) and not search.keeps(found._replace(scale=1.001 * found.scale))
-    assert search.grown(start, 1.001 * found.scale) is None
     assert search.at_scale(found, 1.001 * found.scale) is None
-    smaller = search.at_scale(found, 0.5 * found.scale)
-    assert smaller.scale == 0.5 * found.scale and smaller.clearance > margin
+    search.improved = lambda start, growing=False: found if growing else start
+    search.keeps = lambda found: True
+    start = start._replace(clearance=2 * margin)
+    assert search.grown(start, 1.001 * found.scale) is None
+    assert search.grown(start, 0.999 * found.scale) == found
+    assert search.grown(start._replace(clearance=0.999 * margin)) is None
+    assert search.at_scale(found, 0.5 * found.scale).scale == 0.5 * found.scale
 
 
 class Region(NamedTuple):
@@ -126,8 +130,7 @@ def test_a_placement_in_words():
     assert repr(both).endswith(f"{words}, scale 2.5 at most>")
 
 
-@pytest.mark.parametrize("scale", [1.5, None])
-@pytest.mark.parametrize("page", [None, (0.02, 0.01)])
+@pytest.mark.parametrize("scale, page", [(1.5, None), (None, (0.02, 0.01))])
 def test_what_is_found_is_handed_on(rooms, monkeypatch, scale, page):
     """The path in its place, how near it comes to the border and where, and what was proved."""
     module = importlib.import_module("fivebar.paths.placing.place")
