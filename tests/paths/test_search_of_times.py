@@ -24,6 +24,7 @@ from tests.paths.test_polygons import CASES
         ("accelerations", 1e-3, 1250),
         ("across Type 2", 1e-2, 1700),
         ("elbows", 0.03, 2900),
+        ("along the bars", 1e-3, 600),
     ],
 )
 def test_both_bounds_meet_after_few_looks_at_stretches(name, gap, looks):
@@ -38,44 +39,58 @@ def test_both_bounds_meet_after_few_looks_at_stretches(name, gap, looks):
     assert math.isfinite(motion.duration)
 
 
-def test_a_wanted_duration_is_kept_or_refused_with_the_bounds():
-    """Rests count: they are the same in all motions."""
+LIMITS = fb.Constraints(torque=0.1)
+
+
+@pytest.fixture(scope="module")
+def resting():
+    """A path with rests, and its fastest motion."""
     robot, path, _ = CASES["torques"]
-    limits = fb.Constraints(torque=0.1)
     path = Path(path.pieces, dwells={0.0: 0.25, path.length: 0.5})
-    plain = fb.time_path(robot, path, constraints=limits)
-    moving = plain.duration - 0.75
+    return path, fb.time_path(robot, path, constraints=LIMITS)
+
+
+def test_a_wanted_duration_counts_the_rests(resting):
+    """They are the same in all motions."""
+    path, plain = resting
     assert 0.999 * plain.duration < plain.lower_bound < plain.duration
-    slow = fb.time_path(robot, path, 1.5, constraints=limits)
+    slow = fb.time_path(fb.FiveBar(), path, 1.5, constraints=LIMITS)
     assert slow.duration == pytest.approx(1.5) and slow.lower_bound == plain.lower_bound
     np.testing.assert_allclose(slow.ceiling, plain.ceiling)
-    share = (moving / 0.75) ** 2
+    share = ((plain.duration - 0.75) / 0.75) ** 2
     assert used(slow, {"torque": 0.1}, 10) == pytest.approx(share, rel=0.01)
-    free = fb.time_path(robot, path, 1.5)
+
+
+def test_a_wanted_duration_without_limits_takes_the_least_torque(resting):
+    path, plain = resting
+    free = fb.time_path(fb.FiveBar(), path, 1.5)
     assert free.duration == pytest.approx(1.5) and free.lower_bound == 0.0
+    share = ((plain.duration - 0.75) / 0.75) ** 2
     assert used(free, {"torque": 0.1 * share}, 10) == pytest.approx(1.0, rel=0.02)
+
+
+def test_a_wanted_duration_that_is_too_short_is_told_the_bounds(resting):
+    path, plain = resting
+    lower = plain.lower_bound
+    between = (lower + plain.duration) / 2
+    words = {
+        1.0: f"1 s is {lower - 1:.4g} s below what is proved to be the least, {lower:.6g} s",
+        between: f"{between:g} s is less than {plain.duration:.6g} s, the least that was found"
+        f" (proved: none below {lower:.6g} s)",
+    }
+    for duration, text in words.items():
+        with pytest.raises(TimingError) as short:
+            fb.time_path(fb.FiveBar(), path, duration, constraints=LIMITS)
+        assert str(short.value) == f"time_path: duration = {text}, under these limits"
+        assert short.value.proved == (duration == 1.0) and short.value.s == 0.0
     with pytest.raises(
         ValueError, match="rests for 0.75 s, which leaves no time to move in 0.75 s"
     ):
-        fb.time_path(robot, path, 0.75, constraints=limits)
-    with pytest.raises(TimingError) as short:
-        fb.time_path(robot, path, 1.0, constraints=limits)
-    lower = plain.lower_bound
-    assert short.value.proved and str(short.value) == (
-        f"time_path: duration = 1 s is {lower - 1:.4g} s below what is proved to be the least,"
-        f" {lower:.6g} s, under these limits"
-    )
-    between = (lower + plain.duration) / 2
-    with pytest.raises(TimingError) as short:
-        fb.time_path(robot, path, between, constraints=limits)
-    assert not short.value.proved and str(short.value) == (
-        f"time_path: duration = {between:g} s is less than {plain.duration:.6g} s, the least that"
-        f" was found (proved: none below {lower:.6g} s), under these limits"
-    )
+        fb.time_path(fb.FiveBar(), path, 0.75, constraints=LIMITS)
     with pytest.raises(ValueError, match="a least time needs a torque, an acceleration or a joint"):
-        fb.time_path(robot, path, constraints=fb.Constraints(speed=1.0))
+        fb.time_path(fb.FiveBar(), path, constraints=fb.Constraints(speed=1.0))
     with pytest.raises(ValueError, match="jerk needs a torque or an acceleration beside it"):
-        fb.time_path(robot, path, 2.0, constraints=fb.Constraints(jerk=1.0))
+        fb.time_path(fb.FiveBar(), path, 2.0, constraints=fb.Constraints(jerk=1.0))
 
 
 def test_constraints_on_poses_are_looked_at_first():

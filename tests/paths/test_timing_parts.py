@@ -735,8 +735,11 @@ def test_a_wanted_duration_with_a_limit_on_jerk(pace, monkeypatch):
     motion = jerk.smoothed(timed(), wanted)
     assert motion.duration == pytest.approx(wanted) and motion.smooth == fastest.smooth
     assert motion.pace / pace == pytest.approx((wanted - 0.75) / (fastest.duration - 0.75))
-    with pytest.raises(TimingError, match="is less than .* s, the least that was found with this"):
+    with pytest.raises(
+        TimingError, match="is less than .* s, the least that was found with this"
+    ) as e:
         jerk.smoothed(timed(), fastest.duration * 0.99)
+    assert not e.value.proved and e.value.s == 0.0
     crossing = replace(timed(), crossing=np.arange(7) == 3)
     with pytest.raises(fb.SingularityError, match="is not known across Type 2, .* at s = 0.027"):
         jerk.smoothed(crossing)

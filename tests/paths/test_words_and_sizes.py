@@ -19,6 +19,7 @@ from fivebar.paths.timing.jerk import refuse_kinks
 from fivebar.paths.timing.mesh import mesh_of
 from fivebar.paths.timing.solve import refined
 from fivebar.paths.tool import MountedTool
+from fivebar.planning.trajectory import Trajectory
 
 ROBOT = fb.FiveBar()
 CORNER = fb.path([(0.05, 0.09), (0.04, 0.09), (0.04, 0.1)])
@@ -121,6 +122,18 @@ def test_a_tool_in_words():
     with pytest.raises(fb.UnreachableError, match=r"does not reach \(0, 0.3\) m") as refused:
         tool.pose(ROBOT, points)
     assert refused.value.index == (2,)
+
+
+def test_a_motion_that_a_tool_loses_for_a_moment_is_refused():
+    """Out of reach for half a hundredth of its time."""
+
+    def motion(t):
+        far = 0.3 * np.exp(-(((np.asarray(t) - 0.733) / 0.002) ** 2))
+        xi = np.stack([0 * far, 0.1 + far], axis=-1)
+        return np.concatenate([xi, 0 * xi, 0 * xi], axis=-1)
+
+    with pytest.raises(fb.UnreachableError, match="^Tool: at t = 0.73.* s the tool does not reach"):
+        fb.Tool(1, 0.01).path(ROBOT, Trajectory(0.0, 1.0, motion))
 
 
 @pytest.mark.parametrize("bar", [1e-3, 1.0, 1e3])
