@@ -47,7 +47,6 @@ class _Machine:
     ) -> None:
         self.draft = Draft(name)
         self.lines = text.splitlines()
-        self.line = 0
         self.units = units  # as the caller gives them
         self.unit = None if units is None else METRES[units]
         self.absolute = True
