@@ -112,3 +112,13 @@ def test_a_motion_that_is_free_of_modes_keeps_its_own():
     np.testing.assert_array_equal(free.q_dot, given.q_dot)
     asked = setpoints(ROBOT, Free(), 20.0, (-1, -1))
     np.testing.assert_array_equal(asked.q, setpoints(ROBOT, MOTION, 20.0).q)
+
+
+def test_a_motion_that_names_no_start_begins_at_0():
+    def motion(t):
+        return MOTION(t)
+
+    motion.duration = MOTION.duration
+    one, other = setpoints(ROBOT, motion, 20.0), setpoints(ROBOT, MOTION, 20.0)
+    np.testing.assert_array_equal(one.xi, other.xi)
+    assert one.working == (-1, -1) and one.pen is None
