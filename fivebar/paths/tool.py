@@ -293,8 +293,8 @@ class MountedTool:
         along = self.reach * (ux + 1j * uy)
         z = point @ (1, 1j) + self.factor * along
         bar = (1 + self.factor) * along
-        crank = z - bar - self._drive.x
-        sine = (crank.conjugate() * bar).imag
+        # The bar's own part of C counts for nothing in a product with the bar.
+        sine = ((z - self._drive.x).conjugate() * bar).imag
         folded = self._mode * sine >= 0
         joint = np.stack([z.real, z.imag], axis=-1)
         return np.where(

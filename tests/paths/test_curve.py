@@ -149,6 +149,10 @@ def test_a_picture(tmp_path):
     assert "Path: 4 pieces" in PATH._repr_html_()
 
 
+def test_what_is_drawn_without_a_tool_is_the_path_itself():
+    assert PATH.drawn is PATH
+
+
 def test_right_angles_are_exact():
     place = fb.Placement((0.1, 0.2), math.pi / 2, 2.0)
     assert place((1.0, 0.0)).tolist() == [0.1, 2.2]

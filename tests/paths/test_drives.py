@@ -1,5 +1,7 @@
 """Set-points in the units of drives: counts, turns, binary, and numbers that do not fit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,11 +9,12 @@ import fivebar as fb
 from fivebar.paths.setpoints import setpoints
 
 ROBOT = fb.FiveBar()
+MOTION = fb.line((0.05, 0.09), (-0.03, 0.1), 1.0)
 
 
 @pytest.fixture(scope="module")
 def table():
-    return setpoints(ROBOT, fb.line((0.05, 0.09), (-0.03, 0.1), 1.0), 200.0)
+    return setpoints(ROBOT, MOTION, 200.0)
 
 
 def test_counts_lead_back_to_the_angles(table, tmp_path):
@@ -71,3 +74,51 @@ def test_a_turn_that_has_all_of_32_bits_is_wrapped_into_them(table):
     assert wrapped.min() >= -(2**31)
     turns = (wrapped.astype(float) - zero) / 2**32 - table.q / (2 * np.pi)
     np.testing.assert_allclose(turns, np.round(turns), atol=1e-9)
+
+
+def test_a_file_for_drives_names_its_columns(table, tmp_path):
+    """And has whole numbers and the pen, where there is one."""
+    with_pen = replace(table, pen=np.arange(len(table.t)) % 3 > 0)
+    for motion, names in ((table, "t,q1,q2"), (with_pen, "t,q1,q2,pen")):
+        motion.to_drives(tmp_path / "a.csv", "dynamixel")
+        head, columns, *lines = (tmp_path / "a.csv").read_text("utf-8").splitlines()
+        assert columns == names and '"drive": "dynamixel"' in head and '"robot"' in head
+        rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+        np.testing.assert_array_equal(rows[:, 1:3], motion.for_drives("dynamixel"))
+        np.testing.assert_array_equal(rows[:, 0], motion.t)
+        if motion.pen is not None:
+            np.testing.assert_array_equal(rows[:, 3], motion.pen)
+
+
+def test_a_motion_that_is_free_of_modes_keeps_its_own():
+    """A plan may change them on the way: then its own poses count."""
+
+    class Free:
+        duration, start, working = MOTION.duration, MOTION.start, None
+
+        def __call__(self, t):
+            return MOTION(t)
+
+        def joints(self, t):
+            raise AssertionError("`accelerations` has all")
+
+        def accelerations(self, t):
+            xi, xi_dot, xi_ddot = MOTION(t)
+            return fb.ikm2(fb.ikm(fb.igm(ROBOT, xi, (1, -1)), xi_dot), xi_ddot)
+
+    free, given = setpoints(ROBOT, Free(), 20.0), setpoints(ROBOT, MOTION, 20.0, (1, -1))
+    assert free.working is None and given.working == (1, -1)
+    np.testing.assert_array_equal(free.q, given.q)
+    np.testing.assert_array_equal(free.q_dot, given.q_dot)
+    asked = setpoints(ROBOT, Free(), 20.0, (-1, -1))
+    np.testing.assert_array_equal(asked.q, setpoints(ROBOT, MOTION, 20.0).q)
+
+
+def test_a_motion_that_names_no_start_begins_at_0():
+    def motion(t):
+        return MOTION(t)
+
+    motion.duration = MOTION.duration
+    one, other = setpoints(ROBOT, motion, 20.0), setpoints(ROBOT, MOTION, 20.0)
+    np.testing.assert_array_equal(one.xi, other.xi)
+    assert one.working == (-1, -1) and one.pen is None

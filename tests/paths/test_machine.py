@@ -27,6 +27,8 @@ MACHINES = [
     fb.Machine(LAB, (0.1, -0.2), (1.01, -2 * math.pi / 4096), FRAME, CONSTRAINTS),
     fb.Machine(fb.Biglide(), (0.01, 0.0), frame=FRAME),
     fb.Machine(LAB, measured=[(1, -1, -1), (-1, -1, 1)]),
+    fb.Machine(LAB, constraints=fb.Constraints(motors=(fb.Motor(2.0, 5.0), fb.Motor(3.0, 6.0, 2)))),
+    fb.Machine(LAB, ratio=(1.0, -1.0), tool=fb.Tool(2, 0.01, -0.02)),
 ]
 
 
@@ -35,6 +37,17 @@ def test_a_saved_machine_comes_back(machine, tmp_path):
     machine.save(tmp_path / "robot.toml")
     assert fb.load_machine(tmp_path / "robot.toml") == machine
     assert fb.load_robot(tmp_path / "robot.toml") == machine.robot
+
+
+def test_constraints_on_poses_alone_and_comments_of_a_file(tmp_path):
+    machine = fb.Machine(LAB, constraints=CONSTRAINTS)
+    poses = machine.on_poses
+    assert poses.torque is None and poses.joints == CONSTRAINTS.joints
+    assert poses.region == CONSTRAINTS.region and poses.det_A == 0.1
+    machine.save(tmp_path / "robot.toml", {"l11": 1e-4}, ("first line", "second"))
+    lines = (tmp_path / "robot.toml").read_text("utf-8").splitlines()
+    assert lines[:2] == ["# first line", "# second"]
+    assert "0.0001" in next(line for line in lines if line.startswith("l11"))
 
 
 numbers = st.floats(-10, 10)

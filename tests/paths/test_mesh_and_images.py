@@ -136,6 +136,22 @@ def test_places_in_words():
     assert where(ACROSS, 0.0) == f"s = 0 m of {ACROSS.length:.6g}, xi = (0.09, 0.068) m"
 
 
+def test_a_path_that_leaves_the_workspace_is_refused_at_the_place():
+    """On the third of three lines: within an eighth of a stretch after it leaves, and by how much."""
+    path = fb.path([(0.09, 0.068), (0.05, 0.09), (0.0, 0.12), (-0.1, 0.3)])
+    far = path.knots[2] + brentq(
+        lambda s: np.hypot(*(path.on(2, s)[0] - (ROBOT.d / 2, 0))) - 0.18, 0, 0.1
+    )
+    with pytest.raises(
+        fb.UnreachableError, match="before s = .*: unreachable: right leg"
+    ) as refused:
+        fb.time_path(fb.FiveBar(), path, constraints=fb.Constraints(torque=0.1))
+    s = float(str(refused.value).split("s = ")[1].split(" m")[0])
+    assert 0 < s - far < path.length / 96 / 8 * 1.01
+    gap = np.hypot(*(path(s)[0] - (ROBOT.d / 2, 0.0))) - 0.18
+    assert refused.value.gap == pytest.approx(gap, rel=1e-4)
+
+
 def test_curvatures_that_jump_are_named():
     arc = fb.paths.pieces.Arc((0.0, 0.02), 0.02, -math.pi / 2, 0.0)
     path = Path((Line((-0.05, 0.0), (0.0, 0.0)), arc))

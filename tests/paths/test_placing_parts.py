@@ -52,6 +52,8 @@ def test_distances_from_an_aspect_and_their_bounds(room, points):
     assert (room._least(points) <= np.abs(exact) + 1e-12).all()
     step = np.hypot(*room.steps)
     assert np.median(room.bounds(points) - exact) < 2 * step
+    deep = exact < -2 * step  # outside, and surely so
+    assert deep.sum() > 50 and (room.bounds(points)[deep] < 0).all() and (sharper[deep] < 0).all()
 
 
 def test_distances_beside_chords_of_the_border(room):

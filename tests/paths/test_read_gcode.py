@@ -67,6 +67,9 @@ def test_without_pen_codes_all_but_g0_draws():
     assert read("G21\nG0X0Y0\nG1X1\nG0X2\nG1X\t3").pen == (True, False, True)
     laser = read("G21\nM4 S0\nG0 X0 Y0\nG1 X1 S500\nG1 X2 S0\nG1 X3 S500\n")
     assert laser.pen == (True, False, True)
+    # A power stays until the next one.
+    laser = read("G21\nM4 S0\nG0 X0 Y0\nG1 X1 S500\nG1 X2\nG1 X3 S0\nG1 X4\nG1 X5 S9\n")
+    assert laser.pen == (True, True, False, False, True)
 
 
 def test_a_whole_circle_and_absolute_centres():
@@ -74,6 +77,8 @@ def test_a_whole_circle_and_absolute_centres():
     assert circle.angle1 - circle.angle0 == pytest.approx(
         -2 * math.pi
     ) and circle.radius == pytest.approx(0.01)
+    (left,) = read("G21\nG0 X10 Y0\nG3 X10 Y0 I-10 J0").pieces
+    assert left.angle1 - left.angle0 == pytest.approx(2 * math.pi)
     (quarter,) = read("G21 G90.1\nG0 X10 Y0\nG3 X0 Y10 I0 J0").pieces
     assert quarter.centre == pytest.approx((0, 0)) and quarter.length == pytest.approx(
         0.005 * math.pi

@@ -114,6 +114,7 @@ ONE = '<path stroke="black" fill="none" d="M1 1L9 9"/>'
         # Only a curve of the same kind before is mirrored: the first handle is where the curve begins.
         ('<path d="M0 0c0 0 4 0 4 0t0 8"/>', [(0, 0, 4, 0), (4, 0, 4, 8)]),
         ('<path d="M0 0Q2 0 4 0S4 8 4 8"/>', [(0, 0, 4, 0), (4, 0, 4, 8)]),
+        (f'<path/><path d=""/>{ONE}<path stroke="red"/>', [(1, 1, 9, 9)]),
         (f'<g visibility="hidden">{ONE}<path style="visibility:visible" d="M1 2H5"/></g>', [(1, 2, 5, 2)]),
     ],
 )  # fmt: skip

@@ -276,7 +276,7 @@ def test_directions_in_which_an_acceleration_is_limited():
 # The lower bound
 
 
-@pytest.mark.parametrize("x0, x1, bent", [(0.3, 0.7, 1.5), (0.2, 0.2, -3.0), (0, 0.5, -0.4), (0.1, 0.2, 1e-9)])  # fmt: skip
+@pytest.mark.parametrize("x0, x1, bent", [(0.3, 0.7, 1.5), (0.2, 0.2, -3.0), (0, 0.5, -0.4), (0.1, 0.2, 1e-9), (0.1, 0.2, 2e-6), (0.1, 0.2, -2e-6)])  # fmt: skip
 def test_the_time_over_a_stretch(x0, x1, bent):
     h = 0.4
     slope = (x1 - x0) / h - bent * h
@@ -425,6 +425,32 @@ def test_no_motion_within_polygons_is_faster():
         most = linprog(-np.ones(n + 1), rows, -found.table[..., 2].ravel(), bounds=bounds).x
         assert not stuck and (rows @ x + found.table[..., 2].ravel() <= 1e-9).all()
         np.testing.assert_allclose(x, most, atol=1e-6)
+
+
+def test_where_a_motion_may_not_be_too_slow():
+    """It must be fast enough here and there, also just after its start: against the linear program."""
+    rng = np.random.default_rng(13)
+    n = 12
+    rest = np.isin(np.arange(n + 1), [0, n])
+    feasible = 0
+    for _ in range(30):
+        found = polygons_of(rng, n)
+        slow = rng.random(n) < 0.5
+        least = np.stack([-np.ones(n), -rng.uniform(0.5, 2, n), rng.uniform(0.1, 1.0, n)], axis=1)
+        found.table[slow, 3] = (least / np.abs(least[:, :2]).sum(axis=1, keepdims=True))[slow]
+        top = rng.uniform(0.5, 2.0, n + 1)
+        x, stuck = profile(found, SimpleNamespace(x=top), rest)
+        chain = np.zeros((n, 4, n + 1))
+        at = np.arange(n)
+        chain[at, :, at], chain[at, :, at + 1] = found.table[..., 0], found.table[..., 1]
+        bounds = [(0.0, 0.0 if still else each) for each, still in zip(top, rest)]
+        rows = chain.reshape(-1, n + 1)
+        most = linprog(-np.ones(n + 1), rows, -found.table[..., 2].ravel(), bounds=bounds)
+        assert (most.status == 0) == (not stuck)
+        if not stuck:
+            feasible += 1
+            np.testing.assert_allclose(x, most.x, atol=1e-6)
+    assert 5 < feasible < 25
 
 
 def test_a_part_in_which_a_polygon_is_empty_is_told_by_a_node():
@@ -709,8 +735,11 @@ def test_a_wanted_duration_with_a_limit_on_jerk(pace, monkeypatch):
     motion = jerk.smoothed(timed(), wanted)
     assert motion.duration == pytest.approx(wanted) and motion.smooth == fastest.smooth
     assert motion.pace / pace == pytest.approx((wanted - 0.75) / (fastest.duration - 0.75))
-    with pytest.raises(TimingError, match="is less than .* s, the least that was found with this"):
+    with pytest.raises(
+        TimingError, match="is less than .* s, the least that was found with this"
+    ) as e:
         jerk.smoothed(timed(), fastest.duration * 0.99)
+    assert not e.value.proved and e.value.s == 0.0
     crossing = replace(timed(), crossing=np.arange(7) == 3)
     with pytest.raises(fb.SingularityError, match="is not known across Type 2, .* at s = 0.027"):
         jerk.smoothed(crossing)
@@ -747,8 +776,8 @@ def test_a_smooth_motion_goes_at_the_pace_that_one_limit_allows(name):
     pair = name.startswith("joint") or name == "torque"
     limits = {"jerk": 1e9, name: (limit, limit) if pair else limit}
     motion = jerk._paced(replace(curved(), limits=Limits(**limits)))
-    # Three stretches are few to be looked at: a mesh has some hundred.
-    assert motion.pace > 1.3 and 0.98 * limit < most_used(motion, name) <= 1.001 * limit
+    above = 1.001 if name == "jerk" else 1  # that of differences
+    assert motion.pace > 1.3 and 0.98 * limit < most_used(motion, name) <= above * limit
 
 
 def test_a_smooth_motion_goes_at_the_pace_of_its_feed_and_of_motors():

@@ -130,6 +130,25 @@ def test_pose_point_and_jacobian_are_inverses():
     assert known > 150
 
 
+@pytest.mark.parametrize("tool", [fb.Tool(1, 0.02, 0.01), fb.Tool(2, -0.03, 0.02)])
+def test_derivatives_of_the_joint_in_the_checker(tool):
+    """By the tool's place and by all lengths, against differences of itself."""
+    values = [0.01, 0.1, 0.09, 0.08, 0.1, 0.09, 0.11]  # x, y, l11, l12, l21, l22, d
+    plain = {"leg": tool.leg, "along": tool.along, "across": tool.across}
+
+    def place(at):
+        slopes = [[iv.mpf(k == j) for j in range(7)] for k in range(7)]
+        x, y, *lengths = map(checker.Number, map(iv.mpf, at), slopes)
+        return checker.joint(x, y, lengths, plain, (-1, 1))
+
+    h = 1e-6
+    for j in range(7):
+        ends = [place(np.array(values) + sign * h * np.eye(7)[j]) for sign in (1, -1)]
+        for one, plus, minus in zip(place(values), *ends):
+            change = (float(plus.value.mid) - float(minus.value.mid)) / (2 * h)
+            assert float(one.slopes[j].mid) == pytest.approx(change, abs=1e-7)
+
+
 def firmware_angles(x, y):
     """PlotClock's own set_XY, mm from the middle of its motors, before it scales to pulses."""
 

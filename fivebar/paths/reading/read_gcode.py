@@ -47,7 +47,6 @@ class _Machine:
     ) -> None:
         self.draft = Draft(name)
         self.lines = text.splitlines()
-        self.line = 0
         self.units = units  # as the caller gives them
         self.unit = None if units is None else METRES[units]
         self.absolute = True
@@ -251,7 +250,7 @@ class _Machine:
                 f"the arc's centre is {1e3 * radius:.6g} mm from its start, but"
                 f" {1e3 * radius_at_end:.6g} mm from its end"
             )
-        turn = 2 * math.pi
+        turn = 0.0
         if not whole:
             # The centre at equal distance from both ends, nearest to the one in the file.
             normal = 1j * (end - start) / abs(end - start)
@@ -261,10 +260,9 @@ class _Machine:
             turn = cmath.phase(end - centre) - cmath.phase(start - centre)
             turn %= 2 * math.pi
         if self.motion == 2:  # clockwise
-            if whole:
-                turn = -2 * math.pi
-            else:
-                turn = turn - 2 * math.pi
+            turn -= 2 * math.pi
+        elif whole:
+            turn = 2 * math.pi
         first = cmath.phase(start - centre)
         radius = abs(start - centre)
         return Arc(

@@ -103,7 +103,8 @@ def _check(element, name):
     """Raise ValueError for what svgelements would silently read as something else."""
     tag = element.tag.removeprefix(SVG)
     where = f"{name}, line {element.get(LINE)}: <{tag}>"
-    data = element.get("d", "") if tag == "path" else ""
+    # A path without d draws nothing; svgelements needs one.
+    data = element.attrib.setdefault("d", "") if tag == "path" else ""
     try:
         svgelements.Path(data)
         valid = PATH_DATA.fullmatch(data)

@@ -4,8 +4,8 @@ down until it fits.
 The mean of s over [t - w, t] has s''' = (s''(t) - s''(t - w)) / w, which is finite, and comes to
 rest w later. How long w is best is sought. It is not promised that nothing is faster (where the
 jerk rules, it takes a fifth longer than the best); the lower bound stays that of the motion without
-the limit. The limits are looked at beside all times at which a derivative jumps and at PLACES in
-between.
+the limit. The limits are looked at beside all times at which a derivative jumps, at PLACES in
+between, and at FEWEST places of the whole motion at least.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .timed_path import TimedPath
 
 PLACES = 7  # between two times at which a derivative jumps
+FEWEST = 2000
 MARGIN = 1e-5  # of the limits: between those places
 SHARES = np.geomspace(0.01, 2.0, 15)  # of the motion's time, near one of which w is sought
 STEPS = 7  # of that search
@@ -42,12 +43,9 @@ def refuse_kinks(path) -> None:
         return
     before = np.arange(n - 1)
     after = np.arange(1, n)
-    ends = np.array([piece.length for piece in path.pieces[:-1]])
-    bends = path.on(before, ends)[2], path.on(after, np.zeros(n - 1))[2]
-    inner = path.on(
-        np.arange(n),
-        np.array([piece.length for piece in path.pieces]) / 2,
-    )[2]
+    lengths = np.array([piece.length for piece in path.pieces])
+    bends = path.on(before, lengths[:-1])[2], path.on(after, np.zeros(n - 1))[2]
+    inner = path.on(np.arange(n), lengths / 2)[2]
     largest = max(np.abs(each).max() for each in (*bends, inner))
     rests = np.isin(
         path.knots[1:-1],
@@ -117,10 +115,11 @@ def _paced(motion):
     )  # nodes where xi_sss jumps, and it does not rest
     edges = np.union1d(motion.clock.breaks, motion.clock.passed(turns))
     edges = edges[np.append(True, np.diff(edges) > 1e-12)]
+    places = max(PLACES, FEWEST // len(edges))
     inside = np.concatenate(
         [
             [1e-6],
-            np.linspace(0, 1, PLACES + 2)[1:-1],
+            np.linspace(0, 1, places + 2)[1:-1],
             [1 - 1e-6],
         ]
     )

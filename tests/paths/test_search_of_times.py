@@ -1,0 +1,135 @@
+"""The search of least times in its steps: both bounds meet after little work, and motions keep their limits."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+import fivebar as fb
+from fivebar.paths.curve import Path
+from fivebar.paths.timing import solve as solve_module
+from fivebar.paths.timing.lower_bound import Ceiling
+from fivebar.paths.timing.mesh import mesh_of
+from fivebar.paths.timing.solve import Solved, TimingError, refined
+from fivebar.paths.timing.time_path import _timed
+from tests.helpers.paths_to_time import used
+from tests.paths.test_polygons import CASES
+
+
+@pytest.mark.parametrize(
+    "name, gap, looks",
+    [
+        ("torques", 1e-3, 850),
+        ("accelerations", 1e-3, 1250),
+        ("across Type 2", 1e-2, 1700),
+        ("elbows", 0.03, 2900),
+        ("along the bars", 1e-3, 600),
+    ],
+)
+def test_both_bounds_meet_after_few_looks_at_stretches(name, gap, looks):
+    """Where the last motion helps to bound the next one; else it would be many times as many."""
+    robot, path, limits = CASES[name]
+    mesh = mesh_of(robot, path, (-1, -1))
+    mesh, found = refined(mesh, limits, gap, time.thread_time() + 3.0)
+    motion = _timed(limits, mesh, found)
+    assert 0 < motion.gap <= gap and found.looks <= looks
+    asked = {key: getattr(limits, key) for key in ("torque", "joint_acceleration", "acceleration")}
+    assert used(motion, {key: value for key, value in asked.items() if value}, 10) <= 1
+    assert math.isfinite(motion.duration)
+
+
+LIMITS = fb.Constraints(torque=0.1)
+
+
+@pytest.fixture(scope="module")
+def resting():
+    """A path with rests, and its fastest motion."""
+    robot, path, _ = CASES["torques"]
+    path = Path(path.pieces, dwells={0.0: 0.25, path.length: 0.5})
+    return path, fb.time_path(robot, path, constraints=LIMITS)
+
+
+def test_a_wanted_duration_counts_the_rests(resting):
+    """They are the same in all motions."""
+    path, plain = resting
+    assert 0.999 * plain.duration < plain.lower_bound < plain.duration
+    slow = fb.time_path(fb.FiveBar(), path, 1.5, constraints=LIMITS)
+    assert slow.duration == pytest.approx(1.5) and slow.lower_bound == plain.lower_bound
+    np.testing.assert_allclose(slow.ceiling, plain.ceiling)
+    share = ((plain.duration - 0.75) / 0.75) ** 2
+    assert used(slow, {"torque": 0.1}, 10) == pytest.approx(share, rel=0.01)
+
+
+def test_a_wanted_duration_without_limits_takes_the_least_torque(resting):
+    path, plain = resting
+    free = fb.time_path(fb.FiveBar(), path, 1.5)
+    assert free.duration == pytest.approx(1.5) and free.lower_bound == 0.0
+    share = ((plain.duration - 0.75) / 0.75) ** 2
+    assert used(free, {"torque": 0.1 * share}, 10) == pytest.approx(1.0, rel=0.02)
+
+
+def test_a_wanted_duration_that_is_too_short_is_told_the_bounds(resting):
+    path, plain = resting
+    lower = plain.lower_bound
+    between = (lower + plain.duration) / 2
+    words = {
+        1.0: f"1 s is {lower - 1:.4g} s below what is proved to be the least, {lower:.6g} s",
+        between: f"{between:g} s is less than {plain.duration:.6g} s, the least that was found"
+        f" (proved: none below {lower:.6g} s)",
+    }
+    for duration, text in words.items():
+        with pytest.raises(TimingError) as short:
+            fb.time_path(fb.FiveBar(), path, duration, constraints=LIMITS)
+        assert str(short.value) == f"time_path: duration = {text}, under these limits"
+        assert short.value.proved == (duration == 1.0) and short.value.s == 0.0
+    with pytest.raises(
+        ValueError, match="rests for 0.75 s, which leaves no time to move in 0.75 s"
+    ):
+        fb.time_path(fb.FiveBar(), path, 0.75, constraints=LIMITS)
+    with pytest.raises(ValueError, match="a least time needs a torque, an acceleration or a joint"):
+        fb.time_path(fb.FiveBar(), path, constraints=fb.Constraints(speed=1.0))
+    with pytest.raises(ValueError, match="jerk needs a torque or an acceleration beside it"):
+        fb.time_path(fb.FiveBar(), path, 2.0, constraints=fb.Constraints(jerk=1.0))
+
+
+def test_constraints_on_poses_are_looked_at_first():
+    robot, path, _ = CASES["torques"]
+    below = fb.Constraints(torque=0.1, half_planes=[(0.0, -1.0, -0.11)])  # y <= 0.11
+    with pytest.raises(
+        ValueError, match=r"^time_path: .* is not kept from s = .*, xi = \("
+    ) as refused:
+        fb.time_path(robot, path, constraints=below)
+    words = str(refused.value)
+    begins = float(words.split("from s = ")[1].split(" m")[0])
+    assert path(begins)[0][1] == pytest.approx(0.11, abs=1e-8)
+    top = np.linspace(0, path.length, 20_001)
+    assert f"by at most {path(top)[0][:, 1].max() - 0.11:.4g}"[:-1] in words
+    above = fb.Constraints(torque=0.1, half_planes=[(0.0, 1.0, 0.05)])
+    assert fb.time_path(robot, path, constraints=above).duration < 1
+
+
+def test_a_search_ends_after_its_work(monkeypatch):
+    robot, path, limits = CASES["torques"]
+    mesh = mesh_of(robot, path, (-1, -1))
+    monkeypatch.setattr(solve_module, "MOST", 150)
+    found, _ = refined(mesh, limits, 1e-7, math.inf)
+    assert 97 <= len(found) < 500
+    monkeypatch.setattr(solve_module, "solve", lambda mesh, *given: nothing(mesh))
+    seen = []
+
+    def nothing(mesh):
+        seen.append(len(mesh))
+        none = np.zeros(len(mesh))
+        size = np.where(np.arange(len(mesh)) == 5, np.inf, 0.0)
+        above = Ceiling(none, none + 1, size, None)
+        return Solved(above, none, none, none, none + np.inf, (7,), 1)
+
+    monkeypatch.setattr(solve_module, "FAILURES", 3)
+    with pytest.raises(
+        TimingError, match="no motion along the path was found that keeps"
+    ) as failed:
+        refined(mesh, limits, 1e-3, math.inf)
+    first = len(mesh)
+    assert seen == [first, first + 1, first + 2, first + 3] and not failed.value.proved
+    assert failed.value.s == mesh.s[7] or failed.value.s < mesh.s[7]
