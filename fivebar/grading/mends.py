@@ -175,22 +175,25 @@ class _Search:
         if self._wrong_rows(()) is None:
             return None
         better: list[tuple[int, tuple]] = []
-        found = self._likely((), better)
-        if found and (found.helps or not self.others):
-            return found
-        found = found or self._written(deep=deep)
-        # A formula of this function may stand for a mistake in a helper, which helps others, too.
-        if found is not None:
-            elsewhere = self.others and found.changes[0].function == self.function
-            if found.helps or not elsewhere:
+        best = None
+        for found in self._one_after_the_other(deep, better):
+            if found and self._helps_all(found):
                 return found
+            # A formula that helps some may stand for a mistake in a helper that spoils more.
+            if found and (best is None or found.helps > best.helps):
+                best = found
+        return best or (self._two(better) if deep else None)
+
+    def _one_after_the_other(self, deep, better):
+        """Yield what each kind of search finds, the fastest first; None where it finds nothing."""
+        yield self._likely((), better)
+        yield self._written(deep=deep)
         for wave in range(LIKELY, WAVES) if deep or self.others else ():
-            more = self._single(replace(self.tried, wave=wave), better)
-            if more and (more.helps or not found):
-                return more
-        if found:
-            return found
-        return self._two(better) if deep else None
+            yield self._single(replace(self.tried, wave=wave), better)
+
+    def _helps_all(self, mend):
+        """Return whether all other wrong functions that call the same helpers become right."""
+        return mend.helps == len(self.others)
 
     def lead(self) -> Lead | None:
         """Return a formula that is right but for its sign in some calls, or else the last one that
@@ -234,7 +237,7 @@ class _Search:
         found = None
         for wave in range(LIKELY):
             now = self._single(replace(self.tried, steps=steps, wave=wave), better)
-            if now and (now.helps or not self.others):
+            if now and self._helps_all(now):
                 return now
             found = found or now
         return found
