@@ -2,6 +2,8 @@
 
 import ast
 import linecache
+import os
+import subprocess
 import sys
 from dataclasses import replace
 
@@ -193,6 +195,31 @@ def test_a_name_that_another_check_of_the_function_denies_is_taken_back(monkeypa
     monkeypatch.setattr(plugin, "denied", lambda mistake, answers: answers == "all")
     checks._withdraw_names()
     assert [check.misconception for check in checks.found] == ["", ""]
+
+
+def test_a_change_has_the_same_number_in_every_process():
+    """A set of texts has another order in each process."""
+    path = places.CELL
+    lines = f"""import ast, sys
+sys.path.insert(0, {str(path)!r})
+from changes import WAVES, Variants
+body = ast.parse(sys.stdin.read()).body
+for ranks in WAVES:
+    for change in Variants(body, "dkm2", [], [], ranks).changes:
+        print(*change.told, len(change.members))
+"""
+    found = set()
+    for seed in "123":
+        run = subprocess.run(
+            [sys.executable, "-c", lines],
+            input=FRAMES,
+            env=os.environ | {"PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        found.add(run.stdout)
+    assert len(found) == 1 and found.pop().count("\n") > 100
 
 
 def test_a_second_change_is_made_in_what_the_first_one_left():

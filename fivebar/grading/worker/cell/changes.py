@@ -218,17 +218,21 @@ class _Single:
         return self.nodes[0].lineno, self.nodes[0].col_offset
 
     @property
-    def alike(self) -> set[tuple]:
+    def alike(self) -> list[tuple]:
         """Keys of the groups of changes that are made together: those of equal places, of a line,
-        under sine and cosine, and of all places that read alike.
+        under sine and cosine, and of all places that read alike. In one order: the number of a
+        change is the same in every process.
         """
         kind, text, around = self.key
         line = self.place[0]
         bare = kind, _NAME.sub("", text) if self.rank <= MOST_ALIKE else text
-        near = {(kind, text, line), (*bare, line)}
+        near = [(kind, text, line), (*bare, line)]
         if isinstance(self.nodes[0], ast.Constant):  # equal numbers mean different things
-            return near if kind == "an index" else {self.key, *near}
-        return {self.key, *near, (kind, text, _TURNED.sub("", around)), (kind, text), bare}
+            keys = near if kind == "an index" else [self.key, *near]
+        else:
+            far = [(kind, text, _TURNED.sub("", around)), (kind, text), bare]
+            keys = [self.key, *near, *far]
+        return [*dict.fromkeys(keys)]
 
     @property
     def told_as_moved(self) -> tuple[int, str, str, str, str]:
