@@ -4,6 +4,7 @@ is told that was not tried.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import chain, islice
@@ -32,6 +33,9 @@ MOST_FIRST = 2  # changes that make more numbers right, to each of which a secon
 MOST_PAIRS = 80_000  # of likely changes that are tried together
 MOST_NEEDED = 8  # rows in which values are looked for that a function needs
 MOST_FORMULAS = 2  # of a place
+_NAME = re.compile(r"[A-Za-z_]\w*")
+UNLIKELY = 10  # letters by which a formula counts longer in the place of a name
+DOUBLED = 3  # by which a multiple of an angle does
 OTHERS = 16  # rows for a robot of other lengths
 HINTS = {
     "a sign": "Go through the signs of your formula: which terms add, and which subtract?",
@@ -405,10 +409,14 @@ def _size(found):
     place, kind, text = found
     long = len(text.replace(MATH, "").replace(OLD, "x")) + (kind == "a formula")
     # What a name is worth is better said where it gets its value, and an argument in the call.
-    long += kind != "a variable" and place.text.isidentifier()
+    if place.text.isidentifier():
+        long += UNLIKELY if kind == "a formula" else kind != "a variable"
     long += 2 * place.is_argument
     # With bars of one length an angle may well be twice another one, but nobody forgets that.
-    long += 3 * (place.turns and kind == "a factor")
+    if place.turns and kind == "a factor":
+        long += DOUBLED
+    if set(place.unread) & set(_NAME.findall(text)):
+        long -= UNLIKELY  # what was computed is to be used
     return long, -place.moved.sum(), len(place.text)
 
 

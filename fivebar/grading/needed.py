@@ -60,6 +60,7 @@ class Place:
     function = property(lambda self: self.told.function)
     text = property(lambda self: self.told.old)
     is_argument = property(lambda self: self.told.kind == ARGUMENT)
+    unread = property(lambda self: self.told.new.split())  # names that its function does not use
 
     @property
     def is_root(self) -> bool:

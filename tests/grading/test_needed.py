@@ -15,9 +15,11 @@ from fivebar.grading.beside import guesses_of, known_values
 from fivebar.grading.formulas import OLD, Values, long_formulas, short_formulas
 from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
+from fivebar.grading.mends import _size
+from fivebar.grading.needed import Place
 from fivebar.grading.program import Job
 from fivebar.grading.worker import places
-from fivebar.grading.worker.wire import MOST_BESIDE, Garbled, beside_of, visits_of
+from fivebar.grading.worker.wire import MOST_BESIDE, Change, Garbled, beside_of, visits_of
 from tests.helpers.hand_ins import FOLDER
 
 sys.path.insert(0, str(places.CELL))
@@ -217,6 +219,17 @@ def test_what_is_written_for_one_leg_is_written_for_the_other_with_its_names():
     text = ast.unparse(ast.Module(body, []))
     assert "b1 = bar(q11) * 2 + q11" in text and "b2 = bar(q21) * 2 + q21" in text
     assert words == [[7, "a term", "f", "bar(q11) * 2", "bar(q11) * 2 + q11, in 2 places"]]
+
+
+def test_what_a_function_computes_and_never_reads_is_told_and_comes_first():
+    source = "def f(a, b):\n    c = a * b\n    e = c + 1\n    return e - a\n"
+    program, _, _ = watched(source.replace("e - a", "a"))
+    words = program.told([[-1]])["changes"]
+    assert {(word[2], word[4]) for word in words} == {("f", "e")}
+    assert program.told([[None]])["changes"] == []
+    place = Place(0, Change(4, "", "f", "a", "e"), np.array([True]), False)
+    long, short = _size((place, "a term", f"{OLD} + e*a")), _size((place, "a term", f"{OLD} + a"))
+    assert long < short
 
 
 def test_objects_made_before_are_of_the_class_that_is_watched():

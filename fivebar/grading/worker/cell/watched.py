@@ -159,14 +159,16 @@ class Watched:
 
     def told(self, numbers: list) -> dict:
         """Return how many groups there are; all in words where their visits are asked for, as
-        changes have them: line, whether the first place is an argument, function, and what stands
-        there, twice.
+        changes have them: line, whether the first place is an argument, function, what stands
+        there, and the names that the function gives a value and never reads.
         """
         words = []
+        unread = {scope.name: " ".join(_unread(scope)) for scope in self._scopes}
         for group in self.groups if any(row[0] == ALL for row in numbers) else ():
             place, text = self._places[group[0][0]], self._texts[group[0][0]]
             kind = ARGUMENT if text in place.scope.arguments else ""
-            words.append([place.node.lineno, kind, place.scope.name, text, text])
+            inside = place.scope.name
+            words.append([place.node.lineno, kind, inside, text, unread[inside]])
         return {"count": len(self.groups), "changes": words}
 
     def switch(self, space: dict, numbers: list) -> None:
@@ -213,6 +215,13 @@ class Watched:
                 [place.node.lineno, kind, place.scope.name, short(self._texts[group[0][0]]), shown]
             )
         return exchanged(self._body, swaps), told
+
+
+def _unread(scope):
+    """Return the names to which a function gives a value that it does not use."""
+    names = [part for part in ast.walk(scope.function) if isinstance(part, ast.Name)]
+    read = {name.id for name in names if isinstance(name.ctx, ast.Load)}
+    return [name for name in scope.stored if name not in read]
 
 
 def _target(line):
