@@ -8,13 +8,15 @@ import numpy as np
 
 from .following import helped, may_help, reached, spread
 from .formulas import CLOSE
+from .judge import related
 from .labs import Lab
-from .mends import MOST_NEEDED
-from .needed import Needs, Spot, spot_of
+from .needed import Need, Needs, Spot, spot_of
 from .program import Program
 from .questions import AskedRows
 from .ten_models import TEN, columns_of, motions
 from .worker.student import Tried
+
+ROWS = 16  # in which values are looked for
 
 
 class SharedMistakes:
@@ -23,7 +25,7 @@ class SharedMistakes:
     def __init__(self, program: Program, lab: Lab, wrong: set[str]):
         self._program, self._lab, self._wrong = program, lab, wrong
         self._robot = program.robot_in(lab)
-        self._payers: dict[str, dict[tuple[Spot, int], np.ndarray]] = {}
+        self._payers: dict[str, dict[tuple[Spot, int], Need]] = {}
 
     def let_pay(self, function: str) -> None:
         """Let a function pay for what is wrong in its helpers."""
@@ -48,7 +50,7 @@ class SharedMistakes:
             values = self._payers[other]
             same = set()
             for key in mine.keys() & values.keys():
-                if _alike(mine[key], values[key]):
+                if _same_model(mine[key], values[key]):
                     same.add(key)
             spots = {spot for spot, _ in same}
             for needed in self._needed(function, asked, spots.__contains__) if same else ():
@@ -60,14 +62,14 @@ class SharedMistakes:
 
     def _along(self, function):
         """Return rows along a motion, the same one for all functions."""
-        motion = motions(self._robot, np.random.default_rng(0), MOST_NEEDED)
-        columns, no = columns_of(function, motion), np.zeros(MOST_NEEDED, bool)
+        motion = motions(self._robot, np.random.default_rng(0), ROWS)
+        columns, no = columns_of(function, motion), np.zeros(ROWS, bool)
         exercise = self._lab.exercises()[function]
         return AskedRows(
             exercise,
             self._robot,
             columns,
-            tolerance=np.zeros(MOST_NEEDED),
+            tolerance=np.zeros(ROWS),
             refuse=no,
             constants={},
             good=no,
@@ -84,20 +86,23 @@ class SharedMistakes:
         with helped(self._program, given, self._robot, self._lab.constants()) as other:
             for rows in several:
                 wrong = np.flatnonzero(~rows.good & ~rows.refuse)
-                few = rows.part(wrong[spread(len(wrong), MOST_NEEDED)])
+                few = rows.part(wrong[spread(len(wrong), ROWS)])
                 needs = Needs(other.student, Tried(function, tuple(exercises)), few)
                 values = {}
                 for need in needs.all(where=where):
                     if need.place.moved[needs.wrong].all():
                         count = need.wanted.shape[1]
-                        values[spot_of(need.place.told), count] = need.wanted
+                        values[spot_of(need.place.told), count] = need
                 found.append(values)
         return found
 
 
-def _alike(a, b):
-    """Return whether two functions need the same values."""
-    if a.shape != b.shape:
+def _same_model(mine, other):
+    """Return whether two functions need the same values in a place, and what stands there has to
+    do with them: from numbers of no meaning nothing follows.
+    """
+    a, b = mine.wanted, other.wanted
+    if a.shape != b.shape or not related(mine.old, b, np.zeros(b.shape[1], bool)):
         return False
     most = CLOSE * np.abs(b).max()
     return bool(np.all(np.abs(a - b) <= most))

@@ -119,7 +119,7 @@ def _written(body, lab, function, line, old, new):
     """The program with a formula written in one place or two, None where there is no such place."""
     watched = Watched(body, function, [*lab.exercises()], [])
     new, _, places = new.partition(", in ")
-    words = watched.told([])["changes"]
+    words = watched.told([[-1]])["changes"]
     numbers = [
         k
         for k, group in enumerate(watched.groups)
