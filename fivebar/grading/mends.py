@@ -415,7 +415,8 @@ def _size(found):
     # With bars of one length an angle may well be twice another one, but nobody forgets that.
     if place.turns and kind == "a factor":
         long += DOUBLED
-    if set(place.unread) & set(_NAME.findall(text)):
+    used = set(_NAME.findall(text))
+    if used & set(place.unread):
         long -= UNLIKELY  # what was computed is to be used
     return long, -place.moved.sum(), len(place.text)
 

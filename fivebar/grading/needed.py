@@ -129,8 +129,10 @@ class Needs:
         few = range(min(SCREENED, len(self._plain)))
         for number in range(len(self._told)):
             visits = [seen.get(number, []) for seen in self._visits]
-            if {len(row) for row in visits} == {1} and {len(row[0]) for row in visits} == {4}:
-                yield from self._right_ones(number, guesses_of(self._matrices(number, few)))
+            once = {len(row) for row in visits} == {1}
+            if once and {len(row[0]) for row in visits} == {4}:
+                matrices = self._matrices(number, few)
+                yield from self._right_ones(number, guesses_of(matrices))
 
     def named(self) -> Iterator[tuple[Place, str, str]]:
         """Yield (place, kind, formula) of what is right with one other value, in places with more
@@ -349,7 +351,8 @@ class Needs:
         size = need.wanted.size // (len(calls) * len(self._visits[0][number]))
         values = self._values(number, calls, size)
         wanted = need.wanted.ravel()
-        return values and replace(values, wanted=wanted, turns=need.place.turns)
+        turns = need.place.turns
+        return values and replace(values, wanted=wanted, turns=turns)
 
     def _values(self, number, calls, size):
         """Return what stands beside a place in these calls, its own value as the wanted one; None

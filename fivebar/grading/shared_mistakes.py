@@ -80,7 +80,8 @@ class SharedMistakes:
         a function is right.
         """
         exercises = self._lab.exercises()
-        called = may_help(self._program.student.outline, self._lab, {function}) & self._wrong
+        outline = self._program.student.outline
+        called = may_help(outline, self._lab, {function}) & self._wrong
         given = {name: exercises[name] for name in called}
         found = []
         with helped(self._program, given, self._robot, self._lab.constants()) as other:
@@ -102,7 +103,10 @@ def _same_model(mine, other):
     do with them: from numbers of no meaning nothing follows.
     """
     a, b = mine.wanted, other.wanted
-    if a.shape != b.shape or not related(mine.old, b, np.zeros(b.shape[1], bool)):
+    if a.shape != b.shape:
+        return False
+    no_angles = np.zeros(b.shape[1], bool)
+    if not related(mine.old, b, no_angles):
         return False
     most = CLOSE * np.abs(b).max()
     return bool(np.all(np.abs(a - b) <= most))

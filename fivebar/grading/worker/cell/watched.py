@@ -168,7 +168,8 @@ class Watched:
             place, text = self._places[group[0][0]], self._texts[group[0][0]]
             kind = ARGUMENT if text in place.scope.arguments else ""
             inside = place.scope.name
-            words.append([place.node.lineno, kind, inside, text, unread[inside]])
+            line = place.node.lineno
+            words.append([line, kind, inside, text, unread[inside]])
         return {"count": len(self.groups), "changes": words}
 
     def switch(self, space: dict, numbers: list) -> None:
