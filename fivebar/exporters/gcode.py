@@ -311,15 +311,14 @@ def moved_tip(motion: TimedPath, q: np.ndarray, q_dot: np.ndarray) -> tuple[np.n
 def _decimals(motion, machine, dialect, t, scale):
     """Return so many decimals of the axes that rounding takes little of what is allowed."""
     q, _ = motion.joints(t)
-    steepest = 0.0
-    for rates in np.eye(2):
-        velocity = moved_tip(motion, q, np.tile(rates, (len(q), 1)))[1]
-        steepest = max(steepest, np.abs(velocity).max())
-    moved_by_unit = 2 * steepest * max(map(abs, machine.ratio)) / scale
+    moved = 0.0  # m, by a unit of both axes
+    for rates in np.diag(machine.ratio) / scale:
+        _, velocity = moved_tip(motion, q, np.tile(rates, (len(q), 1)))
+        moved += np.linalg.norm(velocity, axis=-1).max()
+    # Each end of a line is off by half a unit at most: the tool's way on it so by one.
     shortest = np.diff(t).min()
     most_off = min(dialect.deviation, dialect.speed_error * _largest_speed(motion) * shortest)
-    rounding = (1 - USED) * most_off / (2 * moved_by_unit)
-    return int(np.clip(np.ceil(-np.log10(rounding)), 0, 9))
+    return max(0, math.ceil(-math.log10((1 - USED) * most_off / moved)))
 
 
 def _refuse_fast(t, values, dialect):
