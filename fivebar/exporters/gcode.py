@@ -41,7 +41,7 @@ FIRMWARES = {
 }
 PENS = {  # (pen down, pen up, usual values)
     "M3": ("M3 S{down:g}", "M5", (1000.0, 0.0)),
-    "servo": ("M280 P0 S{down:g}", "M280 P0 S{up:g}", None),
+    "servo": ("M280 P0 S{down:g}", "M280 P0 S{up:g}", (None, None)),
     "Z": ("G0 Z{down:g}", "G0 Z{up:g}", (0.0, 5.0)),
 }
 
@@ -135,8 +135,7 @@ class Gcode:
             )
         if self._pen == "Z" and "Z" in self.axes:
             raise ValueError("Gcode: pen='Z' and a joint on the axis Z")
-        given = self.down is not None, self.up is not None
-        if PENS[self._pen][2] is None and given != (True, True):
+        if None in self._pen_values:
             raise ValueError(
                 f"Gcode: pen={self._pen!r} needs down and up, the angles of its servo; or take"
                 " pen='M3' or pen='Z'"
@@ -150,6 +149,11 @@ class Gcode:
         return self.pen or FIRMWARES[self.firmware].pens[0]
 
     @property
+    def _pen_values(self):
+        _, _, usual = PENS[self._pen]
+        return [known if own is None else own for own, known in zip((self.down, self.up), usual)]
+
+    @property
     def inverse_time(self) -> bool:
         """Whether each line has its time, G93."""
         return (self.feed or "inverse") == "inverse" and FIRMWARES[self.firmware].inverse_time
@@ -157,12 +161,8 @@ class Gcode:
     @property
     def pen_commands(self) -> tuple[str, str]:
         """What puts the pen up, and down."""
-        down, up, usual = PENS[self._pen]
-        known = usual or (0.0, 0.0)
-        values = {
-            "down": known[0] if self.down is None else self.down,
-            "up": known[1] if self.up is None else self.up,
-        }
+        down, up, _ = PENS[self._pen]
+        values = dict(zip(("down", "up"), self._pen_values))
         return up.format(**values), down.format(**values)
 
 
