@@ -166,3 +166,39 @@ def test_masses_and_inertias_are_positive_down_to_the_least_mass(sign):
             for body in (leg.drive, leg.bar):
                 assert body.mass > 0 and body.inertia > 0
             assert leg.bar.mass * leg.bar.y == pytest.approx(my)
+
+
+def test_the_right_joint_may_be_limited_where_the_left_is_not():
+    limits = fb.Constraints(joints=[None, (0.0, 1.0)])
+    text = fb.export(fb.Machine(fb.FiveBar(), constraints=limits), "reprapfirmware")
+    found = re.search(r" C(\S+)", text)[1]
+    assert [float(value) for value in found.split(":")] == pytest.approx([-90, 269, 0, 57.29578])
+
+
+@pytest.mark.parametrize(
+    "robot", [fb.FiveBar(l11=0.1, l22=0.12), fb.Biglide()], ids=["bars", "feet"]
+)
+@pytest.mark.parametrize("format", ["mjcf", "urdf", "sdf"])
+def test_bars_are_drawn_thin_and_as_long_as_they_are(robot, format):
+    text = fb.export(robot, format)
+    if format == "mjcf":
+        sizes = [
+            (geom.get("size"), geom.get("fromto"))
+            for geom in ElementTree.fromstring(text).iter("geom")
+        ]
+        boxes = []
+        for size, ends in sizes:
+            sides = [2 * float(side) for side in size.split()]
+            boxes.append([float(ends.split()[3]), sides[0]] if ends else sides)
+    else:
+        found = re.findall(r'<box size="([^"]*)"|<size>([^<]*)</size>', text)
+        boxes = [[float(side) for side in (one or other).split()] for one, other in found]
+    assert len(boxes) == 4
+    drives, bars = boxes[::2], boxes[1::2]
+    for bar, drive, length, k in zip(bars, drives, robot.distal, (0, 1)):
+        thin = length / 20
+        assert bar[0] == length and bar[1:] == pytest.approx([thin] * len(bar[1:]))
+        if robot.turns:
+            assert drive[0] == robot.drives[k].length and drive[1] == pytest.approx(1.5 * thin)
+        else:
+            assert drive == pytest.approx([2 * thin, 3 * thin, thin])
