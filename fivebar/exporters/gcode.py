@@ -41,7 +41,7 @@ FIRMWARES = {
 }
 PENS = {  # (pen down, pen up, usual values)
     "M3": ("M3 S{down:g}", "M5", (1000.0, 0.0)),
-    "servo": ("M280 P0 S{down:g}", "M280 P0 S{up:g}", None),
+    "servo": ("M280 P0 S{down:g}", "M280 P0 S{up:g}", (None, None)),
     "Z": ("G0 Z{down:g}", "G0 Z{up:g}", (0.0, 5.0)),
 }
 
@@ -135,8 +135,7 @@ class Gcode:
             )
         if self._pen == "Z" and "Z" in self.axes:
             raise ValueError("Gcode: pen='Z' and a joint on the axis Z")
-        given = self.down is not None, self.up is not None
-        if PENS[self._pen][2] is None and given != (True, True):
+        if None in self._pen_values:
             raise ValueError(
                 f"Gcode: pen={self._pen!r} needs down and up, the angles of its servo; or take"
                 " pen='M3' or pen='Z'"
@@ -150,6 +149,11 @@ class Gcode:
         return self.pen or FIRMWARES[self.firmware].pens[0]
 
     @property
+    def _pen_values(self):
+        _, _, usual = PENS[self._pen]
+        return [known if own is None else own for own, known in zip((self.down, self.up), usual)]
+
+    @property
     def inverse_time(self) -> bool:
         """Whether each line has its time, G93."""
         return (self.feed or "inverse") == "inverse" and FIRMWARES[self.firmware].inverse_time
@@ -157,12 +161,8 @@ class Gcode:
     @property
     def pen_commands(self) -> tuple[str, str]:
         """What puts the pen up, and down."""
-        down, up, usual = PENS[self._pen]
-        known = usual or (0.0, 0.0)
-        values = {
-            "down": known[0] if self.down is None else self.down,
-            "up": known[1] if self.up is None else self.up,
-        }
+        down, up, _ = PENS[self._pen]
+        values = dict(zip(("down", "up"), self._pen_values))
         return up.format(**values), down.format(**values)
 
 
@@ -311,15 +311,14 @@ def moved_tip(motion: TimedPath, q: np.ndarray, q_dot: np.ndarray) -> tuple[np.n
 def _decimals(motion, machine, dialect, t, scale):
     """Return so many decimals of the axes that rounding takes little of what is allowed."""
     q, _ = motion.joints(t)
-    steepest = 0.0
-    for rates in np.eye(2):
-        velocity = moved_tip(motion, q, np.tile(rates, (len(q), 1)))[1]
-        steepest = max(steepest, np.abs(velocity).max())
-    moved_by_unit = 2 * steepest * max(map(abs, machine.ratio)) / scale
+    moved = 0.0  # m, by a unit of both axes
+    for rates in np.diag(machine.ratio) / scale:
+        _, velocity = moved_tip(motion, q, np.tile(rates, (len(q), 1)))
+        moved += np.linalg.norm(velocity, axis=-1).max()
+    # Each end of a line is off by half a unit at most: the tool's way on it so by one.
     shortest = np.diff(t).min()
     most_off = min(dialect.deviation, dialect.speed_error * _largest_speed(motion) * shortest)
-    rounding = (1 - USED) * most_off / (2 * moved_by_unit)
-    return int(np.clip(np.ceil(-np.log10(rounding)), 0, 9))
+    return max(0, math.ceil(-math.log10((1 - USED) * most_off / moved)))
 
 
 def _refuse_fast(t, values, dialect):

@@ -104,7 +104,7 @@ class _Reader:
         self.dialect = dialect
         self.at = dict.fromkeys(dialect.axes)
         self.inverse = False
-        self.feed = None
+        self.feed = 0.0
         self.is_down = False
         self.rows = []  # (seconds, first axis, second axis, pen)
         self.start = None
@@ -139,7 +139,7 @@ class _Reader:
         if code in ("G21", "G90", "M2", "M400"):
             return
         if code in ("G93", "G94"):
-            self.inverse, self.feed = code == "G93", None
+            self.inverse, self.feed = code == "G93", 0.0
         elif code == "G4":
             seconds = values.get(FIRMWARES[self.dialect.firmware].dwell)
             if seconds is None:
@@ -161,7 +161,7 @@ class _Reader:
             return
         self._refuse_jump(before, number)
         if self.inverse:
-            self.feed = None  # G93 wants an F in each line
+            self.feed = 0.0  # G93 wants an F in each line
         self.feed = values.get("F", self.feed)
         if not self.feed or before is None or None in before:
             raise ValueError(
