@@ -315,7 +315,7 @@ def _decimals(motion, machine, dialect, t, scale):
     for rates in np.diag(machine.ratio) / scale:
         _, velocity = moved_tip(motion, q, np.tile(rates, (len(q), 1)))
         moved += np.linalg.norm(velocity, axis=-1).max()
-    # Each end of a line is off by half a unit at most: the tool's way on it so by one.
+    # Rounding moves each end of a line by half a unit at most, so the way along it changes by one.
     shortest = np.diff(t).min()
     most_off = min(dialect.deviation, dialect.speed_error * _largest_speed(motion) * shortest)
     return max(0, math.ceil(-math.log10((1 - USED) * most_off / moved)))

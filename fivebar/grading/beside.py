@@ -41,7 +41,7 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
     return old | _different(numbers | made)
 
 
-def guesses_of(matrices: dict[str, np.ndarray]) -> list[Guess]:
+def guesses_of_matrices(matrices: dict[str, np.ndarray]) -> list[Guess]:
     """Return (kind, formula, its values (rows, 2, 2)) of what a matrix may be, OLD's among those
     beside it.
     """

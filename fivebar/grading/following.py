@@ -155,6 +155,17 @@ def helped(
         yield replace(program, student=other, again=None)
 
 
+@contextmanager
+def with_right_called(
+    program: Program, lab: Lab, function: str, wrong: set[str]
+) -> Iterator[Program]:
+    """Yield the program with the right ones of those wrong functions that a function may call."""
+    called = may_help(program.student.outline, lab, {function}) & wrong
+    given = {name: lab.exercises()[name] for name in called}
+    with helped(program, given, program.robot_in(lab), lab.constants()) as other:
+        yield other
+
+
 def reached(outline: dict, function: str) -> set[str]:
     """Return the functions of a program's outline that one mentions, or what it calls does."""
     waiting, seen = [function], set()

@@ -11,7 +11,8 @@ from itertools import chain, islice
 
 import numpy as np
 
-from .following import Helped, builds_on, helped, may_help, reached, spread
+from ..models.robots import Robot
+from .following import Helped, builds_on, reached, spread, with_right_called
 from .formulas import MATH, OLD, long_formulas, short_formulas
 from .judge import call_text, numbers_right
 from .labs import Lab
@@ -135,9 +136,7 @@ def find_mend(
     functions of the lab, of which right ones stand in for those that are called; deep: whether
     unlikely changes, and two at once, are tried as well.
     """
-    called = may_help(program.student.outline, lab, {function}) & wrong
-    given = {name: lab.exercises()[name] for name in called}
-    with helped(program, given, program.robot_in(lab), lab.constants()) as other:
+    with with_right_called(program, lab, function, wrong) as other:
         search = _Search(other, lab, function, asked[function])
         for name in asked.keys() - {function}:
             search.keep(name, asked[name])
@@ -445,7 +444,7 @@ def _answerable(rows, questions):
     if not rows.constants:
         for longer in (False, True):
             robot, constants = questions.with_others(longer)
-            moved = _moving(rows, robot) if longer else rows
+            moved = moving(rows, robot) if longer else rows
             asked.append(replace(moved, robot=robot, constants=constants))
     for each in asked:
         with np.errstate(all="ignore"):
@@ -455,7 +454,7 @@ def _answerable(rows, questions):
             yield each.part(places)
 
 
-def _moving(rows, robot):
+def moving(rows: AskedRows, robot: Robot) -> AskedRows:
     """Return rows for one of the lab's ten functions with motions that another robot can make: on
     angles and rates that do not belong together, right formulas differ.
     """

@@ -10,7 +10,7 @@ from itertools import chain, starmap
 import numpy as np
 
 from ..base.backend import wrap
-from .beside import guesses_of, guesses_of_names, known_values
+from .beside import guesses_of_matrices, guesses_of_names, known_values
 from .following import Helped
 from .formulas import CLOSE, OLD, Values
 from .judge import numbers_of
@@ -35,8 +35,6 @@ FARTHEST = 1e4  # that a number goes in a step: a loop that subtracts turns must
 STEP = 1e-6  # of a number, to see what depends on it
 SMALLEST = 1e-2  # number of which such a step is taken
 AT_ONCE = 1_000  # calls of one request
-
-
 Spot = tuple[str, int, str]  # the function that a place is in, its line, what stands there
 
 
@@ -100,7 +98,9 @@ class Needs:
         self._angles = exercise.is_angle()
         self._scale = np.where(self._angles, 1.0, largest(self._right))
         replies = self._replies([(row, ()) for row in range(len(self._plain))], ALL)
+        self._few = range(min(SCREENED, len(self._plain)))
         off = self._off(replies, range(len(self._plain)))
+        self._before = off[: len(self._few)]
         self.wrong = ~(np.abs(off) <= SOLVED * self._scale).all(axis=0)
         self._told = [*student.changes]
         self._visits = [reply.visits for reply in replies]
@@ -115,8 +115,7 @@ class Needs:
         starts = self._starts()
         if where is not None:
             starts = {k: start for k, start in starts.items() if where(spot_of(self._told[k]))}
-        few = range(min(SCREENED, len(self._plain)))
-        found = self._solve(starts, few)
+        found = self._solve(starts, self._few)
         whole = {number: starts[number] for number in found}
         every = range(len(self._plain))
         for number, (wanted, moved) in self._solve(whole, every).items():
@@ -126,21 +125,19 @@ class Needs:
         """Yield (place, kind, formula) of matrices that are right as products and sums of those
         beside them: a matrix has too many numbers to be solved for.
         """
-        few = range(min(SCREENED, len(self._plain)))
         for number in range(len(self._told)):
-            visits = [seen.get(number, []) for seen in self._visits]
+            visits = self._visits_of(number)
             once = {len(row) for row in visits} == {1}
             if once and {len(row[0]) for row in visits} == {4}:
-                matrices = self._matrices(number, few)
-                yield from self._right_ones(number, guesses_of(matrices))
+                matrices = self._matrices(number)
+                yield from self._right_ones(number, guesses_of_matrices(matrices))
 
     def named(self) -> Iterator[tuple[Place, str, str]]:
         """Yield (place, kind, formula) of what is right with one other value, in places with more
         numbers in a call than the answer: a helper is called once for each leg.
         """
-        few = range(min(SCREENED, len(self._plain)))
         for number in range(len(self._told)):
-            visits = [seen.get(number, []) for seen in self._visits]
+            visits = self._visits_of(number)
             counts = {*map(len, visits)}
             sizes = {len(part) for row in visits for part in row}
             if len(counts) != 1 or len(sizes) != 1:
@@ -148,34 +145,36 @@ class Needs:
             unknowns = max(counts) * max(sizes)
             if not len(self.wrong) < unknowns <= MOST_GUESSED:
                 continue
-            values = self._values(number, [(row, ()) for row in few], max(sizes))
+            values = self._values(number, [(row, ()) for row in self._few], max(sizes))
             if values is not None:
                 yield from self._right_ones(number, guesses_of_names(values))
+
+    def _visits_of(self, number):
+        """Return the visits of a place in each row."""
+        return [seen.get(number, []) for seen in self._visits]
 
     def _right_ones(self, number, guesses):
         """Yield (place, kind, formula) of the guesses with which all is right in a few rows."""
         if not guesses:
             return
-        few = range(min(SCREENED, len(self._plain)))
-        off = self._off(self._replies([(row, ()) for row in few]), few)
         calls = []
         for *_, values in guesses:
-            by_row = values.reshape(len(few), -1)
-            calls += [(row, ((number, by_row[row]),)) for row in few]
+            by_row = values.reshape(len(self._few), -1)
+            calls += [(row, ((number, by_row[row]),)) for row in self._few]
         errors = self._off(self._replies(calls), [row for row, _ in calls])
-        errors = errors.reshape(len(guesses), len(few), -1)
+        errors = errors.reshape(len(guesses), len(self._few), -1)
         right = (np.abs(errors / self._scale) <= NEARLY).all(axis=(1, 2))
         for found in np.flatnonzero(right):
             kind, text, _ = guesses[found]
-            moved = self.wrong | (np.abs(errors[found] - off) > 0).any(axis=0)
+            moved = self.wrong | (np.abs(errors[found] - self._before) > 0).any(axis=0)
             yield self._place(number, moved), kind, text
 
     def _place(self, number, moved):
         return Place(number, self._told[number], moved, bool(self._angles[moved].all()))
 
-    def _matrices(self, number, rows):
-        """Return name -> (rows, 2, 2) of the matrices beside a place."""
-        calls = [(row, ()) for row in rows]
+    def _matrices(self, number):
+        """Return name -> (rows, 2, 2) of the matrices beside a place, in a few rows."""
+        calls = [(row, ()) for row in self._few]
         told = [reply.beside for reply in self._replies(calls, number)]
         if {*map(len, told)} != {1}:
             return {}
@@ -196,7 +195,7 @@ class Needs:
         """Return place -> what it is worth (rows, numbers), of those whose numbers are few."""
         starts = {}
         for number in range(len(self._told)):
-            visits = [seen.get(number, []) for seen in self._visits]
+            visits = self._visits_of(number)
             sizes = {len(numbers) for row in visits for numbers in row}
             counts = {*map(len, visits)}
             if len(sizes) == len(counts) == 1 and 0 < max(sizes) * max(counts) <= MOST_UNKNOWNS:

@@ -360,7 +360,7 @@ class Checks:
             mend = find_mend(self.program, lab, function, asked, wrong, deep)
             in_vain += deep and not isinstance(mend, Mend)
             if not isinstance(mend, Mend):
-                shared.let_pay(function)
+                shared.let_pay(function, asked[function])
             if mend is not None:
                 self._tell(mend, places, told_at_all)
             if isinstance(mend, Mend):
@@ -391,16 +391,17 @@ class Checks:
         for k, check in enumerate(self.found):
             if check.function == function and check.share < 1 and check.name in self._failed:
                 ask = self._failed[check.name][1]
-                failed.append(k)
-                asked += [rows for rows in ask.rows_asked if not rows.good.all()]
+                rows = [rows for rows in ask.rows_asked if len(rows.wrong)]
+                if rows:
+                    failed.append((k, ask))
+                    asked += rows
+        if not failed:
+            return False
         payer, helper = shared.payer(function, asked)
-        for k in failed if payer else ():
+        for k, ask in failed if payer else ():
             check = self.found[k]
-            told = f"wrong by the same values of your {helper} as {payer}, which pays for them"
-            name, most = check.name, check.max_points
-            self.found[k] = Check(
-                name, check.title, most, most, 1.0, "right", function, remarks=(told,)
-            )
+            ask.remark(f"wrong by the same values of your {helper} as {payer}, which pays for them")
+            self.found[k] = checked(check.name, check.title, check.max_points, ask.record, None)
         return bool(payer)
 
     def _tell_mends_of_session(self, lab):

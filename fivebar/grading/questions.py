@@ -48,6 +48,11 @@ class AskedRows:
     constants: dict
     good: np.ndarray
 
+    @property
+    def wrong(self) -> np.ndarray:
+        """The numbers of the rows that have an answer and got a wrong one."""
+        return np.flatnonzero(~self.good & ~self.refuse)
+
     def part(self, places: np.ndarray | list[int]) -> AskedRows:
         """Return some of the rows."""
         return replace(

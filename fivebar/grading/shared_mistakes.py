@@ -4,16 +4,19 @@ they all need there, also where no formula of these is found.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from .following import helped, may_help, reached, spread
+from .following import reached, spread, with_right_called
 from .formulas import CLOSE
 from .judge import related
 from .labs import Lab
+from .mends import moving
 from .needed import Need, Needs, Spot, spot_of
 from .program import Program
 from .questions import AskedRows
-from .ten_models import TEN, columns_of, motions
+from .ten_models import TEN
 from .worker.student import Tried
 
 ROWS = 16  # in which values are looked for
@@ -27,11 +30,11 @@ class SharedMistakes:
         self._robot = program.robot_in(lab)
         self._payers: dict[str, dict[tuple[Spot, int], Need]] = {}
 
-    def let_pay(self, function: str) -> None:
+    def let_pay(self, function: str, asked: list[AskedRows]) -> None:
         """Let a function pay for what is wrong in its helpers."""
         outline, exercises = self._program.student.outline, self._lab.exercises()
         if function in TEN and reached(outline, function) - exercises.keys():
-            along = [self._along(function)]
+            along = [self._along(asked)]
             [needed] = self._needed(function, along, lambda spot: spot[0] not in exercises)
             self._payers[function] = needed
 
@@ -45,50 +48,33 @@ class SharedMistakes:
         if function not in TEN or not others:
             return "", ""
         spots = {spot for name in others for spot, _ in self._payers[name]}
-        [mine] = self._needed(function, [self._along(function)], spots.__contains__)
+        [mine] = self._needed(function, [self._along(asked)], spots.__contains__)
         for other in others:
             values = self._payers[other]
-            same = set()
-            for key in mine.keys() & values.keys():
-                if _same_model(mine[key], values[key]):
-                    same.add(key)
+            same = [key for key in mine if key in values and _same_model(mine[key], values[key])]
             spots = {spot for spot, _ in same}
             for needed in self._needed(function, asked, spots.__contains__) if same else ():
-                same &= needed.keys()
+                same = [key for key in same if key in needed]
             if same:
-                (helper, *_), _ = same.pop()
+                (helper, *_), _ = same[0]
                 return other, helper
         return "", ""
 
-    def _along(self, function):
+    def _along(self, asked):
         """Return rows along a motion, the same one for all functions."""
-        motion = motions(self._robot, np.random.default_rng(0), ROWS)
-        columns, no = columns_of(function, motion), np.zeros(ROWS, bool)
-        exercise = self._lab.exercises()[function]
-        return AskedRows(
-            exercise,
-            self._robot,
-            columns,
-            tolerance=np.zeros(ROWS),
-            refuse=no,
-            constants={},
-            good=no,
-        )
+        return replace(moving(asked[0], self._robot), robot=self._robot, constants={})
 
     def _needed(self, function, several, where):
         """Return for each of these rows (spot, count of its numbers) -> what it needs so that
         a function is right.
         """
-        exercises = self._lab.exercises()
-        outline = self._program.student.outline
-        called = may_help(outline, self._lab, {function}) & self._wrong
-        given = {name: exercises[name] for name in called}
+        tried = Tried(function, tuple(self._lab.exercises()))
         found = []
-        with helped(self._program, given, self._robot, self._lab.constants()) as other:
+        with with_right_called(self._program, self._lab, function, self._wrong) as other:
             for rows in several:
-                wrong = np.flatnonzero(~rows.good & ~rows.refuse)
+                wrong = rows.wrong
                 few = rows.part(wrong[spread(len(wrong), ROWS)])
-                needs = Needs(other.student, Tried(function, tuple(exercises)), few)
+                needs = Needs(other.student, tried, few)
                 values = {}
                 for need in needs.all(where=where):
                     if need.place.moved[needs.wrong].all():

@@ -1,10 +1,14 @@
 """A mistake in a helper that has no name and no formula is paid for by one function."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
 from fivebar.grading.program import Job
+from fivebar.grading.questions import AskedRows
 from tests.helpers.hand_ins import FOLDER
 
 HELPERS = (FOLDER / "helpers.py").read_text("utf-8")
@@ -33,6 +37,13 @@ def with_helper(angle, rate):
         source = source.replace(f"u{leg}2.dot(u{leg}1)", f"np.cos({angle}*q{leg}2)")
         source = source.replace(f"(q{leg}1D + q{leg}2D)**2", f"({rate}*q{leg}1D + q{leg}2D)**2")
     return source
+
+
+def test_rows_that_have_no_answer_are_no_wrong_ones():
+    refuse = np.array([True, True, False, False])
+    rows = AskedRows(None, None, (), np.zeros(4), refuse, {}, np.array([True, False, True, False]))
+    assert rows.wrong.tolist() == [3]
+    assert replace(rows, refuse=~rows.good).wrong.tolist() == []
 
 
 def test_a_helper_without_a_mistake_costs_nothing(tmp_path):
