@@ -135,14 +135,14 @@ class Gcode:
             )
         if self._pen == "Z" and "Z" in self.axes:
             raise ValueError("Gcode: pen='Z' and a joint on the axis Z")
+        for name in ("down", "up"):
+            optional(number)(getattr(self, name), f"Gcode: {name}")
         if None in self._pen_values:
             raise ValueError(
                 f"Gcode: pen={self._pen!r} needs down and up, the angles of its servo; or take"
                 " pen='M3' or pen='Z'"
             )
         not_negative(self.approach, "Gcode: approach")
-        for name in ("down", "up"):
-            optional(number)(getattr(self, name), f"Gcode: {name}")
 
     @property
     def _pen(self):
