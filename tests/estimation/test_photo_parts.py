@@ -143,26 +143,28 @@ def test_crosses_are_known_again_however_the_sheet_lies(turn):
     c, s = np.cos(turn), np.sin(turn)
     there = sheet.crosses @ np.array([[c, s], [-s, c]]) * 1.01 + (0.1, 0.07)
     there += rng.normal(scale=3e-4, size=there.shape)
+    size = 0.2, 0.14
+    read = np.array(size) - there if c < 0 else there  # from the corner where it stands upright
     order = rng.permutation(12)
     centres = np.concatenate([there[order], [there[0]], [[0.0, 0.3], [0.2, 0.3]]])
     sides = np.array([2 * ARM] * 12 + [MARK] + [0.3 * ARM, 8 * MARK])
-    assert _known_again(sheet, centres, sides) == pytest.approx(there, abs=1e-12)
+    assert _known_again(sheet, size, centres, sides) == pytest.approx(read, abs=1e-12)
     seen = np.isin(order, [0, 2, 4, 5, 7, 11])
     few = np.concatenate([seen, np.ones(3, bool)])
-    found = _known_again(sheet, centres[few], sides[few])
+    found = _known_again(sheet, size, centres[few], sides[few])
     for k in range(12):
         if k in (0, 2, 4, 5, 7, 11):
-            assert found[k] == pytest.approx(there[k], abs=1e-12)
+            assert found[k] == pytest.approx(read[k], abs=1e-12)
         else:
             assert np.isnan(found[k]).all()
     with pytest.raises(ValueError, match="3 crosses and 1 marks .* of 12 and 1"):
         few = np.isin(np.append(order, [99] * 3), [0, 2, 4]) | (np.arange(15) > 11)
-        _known_again(sheet, centres[few], sides[few])
+        _known_again(sheet, size, centres[few], sides[few])
     with pytest.raises(ValueError, match="12 crosses and 0 marks"):
-        _known_again(sheet, centres[:12], sides[:12])
+        _known_again(sheet, size, centres[:12], sides[:12])
     with pytest.raises(ValueError, match="not those of this drawing"):
         other = [(0.0, 0.0), (0.2, 0.2), (0.02, 0.15), (0.15, 0.01), (0.1, 0.19), (0.0, 0.0)]
-        _known_again(sheet, np.array(other), np.array([2 * ARM] * 5 + [MARK]))
+        _known_again(sheet, size, np.array(other), np.array([2 * ARM] * 5 + [MARK]))
 
 
 def sheet_on_ground(corners, shape=(300, 400), dark=0.1, bright=0.9):

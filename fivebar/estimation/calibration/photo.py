@@ -38,6 +38,8 @@ def crosses_in(
 ) -> np.ndarray:
     """Return where the crosses of a sheet are on its paper (n, 2), m; nan where one is not found.
 
+    The x axis is along the longer side, from the corner where the drawing stands upright.
+
     Parameters
     ----------
     photo : (rows, columns) or (rows, columns, 3 or 4)
@@ -72,7 +74,7 @@ def crosses_in(
         corners = np.roll(corners, 1, axis=0)
     straight = _straightened(image, corners, measured, lens)
     centres, sides = _marks(straight)
-    return _known_again(sheet, centres, sides)
+    return _known_again(sheet, measured, centres, sides)
 
 
 def _corners(image):
@@ -296,8 +298,12 @@ def _marks(straight):
     return PIXEL * middles, PIXEL * np.array(sides)
 
 
-def _known_again(sheet, centres, sides):
-    """Return which mark is which cross: the marked one, A1, and the one farthest from it begin."""
+def _known_again(sheet, size, centres, sides):
+    """Return where which cross is: the marked one, A1, and the one farthest from it begin.
+
+    A sheet has two corners from which its longer side is the x axis; the photograph does not tell
+    one from the other, but the drawing does.
+    """
     cross = 2 * ARM
     is_cross = (sides > 0.7 * cross) & (sides < 1.4 * cross)
     is_mark = (sides > 0.8 * MARK) & (sides < 1.25 * MARK)
@@ -333,4 +339,7 @@ def _known_again(sheet, centres, sides):
         turned, shift = solution
     found = np.full(len(wanted), np.nan * (1 + 1j))
     found[crosses] = matches
+    if turned.real < 0:
+        width, height = size
+        found = complex(width, height) - found
     return np.stack([found.real, found.imag], axis=-1)
