@@ -21,7 +21,8 @@ DENOMINATORS, MOST_ABOVE = (1, 2, 3, 4, 6, 8), 24  # of numbers that people writ
 MOST_ATOMS = 120  # values beside the place, of which two are multiplied
 MOST_FACTORS = 40  # of which three are multiplied, or sums of products are made
 MOST_OF_FOUR = 22
-_PLAIN = re.compile(r"[\w.]+|__import__\('math'\)\.\w+\(\w+\)")  # a name, its sine or cosine
+# A name, its sine or cosine, what a function gives for it.
+_PLAIN = re.compile(r"[\w.]+|__import__\('math'\)\.\w+\(\w+\)|\([\w.]+\(\w+\)\)")
 _MADE_SUM = re.compile(r"\([\w.]+ [+-] [\w.]+\)")
 MATH, NUMPY = "__import__('math').", "__import__('numpy')."
 Found = tuple[str, str]  # kind of the mistake, and the formula
@@ -31,7 +32,8 @@ Found = tuple[str, str]  # kind of the mistake, and the formula
 class Values:
     """Of each sample (n,), what a place is worth, what it needs to be, and what stands beside it;
     turns: whether a whole turn more is the same; size: so many samples after the other are the
-    parts of one array.
+    parts of one array; slopes: of the answer's numbers (rows, samples of a row, numbers), where
+    these do not tell all that is needed.
     """
 
     old: np.ndarray
@@ -39,6 +41,15 @@ class Values:
     beside: Mapping[str, np.ndarray]
     turns: bool = False
     size: int = 1
+    slopes: np.ndarray | None = None
+
+    def seen(self, values: np.ndarray) -> np.ndarray:
+        """Return what the answer shows of values (..., n)."""
+        if self.slopes is None:
+            return values
+        rows, unknowns, _ = self.slopes.shape
+        parts = values.reshape(*values.shape[:-1], rows, unknowns)
+        return np.einsum("...ru,ruk->...rk", parts, self.slopes).reshape(*values.shape[:-1], -1)
 
     def alike(self, a: np.ndarray, b: np.ndarray) -> bool:
         """Return whether two formulas are worth the same in all samples."""
@@ -51,15 +62,17 @@ class Values:
 
 def short_formulas(values: Values) -> Iterator[Found]:
     """Yield formulas that are worth what is needed, with one other value at most."""
+    steps = (_another, _of_itself, _of_another, _with_one)
     with np.errstate(all="ignore"):
-        for step in (_another, _of_itself, _of_another, _with_one):
+        for step in steps if values.slopes is None else (_with_another,):
             yield from step(values)
 
 
 def long_formulas(values: Values) -> Iterator[Found]:
     """Yield formulas that are worth what is needed, with more values than one."""
+    more = (_sums, _angles, _by_parts) if values.slopes is None else ()
     with np.errstate(all="ignore"):
-        for step in (_with_two, _with_three, _sums, _angles, _by_parts, _with_four):
+        for step in (_with_two, _with_three, *more, _with_four):
             yield from step(values)
 
 
@@ -131,6 +144,10 @@ def _with_one(values):
             yield "a term", f"{OLD} - {name}"
 
 
+def _with_another(values):
+    yield from _with_products(values, 1, MOST_ATOMS)
+
+
 def _with_two(values):
     yield from _with_products(values, 2, MOST_ATOMS)
 
@@ -158,11 +175,12 @@ def _with_products(values, count, most):
         products = np.prod(table[picked], axis=1)
         if split is not None:
             products = products / table[picked[:, split]] ** 2
-        for chosen, factor in _fitting((values.wanted - values.old) / products, picked):
+        terms, factors = values.seen(products), values.seen(products * values.old)
+        for chosen, factor in _fitting(values.seen(values.wanted - values.old) / terms, picked):
             yield "a term", _plus(factor, _product(names, chosen, split))
-        for chosen, factor in _fitting(values.wanted / products, picked):
+        for chosen, factor in _fitting(values.seen(values.wanted) / terms, picked):
             yield "a formula", _times(factor, _product(names, chosen, split))
-        for chosen, factor in _fitting(values.wanted / values.old / products, picked):
+        for chosen, factor in _fitting(values.seen(values.wanted) / factors, picked):
             yield "a factor", _times(factor, f"{OLD}*{_product(names, chosen, split)}")
 
 

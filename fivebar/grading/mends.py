@@ -190,7 +190,7 @@ class _Search:
     def _one_after_the_other(self, deep, better):
         """Yield what each kind of search finds, the fastest first; None where it finds nothing."""
         yield self._likely((), better)
-        yield self._written(deep=deep)
+        yield self._written(deep=deep or bool(self.others))
         for wave in range(LIKELY, WAVES) if deep or self.others else ():
             yield self._single(replace(self.tried, wave=wave), better)
 
@@ -332,7 +332,8 @@ class _Search:
         rows = self._wrong_rows(steps, reversed(self.asked), MOST_NEEDED)
         needs = Needs(self.student, replace(self.tried, steps=steps), rows)
         known = [(need.place, needs.values(need)) for need in needs.all(part)]
-        return needs, [pair for pair in known if pair[1] is not None]
+        known = [pair for pair in known if pair[1] is not None]
+        return needs, known + ([] if part else [*needs.in_part()])
 
     def _pair(self):
         """Return the first two likely changes that make all right together."""

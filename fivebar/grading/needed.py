@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain, starmap
 
 import numpy as np
@@ -33,6 +34,7 @@ NEARLY = 1e-6  # of the largest right answer: what other signs leave where it is
 SLOW = 0.9  # of the error, that a step leaves: where it leaves more, there is no such value
 FARTHEST = 1e4  # that a number goes in a step: a loop that subtracts turns must come to its end
 STEP = 1e-6  # of a number, to see what depends on it
+LARGE_STEP = 0.1  # where only what is in proportion to it matters
 SMALLEST = 1e-2  # number of which such a step is taken
 AT_ONCE = 1_000  # calls of one request
 Spot = tuple[str, int, str]  # the function that a place is in, its line, what stands there
@@ -136,6 +138,30 @@ class Needs:
         """Yield (place, kind, formula) of what is right with one other value, in places with more
         numbers in a call than the answer: a helper is called once for each leg.
         """
+        for number, values in self._many.items():
+            yield from self._right_ones(number, guesses_of_names(values))
+
+    def in_part(self) -> Iterator[tuple[Place, Values]]:
+        """Yield the places that `named` looks at, with what stands beside them and what the answer
+        shows of it.
+        """
+        for number, values in self._many.items():
+            old = values.old.reshape(len(self._few), -1)
+            now, before = {number: old}, {number: self._before}
+            slopes = self._slopes(now, before, self._few, LARGE_STEP)[number]
+            moved = (np.abs(slopes) > 0).any(axis=(0, 1))
+            if not (moved & self.wrong).any() or not np.isfinite(slopes).all():
+                continue
+            wanted = old + _newton_steps(slopes, self._before, moved)
+            values = replace(values, wanted=wanted.ravel(), slopes=slopes[..., moved])
+            yield self._place(number, moved), values
+
+    @cached_property
+    def _many(self):
+        """Return what stands beside places with more numbers in a call than the answer, in a few
+        rows: place -> Values.
+        """
+        found = {}
         for number in range(len(self._told)):
             visits = self._visits_of(number)
             counts = {*map(len, visits)}
@@ -147,7 +173,8 @@ class Needs:
                 continue
             values = self._values(number, [(row, ()) for row in self._few], max(sizes))
             if values is not None:
-                yield from self._right_ones(number, guesses_of_names(values))
+                found[number] = values
+        return found
 
     def _visits_of(self, number):
         """Return the visits of a place in each row."""
@@ -296,13 +323,13 @@ class Needs:
         off = self._off(self._replies(calls), [row for row, _ in calls])
         return dict(zip(put, off.reshape(len(put), len(rows), -1)))
 
-    def _slopes(self, now, off, rows):
+    def _slopes(self, now, off, rows, step=STEP):
         """Return place -> slopes (rows, its numbers, numbers of the answer)."""
         calls, widths = [], []
         for number, values in now.items():
             for k, row in enumerate(rows):
                 for j in range(values.shape[1]):
-                    width = STEP * max(abs(values[k, j]), SMALLEST)
+                    width = step * max(abs(values[k, j]), SMALLEST)
                     other = values[k].copy()
                     other[j] += width
                     widths.append(width)

@@ -350,17 +350,17 @@ class Checks:
             wrong = {check.function for check in self.found if check.share < 1}
             if not any(may_be_mended(self.found[k]) for k in places):
                 continue  # it was judged with a change found before
-            if self._paid_elsewhere(function, shared):
-                continue
             mistakes = [self._diagnosis(k) for k in places if self.found[k].share < 1]
+            named = all(mistake and mistake.model for mistake in mistakes)
+            if self._paid_elsewhere(function, shared, named):
+                continue
             if all(mistake and mistake.idle for mistake in mistakes):
                 continue  # it is still to be written, or answers by chance
-            named = all(mistake and mistake.model for mistake in mistakes)
             deep = not named and in_vain < MOST_IN_VAIN
             mend = find_mend(self.program, lab, function, asked, wrong, deep)
             in_vain += deep and not isinstance(mend, Mend)
             if not isinstance(mend, Mend):
-                shared.let_pay(function, asked[function])
+                shared.let_pay(function, asked[function], named)
             if mend is not None:
                 self._tell(mend, places, told_at_all)
             if isinstance(mend, Mend):
@@ -383,7 +383,7 @@ class Checks:
                 told["hint"] = mend.hint
             self.found[k] = replace(check, **told)
 
-    def _paid_elsewhere(self, function, shared):
+    def _paid_elsewhere(self, function, shared, named):
         """Return whether a function is wrong by values of a helper for which another one pays; it
         gets its points then.
         """
@@ -397,7 +397,7 @@ class Checks:
                     asked += rows
         if not failed:
             return False
-        payer, helper = shared.payer(function, asked)
+        payer, helper = shared.payer(function, asked, named)
         for k, ask in failed if payer else ():
             check = self.found[k]
             ask.remark(f"wrong by the same values of your {helper} as {payer}, which pays for them")

@@ -29,16 +29,21 @@ class SharedMistakes:
         self._program, self._lab, self._wrong = program, lab, wrong
         self._robot = program.robot_in(lab)
         self._payers: dict[str, dict[tuple[Spot, int], Need]] = {}
+        self._named: set[str] = set()
 
-    def let_pay(self, function: str, asked: list[AskedRows]) -> None:
-        """Let a function pay for what is wrong in its helpers."""
+    def let_pay(self, function: str, asked: list[AskedRows], is_named: bool) -> None:
+        """Let a function pay for what is wrong in its helpers; is_named: whether all its answers
+        are those of a known mistake.
+        """
+        if is_named:
+            self._named.add(function)
         outline, exercises = self._program.student.outline, self._lab.exercises()
         if function in TEN and reached(outline, function) - exercises.keys():
             along = [self._along(asked)]
             [needed] = self._needed(function, along, lambda spot: spot[0] not in exercises)
             self._payers[function] = needed
 
-    def payer(self, function: str, asked: list[AskedRows]) -> tuple[str, str]:
+    def payer(self, function: str, asked: list[AskedRows], is_named: bool) -> tuple[str, str]:
         """Return a function that pays and needs the same values in a helper as this one, which
         needs them in the wrong rows of what was asked, too, and the helper; "", "" where none is.
         """
@@ -51,7 +56,15 @@ class SharedMistakes:
         [mine] = self._needed(function, [self._along(asked)], spots.__contains__)
         for other in others:
             values = self._payers[other]
-            same = [key for key in mine if key in values and _same_model(mine[key], values[key])]
+            # Where both give the answers of a known mistake, their helper has a meaning.
+            model = is_named and other in self._named
+            same = [
+                key
+                for key in mine
+                if key in values
+                and _alike(mine[key], values[key])
+                and (model or _is_model(mine[key]))
+            ]
             spots = {spot for spot, _ in same}
             for needed in self._needed(function, asked, spots.__contains__) if same else ():
                 same = [key for key in same if key in needed]
@@ -84,15 +97,14 @@ class SharedMistakes:
         return found
 
 
-def _same_model(mine, other):
-    """Return whether two functions need the same values in a place, and what stands there has to
-    do with them: from numbers of no meaning nothing follows.
-    """
+def _alike(mine, other):
+    """Return whether two functions need the same values in a place."""
     a, b = mine.wanted, other.wanted
-    if a.shape != b.shape:
-        return False
-    no_angles = np.zeros(b.shape[1], bool)
-    if not related(mine.old, b, no_angles):
-        return False
-    most = CLOSE * np.abs(b).max()
-    return bool(np.all(np.abs(a - b) <= most))
+    return a.shape == b.shape and bool(np.all(np.abs(a - b) <= CLOSE * np.abs(b).max()))
+
+
+def _is_model(need):
+    """Return whether what stands in a place has to do with what is needed: from numbers of no
+    meaning nothing follows.
+    """
+    return related(need.old, need.wanted, np.zeros(need.wanted.shape[1], bool))

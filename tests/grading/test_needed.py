@@ -154,6 +154,20 @@ def test_a_term_of_four_factors_is_found():
     assert worth(texts[0], elsewhere, before) == pytest.approx(right)
 
 
+def test_a_term_of_which_the_answer_shows_a_part_is_found():
+    """Four rows of two numbers, of which the answer depends by one number alone."""
+    known, draw = samples(11), np.random.default_rng(12)
+    old, term = known["w"], -2 * known["l"] * known["b"]
+    slopes = draw.uniform(0.5, 2.0, (4, 2, 1))
+    along = slopes / np.sum(slopes**2, axis=1, keepdims=True)
+    shown = np.sum(term.reshape(4, 2, 1) * slopes, axis=1, keepdims=True)
+    wanted = old + np.ravel(along * shown)  # the nearest numbers that make the answer right
+    values = Values(old, wanted, known, size=2, slopes=slopes)
+    assert [*short_formulas(values)] == []
+    kind, text = next(long_formulas(values))
+    assert kind == "a term" and worth(text, known, old) == pytest.approx(old + term)
+
+
 SOURCE = """
 from math import cos, sin
 l = 0.3
