@@ -22,9 +22,7 @@ MOST_ATOMS = 120  # values beside the place, of which two are multiplied
 MOST_FACTORS = 40  # of which three are multiplied, or sums of products are made
 MOST_OF_FOUR = 30
 # A name, its sine or cosine, what a function gives for it, the sum of two rates.
-_PLAIN = re.compile(
-    r"[\w.]+|__import__\('math'\)\.\w+\(\w+\)|\([\w.]+\(\w+\)\)|\(\w+D [+-] \w+D\)"
-)
+_PLAIN = re.compile(r"[\w.]+|__import__\('math'\)\.\w+\(\w+\)|\([\w.]+\(\w+\)\)|\(\w+D [+-] \w+D\)")
 _MADE_SUM = re.compile(r"\([\w.]+ [+-] [\w.]+\)")
 MATH, NUMPY = "__import__('math').", "__import__('numpy')."
 Found = tuple[str, str]  # kind of the mistake, and the formula

@@ -245,6 +245,54 @@ def test_a_method_and_a_lambda_are_changed_too():
         assert any(old == "a + 1" and new == "a - 1" for *_, old, new in told)
 
 
+ARRAYS = """from numpy import array
+y = array([{y}])
+R = array([[0.0, -1.0], [1.0, 0.0]])
+w = R @ y
+old = array([1.0, 2.0])
+old *= 2
+kept = array([3.0, 4.0])
+twice = array([1.0])
+twice = array([2.0])
+def f(a, b):
+    return w @ [a, b]
+def g(a, b):
+    kept[0] = a
+    return old[0] + kept @ [a, b] + twice[0]
+"""
+
+
+def test_an_array_of_the_file_is_changed_and_what_is_computed_from_it():
+    right, wrong = ARRAYS.format(y="0.0, 1.0"), ARRAYS.format(y="1.0, 0.0")
+    found = outcomes((right, wrong), "f", 0.3, 0.7)
+    assert ("the order", "[1.0, 0.0]", "[0.0, 1.0]") in found
+    # What a program changes itself stays as it is.
+    inside = {change.told[2] for some in each_change(wrong, "g") for change in some.changes}
+    assert inside == {"g"}
+
+
+def test_an_array_that_cannot_be_made_stays_as_it_is():
+    space = {}
+    exec(ARRAYS.format(y="1.0, 0.0"), space)
+    variants, *_ = each_change(ARRAYS.format(y="1.0, 0.0"), "f")
+    variants.install(space, [])
+    del space["array"]
+    variants.switch(space, [])
+    assert space["f"](0.3, 0.7) == pytest.approx(0.7)
+
+
+@pytest.mark.deep
+def test_a_slip_in_a_vector_of_the_file_is_paid_for_once(tmp_path):
+    old = "S = np.array([[0.0, -1.0], [1.0, 0.0]])"
+    assert old in FRAMES
+    path = tmp_path / "five_bar_models.py"
+    path.write_text(FRAMES.replace(old, "S = np.array([[0.0, 1.0], [-1.0, 0.0]])"), "utf-8")
+    graded = grade(find_lab("amoro"), Job(path, seed="mends"))
+    wrong = [check for check in graded.checks if check.share < 1]
+    assert len({check.function for check in wrong}) == 1
+    assert all("line 10: np.array([[0.0, 1.0], [-1.0, 0.0]])" in check.spot for check in wrong)
+
+
 def test_a_source_without_the_function_has_no_changes():
     assert not any(variants.changes for variants in each_change("x = 1", "f"))
 

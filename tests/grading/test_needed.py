@@ -154,6 +154,15 @@ def test_a_term_of_four_factors_is_found():
     assert worth(texts[0], elsewhere, before) == pytest.approx(right)
 
 
+def test_a_product_with_the_square_of_a_sum_of_rates_is_found():
+    draw = np.random.default_rng(13)
+    known = {name: draw.uniform(0.3, 1.4, 8) for name in ("xD", "yD", "qD", "pD")}
+    known |= {"l": np.full(8, 0.237), "(qD + pD)": known["qD"] + known["pD"]}
+    right = known["l"] ** 2 * known["(qD + pD)"] ** 2
+    found = [text for _, text in formulas(Values(known["xD"], right, known))]
+    assert found[0] == "l**2*(qD + pD)**2"
+
+
 def test_a_term_of_which_the_answer_shows_a_part_is_found():
     """Four rows of two numbers, of which the answer depends by one number alone."""
     known, draw = samples(11), np.random.default_rng(12)

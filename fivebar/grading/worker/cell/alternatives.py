@@ -93,7 +93,7 @@ class Place:
 
 def places(scope: Scope) -> Iterator[Place]:
     """Yield the expressions of a function that may be changed."""
-    body = scope.function.body
+    body = getattr(scope.function, "body", None)
     start: list[ast.AST] = [*reversed(body)] if isinstance(body, list) else [scope.function]
     waiting = [(node, node) for node in start]
     while waiting:

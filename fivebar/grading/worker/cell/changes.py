@@ -8,6 +8,7 @@ right answers: the grader compares.
 from __future__ import annotations
 
 import ast
+import contextlib
 import json
 import re
 from collections.abc import Iterator
@@ -172,6 +173,13 @@ class Variants:
             on.append({choices.place(k): choices.number(k, new) for k, new in change.swaps.items()})
         return compiled(self.body, self.scopes, choices.chosen), on
 
+    @cached_property
+    def _arrays(self):
+        """The lines that make the file's arrays, in their order."""
+        code, _ = self._with_switches
+        names = [scope.name for scope in self.scopes if isinstance(scope.function, ast.Assign)]
+        return [lines for name, lines in code.items() if name in names]
+
     def install(self, space: dict, apart: list[str]) -> bool:
         """Put the functions with all alternatives into a module, all switched off; return whether
         a class is among them.
@@ -200,6 +208,9 @@ class Variants:
         for number in numbers:
             on |= self._with_switches[1][number]
         space[SWITCHES].set_to(on)
+        for lines in self._arrays:
+            with contextlib.suppress(Exception):  # the file's own array stays
+                exec(lines, space)
 
 
 @dataclass(frozen=True)

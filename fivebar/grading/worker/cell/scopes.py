@@ -23,12 +23,13 @@ _LEG_NUMBER = re.compile(r"(?<=[A-Za-z_])(?<!tan)[12](?=\d|D|\b)")
 
 @dataclass(frozen=True)
 class Scope:
-    """The names of a function: arguments in order, those to which it gives a value, numbers of the
-    file; all of them; functions of the file with their arguments; known: all names with a value;
-    complex_numbers: whether the file computes with them.
+    """The names of a function, or of a line that makes an array of the file: arguments in order,
+    those to which it gives a value, numbers of the file; all of them; functions of the file with
+    their arguments; known: all names with a value; complex_numbers: whether the file computes with
+    them.
     """
 
-    function: ast.FunctionDef | ast.Lambda
+    function: ast.FunctionDef | ast.Lambda | ast.Assign
     name: str
     arguments: list[str]
     stored: list[str]
@@ -55,8 +56,11 @@ def _bare(name):
 
 
 def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Scope]:
-    """Yield a function's scope, and those of the functions that it calls."""
-    defined: dict[str, list] = {}  # methods of one name may be of several classes
+    """Yield a function's scope, and those of the functions that it calls and of the arrays that it
+    reads.
+    """
+    # Methods of one name may be of several classes.
+    defined: dict[str, list] = {name: [(node, name)] for name, node in arrays(body).items()}
     arguments = {}
     for node in body:
         owner = node if isinstance(node, ast.ClassDef) else None
@@ -66,7 +70,7 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
                 continue
             called = owner.name if owner and name == "__init__" else name
             defined.setdefault(called, []).append((made, name))
-            arguments[called] = [part.arg for part in made.args.args if part.arg != "self"]
+            arguments[called] = _own_arguments(made)
     constants = [
         part.id
         for node in body
@@ -96,7 +100,7 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
         yield Scope(
             node,
             name,
-            [part.arg for part in node.args.args if part.arg != "self"],
+            _own_arguments(node),
             stored,
             constants,
             used | {*given, *constants},
@@ -115,6 +119,41 @@ def function_of(node: ast.stmt) -> tuple[ast.FunctionDef | ast.Lambda | None, st
         if isinstance(target, ast.Name):
             return node.value, target.id
     return None, ""
+
+
+def arrays(body: list[ast.stmt]) -> dict[str, ast.Assign]:
+    """Return the lines that make an array of the file, which nothing changes later, or compute one
+    from such, by its name.
+    """
+    parts = [part for node in body for part in ast.walk(node)]
+    changed = {part.value for part in parts if _is_stored(part)}
+    changed |= {part.target for part in parts if isinstance(part, ast.AugAssign)}
+    names = {getattr(part, "id", "") for part in changed}
+    names |= {name for part in parts if isinstance(part, ast.Global) for name in part.names}
+    top = [node for node in body if not isinstance(node, ast.FunctionDef | ast.ClassDef)]
+    stored = [part.id for part in chain(*map(ast.walk, top)) if _is_stored(part, ast.Name)]
+    functions = {name for _, name in map(function_of, body)}
+    found: dict[str, ast.Assign] = {}
+    for node in top:
+        target = node.targets[0] if isinstance(node, ast.Assign) else None
+        if not isinstance(target, ast.Name) or stored.count(target.id) > 1:
+            continue
+        inside = [*ast.walk(node.value)]
+        used = {part.id for part in inside if isinstance(part, ast.Name)}
+        is_array = any(isinstance(part, ast.List) for part in inside) or used & found.keys()
+        if is_array and target.id not in names | functions and not used & functions:
+            found[target.id] = node
+    return found
+
+
+def _is_stored(node, kind=ast.Subscript):
+    return isinstance(node, kind) and isinstance(node.ctx, ast.Store)
+
+
+def _own_arguments(function):
+    if isinstance(function, ast.Assign):
+        return []
+    return [part.arg for part in function.args.args if part.arg != "self"]
 
 
 def other_leg(text: str) -> str:
@@ -163,7 +202,7 @@ def compiled(body: list[ast.stmt], scopes: list[Scope], put: Callable) -> dict[s
     for node in body:
         if any(id(part) in inside for part in ast.walk(node)):
             made = ast.fix_missing_locations(rebuilt(node, put))
-            name = getattr(node, "name", "") or function_of(node)[1]
+            name = getattr(node, "name", "") or function_of(node)[1] or node.targets[0].id
             with contextlib.suppress(SyntaxError, ValueError):  # it is left as it stands
                 code[name] = compile(ast.Module([made], []), "<changed>", "exec")
     return code
