@@ -91,6 +91,13 @@ def test_each_kind_of_slip_is_undone_by_a_change(right, wrong, request):
     assert kind in {told[0] for told in found}, found
 
 
+def test_another_key_of_a_dictionary_is_tried():
+    right = "def f(a, b):\n    p = {'left': a, 'right': b}\n    return p['left'] + p['right']\n"
+    wrong = right.replace("+ p['right']", "+ p['left']")
+    found = outcomes((right, wrong), "f", 0.3, 0.7)
+    assert [told for told in found if told[0] == "an index"]
+
+
 def test_a_change_is_made_in_both_legs_alike():
     wrong = FRAMES.replace("u1 = rot(q11 + q12)", "u1 = rot(q11 - q12)")
     wrong = wrong.replace("u2 = rot(q21 + q22)", "u2 = rot(q21 - q22)")

@@ -331,7 +331,7 @@ def _moved_ends(node):
 def _of_number(place):
     value = place.node.value
     if isinstance(place.parent, ast.Subscript):
-        yield from ((1, "an index", other) for other in _indices(place.node))
+        yield from ((1, "an index", other) for other in _indices(place.node, place.scope))
         return
     if type(value) not in (int, float) or abs(value) > MOST_WHOLE:
         return
@@ -426,18 +426,24 @@ def _of_subscript(node, place):
     elif isinstance(index, ast.Tuple) and len(index.elts) == 2:
         yield 1, "an index", _part(node, ast.Tuple(index.elts[::-1], ast.Load()))
         for k, one in enumerate(index.elts):
-            for other in _indices(one):
+            for other in _indices(one, place.scope):
                 both = [*index.elts]
                 both[k] = other
                 yield 1, "an index", _part(node, ast.Tuple(both, ast.Load()))
     else:
-        yield from ((0, "an index", _part(node, other)) for other in _indices(index))
+        yield from ((0, "an index", _part(node, other)) for other in _indices(index, place.scope))
 
 
 def _part(node, index):
     return ast.Subscript(node.value, index, ast.Load())
 
 
-def _indices(node):
-    if isinstance(node, ast.Constant) and type(node.value) is int:
-        yield from (ast.Constant(k) for k in range(3) if k != node.value)
+def _indices(node, scope):
+    """Yield other indices, and other words of the function where the index is one."""
+    value = getattr(node, "value", None)
+    if type(value) is int:
+        yield from (ast.Constant(k) for k in range(3) if k != value)
+    elif isinstance(node, ast.Constant) and isinstance(value, str):
+        texts = {part.value for part in ast.walk(scope.function) if isinstance(part, ast.Constant)}
+        words = sorted(text for text in texts if isinstance(text, str) and text.isidentifier())
+        yield from (ast.Constant(word) for word in words if word != value)

@@ -126,28 +126,34 @@ def arrays(body: list[ast.stmt]) -> dict[str, ast.Assign]:
     from such, by its name.
     """
     parts = [part for node in body for part in ast.walk(node)]
-    changed = {part.value for part in parts if _is_stored(part)}
-    changed |= {part.target for part in parts if isinstance(part, ast.AugAssign)}
-    names = {getattr(part, "id", "") for part in changed}
-    names |= {name for part in parts if isinstance(part, ast.Global) for name in part.names}
+    names: set[str] = set()
+    for part in parts:
+        if isinstance(part, ast.Global):
+            names |= {*part.names}
+        elif isinstance(part, ast.AugAssign):
+            names.add(getattr(part.target, "id", ""))
+        elif isinstance(part, ast.Subscript) and isinstance(part.ctx, ast.Store):
+            names.add(getattr(part.value, "id", ""))
     top = [node for node in body if not isinstance(node, ast.FunctionDef | ast.ClassDef)]
-    stored = [part.id for part in chain(*map(ast.walk, top)) if _is_stored(part, ast.Name)]
+    inside = [part for part in chain(*map(ast.walk, top)) if isinstance(part, ast.Name)]
+    stored = [part.id for part in inside if isinstance(part.ctx, ast.Store)]
+    names |= {name for name in stored if stored.count(name) > 1}
     functions = {name for _, name in map(function_of, body)}
     found: dict[str, ast.Assign] = {}
     for node in top:
         target = node.targets[0] if isinstance(node, ast.Assign) else None
-        if not isinstance(target, ast.Name) or stored.count(target.id) > 1:
+        if not isinstance(node, ast.Assign) or not isinstance(target, ast.Name):
             continue
-        inside = [*ast.walk(node.value)]
-        used = {part.id for part in inside if isinstance(part, ast.Name)}
-        is_array = any(isinstance(part, ast.List) for part in inside) or used & found.keys()
+        made = [*ast.walk(node.value)]
+        used = {part.id for part in made if isinstance(part, ast.Name)}
+        is_array = any(isinstance(part, ast.List) for part in made) or used & found.keys()
         if is_array and target.id not in names | functions and not used & functions:
             found[target.id] = node
     return found
 
 
-def _is_stored(node, kind=ast.Subscript):
-    return isinstance(node, kind) and isinstance(node.ctx, ast.Store)
+def _target(node):
+    return node.targets[0].id
 
 
 def _own_arguments(function):
@@ -202,7 +208,7 @@ def compiled(body: list[ast.stmt], scopes: list[Scope], put: Callable) -> dict[s
     for node in body:
         if any(id(part) in inside for part in ast.walk(node)):
             made = ast.fix_missing_locations(rebuilt(node, put))
-            name = getattr(node, "name", "") or function_of(node)[1] or node.targets[0].id
+            name = getattr(node, "name", "") or function_of(node)[1] or _target(node)
             with contextlib.suppress(SyntaxError, ValueError):  # it is left as it stands
                 code[name] = compile(ast.Module([made], []), "<changed>", "exec")
     return code
