@@ -333,7 +333,7 @@ class _Search:
         needs = Needs(self.student, replace(self.tried, steps=steps), rows)
         known = [(need.place, needs.values(need)) for need in needs.all(part)]
         known = [pair for pair in known if pair[1] is not None]
-        return needs, known + ([] if part else [*needs.in_part()])
+        return needs, known + ([*needs.in_part()] if part is None else [])
 
     def _pair(self):
         """Return the first two likely changes that make all right together."""
