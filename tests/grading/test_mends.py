@@ -261,19 +261,20 @@ old *= 2
 kept = array([3.0, 4.0])
 twice = array([1.0])
 twice = array([2.0])
+table = array([{table}])
 def f(a, b):
     return w @ [a, b]
 def g(a, b):
     kept[0] = a
-    return old[0] + kept @ [a, b] + twice[0]
-"""
+    return old[0] + kept @ [a, b] + twice[0] + table[0]
+""".replace("{table}", ", ".join(["0.5"] * 200))
 
 
 def test_an_array_of_the_file_is_changed_and_what_is_computed_from_it():
     right, wrong = ARRAYS.format(y="0.0, 1.0"), ARRAYS.format(y="1.0, 0.0")
     found = outcomes((right, wrong), "f", 0.3, 0.7)
     assert ("the order", "[1.0, 0.0]", "[0.0, 1.0]") in found
-    # What a program changes itself stays as it is.
+    # What a program changes itself stays as it is, and so do data.
     inside = {change.told[2] for some in each_change(wrong, "g") for change in some.changes}
     assert inside == {"g"}
 

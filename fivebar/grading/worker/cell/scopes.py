@@ -15,6 +15,7 @@ from itertools import chain
 from types import FunctionType, ModuleType
 from typing import Any
 
+MOST_OF_ARRAY = 200  # nodes of a vector or a matrix: what is larger are data
 MOST_NODES = 3_000  # of a function: symbolic expressions that were pasted are left as they are
 DEPTH = 3  # of objects that hold objects
 MOST_TEXT = 120  # characters quoted: what is told can be carried out
@@ -147,7 +148,9 @@ def arrays(body: list[ast.stmt]) -> dict[str, ast.Assign]:
         made = [*ast.walk(node.value)]
         used = {part.id for part in made if isinstance(part, ast.Name)}
         is_array = any(isinstance(part, ast.List) for part in made) or used & found.keys()
-        if is_array and target.id not in names | functions and not used & functions:
+        if len(made) > MOST_OF_ARRAY or used & functions:
+            continue
+        if is_array and target.id not in names | functions:
             found[target.id] = node
     return found
 
