@@ -302,7 +302,7 @@ class _Search:
         whether long ones are looked for.
         """
         needs, known = self._needs(steps)
-        found = [*needs.named(), *_found(known, short_formulas)]
+        found = _found(known, short_formulas)
         mend = self._surest(found, needs, steps)
         if mend or not deep:
             return mend

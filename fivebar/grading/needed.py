@@ -5,13 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import chain, starmap
 
 import numpy as np
 
 from ..base.backend import wrap
-from .beside import guesses_of_matrices, guesses_of_names, known_values
+from .beside import guesses_of_matrices, known_values
 from .following import Helped
 from .formulas import CLOSE, OLD, Values
 from .judge import numbers_of
@@ -24,7 +23,7 @@ from .worker.wire import Change
 ARGUMENT = "an argument"
 ALL = -1  # in place of a place whose visits are told
 SCREENED = 2  # rows in which a place is looked at first
-MOST_GUESSED = 16  # numbers of a place in one call that are guessed
+MOST_GUESSED = 16  # numbers of a place in one call, of more than the answer
 MOST_UNKNOWNS = 4  # numbers of a place in one call that are looked for
 STEPS = 12  # of Newton's method
 SOLVED = 1e-9  # of the largest right answer
@@ -134,18 +133,11 @@ class Needs:
                 matrices = self._matrices(number)
                 yield from self._right_ones(number, guesses_of_matrices(matrices))
 
-    def named(self) -> Iterator[tuple[Place, str, str]]:
-        """Yield (place, kind, formula) of what is right with one other value, in places with more
-        numbers in a call than the answer: a helper is called once for each leg.
-        """
-        for number, values in self._many.items():
-            yield from self._right_ones(number, guesses_of_names(values))
-
     def in_part(self) -> Iterator[tuple[Place, Values]]:
-        """Yield the places that `named` looks at, with what stands beside them and what the answer
-        shows of it.
+        """Yield places with more numbers in a call than the answer, as a helper is called once for
+        each leg; with what stands beside them and what the answer shows of it, in a few rows.
         """
-        for number, values in self._many.items():
+        for number, values in self._many():
             old = values.old.reshape(len(self._few), -1)
             now, before = {number: old}, {number: self._before}
             slopes = self._slopes(now, before, self._few, LARGE_STEP)[number]
@@ -156,12 +148,8 @@ class Needs:
             values = replace(values, wanted=wanted.ravel(), slopes=slopes[..., moved])
             yield self._place(number, moved), values
 
-    @cached_property
     def _many(self):
-        """Return what stands beside places with more numbers in a call than the answer, in a few
-        rows: place -> Values.
-        """
-        found = {}
+        """Yield (place, Values) of the places with more numbers in a call than the answer."""
         for number in range(len(self._told)):
             visits = self._visits_of(number)
             counts = {*map(len, visits)}
@@ -173,8 +161,7 @@ class Needs:
                 continue
             values = self._values(number, [(row, ()) for row in self._few], max(sizes))
             if values is not None:
-                found[number] = values
-        return found
+                yield number, values
 
     def _visits_of(self, number):
         """Return the visits of a place in each row."""

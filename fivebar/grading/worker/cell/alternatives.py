@@ -439,11 +439,9 @@ def _part(node, index):
 
 
 def _indices(node, scope):
-    """Yield other indices, and other words of the function where the index is one."""
+    """Yield other indices, or other keys of the file's dictionaries."""
     value = getattr(node, "value", None)
     if type(value) is int:
         yield from (ast.Constant(k) for k in range(3) if k != value)
     elif isinstance(node, ast.Constant) and isinstance(value, str):
-        texts = {part.value for part in ast.walk(scope.function) if isinstance(part, ast.Constant)}
-        words = sorted(text for text in texts if isinstance(text, str) and text.isidentifier())
-        yield from (ast.Constant(word) for word in words if word != value)
+        yield from (ast.Constant(key) for key in scope.keys if key != value)
