@@ -5,11 +5,11 @@ and what is easily made of them.
 from __future__ import annotations
 
 import re
-from itertools import combinations, permutations
+from itertools import combinations
 
 import numpy as np
 
-from .formulas import MATH, OLD
+from .formulas import MATH, NUMPY, OLD
 
 MOST_MATRICES = 6  # beside a matrix, of which products are tried
 Guess = tuple[str, str, np.ndarray]  # kind of the mistake, the formula, and its values
@@ -30,14 +30,14 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
         if sizes in ({1}, {size}):
             values = np.broadcast_to(np.array(parts), (len(visits), size)).ravel()
             numbers[text if _NAME.fullmatch(text) else f"({text})"] = values
-        if sizes in ({2}, {4}) and _NAME.fullmatch(text):
+        if len(sizes) == 1 and _NAME.fullmatch(text):
             arrays[text] = np.array(parts)
     old = {OLD: numbers.pop(OLD)} if OLD in numbers else {}
     plain = dict(numbers)
     numbers |= _sums(numbers)
     numbers |= _turned(numbers)
     numbers |= _speeds(plain)
-    made = _products(arrays) if size == 1 else _images(arrays) if size == 2 else {}
+    made = _products(arrays) if size == 1 else _images(arrays, arrays | _pairs(arrays), size)
     return old | _different(numbers | made)
 
 
@@ -117,12 +117,25 @@ def _products(arrays):
     return made
 
 
-def _images(arrays):
-    """Return the products of matrices and vectors."""
+def _pairs(arrays):
+    """Return the vectors of two numbers that belong together: of both legs, x and y."""
     made = {}
-    for (one, a), (other, b) in permutations(arrays.items(), 2):
-        if a.shape[1] == 4 and b.shape[1] == 2:
-            made[f"({one} @ {other})"] = np.einsum("nij,nj->ni", a.reshape(-1, 2, 2), b).ravel()
+    for name, value in arrays.items():
+        for other in (name.replace("1", "2", 1), name.replace("x", "y", 1)):
+            if other != name and other in arrays:
+                text = f"{NUMPY}array([{name}, {other}])"
+                made[text] = np.concatenate([value, arrays[other]], axis=1)
+    return made
+
+
+def _images(matrices, vectors, size):
+    """Return the products of so many numbers of matrices with two columns and vectors."""
+    made = {}
+    for one, a in matrices.items():
+        for other, b in vectors.items() if a.shape[1] == 2 * size else ():
+            if b.shape[1] == 2:
+                rows = a.reshape(-1, size, 2)
+                made[f"({one} @ {other})"] = np.einsum("nij,nj->ni", rows, b).ravel()
     return made
 
 

@@ -23,6 +23,7 @@ MOST_FACTORS = 40  # of which three are multiplied, or sums of products are made
 MOST_OF_FOUR = 30
 # A name, its sine or cosine, what a function gives for it, the sum of two rates.
 _PLAIN = re.compile(r"[\w.]+|__import__\('math'\)\.\w+\(\w+\)|\([\w.]+\(\w+\)\)|\(\w+D [+-] \w+D\)")
+_RATE = re.compile(r"[\w.]*[^D\W]D+")
 _MADE_SUM = re.compile(r"\([\w.]+ [+-] [\w.]+\)")
 MATH, NUMPY = "__import__('math').", "__import__('numpy')."
 Found = tuple[str, str]  # kind of the mistake, and the formula
@@ -171,7 +172,11 @@ def _with_products(values, count, most):
     every = np.array([*combinations_with_replacement(range(len(names)), count)])
     below = np.array([_divides(name) for name in names])
     for split in (None, *range(count)):
-        picked = every if split is None else every[below[every[:, split]]]
+        picked = every
+        if split is not None:
+            divisors = every[:, [split]]
+            once = np.sum(every == divisors, axis=1) == 1  # others would cancel it
+            picked = every[below[divisors[:, 0]] & once]
         products = np.prod(table[picked], axis=1)
         if split is not None:
             products = products / table[picked[:, split]] ** 2
@@ -179,7 +184,8 @@ def _with_products(values, count, most):
         for chosen, factor in _fitting(values.seen(values.wanted - values.old) / terms, picked):
             yield "a term", _plus(factor, _product(names, chosen, split))
         for chosen, factor in _fitting(values.seen(values.wanted) / terms, picked):
-            yield "a formula", _times(factor, _product(names, chosen, split))
+            text = _times(factor, _product(names, chosen, split))
+            yield "a variable" if text in names else "a formula", text
         for chosen, factor in _fitting(values.seen(values.wanted) / factors, picked):
             yield "a factor", _times(factor, f"{OLD}*{_product(names, chosen, split)}")
 
@@ -300,7 +306,7 @@ def _divides(name):
     """Return whether a formula may be divided by it: nobody forgets to divide by a rate, or by a
     sum, a sine or a cosine that the program does not have.
     """
-    return not (name.startswith(MATH) or _MADE_SUM.fullmatch(name) or name.endswith("D"))
+    return not (name.startswith(MATH) or _MADE_SUM.fullmatch(name) or _RATE.fullmatch(name))
 
 
 def _number(values: np.ndarray) -> str:

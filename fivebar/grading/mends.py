@@ -70,13 +70,15 @@ HINTS = {
 class Mend:
     """Changes that make a function right, in words: the name without the place, and the place.
 
-    helps: how many other wrong functions become right with them, too.
+    helps: how many other wrong functions become right with them, too; after: those for another
+    function that are made before.
     """
 
     changes: tuple[Change, ...]
     function: str
     made: Tried
     helps: int = 0
+    after: Mend | None = None
 
     @property
     def name(self) -> str:
@@ -97,7 +99,21 @@ class Mend:
             f"{where(change.line)}: {change.old}: right answers come with {change.new}"
             for change in self.changes
         ]
-        return "; and ".join(told)
+        first = self.after.inside if self.after else ()
+        also = f", after the change in your {' and '.join(sorted(first))}" if first else ""
+        return "; and ".join(told) + also
+
+    @property
+    def inside(self) -> set[str]:
+        """The functions that are changed."""
+        return {change.function for change in self.changes}
+
+    @property
+    def step(self) -> tuple:
+        """All that is changed, as the first step for another function."""
+        [numbers] = self.made.numbers
+        last = tuple((self.made.wave, number) for number in numbers)
+        return self.function, (*self.made.steps, *last)
 
 
 @dataclass(frozen=True)
@@ -128,16 +144,19 @@ def find_mend(
     asked: dict[str, list[AskedRows]],
     wrong: set[str],
     deep: bool,
+    before: Mend | None = None,
 ) -> Mend | Lead | None:
     """Return the changes that make a function right, else the last wrong value, None where there
     is none of which all others follow.
 
     asked: what the checks asked of all functions: what is right stays right; wrong: the wrong
     functions of the lab, of which right ones stand in for those that are called; deep: whether
-    unlikely changes, and two at once, are tried as well.
+    unlikely changes, and two at once, are tried as well; before: what was found for another
+    function in a helper that this one calls, too.
     """
     with with_right_called(program, lab, function, wrong) as other:
         search = _Search(other, lab, function, asked[function])
+        search.begin_after(before)
         for name in asked.keys() - {function}:
             search.keep(name, asked[name])
         found = search.mend(deep)
@@ -154,6 +173,19 @@ class _Search:
         self.asked = [rows for each in asked for rows in _answerable(each, questions)]
         self.kept: list[tuple[str, AskedRows]] = []
         self.others: dict[str, list[AskedRows]] = {}
+        self.before: Mend | None = None
+
+    def begin_after(self, mend: Mend | None) -> None:
+        """Look for what is left after changes of a helper, if they spoil nothing."""
+        # The number of the second of two changes is one in the program without the first.
+        if mend is None or len(mend.made.numbers[0]) > 1:
+            return
+        after = replace(self.tried, wave=None, steps=(mend.step,))
+        for rows in self.asked:
+            plain = self._right(rows, replace(self.tried, wave=None), [[]])
+            if (self._right(rows, after, [[]]) < plain).any():
+                return
+        self.before, self.tried = mend, replace(self.tried, steps=after.steps)
 
     def keep(self, name: str, asked: list[AskedRows]) -> None:
         """Let a right function stay right where it calls the one that is changed; a wrong one that
@@ -175,7 +207,7 @@ class _Search:
 
     def mend(self, deep: bool) -> Mend | None:
         """Return the first change after which all rows are right, or the first two."""
-        if self._wrong_rows(()) is None:
+        if self._wrong_rows(self.tried.steps) is None:
             return None
         better: list[tuple[int, tuple]] = []
         best = None
@@ -189,8 +221,9 @@ class _Search:
 
     def _one_after_the_other(self, deep, better):
         """Yield what each kind of search finds, the fastest first; None where it finds nothing."""
-        yield self._likely((), better)
-        yield self._written(deep=deep or bool(self.others))
+        steps = self.tried.steps
+        yield self._likely(steps, better)
+        yield self._written(steps, deep=deep or bool(self.others))
         for wave in range(LIKELY, WAVES) if deep or self.others else ():
             yield self._single(replace(self.tried, wave=wave), better)
 
@@ -249,17 +282,20 @@ class _Search:
         """Return the first two changes: one that makes more numbers right, and another one."""
         better.sort(key=lambda one: -one[0])
         firsts = [step for _, step in better[:MOST_FIRST]]
+        before = self.tried.steps
         for step in chain(firsts, self._parts()):
-            if self._wrong_rows((step,)) and (found := self._written((step,), deep=False)):
+            steps = *before, step
+            if self._wrong_rows(steps) and (found := self._written(steps, deep=False)):
                 return found
         for step in firsts:
-            if found := self._likely((step,), []):
+            if found := self._likely((*before, step), []):
                 return found
         return None if better else self._pair()
 
     def _parts(self):
         """Yield formulas that make one of several things right that a function returns."""
-        wrong = Needs(self.student, self.tried, self._wrong_rows((), most=MOST_NEEDED)).wrong
+        few = self._wrong_rows(self.tried.steps, most=MOST_NEEDED)
+        wrong = Needs(self.student, self.tried, few).wrong
         exercise, start = self.asked[0].exercise, 0
         for name in exercise.returns:
             stop = start + int(np.prod(exercise.shape(name)))
@@ -267,7 +303,8 @@ class _Search:
             part[start:stop] = wrong[start:stop]
             start = stop
             if part.any() and (part != wrong).any():
-                found = sorted(_found(self._needs((), part)[1], short_formulas), key=_size)
+                known = self._needs(self.tried.steps, part)[1]
+                found = sorted(_found(known, short_formulas), key=_size)
                 for place, *written in found[:MOST_FIRST]:
                     yield ((place.number, *written),)
 
@@ -297,7 +334,7 @@ class _Search:
                 better.append((int(good.sum()), (tried.wave, numbers[0])))
         return None
 
-    def _written(self, steps=(), deep=True):
+    def _written(self, steps, deep):
         """Return the formulas, written where other values are needed, that make all right; deep:
         whether long ones are looked for.
         """
@@ -322,7 +359,8 @@ class _Search:
         return next(self._sure_ones(found, needs, steps), None)
 
     def _sure_ones(self, found, needs, steps):
-        for written in _together(found, needs.wrong, MOST_CHANGES - len(steps)):
+        left = MOST_CHANGES - len(steps) + len(self.tried.steps)
+        for written in _together(found, needs.wrong, left):
             tried = replace(self.tried, wave=None, steps=(*steps, written))
             if mend := self._sure(tried, []):
                 yield mend
@@ -337,7 +375,7 @@ class _Search:
 
     def _pair(self):
         """Return the first two likely changes that make all right together."""
-        if (few := self._wrong_rows(())) is None:
+        if (few := self._wrong_rows(self.tried.steps)) is None:
             return None
         tried = replace(self.tried, wave=PAIRED)
         count = self._count(tried)
@@ -365,7 +403,8 @@ class _Search:
         helps = 0
         for asked in self.others.values() if inside - {self.function} else ():
             helps += all(self._right(rows, tried, [numbers]).all() for rows in asked)
-        return Mend(tuple(changes), self.function, replace(tried, numbers=[numbers]), helps)
+        made = replace(tried, numbers=[numbers])
+        return Mend(tuple(changes), self.function, made, helps, self.before)
 
     def _count(self, tried):
         self._right(self.asked[0].part([0]), tried, [[]])
@@ -410,7 +449,7 @@ def _size(found):
     long = len(text.replace(MATH, "").replace(OLD, "x")) + (kind == "a formula")
     # What a name is worth is better said where it gets its value, and an argument in the call.
     if place.text.isidentifier():
-        long += UNLIKELY if kind == "a formula" else kind != "a variable"
+        long += UNLIKELY if kind in ("a formula", "a number") else kind != "a variable"
     long += 2 * place.is_argument
     # With bars of one length an angle may well be twice another one, but nobody forgets that.
     if place.turns and kind == "a factor":

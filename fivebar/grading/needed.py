@@ -23,7 +23,7 @@ from .worker.wire import Change
 ARGUMENT = "an argument"
 ALL = -1  # in place of a place whose visits are told
 SCREENED = 2  # rows in which a place is looked at first
-MOST_GUESSED = 16  # numbers of a place in one call, of more than the answer
+MOST_GUESSED = 16  # numbers of a place in one call, of which the answer shows a part
 MOST_UNKNOWNS = 4  # numbers of a place in one call that are looked for
 STEPS = 12  # of Newton's method
 SOLVED = 1e-9  # of the largest right answer
@@ -134,7 +134,7 @@ class Needs:
                 yield from self._right_ones(number, guesses_of_matrices(matrices))
 
     def in_part(self) -> Iterator[tuple[Place, Values]]:
-        """Yield places with more numbers in a call than the answer, as a helper is called once for
+        """Yield places with more numbers in a call than are wrong, as a helper is called once for
         each leg; with what stands beside them and what the answer shows of it, in a few rows.
         """
         for number, values in self._many():
@@ -149,7 +149,7 @@ class Needs:
             yield self._place(number, moved), values
 
     def _many(self):
-        """Yield (place, Values) of the places with more numbers in a call than the answer."""
+        """Yield (place, Values) of the places with more numbers in a call than are wrong."""
         for number in range(len(self._told)):
             visits = self._visits_of(number)
             counts = {*map(len, visits)}
@@ -157,7 +157,7 @@ class Needs:
             if len(counts) != 1 or len(sizes) != 1:
                 continue
             unknowns = max(counts) * max(sizes)
-            if not len(self.wrong) < unknowns <= MOST_GUESSED:
+            if not self.wrong.sum() < unknowns <= MOST_GUESSED:
                 continue
             values = self._values(number, [(row, ()) for row in self._few], max(sizes))
             if values is not None:

@@ -343,6 +343,7 @@ class Checks:
         lost = {check.function for check in self.found if check.share < 1}
         shared = SharedMistakes(self.program, lab, lost)
         in_vain = 0
+        mends: list[Mend] = []
         names = [name for name in written if name in asked]
         names.sort(key=lambda name: name not in BY_LEGS)
         for function in names[:MOST_FUNCTIONS]:
@@ -357,14 +358,24 @@ class Checks:
             if all(mistake and mistake.idle for mistake in mistakes):
                 continue  # it is still to be written, or answers by chance
             deep = not named and in_vain < MOST_IN_VAIN
-            mend = find_mend(self.program, lab, function, asked, wrong, deep)
+            before = self._mend_of_helper(function, mends, lab)
+            mend = find_mend(self.program, lab, function, asked, wrong, deep, before)
             in_vain += deep and not isinstance(mend, Mend)
             if not isinstance(mend, Mend):
                 shared.let_pay(function, asked[function], named)
             if mend is not None:
                 self._tell(mend, places, told_at_all)
             if isinstance(mend, Mend):
+                mends.append(mend)
                 self._judge_with(mend, lab)
+
+    def _mend_of_helper(self, function, mends, lab):
+        """Return the last of these mends that is in helpers of a function, None for none."""
+        outline, exercises = self.program.student.outline, lab.exercises()
+        for mend in reversed(mends):
+            if not mend.inside & exercises.keys() and builds_on(outline, function, mend.inside):
+                return mend
+        return None
 
     def _tell(self, mend, places, told_at_all):
         """Tell what was found in those checks of a function that are not right."""
@@ -426,7 +437,7 @@ class Checks:
 
     def _judge_with(self, mend, lab):
         """Judge the other functions that call the one that is to be mended with the change made."""
-        outline, changed = self.program.student.outline, {c.function for c in mend.changes}
+        outline, changed = self.program.student.outline, mend.inside
         for k, check in enumerate(self.found):
             failed = self._failed.get(check.name)
             if failed is None or check.share == 1 or check.function == mend.function:

@@ -91,6 +91,21 @@ def test_each_kind_of_slip_is_undone_by_a_change(right, wrong, request):
     assert kind in {told[0] for told in found}, found
 
 
+def test_the_last_term_of_a_sum_is_taken_out_of_its_product():
+    right = "def f(a, b):\n    return a * (b - 2) + 3\n"
+    found = outcomes((right, "def f(a, b):\n    return a * (b - 2 + 3)\n"), "f", 0.3, 0.7)
+    assert ("a bracket", "a * (b - 2 + 3)", "a * (b - 2) + 3") in found
+
+
+def test_a_change_in_two_places_comes_before_one_in_four():
+    source = "def f(q11, q21):\n    return q11 * q11 * q11 + q21 * q11\n"
+    variants, *_ = each_change(source, "f")
+    places = [len(change.members) for change in variants.changes]
+    assert max(places) > 2
+    assert min(k for k, count in enumerate(places) if count > 2) > places.index(2)
+    assert places == sorted(places, key=lambda count: count > 2)
+
+
 def test_another_key_of_a_dictionary_is_tried():
     right = "def f(a, b):\n    p = {'left': a, 'right': b}\n    return p['left'] + p['right']\n"
     wrong = right.replace("+ p['right']", "+ p['left']")

@@ -41,6 +41,7 @@ _INDEX = re.compile(r"(?<=\[)[01](?=\])")  # is the leg where no name has its nu
 _NAME = re.compile(r"(?<![(\w])[A-Za-z_]\w*")  # of a variable, in a short text of a node
 _TURNED = re.compile(r"\b(sin|cos)\b")
 MOST_ALIKE = 1  # rank of changes that are made together where they read alike but for the names
+LATE = 2  # of the rank of changes in many places
 _LEGS = {"1": 1, "0": 1, "left": 1, "2": 2, "right": 2}
 
 
@@ -94,8 +95,9 @@ class Trials:
     """A program to be run with changes in it, or watched.
 
     A request has the function that is looked at, those that are left apart, the steps made before,
-    and the wave of changes, None for none. A step is (wave, number) of a change, or a list of what
-    is written in some places, each (number, kind, formula).
+    and the wave of changes, None for none. A step is (wave, number) of a change, a list of what is
+    written in some places, each (number, kind, formula), or first of all (another function, the
+    steps that made that one right).
     """
 
     def __init__(self, body: list[ast.stmt]):
@@ -116,11 +118,17 @@ class Trials:
         body, words = self._body, []
         if request["steps"]:
             *before, last = request["steps"]
+            if isinstance(last[0], str):
+                other = {"function": last[0], "steps": last[1], "watched": False, "wave": None}
+                return self._made_of(self.of(request | other).body, request, [])
             written = isinstance(last[0], list)
             wave = None if written else last[0]
             earlier = self.of(request | {"steps": before, "watched": written, "wave": wave})
             body, told = earlier.changed(last if written else last[1])
             words = [*earlier.words, *told]
+        return self._made_of(body, request, words)
+
+    def _made_of(self, body, request, words):
         function, apart = request["function"], request["apart"]
         if request["watched"]:
             return Watched(body, function, apart, words)
@@ -379,7 +387,9 @@ def _is_first(node, scope):
 
 
 def _ordered(groups):
-    """Return the changes, of one place and of all places alike, by rank."""
+    """Return the changes, of one place and of all places alike, by rank: those of more than two
+    places, both legs or both coordinates, come late.
+    """
     ranked, seen = [], set()
     for group in groups.values():
         sets = [[one] for one in group] + ([group] if len(group) > 1 else [])
@@ -390,7 +400,8 @@ def _ordered(groups):
             key = frozenset(map(id, swaps.values()))
             if key not in seen:
                 seen.add(key)
-                ranked.append((members[0].rank, len(ranked), members, swaps))
+                late = LATE if len(members) > 2 else 0
+                ranked.append((members[0].rank + late, len(ranked), members, swaps))
     ranked.sort(key=lambda item: item[:2])
     return [Change(members, swaps) for _, _, members, swaps in ranked[:MOST_CHANGES]]
 

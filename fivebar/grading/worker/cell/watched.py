@@ -299,7 +299,7 @@ class Plain:
     """A program after its changes; it has no more of them."""
 
     def __init__(self, body: list[ast.stmt], function: str, apart: list[str], words: list[list]):
-        self.words = words
+        self.body, self.words = body, words
         self._code = compiled(body, [*scopes(body, function, apart)], lambda node, copy: copy)
 
     def install(self, space: dict, apart: list[str]) -> bool:
