@@ -79,9 +79,9 @@ def write_summary(
             ("Student", "Reason"),
             [(r.student, r.ungraded) for r in lost],
         ),
-        "No program, and so no points": (
+        "No program, and so no mark yet": (
             ("Student", "Reason"),
-            [(r.student, r.trouble) for r in none],
+            [(r.student, trouble_of(r)) for r in none],
         ),
         "Found and not graded": (
             ("Student", "File", "Reason"),

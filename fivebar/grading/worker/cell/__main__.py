@@ -19,7 +19,7 @@ from collections.abc import Callable
 from answers import call, plain
 from changes import Trials
 from confine import confine
-from loading import FILE, Siblings, load, methods, outline, own_values, statements
+from loading import FILE, OwnImports, Siblings, load, methods, outline, own_values, statements
 from stand_in import StandIn
 
 MOST_LINE = 1_000_000  # bytes of a message
@@ -97,7 +97,12 @@ def main() -> None:
 
     request = receive()
     nonce = request["n"]
-    rewrite = as_with_old_numpy(request["old_numpy"]) if request["old_numpy"] else lambda tree: tree
+    own_imports = OwnImports(request["modules"])
+    old = as_with_old_numpy(request["old_numpy"]) if request["old_numpy"] else lambda tree: tree
+
+    def rewrite(tree):
+        return old(own_imports.visit(tree))
+
     file = request["source"], request["notebook"], set(request["skip"])
     siblings = Siblings(request["modules"], rewrite)
     sys.meta_path.insert(0, siblings)
