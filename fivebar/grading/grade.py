@@ -40,6 +40,7 @@ def run_checks(lab: Lab, program: Program, seed: str, watched: bool = False) -> 
     is shown a bar.
     """
     checks = Checks(program, seed)
+    checks.explains = not _other_lab(lab, program)
     with (
         _alone(lab),
         progress(unit=" checks", leave=False) if watched else nullcontext() as checks.bar,
@@ -50,8 +51,7 @@ def run_checks(lab: Lab, program: Program, seed: str, watched: bool = False) -> 
         raise KeyboardInterrupt
     if checks.killed:
         raise checks.killed
-    if not _other_lab(lab, program):
-        checks.tell_mends(lab)
+    checks.tell_mends(lab)
     if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED) and not checks.trouble:
         checks.trouble.append(f"pytest ended with {code!r}: are there tests in {lab.tests.name}?")
     return checks

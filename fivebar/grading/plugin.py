@@ -105,6 +105,7 @@ class Checks:
         self.found: list = []
         self.trouble: list = []
         self.interrupted = False
+        self.explains = True  # what is wrong, and with what it would be right
         self.killed: Any = None
         self.bar = None  # of who watches
         self._hopeless: dict = {}
@@ -145,7 +146,7 @@ class Checks:
         try:
             return (yield)
         except AssertionError as error:
-            if self.program is None or _ASK not in pyfuncitem.stash:
+            if not self.explains or self.program is None or _ASK not in pyfuncitem.stash:
                 raise
             self._with_right_ones(pyfuncitem, error)
             return True
@@ -332,7 +333,7 @@ class Checks:
         if self.program is not None and self.program.confined:
             self._tell_mends_of_session(lab)
             return
-        if self.program is None or self.program.again is None:
+        if not self.explains or self.program is None or self.program.again is None:
             return
         told_at_all = lab.spots_from() is not None
         asked: dict = {}

@@ -36,9 +36,7 @@ def test_both_inertias_of_the_labs_papers_are_right(tmp_path, inertia):
 @pytest.mark.deep
 def test_another_robots_length_is_said(tmp_path):
     found = report(tmp_path, HELPERS.replace("d = 0.118", "d = 0.18"))
-    assert found.points < 20 and "d = 0.18, but the lab's robot has 0.118" in " ".join(
-        found.notes
-    )
+    assert found.points < 20 and "d = 0.18, but the lab's robot has 0.118" in " ".join(found.notes)
 
 
 @pytest.mark.deep

@@ -120,6 +120,7 @@ def test_what_cannot_be_meant(tmp_path):
     assert choose(LABS[0], look_into(tmp_path / "c")[0])[0].name == "c/my_robot.py"
 
 
+@pytest.mark.deep
 def test_the_other_robots_file_is_no_program_for_this_lab(tmp_path, capsys):
     path = written(tmp_path / "five_bar_models.py", SLIDES)
     assert main(["check", "amoro", str(path)]) == 0

@@ -195,7 +195,7 @@ def test_a_main_program_does_not_run_and_input_is_at_its_end():
     source = 'if __name__ == "__main__":\n    1 / 0\nname = __name__\ndef called(): return name\ndef f(): return input()'
     with student(source) as worker:
         assert worker.trouble is None and worker.ask("called", [()])[0].value == "student"
-        assert worker.ask("f", [()])[0].text .startswith("EOFError: EOF when reading a line: nobody")
+        assert worker.ask("f", [()])[0].text.startswith("EOFError: EOF when reading a line: nobody")
 
 
 def test_a_notebook_gives_its_definitions_only():
