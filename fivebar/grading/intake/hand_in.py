@@ -217,11 +217,15 @@ def named_for(lab: Lab, programs: Iterable[ProgramFile]) -> list[ProgramFile]:
     return exact or copies or alike
 
 
-def _stem(program):
+def _own_stem(program):
     """Return a file's name without its ending, and without what Moodle or Canvas puts before it."""
     name = PurePosixPath(str(program)).name
     found = MOODLE.fullmatch(name) or CANVAS.fullmatch(name)
-    return PurePosixPath(found["file"] if found else name).stem.casefold()
+    return PurePosixPath(found["file"] if found else name).stem
+
+
+def _stem(program):
+    return _own_stem(program).casefold()
 
 
 def _plain(stem):
@@ -302,7 +306,10 @@ def imported(source: str, siblings: Iterable[ProgramFile]) -> dict[str, str]:
     """
     found: dict = {}
     waiting = [source]
-    known = {PurePosixPath(file.name).stem: file for file in siblings}
+    known = {}
+    for file in siblings:
+        stem = _own_stem(file)
+        known[stem if stem.isidentifier() else _COPY.sub("", stem)] = file
     while waiting and len(found) < MOST_READ:
         words = set(re.findall(r"\w+", " ".join(_IMPORT.findall(waiting.pop()))))
         for name in sorted((words & set(known)) - set(found) - sys.stdlib_module_names):

@@ -13,7 +13,7 @@ import importlib.util
 import re
 import sys
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from answers import failure, plain
 
@@ -113,8 +113,8 @@ class OwnImports(ast.NodeTransformer):
     that is graded lies in no package.
     """
 
-    def __init__(self, modules: dict[str, str]):
-        self.modules = modules
+    def __init__(self, modules: Iterable[str]):
+        self.modules = set(modules)
 
     def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.stmt:
         folder, dot, name = (node.module or "").rpartition(".")
@@ -129,7 +129,7 @@ def _is_known(package):
     """Return whether a package can be imported, with those that it lies in."""
     try:
         return importlib.util.find_spec(package) is not None
-    except ImportError:
+    except (ImportError, ValueError):  # the latter of a module that stands for another
         return False
 
 
