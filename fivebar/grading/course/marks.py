@@ -57,14 +57,13 @@ class Mark:
             return ""
         parts = []
         for lab, (_, report) in self.results.items():
-            points = number(report.points)
-            most = number(report.max_points)
-            parts.append(f"{lab} {points} of {most}")
+            points = f"{number(report.points)} of {number(report.max_points)}"
+            parts.append(f"{lab} {'no program' if report.no_program else points}")
         for title, cell in self.by_hand.items():
-            text = cell.strip()
+            value = number_in(cell)
             found = _OUT_OF.fullmatch(title)
-            if text and found:
-                parts.append(f"{found[1]} {text} of {found[2]}")
+            if value is not None and found:
+                parts.append(f"{found[1]} {number(value)} of {found[2]}")
         if self.lost:
             parts.append(f"-{number(self.lost)} for late days")
         adjust = number_in(self.by_hand.get(ADJUST, ""))
