@@ -138,10 +138,9 @@ def _report(lab, checks, before, home, **rest):
         trouble = f"Nothing can be graded: {trouble.text}."
     elif trouble is not None:
         place = f"{where(trouble.line)}, `{trouble.source.strip()}`: " if trouble.line else ""
-        trouble = (
-            f"The file has a line that fails: {place}{trouble.text}. What works without that line"
-            " is graded."
-        )
+        absent = "is not available here" in trouble.text  # though it may be at home
+        words = "A line is passed over" if absent else "The file has a line that fails"
+        trouble = f"{words}: {place}{trouble.text}. What works without that line is graded."
     none_right = not any(check.points for check in checks.found)
     return ShownReport(
         lab.name,

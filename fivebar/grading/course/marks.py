@@ -70,8 +70,10 @@ class Mark:
         if adjust:
             sign = "+" if adjust > 0 else "-"
             parts.append(f"{sign}{number(abs(adjust))} by hand")
-        listed = ", ".join(parts)
-        return f"Mark: {number(self.points)} of {number(self.most)} ({listed})."
+        total = f"{number(self.points)} of {number(self.most)}"
+        if len(parts) == 1:
+            return f"Mark: {total}."
+        return f"Mark: {total} ({', '.join(parts)})."
 
 
 def best_of(entries: Iterable[Entry], reports: Iterable[Report]) -> dict[str, tuple[Entry, Report]]:
