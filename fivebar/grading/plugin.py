@@ -11,7 +11,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Generator
 from dataclasses import replace
-from functools import partial
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -32,7 +31,7 @@ from .program import Job, Program
 from .report.text import check_lines, not_started, number
 from .results import Check, checked
 from .shared_mistakes import SharedMistakes
-from .variants import PUBLIC_SEED, robot_for
+from .variants import PUBLIC_SEED
 from .worker.sandbox import IsolationError, KilledError
 
 _ASK = pytest.StashKey[Ask]()
@@ -60,12 +59,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--seed", default=PUBLIC_SEED, help="of the inputs that are asked (default: %(default)s)"
     )
-    group.addoption(
-        "--isolate", choices=("process", "bwrap"), default="process", help="(default: %(default)s)"
-    )
-    group.addoption("--time-limit", type=float, metavar="S", help="for what one check asks")
-    group.addoption("--student", default="", metavar="ID", help="whose robot, with --secret-file")
-    group.addoption("--secret-file", type=Path, metavar="FILE", help="the course's secret")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -81,15 +74,11 @@ def _from_options(config):
     path = Path(option.submission)
     if not path.is_file():
         raise pytest.UsageError(f"--submission: no file {option.submission!r}")
-    job = Job(path, option.student, option.seed, None, option.isolate, option.time_limit)
     try:
-        program = job.open()
+        program = Job(path, seed=option.seed).open()
     except IsolationError as error:
         raise pytest.UsageError(str(error)) from None
     config.add_cleanup(program.student.close)
-    if option.secret_file:
-        secret = option.secret_file.read_bytes().strip()
-        program = replace(program, robot_from_standard=partial(robot_for, option.student, secret))
     return Checks(program, option.seed)
 
 
