@@ -137,10 +137,10 @@ def denied(misconception: Misconception, answers: Answers | None) -> bool:
     return not np.all(same | neither | answers.none | answers.refused)
 
 
-def consistent(names: str, mistake: str = "") -> Misconception:
+def consistent(names: str) -> Misconception:
     """Return what is said of who does the right thing with what wrong functions of his own give."""
     return Misconception(
-        f"consistent with your {names}, which is wrong{mistake and f': {mistake}'}",
+        f"consistent with your {names}, which is wrong",
         f"This function does the right thing with what {names} gives: see to {names} first.",
         None,
     )

@@ -167,14 +167,15 @@ class Checks:
                 ask.remark(remark(wrong))
                 error, before = left, left.verdict if isinstance(left, Wrong) else Verdict(after)
             elif after > before.share:
-                error = self._told(item, error, dict.fromkeys(called, ""), left)
-        guilty, share = {}, before.share if error is not None else 1.0
+                error = self._told(item, error, called, left)
+        guilty, share = [], before.share if error is not None else 1.0
         for name, helper in helpers.items():
             if name in paid or share == 1:
                 continue
             _, after, left = self._again(item, lab, given | {name: helper.exercise}, False)
             if after > share:
-                guilty[name], share, last = "", after, left
+                share, last = after, left
+                guilty.append(name)
                 given[name] = helper.exercise
         if guilty:
             self._payers |= dict.fromkeys(guilty, payer)
@@ -226,13 +227,13 @@ class Checks:
             ask.rows = program.student.rows
         return ask, share, left
 
-    def _told(self, item, error, mistakes, left):
+    def _told(self, item, error, wrong, left):
         """Return the error of a function that pays for wrong ones that it calls."""
         if not isinstance(error, Wrong):
             return error
         last = left.verdict.diagnosis if isinstance(left, Wrong) else None
-        names = " and ".join(mistakes)
-        found = consistent(names, " and ".join(filter(None, mistakes.values())))
+        names = " and ".join(wrong)
+        found = consistent(names)
         if last is not None:
             found = replace(last, name=f"{last.name}; and your {names} is wrong, too")
         verdict = replace(error.verdict, diagnosis=found)
