@@ -44,13 +44,11 @@ class Answers:
     def difference(self, a: np.ndarray, b: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
         return difference(a, b, self.exercise.is_angle(), turn)
 
-    def alike(
-        self, outcome: np.ndarray, turn: float = 2 * np.pi, slack: float = EXACT
-    ) -> np.ndarray:
+    def alike(self, outcome: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
         """Return which numbers (n, k) are an outcome's. What is huge at a singularity says nothing
         about scale.
         """
-        close = np.maximum(self.limits, slack * largest(outcome[~self.none]))
+        close = np.maximum(self.limits, EXACT * largest(outcome[~self.none]))
         return self.difference(self.came, outcome, turn) <= close
 
     def outcome(self, model: Callable) -> np.ndarray:
