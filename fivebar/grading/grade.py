@@ -22,7 +22,7 @@ from .labs import Lab, find_lab
 from .plugin import Checks
 from .program import Job, NoProgram, Program, session
 from .report.shown import ShownReport
-from .variants import PUBLIC_SEED, parameters
+from .variants import PUBLIC_SEED
 from .worker.submission import MOST_ARCHIVE
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
@@ -188,7 +188,7 @@ def _notes(lab, robot, program):
         return (words,)
     if lab.constants():
         return program.robot_of_file(lab)[1]
-    numbers, constants = parameters(robot).items(), program.student.constants
+    numbers, constants = robot.parameters.items(), program.student.constants
     other = []
     for name, right in numbers:
         own = constants.get(name, right)
@@ -196,7 +196,7 @@ def _notes(lab, robot, program):
             other.append(f"{name} = {own:g} (graded for {right:g})")
     if other:
         return (f"{OTHER_ROBOT}: {', '.join(other)}.",)
-    own = [f"{k} = {v:g}" for k, v in numbers if v != parameters(lab.robot())[k]]
+    own = [f"{k} = {v:g}" for k, v in numbers if v != lab.robot().parameters[k]]
     return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
 
 
@@ -221,7 +221,7 @@ def _absent(lab, robot, checks):
     if lab.constants():
         return
     constants = checks.program.student.constants
-    absent = ", ".join(name for name in parameters(robot) if name not in constants)
+    absent = ", ".join(name for name in robot.parameters if name not in constants)
     if absent and constants and any(check.reason == "value" for check in checks.found):
         yield f"Your program gives no number to {absent}: it is judged as if it had the robot's."
 

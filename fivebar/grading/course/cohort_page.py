@@ -136,7 +136,7 @@ def _body(lab, reports):
     }
     words = (
         f"<h1>{text(lab)}</h1><p>{of['students']} students, mean {of['mean']:.0f} %, median"
-        f" {of['median']:.0f} %, all points: {of['full']}</p>"
+        f" {of['median']:.0f} %, with all points: {of['full']}</p>"
     )
     for title, (heads, rows) in parts.items():
         words += f"<h2>{title}</h2>"
