@@ -373,7 +373,7 @@ def test_no_program_is_no_zero_in_the_mean(course, tmp_path, capsys):
     code, err = course(options=["--fail-under", "50", "--json"])
     assert code == 0 and "no mark yet (no program): carl" in err
     page = (tmp_path / "out" / "summary.html").read_text("utf-8")
-    assert "2 students, mean 100 %" in page and "No program, and so no points" in page
+    assert "2 students, mean 100 %" in page and "No program, and so no mark yet" in page
     kept = json.loads((tmp_path / "out" / "students" / "carl.json").read_text("utf-8"))
     items = (tmp_path / "out" / "items.csv").read_text("utf-8").splitlines()
     assert kept["no_program"] and len(items) == 4 and all(",2," in item for item in items[1:])
