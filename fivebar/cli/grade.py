@@ -165,7 +165,7 @@ def _graded(arguments, lab, how, home=False):
     """
     from ..base.representation import printable
     from ..grading.grade import grade
-    from ..grading.intake.hand_in import ProgramFile, beside, choose, look_into, named_for
+    from ..grading.intake.hand_in import ProgramFile, beside, choose, listed, look_into, named_for
     from ..grading.program import Job
     from ..grading.results import joined
     from ..grading.tries import with_try_counted
@@ -188,8 +188,7 @@ def _graded(arguments, lab, how, home=False):
                 print(f"{each.name}: {error}", file=sys.stderr)
                 troubles[each] = str(error)
                 continue
-            reasons = [f" ({item.name}: {item.word})" for item in left[:1]]
-            raise UsageError(f"{path}: {error}{''.join(reasons)}") from None
+            raise UsageError(f"{path}: {error}{listed(left)}") from None
     graded = [program for chosen in versions.values() for program in chosen]
     for program in graded:
         if program.path != path:

@@ -100,8 +100,8 @@ def _print_course(course, filled):
     for state, names in course.without_mark().items():
         tell(f"marks.csv: no mark yet ({state}):", names)
     if filled:
-        rest = f"{filled.no_hand_in} rows without a hand-in"
-        print(f"gradebook.csv: {filled.count} marks; {rest}", file=sys.stderr)
+        rest = f"rows without a hand-in: {filled.no_hand_in}"
+        print(f"gradebook.csv: marks: {filled.count}; {rest}", file=sys.stderr)
         tell("gradebook.csv: no row, or several, for", filled.no_row)
 
 

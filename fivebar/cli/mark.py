@@ -81,11 +81,15 @@ def _write_files(arguments, run):
 
 
 def _hand_ins(path):
-    """Return the hand-ins in a folder of a course; a zip or a folder that holds a script is one."""
-    from ..grading.intake.cohort_folder import HandIn, find_hand_ins
+    """Return the hand-ins in a folder of a course; a zip is one, and a folder with a lab's own file
+    or a file called control.py in it.
+    """
+    from ..grading.intake.cohort_folder import HandIn, find_hand_ins, is_one_hand_in
     from ..grading.intake.hand_in import look_into
+    from ..grading.labs import find_lab
 
-    if path.is_dir() and not list(path.glob("*.py")):
+    labs = find_lab("amoro").family()
+    if path.is_dir() and not is_one_hand_in(path, labs) and not list(path.glob("control*.py")):
         found = find_hand_ins(path)[0]
         if not found:
             raise UsageError(f"{path} holds no hand-ins: a file, zip or folder per student")
@@ -152,11 +156,11 @@ def _tried(student, name, text, rest, modules, how):
     with Student(
         Submission(name, program), isolate, limit=LIMIT, total=LIMIT, modules=modules | lab
     ) as worker:
-        (reply,) = worker.ask("run", [[text, name, rest]], given={"lab": robot.answer})
+        (reply,) = worker.ask("run", [[text, name, rest, [*modules]]], given={"lab": robot.answer})
         said = worker.output
     tracking, why = robot.tracking(task)
     ended = reply.value if isinstance(reply.value, str) else ""
     if reply.kind != "value":
-        ended = f"the script {KINDS[reply.kind]}: {reply.text}"
+        ended = f"the script {KINDS[reply.kind]}: {reply.text}".removesuffix(": ")
     trouble = "; ".join(filter(None, (robot.trouble or ended, why)))
     return Tried(student, name, tracking, trouble, said, robot.run())

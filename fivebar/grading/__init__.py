@@ -6,7 +6,7 @@ from .exercise import Exercise, Misconception
 from .grade import check
 from .judge import Verdict, judge
 from .worker.live import from_functions
-from .worker.places import bwrap_trouble, bwrap_works
+from .worker.places import bwrap_trouble
 from .worker.replies import Reply
 from .worker.sandbox import IsolationError
 from .worker.student import Student
@@ -22,7 +22,6 @@ __all__ = [
     "SubmissionError",
     "Verdict",
     "bwrap_trouble",
-    "bwrap_works",
     "check",
     "from_functions",
     "judge",

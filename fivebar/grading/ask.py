@@ -52,7 +52,6 @@ class Ask(Questions):
         name: str,
         *columns: Any,
         robot: Robot | None = None,
-        constants: dict | None = None,
         tolerance: ArrayLike = TOLERANCE,
         refuse: np.ndarray | None = None,
         limit: float | None = None,
@@ -63,11 +62,9 @@ class Ask(Questions):
         by the exercise.
 
         robot: another than the student's; its numbers are set where the student's file names them.
-        constants: more names to set there, which it must hold. tolerance, refuse, threshold: of
-        `judge`. probe: columns of other rows, asked where something is wrong: what explains those,
-        too,
-            is named. limit: seconds for one call. Raises Wrong
-        unless all is right.
+        tolerance, refuse, threshold: of `judge`. probe: columns of other rows, asked where
+        something is wrong: what explains those, too, is named. limit: seconds for one call.
+        Raises Wrong unless all is right.
         """
         __tracebackhide__ = True
         if name not in self._exercises:
@@ -80,7 +77,7 @@ class Ask(Questions):
         exercise, own = self._exercises[name], robot is None
         robot = robot or self._robot
         wanted = self._set_for(robot)
-        replies = self._replies(name, rows_from(columns), wanted | (constants or {}), limit)
+        replies = self._replies(name, rows_from(columns), wanted, limit)
         if own and robot != self._standard:
             exercise = replace(
                 exercise, wrong=(*exercise.wrong, _not_your_robot(exercise, self._standard))
@@ -100,7 +97,7 @@ class Ask(Questions):
                 best, best_robot = verdict, also
             if best.share == 1:
                 break
-        rows = rows_of(exercise, best_robot, columns, tolerance, refuse, wanted | (constants or {}))
+        rows = rows_of(exercise, best_robot, columns, tolerance, refuse, wanted)
         good = rows.good if best.answers is None else best.answers.good
         self.rows_asked.append(replace(rows, good=good))
         unsettled = self.deep and best.reason in ("value", "nan", "exception")

@@ -44,13 +44,11 @@ class Answers:
     def difference(self, a: np.ndarray, b: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
         return difference(a, b, self.exercise.is_angle(), turn)
 
-    def alike(
-        self, outcome: np.ndarray, turn: float = 2 * np.pi, slack: float = EXACT
-    ) -> np.ndarray:
+    def alike(self, outcome: np.ndarray, turn: float = 2 * np.pi) -> np.ndarray:
         """Return which numbers (n, k) are an outcome's. What is huge at a singularity says nothing
         about scale.
         """
-        close = np.maximum(self.limits, slack * largest(outcome[~self.none]))
+        close = np.maximum(self.limits, EXACT * largest(outcome[~self.none]))
         return self.difference(self.came, outcome, turn) <= close
 
     def outcome(self, model: Callable) -> np.ndarray:
@@ -137,10 +135,10 @@ def denied(misconception: Misconception, answers: Answers | None) -> bool:
     return not np.all(same | neither | answers.none | answers.refused)
 
 
-def consistent(names: str, mistake: str = "") -> Misconception:
+def consistent(names: str) -> Misconception:
     """Return what is said of who does the right thing with what wrong functions of his own give."""
     return Misconception(
-        f"consistent with your {names}, which is wrong{mistake and f': {mistake}'}",
+        f"consistent with your {names}, which is wrong",
         f"This function does the right thing with what {names} gives: see to {names} first.",
         None,
     )

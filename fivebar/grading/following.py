@@ -56,11 +56,10 @@ class Helped:
     count: int = 0
     change: Tried | None = None
 
-    names = property(lambda self: self.student.names)
-    constants = property(lambda self: self.student.constants)
-    outline = property(lambda self: self.student.outline)
-    changes = property(lambda self: self.student.changes)
     changes_count = property(lambda self: self.student.count)
+
+    def __getattr__(self, name):
+        return getattr(self.student, name)
 
     def ask(
         self,

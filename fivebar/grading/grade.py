@@ -18,11 +18,11 @@ from unittest.mock import patch
 import pytest
 
 from ..base.progress import progress
-from .labs import Lab, find_lab, known_labs
+from .labs import Lab, find_lab
 from .plugin import Checks
 from .program import Job, NoProgram, Program, session
 from .report.shown import ShownReport
-from .variants import PUBLIC_SEED, parameters
+from .variants import PUBLIC_SEED
 from .worker.submission import MOST_ARCHIVE
 
 # No file is written, no one else's options, conftest.py or plugins are read, nothing is printed.
@@ -31,6 +31,7 @@ _OPTIONS = (
     " -pno:terminal -pno:cacheprovider -pno:faulthandler -pno:warnings -pno:unraisableexception"
 ).split()
 OTHER_ROBOT = "The constants of your file are another robot's"
+OTHER_LAB = "This is the file of"
 _FOREIGN = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS", "PYTEST_CURRENT_TEST")
 
 
@@ -39,6 +40,7 @@ def run_checks(lab: Lab, program: Program, seed: str, watched: bool = False) -> 
     is shown a bar.
     """
     checks = Checks(program, seed)
+    checks.explains = not _other_lab(lab, program)
     with (
         _alone(lab),
         progress(unit=" checks", leave=False) if watched else nullcontext() as checks.bar,
@@ -133,13 +135,13 @@ def _report(lab, checks, before, home, **rest):
     program, robot = checks.program, checks.program.robot_in(lab)
     student, where, trouble = program.student, program.where, program.student.trouble
     if isinstance(student, NoProgram):
-        trouble = f"The file cannot be read: {trouble.text}."
+        trouble = f"Nothing can be graded: {trouble.text}."
     elif trouble is not None:
         place = f"{where(trouble.line)}, `{trouble.source.strip()}`: " if trouble.line else ""
-        trouble = (
-            f"The file has a line that fails: {place}{trouble.text}. What works without that line"
-            " is graded."
-        )
+        absent = "is not available here" in trouble.text  # though it may be at home
+        words = "A line is passed over" if absent else "The file has a line that fails"
+        trouble = f"{words}: {place}{trouble.text}. What works without that line is graded."
+    none_right = not any(check.points for check in checks.found)
     return ShownReport(
         lab.name,
         checks=tuple(replace(c, place=where(c.line)) if c.line else c for c in checks.found),
@@ -156,7 +158,7 @@ def _report(lab, checks, before, home, **rest):
         output=student.output,
         seconds=round(time.perf_counter() - before, 3),
         home=home,
-        no_program=isinstance(student, NoProgram),
+        no_program=isinstance(student, NoProgram) or bool(_other_lab(lab, program) and none_right),
         warnings=tuple(student.notes),
         **rest,
     )
@@ -182,9 +184,11 @@ def _notes(lab, robot, program):
     """Return a file that holds another robot than the one it is graded for explains wrong answers
     everywhere.
     """
+    if words := _other_lab(lab, program):
+        return (words,)
     if lab.constants():
-        return (*_of_another_lab(lab, program), *program.robot_of_file(lab)[1])
-    numbers, constants = parameters(robot).items(), program.student.constants
+        return program.robot_of_file(lab)[1]
+    numbers, constants = robot.parameters.items(), program.student.constants
     other = []
     for name, right in numbers:
         own = constants.get(name, right)
@@ -192,21 +196,24 @@ def _notes(lab, robot, program):
             other.append(f"{name} = {own:g} (graded for {right:g})")
     if other:
         return (f"{OTHER_ROBOT}: {', '.join(other)}.",)
-    own = [f"{k} = {v:g}" for k, v in numbers if v != parameters(lab.robot())[k]]
+    own = [f"{k} = {v:g}" for k, v in numbers if v != lab.robot().parameters[k]]
     return (f"Graded for the robot of this file: {', '.join(own)}.",) if own else ()
 
 
-def _of_another_lab(lab, program):
-    """Yield that a file has the names of another lab's numbers and none of this one's own."""
-    given = program.student.constants.keys()
-    for other in known_labs(lab.folder.parent):
-        here, there = set(lab.constants()), set(other.constants())
+def _other_lab(lab, program):
+    """Return a sentence where a file has the names of another lab's numbers and none of this one's
+    own, else "".
+    """
+    here, given = set(lab.constants()), program.student.constants.keys()
+    for other in lab.family() if here else ():
+        there = set(other.constants())
         if there - here and there - here <= given and not (here - there) & given:
             names = " and ".join(sorted(there - here))
-            yield (
-                f"This is the file of {other.name}, not of {lab.name}: it gives numbers to {names}."
+            return (
+                f"{OTHER_LAB} {other.name}, not of {lab.name}: it gives numbers to {names}."
                 f" Hand in your own file for {lab.name}."
             )
+    return ""
 
 
 def _absent(lab, robot, checks):
@@ -214,13 +221,13 @@ def _absent(lab, robot, checks):
     if lab.constants():
         return
     constants = checks.program.student.constants
-    absent = ", ".join(name for name in parameters(robot) if name not in constants)
+    absent = ", ".join(name for name in robot.parameters if name not in constants)
     if absent and constants and any(check.reason == "value" for check in checks.found):
         yield f"Your program gives no number to {absent}: it is judged as if it had the robot's."
 
 
 def job_hash(job: Job) -> str:
-    """Return sHA-256 over a job's file and those beside it that it may import, "" where the file
+    """Return the SHA-256 of a job's file and those beside it that it may import, "" where the file
     itself is none.
     """
     digest = file_hash(job.path)
@@ -232,7 +239,7 @@ def job_hash(job: Job) -> str:
 
 
 def file_hash(path: str | Path) -> str:
-    """Return sHA-256 of a plain file's bytes, "" for anything else: a pipe, a link, what is too
+    """Return the SHA-256 of a plain file's bytes, "" for anything else: a pipe, a link, what is too
     large to be read.
     """
     try:

@@ -31,6 +31,7 @@ def robot_of_file(
             given |= dict.fromkeys(own, value)
         else:
             notes.append(
-                f"Your file has {name} = {value:g}, the lab's robot {right:g}: graded for that."
+                f"Your file has {name} = {value:g}, but the lab's robot has {right:g}. Your file is"
+                " graded for the lab's robot."
             )
     return replace(standard, **given), tuple(notes)

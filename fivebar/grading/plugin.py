@@ -11,7 +11,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Generator
 from dataclasses import replace
-from functools import partial
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -32,7 +31,7 @@ from .program import Job, Program
 from .report.text import check_lines, not_started, number
 from .results import Check, checked
 from .shared_mistakes import SharedMistakes
-from .variants import PUBLIC_SEED, robot_for
+from .variants import PUBLIC_SEED
 from .worker.sandbox import IsolationError, KilledError
 
 _ASK = pytest.StashKey[Ask]()
@@ -60,12 +59,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--seed", default=PUBLIC_SEED, help="of the inputs that are asked (default: %(default)s)"
     )
-    group.addoption(
-        "--isolate", choices=("process", "bwrap"), default="process", help="(default: %(default)s)"
-    )
-    group.addoption("--time-limit", type=float, metavar="S", help="for what one check asks")
-    group.addoption("--student", default="", metavar="ID", help="whose robot, with --secret-file")
-    group.addoption("--secret-file", type=Path, metavar="FILE", help="the course's secret")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -81,15 +74,11 @@ def _from_options(config):
     path = Path(option.submission)
     if not path.is_file():
         raise pytest.UsageError(f"--submission: no file {option.submission!r}")
-    job = Job(path, option.student, option.seed, None, option.isolate, option.time_limit)
     try:
-        program = job.open()
+        program = Job(path, seed=option.seed).open()
     except IsolationError as error:
         raise pytest.UsageError(str(error)) from None
     config.add_cleanup(program.student.close)
-    if option.secret_file:
-        secret = option.secret_file.read_bytes().strip()
-        program = replace(program, robot_from_standard=partial(robot_for, option.student, secret))
     return Checks(program, option.seed)
 
 
@@ -105,6 +94,7 @@ class Checks:
         self.found: list = []
         self.trouble: list = []
         self.interrupted = False
+        self.explains = True  # what is wrong, and with what it would be right
         self.killed: Any = None
         self.bar = None  # of who watches
         self._hopeless: dict = {}
@@ -145,7 +135,7 @@ class Checks:
         try:
             return (yield)
         except AssertionError as error:
-            if self.program is None or _ASK not in pyfuncitem.stash:
+            if not self.explains or self.program is None or _ASK not in pyfuncitem.stash:
                 raise
             self._with_right_ones(pyfuncitem, error)
             return True
@@ -177,14 +167,15 @@ class Checks:
                 ask.remark(remark(wrong))
                 error, before = left, left.verdict if isinstance(left, Wrong) else Verdict(after)
             elif after > before.share:
-                error = self._told(item, error, dict.fromkeys(called, ""), left)
-        guilty, share = {}, before.share if error is not None else 1.0
+                error = self._told(item, error, called, left)
+        guilty, share = [], before.share if error is not None else 1.0
         for name, helper in helpers.items():
             if name in paid or share == 1:
                 continue
             _, after, left = self._again(item, lab, given | {name: helper.exercise}, False)
             if after > share:
-                guilty[name], share, last = "", after, left
+                share, last = after, left
+                guilty.append(name)
                 given[name] = helper.exercise
         if guilty:
             self._payers |= dict.fromkeys(guilty, payer)
@@ -236,13 +227,13 @@ class Checks:
             ask.rows = program.student.rows
         return ask, share, left
 
-    def _told(self, item, error, mistakes, left):
+    def _told(self, item, error, wrong, left):
         """Return the error of a function that pays for wrong ones that it calls."""
         if not isinstance(error, Wrong):
             return error
         last = left.verdict.diagnosis if isinstance(left, Wrong) else None
-        names = " and ".join(mistakes)
-        found = consistent(names, " and ".join(filter(None, mistakes.values())))
+        names = " and ".join(wrong)
+        found = consistent(names)
         if last is not None:
             found = replace(last, name=f"{last.name}; and your {names} is wrong, too")
         verdict = replace(error.verdict, diagnosis=found)
@@ -332,7 +323,7 @@ class Checks:
         if self.program is not None and self.program.confined:
             self._tell_mends_of_session(lab)
             return
-        if self.program is None or self.program.again is None:
+        if not self.explains or self.program is None or self.program.again is None:
             return
         told_at_all = lab.spots_from() is not None
         asked: dict = {}

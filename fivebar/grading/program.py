@@ -48,8 +48,6 @@ class Program:
     """A student's running program and the robot it is judged for, None: the lab's with the
     constants of its source.
 
-    robot_from_standard: gives the robot where it is a student's own, but which lab is asked is not
-        known yet;
     where: a line's number in its author's words; remark: how the file was read, where that is worth
     a sentence; again: opens the same file in another process; confined: of a session, gives the
     Program of its source.
@@ -59,15 +57,12 @@ class Program:
     robot: Any = None  # Robot
     where: Callable[[int], str] = "line {}".format
     remark: str = ""
-    robot_from_standard: Callable[[Robot], Robot] | None = None
     again: Any = None  # gives a context with a Student
     confined: Any = None
 
     def robot_in(self, lab: Lab) -> Robot:
         if lab.constants():
             return self.robot_of_file(lab)[0]
-        if self.robot_from_standard:
-            return self.robot_from_standard(lab.robot())
         return self.robot or robot_from(lab.robot(), self.student.constants)
 
     def robot_of_file(self, lab: Lab) -> tuple[Robot, tuple[str, ...]]:

@@ -114,7 +114,7 @@ class Report:
     there are no checks, which is nobody's 0 points;
     hints_from: the day from which students are told why, "" where that is not in the future;
     packages: that the program may import, beside NumPy and SciPy; no_program: nothing could be read
-    that is a program, so that its 0 points are no mark.
+    that is a program for this lab, so that its 0 points are no mark.
     """
 
     lab: str

@@ -13,6 +13,7 @@ from .columns import Columns, batch, joint_motion
 
 # The largest height of a biglide's end-effector over the feet's zero, m: its guides have no ends.
 HEIGHT = 0.5
+MARGIN = 0.2  # |sine| between bars, or bar and guide, that is far from a singularity
 TRIED = 200  # poses for each one that is kept beside Type 1
 
 
@@ -53,7 +54,7 @@ def poses(
     n: int,
     assembly: int | None = None,
     working: tuple[int, int] | None = None,
-    margin: float = 0.2,
+    margin: float = MARGIN,
 ) -> Pose:
     """Return n poses as one batch, of these modes (None: any), every |sin| between bars, or bar and
     guide, over `margin`.
@@ -91,9 +92,7 @@ def _ends(robot):
     return low, high
 
 
-def beside_type_1(
-    robot: Robot, draw: np.random.Generator, sines: np.ndarray, leg: int, margin: float = 0.2
-) -> Pose:
+def beside_type_1(robot: Robot, draw: np.random.Generator, sines: np.ndarray, leg: int) -> Pose:
     """Return poses in which leg 0 or 1 is almost stretched, or across its guide: `sines` (n,) of
     its passive angle.
 
@@ -122,7 +121,7 @@ def beside_type_1(
     modes = draw.choice([-1, 1], (count, 2))
     pose = igm(robot, xi, modes, unreachable="nan")
     others = np.abs([pose.sines[1 - leg], pose.det_A])
-    good = np.min(others, axis=0) > margin
+    good = np.min(others, axis=0) > MARGIN
     first = []
     for k, part in enumerate(good.reshape(n, TRIED)):
         found = np.flatnonzero(part)[:1]
@@ -130,9 +129,7 @@ def beside_type_1(
     return _take(robot, xi, modes, np.concatenate(first), n)
 
 
-def beside_type_2(
-    robot: Robot, draw: np.random.Generator, sines: np.ndarray, margin: float = 0.2
-) -> Pose:
+def beside_type_2(robot: Robot, draw: np.random.Generator, sines: np.ndarray) -> Pose:
     """Return poses with det A = `sines` (n,), signed, both legs regular; by bisection between poses
     on both sides.
     """
@@ -154,7 +151,7 @@ def beside_type_2(
         below = np.where(under, middle, below)
         above = np.where(under, above, middle)
     pose = igm(robot, above, modes, unreachable="nan")
-    regular = np.min(np.abs(pose.sines), axis=0) > margin
+    regular = np.min(np.abs(pose.sines), axis=0) > MARGIN
     exact = np.abs(pose.det_A - target) < 1e-12
     good = (regular & exact).reshape(-1, n)
     rows = np.argmax(good, axis=0)

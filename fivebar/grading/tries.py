@@ -45,7 +45,7 @@ def with_try_counted(report: Report, lab: Lab, program: Path) -> Report:
     for check in report.checks:
         tries = wrong.get(check.function, 0)
         if check.spot and tries < least:
-            later = f"the line and the change are told from wrong try {least} on; this is {tries}"
+            later = f"this is wrong try {tries}; wrong try {least} shows the line and the change"
             check = replace(check, spot=later)
         checks.append(check)
     return replace(report, checks=tuple(checks), notes=notes)

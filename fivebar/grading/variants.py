@@ -82,7 +82,7 @@ def biglide_of(secret: bytes, student: str) -> Biglide:
 
 def with_constants(source: str, robot: Robot) -> str:
     """Return a student.py's source with the robot's numbers in its lines `l11 = ...`."""
-    for name, value in parameters(robot).items():
+    for name, value in robot.parameters.items():
         line = rf"(?m)^({name}\s*=\s*)[^\s#]+"
         with_value = rf"\g<1>{value!r}"
         source, found = re.subn(line, with_value, source, count=1)
@@ -104,15 +104,10 @@ def robot_for(student: str, secret: bytes | None, standard: Robot) -> Robot:
     return robot_of(secret, student)
 
 
-def parameters(robot: Robot) -> dict[str, float]:
-    """Return a robot's numbers by name."""
-    return robot.parameters
-
-
 def lengths(robot: Robot) -> dict[str, float]:
     """Return a robot's lengths by name, m."""
     found = {}
-    for name, value in parameters(robot).items():
+    for name, value in robot.parameters.items():
         if name.startswith(("l", "d")):
             found[name] = value
     return found
@@ -123,7 +118,7 @@ def robot_from(standard: Robot, constants: dict[str, float]) -> Robot:
     where that is no robot.
     """
     changes = {}
-    for name in parameters(standard):
+    for name in standard.parameters:
         if name in constants:
             changes[name] = constants[name]
     try:

@@ -124,7 +124,7 @@ def test_marks_in_moodles_own_sheet(cohort, tmp_path, capsys):
     err = capsys.readouterr().err
     assert (
         code == 0
-        and "3 marks; 1 rows without a hand-in" in err
+        and "marks: 3; rows without a hand-in: 1" in err
         and "no row, or several, for eve" in err
     )
     assert "marks.csv: no mark yet (no program): Two" in err

@@ -87,7 +87,7 @@ def test_who_handed_in_what(folder, lab):
     assert found["two"].trouble.startswith(
         "none of 2 programs (a.py, b.ipynb) defines a function of this lab"
     )
-    assert found["none"].trouble == "there is no .py, .ipynb or .zip with one"
+    assert found["none"].trouble == "there is no .py, .ipynb or .zip with one, only readme.txt"
     assert {name for name, entry in found.items() if "symbolic link" in entry.trouble} == {
         "linked",
         "linked.py",
@@ -153,13 +153,63 @@ def test_a_zip_is_read_and_not_unpacked(folder, lab, tmp_path):
     assert {item.word for item in left_of(folder, lab)["anna"]} == {
         "not graded",
         "hidden",
-        "a zip in a zip",
+        "a zip in a zip that cannot be read",
     }
     assert found["carl"].trouble.startswith("carl.zip is no zip that can be read")
     assert "the hand-ins of several people" in found["all"].trouble
     with pytest.raises(SubmissionError, match="larger than 1 MB"):
         read_submission(found["bomb"].path, found["bomb"].member)
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_zips_in_zips_and_backslashes(folder, lab, tmp_path, capsys):
+    helped = "from geometry import point\ndef elbow(q):\n    return point(q)\n"
+    files = {"lab.py": helped, "geometry.py": RIGHT.replace("elbow", "point")}
+    inner = zipped(tmp_path / "inner.zip", {f"code 2/{k}": v for k, v in files.items()})
+    zipped(folder / "anna.zip", {"rapport/Code.ZIP": inner.read_bytes(), "rapport.pdf": ""})
+    zipped(folder / "ben.zip", {f"a\\b\\{name}": text for name, text in files.items()})
+    deep = zipped(tmp_path / "deep.zip", {"b.zip": inner.read_bytes()})
+    zipped(folder / "carl.zip", {"a.zip": deep.read_bytes()})
+    entries = {entry.student: entry for entry in find_submissions(folder, lab)[0]}
+    assert entries["anna"].name == "rapport/Code.ZIP/code 2/lab.py"
+    assert entries["ben"].name == "a/b/lab.py"
+    assert entries["carl"].trouble.endswith("only b.zip (a zip in a zip that cannot be read)")
+    for name in "anna", "ben":
+        arguments = str(folder / f"{name}.zip"), "--labs", str(lab.folder.parent)
+        assert main(["check", "elbow", *arguments]) == 0
+        assert "4 of 4 points" in capsys.readouterr().out
+
+
+def test_where_there_is_no_program_a_page_says_so_and_lists_no_checks(folder, lab, tmp_path):
+    written(folder / "anna" / "report.pdf", "")
+    out = tmp_path / "out"
+    arguments = "--labs", str(lab.folder.parent), "--out", str(out)
+    assert main(["grade", "elbow", str(folder), *arguments]) == 0
+    with zipfile.ZipFile(out / "feedback.zip") as archive:
+        page = archive.read("anna/elbow.html").decode()
+    assert "one, only report.pdf" in page and "no points, as there is no program" in page
+    assert "wrong" not in page.partition("<main")[2] and "0 of 4" not in page
+
+
+def test_nobody_answers_an_input(folder, lab, capsys):
+    path = written(folder / "a.py", RIGHT.replace("0.118", "float(input('d? '))"))
+    assert main(["check", "elbow", str(path), "--labs", str(lab.folder.parent)]) == 0
+    assert "nobody answers an input() here" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_folder_with_helpers_may_be_a_package(folder, lab, capsys):
+    folder = folder / "anna" / "lab_amoro"
+    written(folder / "geometry.py", f"from .robot import *\n{RIGHT.replace('elbow', 'point')}")
+    written(folder / "robot.py", CONSTANTS)
+    for start in (
+        "from .geometry import point",
+        "from lab_amoro.geometry import point",
+        "from . import geometry as g\npoint = g.point",
+    ):
+        written(folder / "lab.py", f"{start}\ndef elbow(q):\n    return point(q)\n")
+        arguments = str(folder / "lab.py"), "--labs", str(lab.folder.parent)
+        assert main(["check", "elbow", *arguments]) == 0
+        assert "4 of 4 points" in capsys.readouterr().out
 
 
 def test_a_locked_zip_and_a_broken_member(tmp_path, lab):
@@ -252,7 +302,7 @@ def test_all_that_is_not_graded_is_listed_and_stops_nothing(labs, folder, tmp_pa
     )
     assert (
         "isolation: process (" in err
-        and "loop: The file cannot be read: it is a symbolic link" in err
+        and "loop: Nothing can be graded: it is a symbolic link" in err
     )
     rows = list(csv.DictReader(io.StringIO((out / "marks.csv").read_text("utf-8-sig"))))
     assert [(row["student"], row["file"], row["mark"], row["state"]) for row in rows] == [

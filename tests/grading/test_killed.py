@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from fivebar.grading.worker.places import bwrap_works
+from fivebar.grading.worker.places import bwrap_trouble
 from tests.helpers import ROOT
 from tests.helpers.needs import need
 
@@ -49,7 +49,7 @@ def alive(mark):
 @pytest.mark.deep
 @pytest.mark.parametrize("isolate", ["process", "bwrap"])
 def test_nothing_is_lost_or_kept_wrong_and_nothing_is_left(tmp_path, isolate):
-    if isolate == "bwrap" and not bwrap_works():
+    if isolate == "bwrap" and bwrap_trouble():
         need("bubblewrap")
     draw, temporary = random.Random(isolate), tmp_path / "temporary"
     temporary.mkdir()

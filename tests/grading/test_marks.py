@@ -11,9 +11,12 @@ import pytest
 from fivebar.base.errors import UsageError
 from fivebar.cli import main
 from fivebar.grading.course.copies import equal_programs
+from fivebar.grading.course.feedback import page_for
 from fivebar.grading.course.gradebook import moodle_time
+from fivebar.grading.course.marks import Mark
 from fivebar.grading.course.settings import read_settings
 from fivebar.grading.course.sheet import read_sheet
+from fivebar.grading.results import Check, Report
 
 from ..helpers.grading_lab import HALF, RIGHT, SHIFTED, UNTOUCHED, write_lab, written
 
@@ -56,6 +59,24 @@ def edited(path, sign=",", encoding="utf-8-sig", **columns):
     writer.writeheader()
     writer.writerows(found.values())
     path.write_bytes(file.getvalue().encode(encoding))
+
+
+def test_a_pattern_means_no_check_that_does_not_count(tmp_path):
+    checks = [Check(f"test_dgm_{k}", "", most, most, 1.0, "right") for k, most in enumerate((1, 0))]
+    report = Report("elbow", "a.py", tuple(checks))
+    for pattern, most in (("test_dgm_*", [3, 0]), ("test_dgm_1", [1, 3])):
+        written(tmp_path / "course.toml", f"[points.elbow]\n'{pattern}' = 3\n")
+        weighted = read_settings(tmp_path).weighted(report)
+        assert [check.max_points for check in weighted.checks] == most
+
+
+def test_how_a_mark_is_told_on_the_page():
+    report = Report("elbow", "a.py", (), no_program=True)
+    cells = {"report /10": "7,50", "room": "B12", "comment": "Good.\nSee me."}
+    mark = Mark("anna", "", {"elbow": (None, report)}, cells, 7.5, 14, 0.0, "no program")
+    page = page_for(report, mark)
+    assert "Mark: 7.5 of 14 (elbow no program, report 7.5 of 10)." in page
+    assert ">Comment: Good.<" in page and ">See me.<" in page
 
 
 @pytest.mark.deep
@@ -352,7 +373,7 @@ def test_no_program_is_no_zero_in_the_mean(course, tmp_path, capsys):
     code, err = course(options=["--fail-under", "50", "--json"])
     assert code == 0 and "no mark yet (no program): carl" in err
     page = (tmp_path / "out" / "summary.html").read_text("utf-8")
-    assert "2 students, mean 100 %" in page and "No program, and so no points" in page
+    assert "2 students, mean 100 %" in page and "No program, and so no mark yet" in page
     kept = json.loads((tmp_path / "out" / "students" / "carl.json").read_text("utf-8"))
     items = (tmp_path / "out" / "items.csv").read_text("utf-8").splitlines()
     assert kept["no_program"] and len(items) == 4 and all(",2," in item for item in items[1:])

@@ -263,6 +263,7 @@ def test_file_names_are_plain_and_differ():
         outputs.file_name("a/b"),
     ]  # who calls himself so gets no one else's file
     names = [outputs.file_name(student) for student in ids]
+    assert outputs.file_name("Éva Müller").startswith("Eva_Muller-")
     assert len({name.casefold() for name in names}) == len(ids) and names[0] == "anna"
     assert all(re.fullmatch(r"[A-Za-z0-9_-]{1,80}", name) for name in names)
 
@@ -326,5 +327,4 @@ def test_item_analysis_by_hand():
         "full": 1,
     }
     text = summary_text("lab", cohort())
-    assert "5 students, mean 56 %" in text and "0.74" in text and "2  dgm: other mode" in text
-    assert "all points 1" in text and "lowest: s4 0, s3 2" in text
+    assert text == "lab: 5 students, mean 56 %, median 60 %, with all points: 1"

@@ -121,6 +121,15 @@ def test_what_cannot_be_meant(tmp_path):
 
 
 @pytest.mark.deep
+def test_the_other_robots_file_is_no_program_for_this_lab(tmp_path, capsys):
+    path = written(tmp_path / "five_bar_models.py", SLIDES)
+    assert main(["check", "amoro", str(path)]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "This is the file of amoro-biglide, not of amoro" in out and "wrong" not in out
+    assert "no points, as there is no program" in out
+
+
+@pytest.mark.deep
 def test_one_command_marks_both_robots(tmp_path, capsys):
     folder, out = tmp_path / "hand-ins", tmp_path / "out"
     for student, layout in (("anna", "a workspace"), ("ben", "two folders"), ("carl", "flat")):

@@ -195,7 +195,7 @@ def test_a_main_program_does_not_run_and_input_is_at_its_end():
     source = 'if __name__ == "__main__":\n    1 / 0\nname = __name__\ndef called(): return name\ndef f(): return input()'
     with student(source) as worker:
         assert worker.trouble is None and worker.ask("called", [()])[0].value == "student"
-        assert worker.ask("f", [()])[0].text == "EOFError: EOF when reading a line"
+        assert worker.ask("f", [()])[0].text.startswith("EOFError: EOF when reading a line: nobody")
 
 
 def test_a_notebook_gives_its_definitions_only():
@@ -355,7 +355,7 @@ def test_what_is_missing_is_said(monkeypatch, tmp_path):
             match="bwrap cannot isolate a worker here: bwrap .bubblewrap. is not installed",
         ):
             student("", isolate="bwrap")
-        assert not places.bwrap_works()
+        assert places.bwrap_trouble()
     finally:
         places.bwrap_trouble.cache_clear()
 
@@ -399,7 +399,7 @@ def test_live_functions_answer_as_a_submission_does():
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("isolate", ["process", *(["bwrap"] if places.bwrap_works() else [])])
+@pytest.mark.parametrize("isolate", ["process", *([] if places.bwrap_trouble() else ["bwrap"])])
 def test_packages_that_a_course_allows_come_with_what_they_require(isolate):
     source = (
         "import matplotlib.pyplot as plt\nimport sympy\nplt.plot([1, 2])\nx = sympy.Symbol('x')\n"

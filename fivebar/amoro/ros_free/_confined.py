@@ -5,6 +5,7 @@ This file is not imported by fivebar: its text is the program of the confined pr
 of `parallel_robot`, `plot_tools` and `rclpy`.
 """
 
+import ast
 import sys
 import time
 from types import ModuleType, SimpleNamespace
@@ -101,9 +102,13 @@ def install():
         sys.modules[name] = Silent(name)
 
 
-def run(source, name, arguments):
-    """Run a script as `python3 NAME ARGUMENTS` would; return the error that ended it, or 0."""
+def run(source, name, arguments, beside):
+    """Run a script as `python3 NAME ARGUMENTS` would; return the error that ended it, or 0.
+
+    beside: the names of the modules in its folder, which it may import as those of a package.
+    """
     import _lab_world
+    from loading import OwnImports
 
     world = _lab_world.world = World()
     install()
@@ -114,7 +119,8 @@ def run(source, name, arguments):
     time.time = time.monotonic = time.perf_counter = world.clock
     time.sleep = world.sleep
     try:
-        exec(compile(source, name, "exec"), vars(module))
+        script = OwnImports(beside).visit(ast.parse(source, name))
+        exec(compile(script, name, "exec"), vars(module))
     except (KeyboardInterrupt, SystemExit):
         pass  # the time is over, or the script is
     except Exception as error:
@@ -122,7 +128,7 @@ def run(source, name, arguments):
         while frame is not None:
             line = frame.tb_lineno if frame.tb_frame.f_code.co_filename == name else line
             frame = frame.tb_next
-        return f"line {line}: {type(error).__name__}: {error}"
+        return f"line {line}: {type(error).__name__}: {error}".removesuffix(": ")
     finally:
         vars(time).update(kept)
     return 0.0

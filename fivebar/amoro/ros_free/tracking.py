@@ -35,7 +35,7 @@ def tracking(task, kind, run):
     end = duration + MOST_LATE * STEP
     if run.t[-1] < end:
         raise ValueError(
-            f"the motion ends at {run.t[-1]:g} s, the task at {duration:g} s (--until)"
+            f"the motion ends at {run.t[-1]:g} s, before the {duration:g} s of the task"
         )
     kept, errors = run.t <= end, []
     for late in range(MOST_LATE + 1):

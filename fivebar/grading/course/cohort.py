@@ -17,7 +17,7 @@ from ...base.errors import UsageError
 from ...base.progress import progress
 from ...base.representation import printable
 from ...base.tables import STRANGE
-from ..grade import OTHER_ROBOT, job_hash
+from ..grade import OTHER_LAB, OTHER_ROBOT, job_hash
 from ..intake.cohort_folder import Entry
 from ..labs import Lab
 from ..program import Job
@@ -173,7 +173,7 @@ def trouble_of(report: Report) -> str:
     """Return what an instructor wants to hear at once of a submission, "" where nothing."""
     if report.ungraded or report.trouble:
         return report.ungraded or report.trouble
-    if other := [note for note in report.notes if note.startswith(OTHER_ROBOT)]:
+    if other := [note for note in report.notes if note.startswith((OTHER_ROBOT, OTHER_LAB))]:
         return other[0]
     lost = [check.reason for check in report.checks if check.reason in SERIOUS]
     return ", ".join(f"{reason} in {lost.count(reason)} checks" for reason in dict.fromkeys(lost))

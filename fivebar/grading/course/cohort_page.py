@@ -79,9 +79,9 @@ def write_summary(
             ("Student", "Reason"),
             [(r.student, r.ungraded) for r in lost],
         ),
-        "No program, and so no points": (
+        "No program, and so no mark yet": (
             ("Student", "Reason"),
-            [(r.student, r.trouble) for r in none],
+            [(r.student, trouble_of(r)) for r in none],
         ),
         "Found and not graded": (
             ("Student", "File", "Reason"),
@@ -136,7 +136,7 @@ def _body(lab, reports):
     }
     words = (
         f"<h1>{text(lab)}</h1><p>{of['students']} students, mean {of['mean']:.0f} %, median"
-        f" {of['median']:.0f} %, all points: {of['full']}</p>"
+        f" {of['median']:.0f} %, with all points: {of['full']}</p>"
     )
     for title, (heads, rows) in parts.items():
         words += f"<h2>{title}</h2>"

@@ -22,7 +22,7 @@ _NO_DATE = (1980, 1, 1, 0, 0, 0)  # so that the same pages make the same file
 def page_for(report: Report, mark: Mark) -> str:
     """Return a student's page: his report, with his mark and the teacher's comment above it."""
     comment = f"Comment: {mark.comment}" if mark.comment else ""
-    told = tuple(filter(None, (mark.sum(), comment)))
+    told = tuple(filter(None, (mark.sum(), *comment.splitlines())))
     shown = withheld(report)
     return report_page(replace(shown, notes=(*told, *shown.notes)))
 

@@ -5,13 +5,10 @@ misconceptions it met.
 from __future__ import annotations
 
 import math
-import textwrap
 from collections import Counter
 from dataclasses import dataclass
 from statistics import correlation, fmean, median
 
-from ...base.representation import printable
-from ..report.text import number
 from ..results import Report
 
 
@@ -99,26 +96,10 @@ def scores(reports: list[Report]) -> dict[str, float]:
 
 
 def summary_text(lab: str, reports: list[Report]) -> str:
-    """Return the cohort in one terminal table; without those who handed in no program."""
+    """Return the scores in a line, without those who handed in no program."""
     reports = list(filter(has_marks, reports))
     if not reports:
         return f"{lab}: nobody is graded"
     of = scores(reports)
     middle = f"mean {of['mean']:.0f} %, median {of['median']:.0f} %"
-    lines = [
-        f"{lab}: {of['students']} students, {middle}, all points {of['full']}",
-        "",
-        "passed    mean  tells  check",
-    ]
-    for item in items(reports):
-        tells = "   --" if math.isnan(item.discrimination) else f"{item.discrimination:5.2f}"
-        title = textwrap.shorten(printable(item.title), 70)
-        lines.append(f"{100 * item.pass_rate:4.0f} %  {100 * item.mean:4.0f} %  {tells}  {title}")
-    lines += ["", "students  misconception"]
-    met = misconceptions(reports)
-    lines += [f"{count:8d}  {function}: {name}" for (function, name), count in met[:10]] or [
-        "          none"
-    ]
-    low = sorted(reports, key=lambda report: report.points)[:5]
-    lines += ["", "lowest: " + ", ".join(f"{printable(r.student)} {number(r.points)}" for r in low)]
-    return "\n".join(lines)
+    return f"{lab}: {of['students']} students, {middle}, with all points: {of['full']}"

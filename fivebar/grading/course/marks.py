@@ -57,22 +57,23 @@ class Mark:
             return ""
         parts = []
         for lab, (_, report) in self.results.items():
-            points = number(report.points)
-            most = number(report.max_points)
-            parts.append(f"{lab} {points} of {most}")
+            points = f"{number(report.points)} of {number(report.max_points)}"
+            parts.append(f"{lab} {'no program' if report.no_program else points}")
         for title, cell in self.by_hand.items():
-            text = cell.strip()
+            value = number_in(cell)
             found = _OUT_OF.fullmatch(title)
-            if text and found:
-                parts.append(f"{found[1]} {text} of {found[2]}")
+            if value is not None and found:
+                parts.append(f"{found[1]} {number(value)} of {found[2]}")
         if self.lost:
             parts.append(f"-{number(self.lost)} for late days")
         adjust = number_in(self.by_hand.get(ADJUST, ""))
         if adjust:
             sign = "+" if adjust > 0 else "-"
             parts.append(f"{sign}{number(abs(adjust))} by hand")
-        listed = ", ".join(parts)
-        return f"Mark: {number(self.points)} of {number(self.most)} ({listed})."
+        total = f"{number(self.points)} of {number(self.most)}"
+        if len(parts) == 1:
+            return f"Mark: {total}."
+        return f"Mark: {total} ({', '.join(parts)})."
 
 
 def best_of(entries: Iterable[Entry], reports: Iterable[Report]) -> dict[str, tuple[Entry, Report]]:

@@ -26,7 +26,7 @@ TEMPLATE = """\
 # late_percent = 10            # of the mark, lost for each day begun after `due`
 # packages = ["sympy"]         # that programs may import, beside NumPy and SciPy
 
-# [points.amoro]               # of single checks; their names are in items.csv, * stands for any
+# [points.amoro]               # of single checks; * stands for any letters. Names are in items.csv
 # "test_*_oscillating" = 0.5
 # test_dgm_all_over = 2
 """
@@ -52,12 +52,19 @@ class Settings:
                 raise UsageError(f"{FILE}: no check of {report.lab} is called {pattern!r}")
         checks = []
         for check in report.checks:
-            most = [value for pattern, value in points.items() if fnmatchcase(check.name, pattern)]
+            most = [value for pattern, value in points.items() if _means(pattern, check)]
             if most:
                 earned = min(round(most[-1] * check.share, 2), most[-1])
                 check = replace(check, max_points=most[-1], points=earned)
             checks.append(check)
         return replace(report, checks=tuple(checks))
+
+
+def _means(pattern, check):
+    """Return whether a check is meant: one that does not count is not by a pattern."""
+    if check.max_points == 0:
+        return pattern == check.name
+    return fnmatchcase(check.name, pattern)
 
 
 def read_settings(out: Path) -> Settings:

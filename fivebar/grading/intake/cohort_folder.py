@@ -23,6 +23,7 @@ from .hand_in import (
     beside,
     choose,
     is_hidden,
+    listed,
     look_into,
     named_for,
 )
@@ -164,6 +165,8 @@ def _entries(hand_in, lab, file):
         if not programs and [item.name for item in left] == [path.name for path in hand_in.paths]:
             word = left[0].word
             trouble = f"it is {word}: hand in the file itself" if word in NO_FILE else word
+        elif not programs:
+            trouble += listed(left)
         yield Entry(hand_in.student, hand_in.paths[0], trouble, number=number)
         return
     for program in chosen:

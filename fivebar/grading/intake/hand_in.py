@@ -14,10 +14,21 @@ from fnmatch import fnmatchcase
 from pathlib import Path, PurePosixPath
 
 from ..labs import Lab
-from ..worker.submission import ARCHIVE, PROGRAMS, SubmissionError, opened_archive, read_submission
+from ..worker.submission import (
+    ARCHIVE,
+    PROGRAMS,
+    UNREADABLE,
+    SubmissionError,
+    files_of,
+    inner_archive,
+    opened_archive,
+    read_submission,
+    with_slashes,
+)
 
 MOST_FILES, DEEPEST = 2000, 12  # of one hand-in
 NO_FILE = LINK, SPECIAL = "a symbolic link", "no regular file"
+MOST_ZIPS = 20  # in a zip that are looked into
 MOST_READ = 100  # programs that are read to find the one to grade
 # "Ada Lovelace_4711_assignsubmission_file_" and "lovelaceada_LATE_123_45678_lab1.py": the name is
 # what comes first, and the number after it is the person's, the same in all that one has handed in.
@@ -96,19 +107,26 @@ def _look(path, name, depth, programs, left):
 
 
 def _look_into_zip(path, name, programs, left):
+    members: dict = {}
+    opened = 0
     try:
         with opened_archive(path) as archive:
-            files = [info for info in archive.infolist() if not info.is_dir()]
-            members = {info.filename: info for info in files if info.filename}
+            for info in files_of(archive):
+                members[info.filename] = info
+                if info.filename.lower().endswith(ARCHIVE) and opened < MOST_ZIPS:
+                    opened += 1
+                    members |= _in_zip(archive, info.filename)
     except SubmissionError as error:
         left.append(Left(name, str(error)))
         return
     for member, info in list(members.items())[:MOST_FILES]:
-        inner, suffix = f"{name}/{member}", PurePosixPath(member).suffix.lower()
-        if any(is_hidden(part) for part in PurePosixPath(member).parts):
+        place = PurePosixPath(with_slashes(member))
+        inner, suffix = f"{name}/{place}", place.suffix.lower()
+        if any(is_hidden(part) for part in place.parts):
             left.append(Left(inner, "hidden"))
         elif suffix == ARCHIVE:
-            left.append(Left(inner, "a zip in a zip"))
+            if not any(other.startswith(f"{member}/") for other in members):
+                left.append(Left(inner, "a zip in a zip that cannot be read"))
         elif suffix not in PROGRAMS:
             left.append(Left(inner, "no program"))
         elif info.flag_bits & 1:
@@ -117,6 +135,17 @@ def _look_into_zip(path, name, programs, left):
             programs.append(ProgramFile(path, member, inner))
     if len(members) > MOST_FILES:
         left.append(Left(name, f"only {MOST_FILES} files are looked at"))
+
+
+def _in_zip(archive, member):
+    """Return the files in a zip in a zip by their member's name there, none where it cannot be
+    read.
+    """
+    try:
+        with inner_archive(archive, member) as inner:
+            return {f"{member}/{info.filename}": info for info in files_of(inner)}
+    except UNREADABLE:
+        return {}
 
 
 def functions_of(lab: Lab) -> frozenset[str]:
@@ -188,11 +217,15 @@ def named_for(lab: Lab, programs: Iterable[ProgramFile]) -> list[ProgramFile]:
     return exact or copies or alike
 
 
-def _stem(program):
+def _own_stem(program):
     """Return a file's name without its ending, and without what Moodle or Canvas puts before it."""
     name = PurePosixPath(str(program)).name
     found = MOODLE.fullmatch(name) or CANVAS.fullmatch(name)
-    return PurePosixPath(found["file"] if found else name).stem.casefold()
+    return PurePosixPath(found["file"] if found else name).stem
+
+
+def _stem(program):
+    return _own_stem(program).casefold()
 
 
 def _plain(stem):
@@ -273,7 +306,10 @@ def imported(source: str, siblings: Iterable[ProgramFile]) -> dict[str, str]:
     """
     found: dict = {}
     waiting = [source]
-    known = {PurePosixPath(file.name).stem: file for file in siblings}
+    known = {}
+    for file in siblings:
+        stem = _own_stem(file)
+        known[stem if stem.isidentifier() else _COPY.sub("", stem)] = file
     while waiting and len(found) < MOST_READ:
         words = set(re.findall(r"\w+", " ".join(_IMPORT.findall(waiting.pop()))))
         for name in sorted((words & set(known)) - set(found) - sys.stdlib_module_names):
@@ -293,6 +329,16 @@ def _source(program):
         return read_submission(program.path, program.member).source
     except SubmissionError:
         return f"# unreadable: {program}"
+
+
+def listed(left: Iterable[Left]) -> str:
+    """Return ", only ..." of what is there in place of a program, "" where nothing is."""
+    names = []
+    for item in left:
+        if item.word != "hidden":
+            why = "" if item.word == "no program" else f" ({item.word})"
+            names.append(f"{item.name.rpartition('/')[2]}{why}")
+    return f", only {', '.join(names[:5])}" if names else ""
 
 
 def _listed(programs):

@@ -7,6 +7,7 @@ import io
 import json
 import os
 import re
+import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
@@ -59,7 +60,8 @@ def file_name(student: str) -> str:
     """Return a file name for a student's id: plain letters, and a hash of the id where those do not
     tell it from others.
     """
-    plain = re.sub(r"[^A-Za-z0-9_-]+", "_", student).strip("_")[:60]
+    letters = unicodedata.normalize("NFKD", student).encode("ascii", "ignore").decode()
+    plain = re.sub(r"[^A-Za-z0-9_-]+", "_", letters).strip("_")[:60]
     if plain and plain == student.lower() == student and not _HASHED.search(plain):
         return plain
     return (

@@ -8,7 +8,16 @@ from html import escape
 
 from ...base.representation import printable
 from ..results import Report
-from .text import closing, facts, headlines, not_started, number, word
+from .text import (
+    closing,
+    facts,
+    headlines,
+    not_started,
+    number,
+    shown_checks,
+    total_words,
+    word,
+)
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 STYLE = """
@@ -95,7 +104,7 @@ def fragment(report: Report) -> str:
 
 def _body(report):
     notes = "".join(f'<p class="note">{text(note)}</p>' for note in headlines(report))
-    checks = "".join(_check(check) for check in report.checks)
+    checks = "".join(_check(check) for check in shown_checks(report))
     closings = "".join(f"<p>{text(note)}</p>" for note in closing(report))
     output = (
         f"<h2>Your program printed</h2><pre>{_lines(report.output)}</pre>"
@@ -104,7 +113,7 @@ def _body(report):
     )
     return (
         f"<h1>{text(report.lab)}: {text(report.submission)}</h1>"
-        f'<p class="total">{number(report.points)} of {number(report.max_points)} points</p>'
+        f'<p class="total">{total_words(report)}</p>'
         f"{notes}{checks}{closings}{output}"
     )
 

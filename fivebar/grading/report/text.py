@@ -161,12 +161,12 @@ def _wrapped(label, text, width):
 def report_text(report: Report, width: int | None = None, colour: bool = False) -> str:
     """Return the whole report for a terminal of `width` columns (None: this one's, at most 100)."""
     width = max(60, min(width or shutil.get_terminal_size().columns, 100))
-    total = f"{number(report.points)} of {number(report.max_points)} points"
+    total = total_words(report)
     lines = [*textwrap.wrap(f"{report.lab}: {printable(report.submission)}: {total}", width), ""]
     for text in headlines(report):
         lines += [*textwrap.wrap(printable(text), width), ""]
     known: dict = {}
-    for check in report.checks:
+    for check in shown_checks(report):
         first, *rest = check_lines(check, width, known)
         lines += [_coloured(first, check) if colour else first, *rest]
     for text in closing(report):
@@ -175,12 +175,25 @@ def report_text(report: Report, width: int | None = None, colour: bool = False) 
         rows = report.output.rstrip().splitlines()
         lines += ["", "Your program printed:", *(f"  {printable(row)}" for row in rows[:PRINTED])]
         lines += ["  and more"] * (len(rows) > PRINTED)
-    lines += ["", f"total {total}"]
+    if not report.no_program:
+        lines += ["", f"total {total}"]
     return "\n".join(lines)
 
 
 def _coloured(line, check):
     return f"\x1b[{COLOURS[word(check)]}m{line[:7]}\x1b[0m{line[7:]}"
+
+
+def total_words(report: Report) -> str:
+    """Return the points in words."""
+    if report.no_program:
+        return "no points, as there is no program for this lab"
+    return f"{number(report.points)} of {number(report.max_points)} points"
+
+
+def shown_checks(report: Report) -> tuple[Check, ...]:
+    """Return the checks of which something can be said: none where there is no program."""
+    return () if report.no_program else report.checks
 
 
 def headlines(report: Report) -> Iterator[str]:

@@ -205,8 +205,3 @@ def bwrap_trouble() -> str:
         if run.returncode == 0
         else run.stderr.strip() or f"bwrap ended with status {run.returncode}"
     )
-
-
-def bwrap_works() -> bool:
-    """Return whether a worker can be isolated by bubblewrap here; `bwrap_trouble` says why not."""
-    return not bwrap_trouble()

@@ -5,6 +5,7 @@ anything of it.
 from __future__ import annotations
 
 import codecs
+import io
 import json
 import lzma
 import os
@@ -14,7 +15,7 @@ import zipfile
 import zlib
 from bisect import bisect_right
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -45,6 +46,7 @@ OF_PYTHON = (
     "%%capture",
     "%%prun",
 )  # magics of a cell whose code the notebook's session runs
+_IN_ZIP = re.compile(rf"(.+?\{ARCHIVE})/(.+)", re.DOTALL | re.IGNORECASE)  # a zip in the zip
 _COOKIE = re.compile(rb"[ \t\f]*#.*?coding[:=][ \t]*([-\w.]+)")
 
 
@@ -81,7 +83,7 @@ def read_submission(path: str | Path, member: str = "") -> Submission:
     SubmissionError.
     """
     path = Path(path)
-    name = PurePosixPath(member).name if member else path.name
+    name = PurePosixPath(with_slashes(member)).name if member else path.name
     if not name.isprintable() or len(name) > MOST_NAME:
         raise SubmissionError(
             f"the file's name {name[:MOST_NAME]!r} is too long or holds characters that cannot be"
@@ -139,8 +141,30 @@ def opened_archive(path: Path) -> Iterator[zipfile.ZipFile]:
             raise SubmissionError(f"{path.name} is no zip that can be read: {error}") from None
 
 
+def files_of(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
+    """Return the files in a zip."""
+    return [info for info in archive.infolist() if not info.is_dir() and info.filename]
+
+
+@contextmanager
+def inner_archive(archive: zipfile.ZipFile, member: str) -> Iterator[zipfile.ZipFile]:
+    """Yield a zip that lies in a zip. Raises what UNREADABLE names."""
+    with archive.open(member) as file:
+        data = _within(file.read(MOST_ARCHIVE + 1), MOST_ARCHIVE, member)
+    with zipfile.ZipFile(io.BytesIO(data)) as inner:
+        yield inner
+
+
+def with_slashes(member: str) -> str:
+    """Return a member's path: some programs of Windows write it with backslashes."""
+    return member.replace("\\", "/")
+
+
 def _member(path, member, most):
-    with opened_archive(path) as archive:
+    with opened_archive(path) as archive, ExitStack() as stack:
+        found = _IN_ZIP.fullmatch(member)
+        if found and member not in archive.namelist():
+            archive, member = stack.enter_context(inner_archive(archive, found[1])), found[2]
         try:
             with archive.open(member) as file:
                 data = file.read(most + 1)

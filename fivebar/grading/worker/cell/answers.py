@@ -128,6 +128,8 @@ def failure(error: BaseException, file: str) -> dict:
         name, message = type(error).__name__, str(error)
         if isinstance(error, SyntaxError) and error.filename == file:
             message = str(error.msg)  # the line is told apart
+        elif isinstance(error, EOFError):
+            message += ": nobody answers an input() here, so write the value into the file"
     except BaseException:
         name, message = "exception", "<no message>"
     if isinstance(error, SystemExit):
