@@ -112,6 +112,10 @@ def test_intervals_are_divided_by_the_order_of_their_error(tries):
     found.__dict__["_relative_defects"] = np.zeros(7)
     found.__dict__["_exceeded"] = {}
     assert search.parts(found) is None
+    # An interval that is out of reach errs by the whole force.
+    found.__dict__["_relative_defects"] = np.array([0.0, np.nan])
+    rough = _PlanSearch(plan.problem, fb.Collocation(tolerance=0.1), (0.0, 0.0))
+    assert rough.parts(found).tolist() == [1, 3]
 
 
 def test_meshes():
