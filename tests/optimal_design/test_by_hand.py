@@ -172,7 +172,8 @@ def test_regions_of_the_working_mode(monkeypatch):
     called = []
 
     def parts(name):
-        def found(robot, **kept):
+        def found(of, **kept):
+            assert of is robot
             called.append((name, kept))
             return [SimpleNamespace(working=modes, area=area) for modes, area in areas]
 
@@ -550,8 +551,8 @@ def test_designs_are_put_on_steps_and_bounds():
     rows = problem.rows(np.array([[0.10149, 0.00333], [0.15051, 1e-12]]))
     np.testing.assert_allclose(rows, [[0.101, 0.00333], [0.151, 0.0]], rtol=0, atol=1e-15)
     free = problem_of("bars", {"l1": (0.1, 0.3)})
-    near = np.array([[0.1 + 1e-10], [0.3 - 1e-10], [0.1 + 1e-9]])
-    assert free.rows(near).ravel().tolist() == [0.1, 0.3, 0.1 + 1e-9]
+    near = np.array([[0.1 + 1e-10], [0.3 - 1e-10], [0.1 + 3e-10], [0.3 - 3e-10]])
+    assert free.rows(near).ravel().tolist() == [0.1, 0.3, 0.1 + 3e-10, 0.3 - 3e-10]
     exact = problem_of("bars", {"l1": (0.1, 0.3)}, step=0.1)  # 0.3 / 0.1 < 3
     assert (exact.low[0], exact.high[0]) == pytest.approx((0.1, 0.3))
 
