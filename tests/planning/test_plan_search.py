@@ -139,6 +139,13 @@ def test_a_first_mesh_under_gravity_is_as_fine_as_bars_swing():
     assert _intervals(heavy, COARSE, 100 * durations) == MOST_INTERVALS
 
 
+def test_all_ways_that_are_not_much_longer_are_tried():
+    ends = [fb.igm(ROBOT, point, (-1, -1)) for point in (START, (0.03, 0.11))]
+    plan = fb.plan(ROBOT, *ends, 0.5, collocation=fb.Collocation(intervals=2, tolerance=0.5))
+    lengths = [length for *_, length in ways_between(ROBOT, *ends, 0.5, [])]
+    assert plan.tried == sum(length <= 1.6 * lengths[0] for length in lengths) < len(lengths)
+
+
 def test_work_counts_points_times_iterations(tries):
     plan = planned(constraints=fb.Constraints(joint_speed=1.1))
     search = _PlanSearch(plan.problem, COARSE, (0.0, 0.0))
