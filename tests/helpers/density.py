@@ -41,9 +41,11 @@ class Density:
     def add(self, path: Path) -> None:
         """Count a file. Docstrings are neither lines nor nodes."""
         source = path.read_text(encoding="utf-8")
-        tree = ast.parse(source)
-        documented = [node for node in ast.walk(tree) if isinstance(node, DOCUMENTED)]
-        docstrings = [node.body[0] for node in documented if ast.get_docstring(node) is not None]
+        nodes = list(ast.walk(ast.parse(source)))
+        documented = [node for node in nodes if isinstance(node, DOCUMENTED)]
+        docstrings = [
+            node.body[0] for node in documented if ast.get_docstring(node, clean=False) is not None
+        ]
         documentation = set()
         for docstring in docstrings:
             documentation.update(range(docstring.lineno, docstring.end_lineno + 1))
@@ -54,10 +56,10 @@ class Density:
         lines = source.splitlines()
         self.files += 1
         self.lines += len(code - documentation)
-        self.nodes += sum(not isinstance(node, CONTEXTS) for node in ast.walk(tree))
+        self.nodes += sum(not isinstance(node, CONTEXTS) for node in nodes)
         self.nodes -= 2 * len(docstrings)  # the expression and its constant
         self.long_lines += sum(len(line) > COLUMNS for line in lines)
-        self.nested += sum(has_comprehension_inside(node) for node in ast.walk(tree))
+        self.nested += sum(has_comprehension_inside(node) for node in nodes)
         self.unformatted += sum("fmt: skip" in line for line in lines)
 
 

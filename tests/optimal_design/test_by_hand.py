@@ -431,11 +431,13 @@ def test_the_worst_tip_error_is_at_a_corner_of_the_tolerances():
 def test_a_corner_on_type_2_is_not_worked_in():
     """Legs of 3-4-5 triangles whose distal bars are in line to the last bit in one corner."""
     lengths = {"l1": [4.0], "l2": [3.0], "d": [6.0], "task_y": [4.0]}
-    names = ["footprint", "det_A", "tip_force", "reach"]
-    done = fb.sweep(names, lengths, table=(0, 0.1, 0, 0.1), poses=2, motor=(1.0, 1.0))
+    names = ["footprint", "det_A", "tip_force", "reach", "worst_tip_error"]
+    task = dict(poses=2, motor=(1.0, 1.0), tolerances={"q": 1e-3})
+    done = fb.sweep(names, lengths, table=(0, 0.1, 0, 0.1), **task)
     assert done["reach"][0] > 0 and done["footprint"][0] == np.inf
+    assert done["worst_tip_error"][0] == np.inf
     assert done["det_A"][0] == done["tip_force"][0] == 0.0
-    done = fb.sweep(names, lengths, table=(0, 0.1, 1e-6, 0.1), poses=2, motor=(1.0, 1.0))
+    done = fb.sweep(names, lengths, table=(0, 0.1, 1e-6, 0.1), **task)
     assert np.isfinite(done["footprint"][0]) and 0 < done["det_A"][0] < 1e-6
 
 

@@ -1,11 +1,14 @@
 """What designs and fronts say and keep in files, and the words of what is asked for wrongly."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import optimize
 
 import fivebar as fb
+from fivebar.optimal_design import optimum
 from fivebar.optimal_design.goals import limits_by_figure
 from fivebar.optimal_design.optimum import DesignProblem
 from fivebar.optimal_design.results import Front
@@ -200,3 +203,64 @@ def test_a_circle_of_short_distal_bars_is_above_its_locus(l2):
     done = fb.sweep(["inscribed_circle", "inscribed_conditioning"], [robot])
     assert done["inscribed_circle"][0] == pytest.approx(radius, rel=1e-6)
     assert 0 < done["inscribed_conditioning"][0] < 1
+
+
+def test_how_a_front_is_searched(monkeypatch):
+    """Twenty designs for each parameter that varies; then twenty for each of the front's points."""
+    asked = []
+
+    def evolve(problem, low, high, size, generations, rng, callback):
+        asked.append(("evolve", size, generations, callback))
+        x = rng.uniform(low, high, (size, len(low)))
+        return (x, *problem(x))
+
+    def refine(problem, low, high, x, f, chosen, members, generations, rng, callback):
+        asked.append(("refine", members, generations, callback))
+        assert len(chosen) == 6 and (f == problem(x)[0]).all()
+        return (x[chosen], *problem(x[chosen]))
+
+    monkeypatch.setattr(optimum, "evolve", evolve)
+    monkeypatch.setattr(optimum, "refine", refine)
+    bounds = {name: (0.1, 0.2) for name in ("l11", "l12", "l21", "l22")} | {"d": 0.1}
+    front = fb.design(["workspace_area", "bars"], bounds, points=6, effort=0.033)
+    assert [call[:3] for call in asked] == [("evolve", 80, 4), ("refine", 20, 4)]
+    assert asked[0][3].__name__ == asked[1][3].__name__ == "update"
+    areas = front["workspace_area"]
+    assert (np.diff(areas) > 0).all() and (np.diff(front["bars"]) > 0).all()
+    asked.clear()
+    fb.design(["workspace_area", "bars"], {"l1": (0.1, 0.2)}, points=6, effort=0.01)
+    assert [call[:3] for call in asked] == [("evolve", 60, 1), ("refine", 20, 1)]
+    asked.clear()
+    monkeypatch.setattr(optimum, "thinned", lambda f, front, count: front[:6].tolist())
+    fb.design(["workspace_area", "bars"], {"l1": (0.1, 0.2)}, points=70, effort=0.01)
+    assert asked[0][1] == 70
+
+
+def test_how_one_goal_is_searched(monkeypatch):
+    """By SciPy, over what varies alone: 300 generations of 20 designs for each, evenly begun."""
+    given = {}
+
+    def differential_evolution(goal, bounds, **options):
+        given.update(options, bounds=bounds)
+        x = np.array([[0.15, 0.2], [0.1, 0.15]])  # two designs, in columns
+        given["values"] = goal(x)
+        return SimpleNamespace(x=x[:, 0])
+
+    monkeypatch.setattr(optimize, "differential_evolution", differential_evolution)
+    bounds = {"l1": (0.1, 0.2), "d": 0.05, "l2": (0.1, 0.3)}
+    one = fb.design("bars", bounds, limits={"bars": 0.6}, effort=0.5, seed=3)
+    assert one.parameters == {"l1": 0.15, "d": 0.05, "l2": 0.1}
+    assert given["bounds"] == [(0.1, 0.2), (0.1, 0.3)]
+    assert given["values"] == pytest.approx([0.5, 1e30 * (1 + 0.1 / 0.6)])
+    assert (given["maxiter"], given["popsize"], given["init"]) == (150, 20, "halton")
+    assert (given["tol"], given["polish"], given["updating"]) == (1e-10, False, "deferred")
+    assert given["vectorized"] and given["callback"](None, convergence=0.0) is None
+    same = np.random.default_rng(3).random()
+    assert given["rng"].random() == same
+
+
+def test_a_triangle_has_at_most_ten_thousand_parts():
+    for count in (1, 10**4 + 1, 2.5):
+        with pytest.raises(ValueError, match="^count must be "):
+            D.triangle(count)
+    assert len(D.triangle(2)) == 1
