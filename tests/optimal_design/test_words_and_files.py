@@ -264,3 +264,13 @@ def test_a_triangle_has_at_most_ten_thousand_parts():
         with pytest.raises(ValueError, match="^count must be "):
             D.triangle(count)
     assert len(D.triangle(2)) == 1
+
+
+def test_a_path_is_told_by_its_points():
+    """The same line elsewhere, or run the other way, is another path."""
+    hashes = set()
+    for points in ([(0, 0), (0.01, 0)], [(0, 0.1), (0.01, 0.1)], [(0.01, 0), (0, 0)]):
+        about = task_of({"path": points}).about["path"]
+        assert about["length"] == pytest.approx(0.01)
+        hashes.add(about["sha256"])
+    assert len(hashes) == 3
