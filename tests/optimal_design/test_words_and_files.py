@@ -267,10 +267,16 @@ def test_a_triangle_has_at_most_ten_thousand_parts():
 
 
 def test_a_path_is_told_by_its_points():
-    """The same line elsewhere, or run the other way, is another path."""
+    """The same line elsewhere, run the other way, or of the same end or beginning, is another path."""
     hashes = set()
-    for points in ([(0, 0), (0.01, 0)], [(0, 0.1), (0.01, 0.1)], [(0.01, 0), (0, 0)]):
+    for points in (
+        [(0, 0), (0.01, 0)],
+        [(0, 0.1), (0.01, 0.1)],
+        [(0.01, 0), (0, 0)],
+        [(0.02, 0), (0.01, 0)],
+        [(0, 0), (0, 0.01)],
+    ):
         about = task_of({"path": points}).about["path"]
         assert about["length"] == pytest.approx(0.01)
         hashes.add(about["sha256"])
-    assert len(hashes) == 3
+    assert len(hashes) == 5
