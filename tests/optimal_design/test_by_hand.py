@@ -652,6 +652,9 @@ def test_an_executor_gets_pieces_of_five_designs():
                 goal, {"l1": (0.1, 0.2)}, {}, fb.FiveBar(), None, task, executor
             )
             assert len(problem(x)[0]) == 17 and len(calls) == pieces
+        calls.clear()
+        fb.design(lambda robot: robot.l11, {"l1": (0.1, 0.2)}, executor=executor, effort=0.01)
+        assert len(calls) >= 4 * 4  # four generations of twenty, the first one among them
 
 
 def test_the_nearest_design_and_what_it_violates_are_told():
