@@ -54,7 +54,8 @@ def nodes(file):
     """All of a file's syntax but what only a type checker reads."""
     tree = ast.parse(FILES[file].read_text(encoding="utf-8"))
     for node in ast.walk(tree):
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
+        test = getattr(node, "test", None)  # of an if: TYPE_CHECKING or typing.TYPE_CHECKING
+        if "TYPE_CHECKING" in (getattr(test, "id", ""), getattr(test, "attr", "")):
             node.body = []
     return list(ast.walk(tree))
 
