@@ -54,7 +54,8 @@ def nodes(file):
     """All of a file's syntax but what only a type checker reads."""
     tree = ast.parse(FILES[file].read_text(encoding="utf-8"))
     for node in ast.walk(tree):
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+        test = getattr(node, "test", None)  # of an if: TYPE_CHECKING or typing.TYPE_CHECKING
+        if "TYPE_CHECKING" in (getattr(test, "id", ""), getattr(test, "attr", "")):
             node.body = []
     return list(ast.walk(tree))
 
@@ -67,8 +68,13 @@ def room(file):
     return file.split(".")[0]
 
 
+@cache
 def imports(file):
     """(file, name) of what a file imports from others of the package."""
+    return list(_imports(file))
+
+
+def _imports(file):
     here = file.split(".") if file else []
     for node in nodes(file):
         assert not isinstance(node, ast.Import) or all(

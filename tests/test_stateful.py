@@ -218,5 +218,5 @@ class Grading(RuleBasedStateMachine):
 
 
 TestSimulating = story(Simulating, 12, 12)
-TestResuming = story(Resuming, 25, 15)
+TestResuming = story(Resuming, 15, 12)
 TestGrading = story(Grading, 3, 6)

@@ -368,7 +368,8 @@ def test_a_file_of_another_kind_is_called_what_it_is(tmp_path, readers):
         fb.Run.from_csv(tmp_path / "it.csv")
 
 
-@pytest.mark.parametrize("number", [False, True, 0, 1, 2, 1.0, None, b"x", ["a"]])
+@pytest.mark.every(2)
+@pytest.mark.parametrize("number", [1, 0, None, True, b"x", 2, False, 1.0, ["a"]])
 def test_numbers_are_no_files(number, plan):
     """`open` takes them for the caller's own streams, and closes these."""
     a_map, comparison = singularity_map(fb.FiveBar(), shape=(4, 4)), fb.compare({"a": RUN})

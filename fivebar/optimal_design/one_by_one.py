@@ -95,7 +95,8 @@ def _circle(robot):
     outer = robot.l11 + robot.l12
     half = robot.d / 2
     top = np.sqrt(max(outer * outer - half * half, 0.0))
-    y = top * (np.arange(CENTRES) + 0.5) / CENTRES
+    # Ever denser upwards: of short distal bars the locus is next to the top.
+    y = top * (1 - (np.arange(CENTRES, 0, -1) / (CENTRES + 1)) ** 4)
     pose = igm(
         robot,
         np.stack([0 * y, y], axis=-1),

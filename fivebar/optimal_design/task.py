@@ -237,8 +237,6 @@ def _motion(value, name):
 def _path(value, name):
     try:
         return value if isinstance(value, Path) else path(value)
-    except TypeError as error:
-        raise TypeError(f"{name}: {error}") from None
     except ValueError as error:  # A UnicodeError takes more arguments than a message.
         raise ValueError(f"{name}: {error}") from None
 

@@ -1,8 +1,6 @@
 """Count the syntax nodes of each room of the package: `python -m tests.helpers.density`."""
 
 import ast
-import io
-import tokenize
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,14 +11,7 @@ COLUMNS = 100
 COMPREHENSIONS = ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp
 CONTEXTS = ast.Load, ast.Store, ast.Del
 DOCUMENTED = ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef
-LAYOUT = {
-    tokenize.COMMENT,
-    tokenize.NL,
-    tokenize.NEWLINE,
-    tokenize.INDENT,
-    tokenize.DEDENT,
-    tokenize.ENDMARKER,
-}
+TEXTS = ast.Constant, ast.JoinedStr
 
 
 @dataclass
@@ -41,23 +32,28 @@ class Density:
     def add(self, path: Path) -> None:
         """Count a file. Docstrings are neither lines nor nodes."""
         source = path.read_text(encoding="utf-8")
-        tree = ast.parse(source)
-        documented = [node for node in ast.walk(tree) if isinstance(node, DOCUMENTED)]
-        docstrings = [node.body[0] for node in documented if ast.get_docstring(node) is not None]
+        nodes = list(ast.walk(ast.parse(source)))
+        documented = [node for node in nodes if isinstance(node, DOCUMENTED)]
+        docstrings = [
+            node.body[0] for node in documented if ast.get_docstring(node, clean=False) is not None
+        ]
         documentation = set()
         for docstring in docstrings:
             documentation.update(range(docstring.lineno, docstring.end_lineno + 1))
-        code = set()
-        for token in tokenize.generate_tokens(io.StringIO(source).readline):
-            if token.type not in LAYOUT:
-                code.update(range(token.start[0], token.end[0] + 1))
         lines = source.splitlines()
+        code = set()
+        for number, line in enumerate(lines, start=1):
+            if line.strip() and not line.lstrip().startswith("#"):
+                code.add(number)
+        for node in nodes:  # empty lines of a text, and those that begin with # there, are code
+            if isinstance(node, TEXTS) and '"""' in lines[node.lineno - 1]:
+                code.update(range(node.lineno, node.end_lineno + 1))
         self.files += 1
         self.lines += len(code - documentation)
-        self.nodes += sum(not isinstance(node, CONTEXTS) for node in ast.walk(tree))
+        self.nodes += sum(not isinstance(node, CONTEXTS) for node in nodes)
         self.nodes -= 2 * len(docstrings)  # the expression and its constant
         self.long_lines += sum(len(line) > COLUMNS for line in lines)
-        self.nested += sum(has_comprehension_inside(node) for node in ast.walk(tree))
+        self.nested += sum(has_comprehension_inside(node) for node in nodes)
         self.unformatted += sum("fmt: skip" in line for line in lines)
 
 

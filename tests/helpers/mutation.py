@@ -202,12 +202,14 @@ def function_of(module: str, name: str):
 class Watch:
     """Which tests come to which functions, and what each takes of a processor.
 
-    A test that takes longer than `longest` is left where it is then; 0: never.
+    A test that takes longer than `longest` is left where it is then; 0: never. A test comes to what
+    its fixtures come to, also where they were made for an earlier one.
     """
 
     def __init__(self, longest: float):
         self.longest = longest
         self.reached: set[str] = set()
+        self.by_fixture: dict[object, set[str]] = {}
         self.tests: dict[str, tuple[float, list[str]]] = {}
         self.failed: set[str] = set()
 
@@ -230,7 +232,18 @@ class Watch:
         self.reached.clear()
         start = time.process_time()
         yield
+        for definitions in item._fixtureinfo.name2fixturedefs.values():
+            for definition in definitions:
+                self.reached |= self.by_fixture.get(definition, set())
         self.tests[item.nodeid] = time.process_time() - start, sorted(self.reached)
+
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_fixture_setup(self, fixturedef):
+        before = set(self.reached)
+        self.reached.clear()
+        yield
+        self.by_fixture.setdefault(fixturedef, set()).update(self.reached)
+        self.reached |= before
 
     def pytest_runtest_setup(self):
         """Each test starts with empty caches: what they keep may have been made by another function than the mutant."""

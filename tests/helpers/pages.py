@@ -5,7 +5,10 @@ import re
 import numpy as np
 import pytest
 
+import fivebar as fb
+
 from .browsing import chromium, offline, settle, until
+from .playing import STILL
 
 
 @pytest.fixture(scope="module")
@@ -25,6 +28,17 @@ def opened(browser):
             return page
 
         yield open_page
+
+
+@pytest.fixture(scope="module")
+def computing(browser, tmp_path_factory):
+    """A live page that is asked for what its functions compute and nothing else: opened once for all such tests."""
+    path = tmp_path_factory.mktemp("play") / "play.html"
+    fb.play().save(path)
+    with offline(browser) as open_file:
+        page = open_file(path, viewport={"width": 1280, "height": 900}, **STILL)
+        until(page, "document.body.dataset.ready")
+        yield page
 
 
 def bars(page, number=-1):

@@ -61,6 +61,7 @@ def test_accelerations_do_not_depend_on_where_the_robot_stands(robot, reachable,
         )
 
 
+@pytest.mark.every(7)
 @pytest.mark.parametrize("speed", [0.05, 0.3, 1.0])
 @pytest.mark.parametrize("angle", [0.0, 1e-4, -1e-4, 1e-3, -1e-3])
 @pytest.mark.parametrize("start", [(0.0, 0.12), (0.02, 0.11), (-0.03, 0.13), (0.0, 0.165)])

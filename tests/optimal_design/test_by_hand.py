@@ -172,7 +172,8 @@ def test_regions_of_the_working_mode(monkeypatch):
     called = []
 
     def parts(name):
-        def found(robot, **kept):
+        def found(of, **kept):
+            assert of is robot
             called.append((name, kept))
             return [SimpleNamespace(working=modes, area=area) for modes, area in areas]
 
@@ -430,11 +431,13 @@ def test_the_worst_tip_error_is_at_a_corner_of_the_tolerances():
 def test_a_corner_on_type_2_is_not_worked_in():
     """Legs of 3-4-5 triangles whose distal bars are in line to the last bit in one corner."""
     lengths = {"l1": [4.0], "l2": [3.0], "d": [6.0], "task_y": [4.0]}
-    names = ["footprint", "det_A", "tip_force", "reach"]
-    done = fb.sweep(names, lengths, table=(0, 0.1, 0, 0.1), poses=2, motor=(1.0, 1.0))
+    names = ["footprint", "det_A", "tip_force", "reach", "worst_tip_error"]
+    task = dict(poses=2, motor=(1.0, 1.0), tolerances={"q": 1e-3})
+    done = fb.sweep(names, lengths, table=(0, 0.1, 0, 0.1), **task)
     assert done["reach"][0] > 0 and done["footprint"][0] == np.inf
+    assert done["worst_tip_error"][0] == np.inf
     assert done["det_A"][0] == done["tip_force"][0] == 0.0
-    done = fb.sweep(names, lengths, table=(0, 0.1, 1e-6, 0.1), poses=2, motor=(1.0, 1.0))
+    done = fb.sweep(names, lengths, table=(0, 0.1, 1e-6, 0.1), **task)
     assert np.isfinite(done["footprint"][0]) and 0 < done["det_A"][0] < 1e-6
 
 
@@ -550,8 +553,8 @@ def test_designs_are_put_on_steps_and_bounds():
     rows = problem.rows(np.array([[0.10149, 0.00333], [0.15051, 1e-12]]))
     np.testing.assert_allclose(rows, [[0.101, 0.00333], [0.151, 0.0]], rtol=0, atol=1e-15)
     free = problem_of("bars", {"l1": (0.1, 0.3)})
-    near = np.array([[0.1 + 1e-10], [0.3 - 1e-10], [0.1 + 1e-9]])
-    assert free.rows(near).ravel().tolist() == [0.1, 0.3, 0.1 + 1e-9]
+    near = np.array([[0.1 + 1e-10], [0.3 - 1e-10], [0.1 + 3e-10], [0.3 - 3e-10]])
+    assert free.rows(near).ravel().tolist() == [0.1, 0.3, 0.1 + 3e-10, 0.3 - 3e-10]
     exact = problem_of("bars", {"l1": (0.1, 0.3)}, step=0.1)  # 0.3 / 0.1 < 3
     assert (exact.low[0], exact.high[0]) == pytest.approx((0.1, 0.3))
 
@@ -649,6 +652,9 @@ def test_an_executor_gets_pieces_of_five_designs():
                 goal, {"l1": (0.1, 0.2)}, {}, fb.FiveBar(), None, task, executor
             )
             assert len(problem(x)[0]) == 17 and len(calls) == pieces
+        calls.clear()
+        fb.design(lambda robot: robot.l11, {"l1": (0.1, 0.2)}, executor=executor, effort=0.01)
+        assert len(calls) >= 4 * 4  # four generations of twenty, the first one among them
 
 
 def test_the_nearest_design_and_what_it_violates_are_told():

@@ -9,7 +9,7 @@ import fivebar as fb
 from fivebar.base import shards
 from fivebar.models.motors import MOTORS, Motor
 from fivebar.optimal_design.closed_forms import _lens
-from fivebar.optimal_design.evolution import refine, thinned
+from fivebar.optimal_design.evolution import evolve, refine, thinned
 from fivebar.optimal_design.optimum import DesignProblem
 from fivebar.optimal_design.results import plain_parameters, robot_of_plain
 from fivebar.optimal_design.task import task_of
@@ -127,12 +127,13 @@ def test_a_step_gives_no_negative_zero_and_bounds_are_met():
     "r1,r2,d", [(1.0, 0.6, 0.9), (0.5, 0.5, 0.3), (1.0, 0.2, 1.1), (1, 0.3, 0.5), (1, 1, 2.5)]
 )
 def test_what_two_discs_have_in_common(r1, r2, d):
-    """By counting on a grid, of one pair and of several at once, one of them touching nothing."""
-    x, y = np.meshgrid(np.linspace(-1.2, 2.2, 3401), np.linspace(-1.2, 1.2, 2401))
-    counted = ((np.hypot(x, y) < r1) & (np.hypot(x - d, y) < r2)).sum() * 1e-6
-    assert float(_lens(r1, r2, np.float64(d))) == pytest.approx(counted, abs=1e-4)
+    """By the widths of both across x, of one pair and of several at once, one of them touching nothing."""
+    x = -1.2 + 3.4 * (np.arange(10**5) + 0.5) / 10**5
+    halves = [np.sqrt(np.maximum(r * r - (x - at) ** 2, 0)) for r, at in ((r1, 0.0), (r2, d))]
+    common = 3.4 * np.mean(2 * np.minimum(*halves))
+    assert float(_lens(r1, r2, np.float64(d))) == pytest.approx(common, abs=1e-6)
     both = _lens(np.array([r1, r1]), np.array([r2, 0.0]), np.array([d, 0.0]))
-    assert both == pytest.approx([counted, 0.0], abs=1e-4)
+    assert both == pytest.approx([common, 0.0], abs=1e-6)
 
 
 @pytest.fixture
@@ -207,3 +208,71 @@ def test_a_group_starts_about_its_own_points():
     first = seen[0]
     assert len(first) == 24 and (first > 0.3).all() and (first < 0.7).all()
     assert np.abs(first.reshape(3, 8, 3)[:, 0] - x[[0, 5, 9]]).max() == 0
+
+
+def bent(x):
+    """Two goals whose front is x_1 = 0: the first is least at x_0 = 0, the second at x_0 = 1."""
+    waste = x[:, 1] ** 2
+    return np.stack([x[:, 0] ** 2 + waste, (1 - x[:, 0]) ** 2 + waste], axis=1)
+
+
+@pytest.mark.parametrize("units", [(1.0, 1024.0), (2.0**-20, 1.0), (8.0, 8.0)])
+def test_a_search_does_not_depend_on_the_units_of_its_goals(units):
+    low, high = np.array([0.0, -1.0]), np.ones(2)
+
+    def searched(units):
+        def evaluate(x):
+            return bent(x) * units, np.zeros(len(x))
+
+        rng = np.random.default_rng(4)
+        x, f, _ = evolve(evaluate, low, high, 30, 5, rng)
+        chosen = thinned(f, np.arange(len(f)), 7)
+        return [x, refine(evaluate, low, high, x, f, chosen, 8, 4, rng)[0]]
+
+    for one, other in zip(searched(np.ones(2)), searched(np.array(units))):
+        assert (one == other).all()
+
+
+def test_refined_points_come_to_the_front_and_its_ends_to_the_best():
+    """Each keeps its place along the front, is no worse than before, and stays within the bounds."""
+    low, high = np.array([0.0, -1.0]), np.ones(2)
+    x = np.random.default_rng(1).uniform((0, -0.2), (1, 0.2), (60, 2))
+    f = bent(x)
+    chosen = [int(f[:, 0].argmin()), 5, 9, 17, int(f[:, 1].argmin())]
+    seen, ends = [], []
+
+    def evaluate(rows):
+        seen.append(rows.copy())
+        return bent(rows), np.zeros(len(rows))
+
+    found, g, violation = refine(
+        evaluate, low, high, x, f, chosen, 12, 40, np.random.default_rng(2), lambda: ends.append(1)
+    )
+    assert len(ends) == 40 and len(seen) == 41 and not violation.any()
+    everything = np.concatenate(seen)
+    assert (everything >= low).all() and (everything <= high).all()
+    assert (g == bent(found)).all()
+    assert np.abs(found[:, 1]).max() < 0.01
+    assert found[0, 0] < 1e-3 and found[-1, 0] > 1 - 1e-3
+    # Both goals gain by equal shares: the difference of both, over the range, stays.
+    span = np.ptp(f[chosen], axis=0)
+    gained = (f[chosen] - g)[1:-1] / span
+    assert (gained > -1e-9).all()
+    assert gained[:, 0] == pytest.approx(gained[:, 1], abs=0.02)
+
+
+def test_refined_points_keep_limits_first():
+    """The optimum beyond a limit is not taken; what violated it comes inside."""
+    low, high = np.zeros(2), np.ones(2)
+    x = np.random.default_rng(1).uniform(0.0, 0.3, (40, 2))
+
+    def evaluate(rows):
+        return bent(rows), np.maximum(0.2 - rows[:, 0], 0)
+
+    f = bent(x)
+    chosen = [0, 1, 2, 3]
+    found, _, violation = refine(
+        evaluate, low, high, x, f, chosen, 10, 30, np.random.default_rng(3)
+    )
+    assert not violation.any() and (found[:, 0] >= 0.2).all()
+    assert found[:, 0].min() < 0.22

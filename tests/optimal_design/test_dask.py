@@ -7,14 +7,17 @@ import json
 import os
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import pytest
 
 import fivebar as fb
 from tests.helpers import ROOT
 
-pytest.importorskip("distributed")
-pytestmark = pytest.mark.deep  # 9 s to start a cluster
+pytestmark = [
+    pytest.mark.deep,  # 9 s to start a cluster
+    pytest.mark.skipif(find_spec("distributed") is None, reason="needs distributed"),
+]
 
 PROGRAM = """
 import json, os, signal, sys, threading, time

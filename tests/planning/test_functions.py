@@ -12,7 +12,12 @@ import fivebar as fb
 ROBOT = fb.FiveBar(0.1, 0.11, 0.09, 0.12, 0.08, zz1=0.003, m=0.4)
 START, GOAL = (0.06, 0.14), (-0.02, 0.12)
 T = np.linspace(0.0, 0.8, 1601)
-PLAIN = fb.plan(ROBOT, START, GOAL, 0.8)
+
+
+@pytest.fixture(scope="module")
+def plain():
+    """The plan of least effort."""
+    return fb.plan(ROBOT, START, GOAL, 0.8)
 
 
 def planned(objective="effort", **options):
@@ -42,18 +47,18 @@ def test_a_plan_between_poses_has_own_costs_too():
     assert own.objective == pytest.approx(known.objective, rel=1e-9) and own.working is None
 
 
-def test_weights_and_functions_are_added():
+def test_weights_and_functions_are_added(plain):
     """Twice the effort, once by a weight and once by a function, is least where the effort is."""
     both = planned({"effort": 1.0, "own": effort})
-    assert both.objective == pytest.approx(2 * PLAIN.objective, rel=1e-6)
-    assert np.abs(both(T)[0] - PLAIN(T)[0]).max() < 1e-7
+    assert both.objective == pytest.approx(2 * plain.objective, rel=1e-6)
+    assert np.abs(both(T)[0] - plain(T)[0]).max() < 1e-7
     smooth = planned({"effort": 1.0, "power": lambda m: 10 * casadi.sumsqr(m.tau * m.q_dot)})
-    power = [np.mean((plan.tau(T) * plan.joints(T)[1]) ** 2) for plan in (PLAIN, smooth)]
+    power = [np.mean((plan.tau(T) * plan.joints(T)[1]) ** 2) for plan in (plain, smooth)]
     assert power[1] < 0.9 * power[0]
 
 
-def test_a_torque_limit_of_the_users_own():
-    limit = 0.85 * np.abs(PLAIN.tau(T)).max()
+def test_a_torque_limit_of_the_users_own(plain):
+    limit = 0.85 * np.abs(plain.tau(T)).max()
     sides = {f"{k} {sign}": (k, sign) for k in (0, 1) for sign in (-1, 1)}
 
     def room(k, sign):
@@ -66,15 +71,15 @@ def test_a_torque_limit_of_the_users_own():
     assert all(own.violations[name] < 1e-3 for name in sides)
 
 
-def test_states_bar_forces_and_time():
+def test_states_bar_forces_and_time(plain):
     """A disc that moves, and the largest force in the bars."""
-    centre = PLAIN(0.4)[0]
+    centre = plain(0.4)[0]
     speed = np.array([0.0, 0.05])
 
     def beside(m):
         return casadi.norm_2(m.xi - centre - speed * (m.t - 0.4)) / 0.008 - 1
 
-    forces = np.hypot(*PLAIN.bar_forces(T).T).max()
+    forces = np.hypot(*plain.bar_forces(T).T).max()
     plan = planned(functions={"disc": beside})
     assert np.hypot(*(plan(T)[0] - centre - speed * (T[:, None] - 0.4)).T).min() > 0.00798
     light = planned(
@@ -118,13 +123,13 @@ def test_a_function_that_is_none_says_what_is_wrong(function, words):
         planned({"own": function})
 
 
-def test_what_cannot_be_kept_is_named():
+def test_what_cannot_be_kept_is_named(plain):
     with pytest.raises(fb.PlanError, match="infeasible; violated: never by 1"):
         planned(functions={"never": lambda m: -1 - m.tau[0] ** 2})
     with pytest.raises(TypeError, match=r"functions must be \{name: function\}, not 3"):
         fb.Constraints(functions=3)
     with pytest.raises(ValueError, match="the constraint functions is not kept here"):
-        fb.check_path(ROBOT, PLAIN, constraints=fb.Constraints(functions={"up": lambda m: m.xi[1]}))
+        fb.check_path(ROBOT, plain, constraints=fb.Constraints(functions={"up": lambda m: m.xi[1]}))
     with pytest.raises(ValueError, match="objective must be of effort, time, jerk, or a function"):
         planned({"comfort": 1.0})
 

@@ -112,6 +112,10 @@ def test_intervals_are_divided_by_the_order_of_their_error(tries):
     found.__dict__["_relative_defects"] = np.zeros(7)
     found.__dict__["_exceeded"] = {}
     assert search.parts(found) is None
+    # An interval that is out of reach errs by the whole force.
+    found.__dict__["_relative_defects"] = np.array([0.0, np.nan])
+    rough = _PlanSearch(plan.problem, fb.Collocation(tolerance=0.1), (0.0, 0.0))
+    assert rough.parts(found).tolist() == [1, 3]
 
 
 def test_meshes():
@@ -133,6 +137,13 @@ def test_a_first_mesh_under_gravity_is_as_fine_as_bars_swing():
     assert _intervals(heavy, COARSE, durations) == np.ceil(2.2 * 1.5 * np.sqrt(9.81 / 0.09))
     assert _intervals(heavy, fb.Collocation(intervals=50), durations) == 50
     assert _intervals(heavy, COARSE, 100 * durations) == MOST_INTERVALS
+
+
+def test_all_ways_that_are_not_much_longer_are_tried():
+    ends = [fb.igm(ROBOT, point, (-1, -1)) for point in (START, (0.03, 0.11))]
+    plan = fb.plan(ROBOT, *ends, 0.5, collocation=fb.Collocation(intervals=2, tolerance=0.5))
+    lengths = [length for *_, length in ways_between(ROBOT, *ends, 0.5, [])]
+    assert plan.tried == sum(length <= 1.6 * lengths[0] for length in lengths) < len(lengths)
 
 
 def test_work_counts_points_times_iterations(tries):

@@ -27,6 +27,10 @@ def test_plan_is_a_reference(crossing):
     assert [part.shape for part in crossing(np.zeros((3, 4)))] == [(3, 4, 2)] * 3
     assert (crossing.start, crossing.duration) == (0.0, 4.0)
     assert len(crossing.nodes) == 3 * len(crossing.defects) and (np.diff(crossing.nodes) > 0).all()
+    for end, within in ((0.0, 1e-9), (4.0, 4.0 - 1e-9)):  # it is the motion at its ends, too
+        assert crossing(end)[2] == pytest.approx(crossing(within)[2], rel=1e-5)
+        assert crossing.tau(end) == pytest.approx(crossing.tau(within), rel=1e-5)
+        assert np.abs(crossing.tau(end)).min() > 1e-6
     push, _ = bar_force_dynamics(
         crossing.accelerations(crossing.nodes), crossing.bar_forces(crossing.nodes).T
     )

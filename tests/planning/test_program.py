@@ -8,7 +8,7 @@ import fivebar as fb
 from fivebar.planning.collocation import LIMITS, Scheme
 from fivebar.planning.guess import first_guess
 from fivebar.planning.problem import OBJECTIVES, Problem, checked_stops
-from fivebar.planning.program import NonlinearProgram, knots_of
+from fivebar.planning.program import NonlinearProgram, knots_of, solve
 
 ROBOT = fb.FiveBar(0.09, 0.1, 0.08, 0.11, 0.12)
 START, GOAL = (0.05, 0.12), (-0.03, 0.1)
@@ -174,3 +174,21 @@ def test_an_elastic_limit_is_exceeded_by_its_slack():
     assert above == pytest.approx(share - 0.25) and below == pytest.approx(share + 0.25)
     assert (program.upper[-2] == 1.0).all() and np.isinf(program.lower[-2]).all()
     assert (program.lower[-1] == -1.0).all() and np.isinf(program.upper[-1]).all()
+
+
+def test_an_elastic_program_exceeds_its_limits_as_little_as_can_be():
+    """Of half the mean speed nothing but the mean is asked at the nodes; the cost does not count."""
+    duration = 1.0
+    q = [fb.igm(ROBOT, point, (-1, -1)).q for point in (START, GOAL)]
+    mean = np.abs(q[1] - q[0]) / duration
+    weights = dict.fromkeys(OBJECTIVES, 0.0) | {"effort": 1.0}
+    limits = fb.Constraints(sin=0.05, joint_speed=mean.max() / 2)
+    stops = checked_stops(START, GOAL, duration, [])
+    problem = Problem(ROBOT, stops, (-1, -1), weights, limits, Scheme(3))
+    guess, durations = first_guess(problem)
+    mesh = [np.linspace(0.0, 1.0, 7)]
+    found = solve(problem, mesh, durations, guess, 30.0, elastic=True)
+    assert found.solved
+    slack = dict(zip(LIMITS, found.slack.ravel()))
+    assert 0.95 < slack.pop("joint_speed") < 1.25
+    assert max(slack.values()) < 1e-5

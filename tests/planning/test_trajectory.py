@@ -116,6 +116,8 @@ def test_csv_round_trip(tmp_path):
         ("t,x,y\n0,1,2\n1,1\n", "line 3: 2 cells, where the header has 3"),
         ("t,x,y\n0,1,nan\n", "line 2: y is missing"),
         ("t,x,y\n0,1,2\n\n0,1,2\n", "line 4: time must increase, but 0 follows 0"),
+        ("t,x,y\n0,1,2\n5,1,2\n3,1,2\n", "line 4: time must increase, but 3 follows 5"),
+        ("t,x,y\n-1,1,2\n0,1,2\n", "line 2: time must not be negative, but is -1"),
         ("t,x,y\n0,1,2\n1,1,2\n", "at least 6 rows, not 2"),
     ],
 )

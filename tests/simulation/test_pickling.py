@@ -23,7 +23,9 @@ REFERENCES = {
     "timed path": lambda: fb.time_path(
         ROBOT, fb.path([HOME, NEAR]), constraints=fb.Constraints(torque=0.1)
     ),
-    "exciting": lambda: fb.exciting_trajectory(ROBOT, period=2.0, torque=0.2),
+    "exciting": lambda: fb.exciting_trajectory(
+        ROBOT, period=2.0, torque=0.2, unknown=["m"], harmonics=2, starts=2
+    ),
 }
 
 

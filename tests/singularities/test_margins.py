@@ -107,6 +107,7 @@ def test_types():
     assert singularity(unreachable).tolist() == [0, 0]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("working", (None, (-1, -1), (1, -1)))
 def test_locus_distance_against_dense_sampling(robot, working):

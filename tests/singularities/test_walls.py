@@ -149,7 +149,11 @@ def test_margins_end_along_walls_where_they_are_met():
 
 
 @pytest.mark.parametrize(
-    "robot, working", [(ROBOT, (1, -1)), (fb.FiveBar(0.06, 0.1, 0.1, 0.12, 0.05), (1, 1))]
+    "robot, working",
+    [
+        pytest.param(ROBOT, (1, -1), marks=pytest.mark.deep),
+        (fb.FiveBar(0.06, 0.1, 0.1, 0.12, 0.05), (1, 1)),
+    ],
 )
 def test_bars_begin_to_touch_at_their_walls_and_nowhere_else(robot, working, monkeypatch):
     monkeypatch.setattr("fivebar.constraints.boundaries.GRID", 121)

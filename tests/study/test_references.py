@@ -110,7 +110,7 @@ def extrapolated(slope, y, step, levels):
         ("regular", 25, 10),
         ("grazing", 32, 11),
         pytest.param("through", 60, 11, marks=pytest.mark.deep),
-        ("forced", 25, 11),
+        pytest.param("forced", 25, 11, marks=pytest.mark.deep),
     ],
 )
 def test_ends_of_the_motions(name, steps, levels):

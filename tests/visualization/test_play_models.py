@@ -7,7 +7,7 @@ import fivebar as fb
 
 from ..conftest import UNEQUAL
 from ..helpers.browsing import settle
-from ..helpers.pages import browser, opened  # noqa: F401  fixtures
+from ..helpers.pages import browser, computing, opened  # noqa: F401  fixtures
 from ..helpers.playing import LENGTHS, STILL, drag, pose_of
 
 ROBOT = fb.FiveBar()
@@ -159,8 +159,8 @@ def test_aspects_and_discs_are_exact(page, part):
         ),  # two of 77.2 mm
     ],
 )
-def test_aspects_that_pixels_told_wrong(page, lengths, working, point, area, radius):
-    found = page.evaluate(PARTS, [lengths, working, point, 0])
+def test_aspects_that_pixels_told_wrong(computing, lengths, working, point, area, radius):  # noqa: F811
+    found = computing.evaluate(PARTS, [lengths, working, point, 0])
     assert found["area"] == pytest.approx(area, rel=1e-3)
     assert found["radius"] == pytest.approx(radius, rel=1e-3)
 
@@ -189,8 +189,8 @@ def test_a_disc_that_just_fits(page):
 
 
 @pytest.mark.parametrize("lengths", [(0.1, 0.1, 0.1, 0.1, 0.4), (0.2, 0.1, 0.2, 0.1, 0.0)])
-def test_areas_of_extreme_bases(page, lengths):
-    areas = page.evaluate(
+def test_areas_of_extreme_bases(computing, lengths):  # noqa: F811
+    areas = computing.evaluate(
         "p => regionsOf(lociOf(p), p, [-1, 1]).regions.map(({area}) => area)", lengths
     )
     ring = np.pi * (0.3**2 - 0.1**2) if lengths[4] == 0 else 0.0

@@ -46,6 +46,7 @@ def check(rates, duration, chart):
 CASES = list(itertools.product(STARTS, (0.0, 1e-4, -1e-3), (0.1, 0.3), MODES))
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("start, angle, speed, working", CASES[::3])
 def test_charts_pass_the_corner(start, angle, speed, working):
     check(*motion(start, angle, speed, working), chart="auto")

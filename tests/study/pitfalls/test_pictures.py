@@ -63,12 +63,12 @@ def draw_differentiation():
 @pytest.mark.parametrize(
     "draw",
     [
+        draw_differentiation,
         draw_free_motion,
         draw_closure,
         draw_energy,
         draw_crossing,
         draw_stability,
-        draw_differentiation,
     ],
 )
 def test_pictures(draw, tmp_path):
