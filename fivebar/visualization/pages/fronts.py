@@ -8,6 +8,7 @@ import html
 import io
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from ...base.tables import written
 from ...models.robots import FiveBar
@@ -27,7 +28,11 @@ def live_page(design: Design) -> LivePage:
 
 
 def save_page(front: Front, path: Path) -> None:
-    """Write index.html and play.html; of other robots than five-bars without links."""
+    """Write a page, PAGE.html, and the live page that its table opens, PAGE_live.html.
+
+    Robots other than five-bars have no live page.
+    """
+    live_path = path.with_name(f"{path.stem}_live.html")  # `fivebar play` writes play.html
     first = front.designs[0]
     rows = []
     live = None
@@ -37,7 +42,8 @@ def save_page(front: Front, path: Path) -> None:
         if isinstance(design.robot, FiveBar):
             page = live_page(design)
             live = live or page
-            name = f'<a href="play.html{html.escape(page.fragment)}">{name}</a>'
+            address = html.escape(quote(live_path.name) + page.fragment)
+            name = f'<a href="{address}">{name}</a>'
         values = *design.parameters.values(), *design.values.values()
         active = "; ".join(sentence.partition(" is ")[0] for sentence in design.binding)
         rows.append([name, *(f"{value:.6g}" for value in values), html.escape(active)])
@@ -56,4 +62,4 @@ def save_page(front: Front, path: Path) -> None:
     with written(path) as out:
         out.write(page)
     if live:
-        live.save(path.parent / "play.html")
+        live.save(live_path)
