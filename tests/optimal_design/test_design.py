@@ -174,11 +174,14 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
     assert (tmp_path / "front" / "index_live.html").stat().st_size > 100_000
     # A page beside what `fivebar play` wrote leaves that as it is.
     (tmp_path / "play.html").write_text("mine", encoding="utf-8")
-    front.page(tmp_path / "two goals.html")
+    front.page(str(tmp_path / "two goals.html"), title="Of two goals")
     assert (tmp_path / "play.html").read_text("utf-8") == "mine"
     assert (tmp_path / "two goals_live.html").stat().st_size > 100_000
-    links = re.findall(r'href="([^"#]*)#', (tmp_path / "two goals.html").read_text("utf-8"))
-    assert set(links) == {"two%20goals_live.html"}
+    page = (tmp_path / "two goals.html").read_text("utf-8")
+    assert set(re.findall(r'href="([^"#]*)#', page)) == {"two%20goals_live.html"}
+    assert "<h1>Of two goals</h1>" in page
+    with pytest.raises(ValueError, match="give it a path"):
+        front.page()
     with pytest.raises(ValueError, match="holds no designs"):
         D.Front.load(tmp_path)
     (tmp_path / "front" / "front.json").write_text(

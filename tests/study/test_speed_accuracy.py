@@ -113,7 +113,9 @@ def test_a_process_that_ends_at_its_start_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with Worker("no_such_chart", 20.0, 0.0) as worker:
         for _ in range(2):
-            with pytest.raises(WorkersDied, match="ended at its start, .* attempt of no_such_chart"):
+            with pytest.raises(
+                WorkersDied, match="ended at its start, .* attempt of no_such_chart"
+            ):
                 worker.measure("p", "cruder", 1)
             assert not list(tmp_path.iterdir())
         worker.module = TOY

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import html
 import io
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
@@ -27,11 +28,14 @@ def live_page(design: Design) -> LivePage:
     return play(design.robot, pose_of(design))
 
 
-def save_page(front: Front, path: Path) -> None:
+def save_page(front: Front, path: str | PathLike | None, title: str | None) -> None:
     """Write a page, PAGE.html, and the live page that its table opens, PAGE_live.html.
 
     Robots other than five-bars have no live page.
     """
+    if path is None:
+        raise ValueError("page: a front has a page of two files: give it a path")
+    path = Path(path)
     live_path = path.with_name(f"{path.stem}_live.html")  # `fivebar play` writes play.html
     first = front.designs[0]
     rows = []
@@ -51,7 +55,7 @@ def save_page(front: Front, path: Path) -> None:
     front.plot().savefig(png, format="png", dpi=90)
     goals = " and ".join(f"{name} ({way})" for name, way in front.goals.items())
     notes = f"{repr(first.task)[1:-1]}; SI units.".removeprefix("Task: ; ")  # without a task
-    title = f"Pareto front of {len(front)} robots: {goals}"
+    title = title or f"Pareto front of {len(front)} robots: {goals}"
     page = report(
         "designs",
         title,
