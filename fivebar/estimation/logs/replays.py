@@ -209,8 +209,8 @@ def replay(
     if short:
         count = sum(rows.stop - rows.start for rows in short)
         notes.append(
-            f"{count} rows, in stretches shorter than {SHORTEST} rows, were not simulated, the first"
-            f" from {run.t[short[0].start]:.6g} s"
+            f"{count} rows, in stretches shorter than {SHORTEST} rows, were not simulated, the"
+            f" first from {run.t[short[0].start]:.6g} s"
         )
     if not np.isfinite(values["q"]).any():
         reason = notes[0] if notes else "no row of the run is whole"
