@@ -87,7 +87,7 @@ class Collocation:
         limit there. The mesh is refined until both hold. Torque and acceleration are never
         exceeded.
     max_time : float
-        Processor time, s, of the search. Under gravity the search ends after about a sixth of it;
+        Processor time, s, of the search. Under gravity the search ends well before it is over;
         a larger one often finds a motion of less effort, where `Plan.status` is
         "Feasible_Point_Found".
 
