@@ -247,6 +247,20 @@ def test_two_threads_with_one_output(tmp_path):
     assert len(list(tmp_path.iterdir())) == 1
 
 
+def test_an_interrupt_while_numpy_is_imported_is_no_traceback(tmp_path):
+    """NumPy cannot be imported again then, and the message needs none of it."""
+    (tmp_path / "numpy.py").write_text("raise KeyboardInterrupt\n", encoding="utf-8")
+    code = "import sys; from fivebar.cli import main; sys.exit(main())"
+    run = subprocess.run(
+        [sys.executable, "-c", code, "design", "--help"],
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (run.returncode, run.stderr) == (1, "fivebar: interrupted\n")
+
+
 @pytest.mark.deep
 def test_an_interrupt_at_any_time_says_so_and_leaves_nothing_half(tmp_path):
     draw = random.Random(2)

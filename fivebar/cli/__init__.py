@@ -106,12 +106,15 @@ def _flush():
 
 
 def _complain(error, code):
-    from ..base.representation import printable
-
     text = ERRNO.sub(r"\3: \1", " ".join(str(error).split()))
     with suppress(OSError):  # nobody hears it
-        try:  # the error may quote a file's hostile name
-            print("fivebar: " + printable(text), file=sys.stderr)
+        try:
+            if not text.isprintable():  # the error may quote a file's hostile name
+                # NumPy, which this brings, cannot be imported after Ctrl-C in its own import.
+                from ..base.representation import printable
+
+                text = printable(text)
+            print("fivebar: " + text, file=sys.stderr)
         finally:
             _flush()
     return code

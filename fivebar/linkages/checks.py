@@ -37,7 +37,10 @@ def one_branch(linkage: Linkage, branch: int | ArrayLike | None) -> int | tuple[
     """Return the branch as `check_branch` does; ValueError where it is a batch."""
     branch = check_branch(linkage, branch)
     if isinstance(branch, np.ndarray):
-        raise ValueError(f"branch must be one branch of this linkage, not {shown(branch)}")
+        raise ValueError(
+            f"branch must be one branch of this linkage, +1 or -1, not a batch of"
+            f" {shown(branch.tolist())}"
+        )
     return branch
 
 

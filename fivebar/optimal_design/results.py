@@ -195,7 +195,7 @@ class Front(Plotted, Paged):
         """Write front.json, which `load` reads, front.csv, front.png, robots/*.json and a page.
 
         The page index.html has the picture and a table; each robot's link opens it on the live
-        page, play.html in the same folder.
+        page, index_live.html in the same folder.
         """
         folder = Path(folder)
         robots = folder / ROBOTS

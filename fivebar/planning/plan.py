@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -86,7 +87,9 @@ class Collocation:
         limit there. The mesh is refined until both hold. Torque and acceleration are never
         exceeded.
     max_time : float
-        Processor time, s, of the search.
+        Processor time, s, of the search. Under gravity the search ends well before it is over;
+        a larger one often finds a motion of less effort, where `Plan.status` is
+        "Feasible_Point_Found".
 
     Examples
     --------
@@ -257,19 +260,27 @@ def _under_gravity(problems, collocation, began):
     """
     best = None
     tried = 0
-    work = 0
     limit = WORK * collocation.max_time / 25
+    work = 0
+    unfinished = deque()
     for problem, paths, _ in problems:
         refuse_massless(problem)
         guess, durations = first_guess(problem, paths)
         search = _PlanSearch(problem, collocation, began)
         mesh = _mesh(_intervals(problem, collocation, durations), durations)
-        tried += 1
+        unfinished.append((search, mesh, durations, guess))
+    while unfinished and not (best and work > limit):
+        search, mesh, durations, guess = unfinished.popleft()
+        before = search.work
+        tried += not before
         steps = []
         try:
             for near in NEAR:
                 found, plan = search.solve(mesh, durations, guess, iterations=NEARING, near=near)
                 if not found.solved:
+                    if not before and not steps:
+                        # Near where it ended, the same motion often takes few iterations.
+                        unfinished.append((search, mesh, found.durations, guess_again(plan, found)))
                     break
                 steps.append((near, mesh, found, plan))
                 parts = search.parts(plan, POOR)
@@ -277,17 +288,15 @@ def _under_gravity(problems, collocation, began):
                     mesh = _refined(mesh, parts)
                 durations = found.durations
                 guess = guess_again(plan, found)
-                if work + search.work > limit:
+                if work + search.work - before > limit:
                     break
             accurate = map(search.accurate, reversed(steps))
             plan = next((plan for plan in accurate if plan), None)
         except PlanError:  # the time is over
             break
-        work += search.work
+        work += search.work - before
         if plan and (best is None or plan.objective < best.objective):
             best = plan
-        if best and work > limit:
-            break
     return best and replace(best, tried=tried)
 
 

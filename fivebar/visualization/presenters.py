@@ -68,7 +68,7 @@ def page(
         case "Front":
             from .pages.fronts import save_page
 
-            save_page(result, path)
+            save_page(result, path, title)
             return None
         case "Replay":
             usual = ("xi", "tau", "q")

@@ -334,12 +334,13 @@ def test_stretches_of_a_run_are_where_time_goes_on():
     def ends(restart=None):
         return [(each.start, each.stop) for each in _stretches(known, t, restart)]
 
-    # A row is lost after the time 2.3 s; three rows are left there, too few.
-    assert ends() == [(0, 10), (10, 14)]
+    # A row is lost after the time 2.3 s; three rows are left there.
+    assert ends() == [(0, 10), (10, 14), (15, 18)]
     known[14] = True
     assert ends() == [(0, 10), (10, 18)]
-    assert ends(0.4) == [(0, 5), (5, 10), (10, 15)]
-    assert ends(0.01) == [(0, 4), (4, 8), (10, 14), (14, 18)]
+    # No part is shorter than four rows, and none is left over.
+    assert ends(0.4) == [(0, 5), (5, 10), (10, 18)]
+    assert ends(0.01) == [(0, 4), (4, 10), (10, 14), (14, 18)]
 
 
 def test_a_reference_goes_through_the_rows():

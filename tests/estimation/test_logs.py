@@ -314,6 +314,45 @@ def test_what_a_log_says_of_poses():
         assert event.t == pytest.approx(3.3 - found, abs=1e-9)
 
 
+def straight_to_the_last_digit(rng):
+    """Return a robot and joints (2,) at which the sine of its right leg is exactly 0."""
+    while True:
+        robot = fb.FiveBar(*rng.uniform(0.08, 0.12, 4), rng.uniform(0.1, 0.2))
+        q = np.full((400, 2), rng.uniform(1.0, 2.6))
+        q[:, 1] = np.linspace(-np.pi, np.pi, 400)
+        sines = fb.dgm(robot, q, unreachable="nan").sines[1]
+        for k in np.flatnonzero(sines[:-1] * sines[1:] < 0):
+            root = brentq(
+                lambda q2, q1=q[0, 0], robot=robot: fb.dgm(robot, (q1, q2)).sines[1],
+                *q[k : k + 2, 1],
+                xtol=1e-16,
+            )
+            near = np.column_stack([q[:200, 0], root + np.spacing(root) * np.arange(-100, 100)])
+            exact = fb.dgm(robot, near).sines[1] == 0
+            if exact.any():
+                return robot, near[exact][0]
+
+
+@pytest.mark.parametrize("hold", [1, 4])
+def test_a_leg_that_is_straight_in_a_row_itself(hold):
+    """Its mode changes amid the rows in which its sine is exactly 0."""
+    rng = np.random.default_rng(35)
+    for _ in range(3):
+        robot, q = straight_to_the_last_digit(rng)
+        away = np.concatenate([np.arange(-5, 0), np.zeros(hold), np.arange(1, 6)])
+        t = 0.1 * np.arange(len(away))
+        rows = q + np.outer(away, (0.0, 2e-4))
+        modes = fb.dgm(robot, rows).working[:, 1]
+        assert (modes[5 : 5 + hold] == 0).all() and modes[4] == -modes[5 + hold] != 0
+        (event,) = fb.from_log(t, *rows.T, robot=robot).events
+        assert event.t == pytest.approx(0.1 * (5 + (hold - 1) / 2)) and event.margin == "sin q22"
+        assert event.before[1] == modes[4] and event.after[1] == modes[-1]
+        # Who turns round there has crossed nothing, and in a gap nobody knows.
+        back = q - np.outer(np.abs(away), (0.0, 2e-4))
+        assert fb.from_log(t, *back.T, robot=robot).events == ()
+        assert fb.from_log(t + (away > 0), *rows.T, robot=robot).events == ()
+
+
 def test_where_the_end_effector_was_logged_and_where_not():
     """Noise moves its median beyond 2 % of a bar: then it is said; what is missing is by the joints."""
     xi = RUN.xi + np.array([0.0, 0.0015])

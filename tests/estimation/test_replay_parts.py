@@ -167,7 +167,9 @@ def test_what_cannot_be_simulated_is_told_and_the_rest_is(monkeypatch):
         fb.replay(with_gap())
     gaps = RUN.tau.copy()
     gaps[::3] = np.nan
-    with pytest.raises(ValueError, match="simulated: no stretch of the run is long enough"):
+    with pytest.raises(
+        ValueError, match="26 rows, in stretches shorter than 4 rows, .* from 0.01 s"
+    ):
         fb.replay(replace(RUN, tau=gaps))
     # The reference needs no torques.
     monkeypatch.setattr(replays, "simulate", Simulated())

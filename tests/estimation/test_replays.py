@@ -59,3 +59,20 @@ def test_gaps_are_replayed_from_what_was_measured_after_them():
     assert np.isnan(apart).sum() == 1 and np.nanmax(apart) < 5e-4
     q = (run.q + found.q_difference)[np.isfinite(apart)]
     assert np.abs(fb.dgm(ROBOT, q).xi - found.simulated.xi[np.isfinite(apart)]).max() < 1e-12
+
+
+@pytest.mark.parametrize("restart", [0.05, 0.07, 0.11, 0.5])
+def test_parts_of_a_replay_leave_no_row_out(restart):
+    """What a part leaves over is simulated with it; what lies between two gaps is named."""
+    found = fb.replay(RUN, restart=restart)
+    assert found.notes == () and np.isfinite(found.simulated.q).all()
+    tau = RUN.tau.copy()
+    tau[[20, 23]] = np.nan
+    found = fb.replay(replace(RUN, tau=tau), restart=restart)
+    missing = np.flatnonzero(np.isnan(found.simulated.q[:, 0]))
+    assert missing.tolist() == [20, 21, 22, 23]
+    (note,) = found.notes
+    assert note == (
+        "2 rows, in stretches shorter than 4 rows, were not simulated, the first from"
+        f" {RUN.t[21]:.6g} s"
+    )

@@ -116,7 +116,7 @@ def test_a_press_with_a_short_bar_locks_where_its_range_ends(theta11):
 @pytest.mark.parametrize(
     "check, words",
     [
-        (lambda: one_branch(FOUR_BAR, [1, -1]), r"branch must be one branch of this linkage, not array"),
+        (lambda: one_branch(FOUR_BAR, [1, -1]), r"branch must be one branch of this linkage, \+1 or -1, not a batch of \[1, -1\]$"),
         (lambda: check_branch(REPAIRED, 1), "the branch of this linkage must be a pair of .1 or -1, not 1"),
         (lambda: check_branch(FOUR_BAR, 2), "branch"),
         (lambda: loads([1], "load"), r"load must be \{point: \(Fx, Fy\)\}, not \[1\]"),

@@ -160,8 +160,8 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
     assert D.Front.load(tmp_path / "along").designs[0].values == along.designs[0].values
     assert isinstance(again.plot(robots=3), Picture) and isinstance(again.knee.plot(), Picture)
     page = (tmp_path / "front" / "index.html").read_text("utf-8")
-    links = [html.unescape(text) for text in re.findall(r'href="(play\.html#[^"]*)"', page)]
-    assert links == [f"play.html{live_page(each).fragment}" for each in front.designs]
+    links = [html.unescape(text) for text in re.findall(r'href="(index_live\.html#[^"]*)"', page)]
+    assert links == [f"index_live.html{live_page(each).fragment}" for each in front.designs]
     assert all(f"l11={each.robot.l11}" in text for each, text in zip(front.designs, links))
     heads = re.findall(r'<th scope="col">(.*?)</th>', page)
     assert (
@@ -171,7 +171,17 @@ def test_a_front_is_kept_drawn_and_opened(front, tmp_path):
     assert "motor = (stall_torque 3.4, no_load_speed 3.14159" in page
     assert "largest_torque" not in page  # what was not given is not said
     assert "poses = (9, 7), table = (-0.1, 0.1, -0.075, 0.075)" in page
-    assert (tmp_path / "front" / "play.html").stat().st_size > 100_000
+    assert (tmp_path / "front" / "index_live.html").stat().st_size > 100_000
+    # A page beside what `fivebar play` wrote leaves that as it is.
+    (tmp_path / "play.html").write_text("mine", encoding="utf-8")
+    front.page(str(tmp_path / "two goals.html"), title="Of two goals")
+    assert (tmp_path / "play.html").read_text("utf-8") == "mine"
+    assert (tmp_path / "two goals_live.html").stat().st_size > 100_000
+    page = (tmp_path / "two goals.html").read_text("utf-8")
+    assert set(re.findall(r'href="([^"#]*)#', page)) == {"two%20goals_live.html"}
+    assert "<h1>Of two goals</h1>" in page
+    with pytest.raises(ValueError, match="give it a path"):
+        front.page()
     with pytest.raises(ValueError, match="holds no designs"):
         D.Front.load(tmp_path)
     (tmp_path / "front" / "front.json").write_text(

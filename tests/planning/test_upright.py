@@ -69,6 +69,21 @@ def test_more_time_makes_no_worse_plan():
     assert slow.objective <= quick.objective * 1.001
 
 
+@pytest.mark.deep
+def test_ways_whose_first_motions_take_many_iterations():
+    """IPOPT ends before it has converged on any way; near where it ended, it soon does."""
+    robot = fb.FiveBar(
+        0.0981445390937392, 0.0781646816256492, 0.0759117010666356, 0.09087456852972432,
+        0.07083033174835218, 0.0017025819880472175, 0.0008271729707202872, 0.4666591579876006,
+        mx11=0.016640922639248275, mx21=0.010140634227101705, zz12=-0.00013280251485127734,
+        zz22=-0.00016237726277091295, gravity=DOWN,
+    )  # fmt: skip
+    start = fb.dgm(robot, (1.191887, 0.021339), -1)
+    goal = fb.dgm(robot, (0.162541, 2.037665), 1)
+    plan = fb.plan(robot, start, goal, 2.9945, collocation=fb.Collocation(max_time=120.0))
+    assert plan.error < 1e-3 and plan.objective < 0.9
+
+
 def test_first_torques_explain_a_motion_as_well_as_small_ones_can():
     pose = fb.igm(HEAVY, (0.01, 0.13), (-1, -1))
     stops = ({0: bars(pose), 1: np.zeros(4)}, 0.0), ({0: bars(pose), 1: np.zeros(4)}, 1.0)

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from fivebar.base.workers import WorkersDied
 from fivebar.cli import main
 from fivebar.study.speed_accuracy import catalogue, making, runner
 from fivebar.study.speed_accuracy.findings import caption, failures, tables, words_of
@@ -106,6 +107,19 @@ def test_an_error_of_ours_ends_the_run_and_leaves_nothing(tmp_path, monkeypatch)
         assert worker.measure("p", "cruder", 1)["error"] == 0.1
         worker.measure("p", "no such method", 1)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_process_that_ends_at_its_start_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with Worker("no_such_chart", 20.0, 0.0) as worker:
+        for _ in range(2):
+            with pytest.raises(
+                WorkersDied, match="ended at its start, .* attempt of no_such_chart"
+            ):
+                worker.measure("p", "cruder", 1)
+            assert not list(tmp_path.iterdir())
+        worker.module = TOY
+        assert worker.measure("p", "cruder", 1)["error"] == 0.1
 
 
 def test_an_interrupted_run_goes_on(tmp_path, monkeypatch):

@@ -210,32 +210,28 @@ def _end_effector(log, robot, assembly, notes):
 
 
 def _crossings(log, robot, pose, closes):
-    """Return the Events where a leg changes its mode between two rows."""
+    """Return the Events where a leg changes its mode: between two rows, or on rows between them."""
     sines = np.stack(
         [np.where(closes, sine, np.nan) for sine in pose.sines],
         axis=1,
     )
-    cuts = {cut.row for cut in log.cuts}
+    signed = np.column_stack([sines, pose.det_A])
+    cuts = np.array([cut.row for cut in log.cuts])
     events = []
-    for k, leg in zip(*np.nonzero(sines[:-1] * sines[1:] < 0)):
-        if k + 1 in cuts:
-            continue
-        # Where the sine, a straight line between the rows, is 0.
-        first = sines[k, leg]
-        second = sines[k + 1, leg]
-        share = first / (first - second)
-        start, end = log.t[k : k + 2]
-        t = float(start + share * (end - start))
-        signed = np.column_stack([sines, pose.det_A])
-        signs = -np.sign(signed[k : k + 2])
-        before, after = (tuple(modes) for modes in signs.astype(int).tolist())
-        events.append(
-            Event(
-                t,
-                Singularity.SERIAL,
-                robot.words.sines[leg],
-                before,
-                after,
-            )
-        )
-    return tuple(events)
+    for leg in (0, 1):
+        regular = np.flatnonzero(sines[:, leg])  # rows of nan, too: nothing is known across them
+        for k, end in zip(regular, regular[1:]):
+            first = sines[k, leg]
+            second = sines[end, leg]
+            if not first * second < 0 or ((cuts > k) & (cuts <= end)).any():
+                continue
+            # Where the sine, a straight line between two rows, is 0; or amid the rows where it is.
+            share = first / (first - second)
+            t = log.t[k] + share * (log.t[end] - log.t[k])
+            if end > k + 1:
+                t = (log.t[k + 1] + log.t[end - 1]) / 2
+            signs = -np.sign(signed[[k, end]])
+            before, after = (tuple(modes) for modes in signs.astype(int).tolist())
+            name = robot.words.sines[leg]
+            events.append(Event(float(t), Singularity.SERIAL, name, before, after))
+    return tuple(sorted(events))

@@ -186,7 +186,11 @@ def replay(
     values["energy"] = np.full(len(run.t), np.nan)
     notes = []
     events = []
+    short = []
     for rows in _stretches(known, run.t, restart):
+        if rows.stop - rows.start < SHORTEST:
+            short.append(rows)
+            continue
         try:
             if by == "torques":
                 simulated = _by_torques(run, robot, rows)
@@ -202,8 +206,14 @@ def replay(
         _copy_rows(simulated, run, rows, values)
         start = float(run.t[rows.start])
         events += [event._replace(t=event.t + start) for event in simulated.events]
+    if short:
+        count = sum(rows.stop - rows.start for rows in short)
+        notes.append(
+            f"{count} rows, in stretches shorter than {SHORTEST} rows, were not simulated, the"
+            f" first from {run.t[short[0].start]:.6g} s"
+        )
     if not np.isfinite(values["q"]).any():
-        reason = notes[0] if notes else "no stretch of the run is long enough"
+        reason = notes[0] if notes else "no row of the run is whole"
         raise ValueError(f"replay: nothing could be simulated: {reason}")
     simulated = Run(
         robot=robot,
@@ -217,7 +227,11 @@ def replay(
 
 
 def _stretches(known, t, restart):
-    """Yield the slices of rows in which time goes on, no longer than `restart`."""
+    """Yield the slices of rows in which time goes on, each about as long as `restart`.
+
+    What would be left over at the end of a stretch, too short to be simulated, belongs to the
+    last slice.
+    """
     step = np.median(np.diff(t))
     late = np.diff(t, prepend=t[0]) > LATE * step
     edges = np.flatnonzero(np.diff(known, prepend=False, append=False))
@@ -228,14 +242,14 @@ def _stretches(known, t, restart):
             end,
         ]
         for start, stop in zip(starts, starts[1:]):
-            while stop - start >= SHORTEST:
+            while start < stop:
                 last = stop
                 if restart is not None:
                     after = int(np.searchsorted(t, t[start] + restart)) + 1
-                    last = min(stop, max(after, start + SHORTEST))
+                    last = max(after, start + SHORTEST)
+                    if stop - last < SHORTEST:
+                        last = stop
                 yield slice(int(start), int(last))
-                if last >= stop:
-                    break
                 start = last
 
 

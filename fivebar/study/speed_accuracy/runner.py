@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...base.errors import SingularityError, UnreachableError
-from ...base.workers import WorkerPool
+from ...base.workers import WorkerPool, WorkersDied
 from .chart import Attempt, Chart, Failed, Method, load
 from .machine import describe
 from .store import Partial, Result
@@ -183,6 +183,13 @@ class Worker:
         os.environ.update(dict.fromkeys(THREADS, "1"))  # read when NumPy is loaded, there
         try:
             self.pid = self.pool.submit(os.getpid).result()
+        except BrokenProcessPool:
+            self._close()
+            raise WorkersDied(
+                "chart: the process that makes the attempts ended at its start, before the first"
+                f" attempt of {self.module.rpartition('.')[2]}: was it killed, or is the machine"
+                " out of memory?"
+            ) from None
         finally:
             os.environ.clear()
             os.environ.update(inherited)
@@ -191,9 +198,12 @@ class Worker:
         if self.pool is not None:
             with suppress(ProcessLookupError):
                 os.kill(self.pid, signal.SIGTERM)  # also what hangs outside Python
-            self.pool.kill()
-            self.folder.cleanup()
-            self.pool = None
+            self._close()
+
+    def _close(self):
+        self.pool.kill()
+        self.folder.cleanup()
+        self.pool = None
 
 
 def _prepare(module, folder):

@@ -6,8 +6,10 @@ from __future__ import annotations
 
 import html
 import io
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from ...base.tables import written
 from ...models.robots import FiveBar
@@ -26,8 +28,15 @@ def live_page(design: Design) -> LivePage:
     return play(design.robot, pose_of(design))
 
 
-def save_page(front: Front, path: Path) -> None:
-    """Write index.html and play.html; of other robots than five-bars without links."""
+def save_page(front: Front, path: str | PathLike | None, title: str | None) -> None:
+    """Write a page, PAGE.html, and the live page that its table opens, PAGE_live.html.
+
+    Robots other than five-bars have no live page.
+    """
+    if path is None:
+        raise ValueError("page: a front has a page of two files: give it a path")
+    path = Path(path)
+    live_path = path.with_name(f"{path.stem}_live.html")  # `fivebar play` writes play.html
     first = front.designs[0]
     rows = []
     live = None
@@ -37,7 +46,8 @@ def save_page(front: Front, path: Path) -> None:
         if isinstance(design.robot, FiveBar):
             page = live_page(design)
             live = live or page
-            name = f'<a href="play.html{html.escape(page.fragment)}">{name}</a>'
+            address = html.escape(quote(live_path.name) + page.fragment)
+            name = f'<a href="{address}">{name}</a>'
         values = *design.parameters.values(), *design.values.values()
         active = "; ".join(sentence.partition(" is ")[0] for sentence in design.binding)
         rows.append([name, *(f"{value:.6g}" for value in values), html.escape(active)])
@@ -45,7 +55,7 @@ def save_page(front: Front, path: Path) -> None:
     front.plot().savefig(png, format="png", dpi=90)
     goals = " and ".join(f"{name} ({way})" for name, way in front.goals.items())
     notes = f"{repr(first.task)[1:-1]}; SI units.".removeprefix("Task: ; ")  # without a task
-    title = f"Pareto front of {len(front)} robots: {goals}"
+    title = title or f"Pareto front of {len(front)} robots: {goals}"
     page = report(
         "designs",
         title,
@@ -56,4 +66,4 @@ def save_page(front: Front, path: Path) -> None:
     with written(path) as out:
         out.write(page)
     if live:
-        live.save(path.parent / "play.html")
+        live.save(live_path)
