@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from .formulas import MATH, NUMPY, OLD
+from .formulas import MATH, NUMPY, OLD, Values
 
 MOST_MATRICES = 6  # beside a matrix, of which products are tried
 Guess = tuple[str, str, np.ndarray]  # kind of the mistake, the formula, and its values
@@ -66,6 +66,17 @@ def guesses_of_matrices(matrices: dict[str, np.ndarray]) -> list[Guess]:
     for name, value in others.items():
         made.append(("a factor", f"{name} @ {OLD}", value @ old))
         made.append(("a factor", f"{OLD} @ {name}", old @ value))
+    return made
+
+
+def guesses_of_names(values: Values) -> list[Guess]:
+    """Return (kind, formula, its values) of what may stand in a place with one other value."""
+    old, made = values.old, []
+    for name, value in values.beside.items():
+        made.append(("a variable", name, value))
+        made.append(("a term", f"{OLD} + {name}", old + value))
+        made.append(("a term", f"{OLD} - {name}", old - value))
+        made.append(("a factor", f"{OLD}*{name}", old * value))
     return made
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from ..models.robots import Robot
 from .following import Helped, builds_on, reached, spread, with_right_called
 from .formulas import MATH, OLD, long_formulas, short_formulas
-from .judge import call_text, numbers_right
+from .judge import call_text, numbers_of, numbers_right
 from .labs import Lab
 from .needed import AT_ONCE, Needs, batches
 from .program import Program
@@ -23,7 +23,7 @@ from .ten_models import TEN, columns_of, motions
 from .worker.student import Tried
 from .worker.wire import Change
 
-LIKELY, WAVES, PAIRED = 2, 3, 3  # waves of likely changes, of all, and the one of two at once
+LIKELY, WAVES = 2, 3  # waves of likely changes, of all
 MOST_SURE = 30  # changes right in a few rows that are asked all of them
 FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
@@ -31,7 +31,6 @@ MOST_FUNCTIONS = 8  # of a file that are looked at
 MOST_CHANGES = 2  # that are told: with more of them, a formula is another one
 MOST_COMPARED = 3  # formulas that make all right, of which one may help other functions, too
 MOST_FIRST = 2  # changes that make more numbers right, to each of which a second one is sought
-MOST_PAIRS = 80_000  # of likely changes that are tried together
 MOST_NEEDED = 8  # rows in which values are looked for that a function needs
 MOST_FORMULAS = 2  # of a place
 _NAME = re.compile(r"[A-Za-z_]\w*")
@@ -62,6 +61,7 @@ HINTS = {
     "a conjugate": "Multiply two complex numbers on paper: is that their scalar product?",
     "an array in place": "Which other name means the same array, and changes with it?",
     "the indentation": "Which lines belong to the loop or to the condition, and which come after?",
+    "a line unlike the other leg's": "Compare this line with that of the other leg.",
     "a line": "What does each line change? Is it needed?",
 }
 
@@ -156,10 +156,12 @@ def find_mend(
     """
     with with_right_called(program, lab, function, wrong) as other:
         search = _Search(other, lab, function, asked[function])
-        search.begin_after(before)
+        begun = before is not None and search.begin_after(before, False)
         for name in asked.keys() - {function}:
             search.keep(name, asked[name])
         found = search.mend(deep)
+        if found is None and before and not begun and search.begin_after(before, True):
+            found = search.mend(deep)
         return search.lead() if found is None and deep else found
 
 
@@ -175,17 +177,20 @@ class _Search:
         self.others: dict[str, list[AskedRows]] = {}
         self.before: Mend | None = None
 
-    def begin_after(self, mend: Mend | None) -> None:
-        """Look for what is left after changes of a helper, if they spoil nothing."""
-        # The number of the second of two changes is one in the program without the first.
-        if mend is None or len(mend.made.numbers[0]) > 1:
-            return
-        after = replace(self.tried, wave=None, steps=(mend.step,))
+    def begin_after(self, mend: Mend, unseen: bool) -> bool:
+        """Look for what is left after changes of a helper, if they spoil nothing here and change
+        an answer; unseen: also if they change none, as what is forgotten may need them.
+        """
+        plain = replace(self.tried, wave=None)
+        after = replace(plain, steps=(mend.step,))
         for rows in self.asked:
-            plain = self._right(rows, replace(self.tried, wave=None), [[]])
-            if (self._right(rows, after, [[]]) < plain).any():
-                return
-        self.before, self.tried = mend, replace(self.tried, steps=after.steps)
+            if (self._right(rows, after, [[]]) < self._right(rows, plain, [[]])).any():
+                return False
+            came = self._came(rows, after), self._came(rows, plain)
+            unseen |= not np.array_equal(*came, equal_nan=True)
+        if unseen:
+            self.before, self.tried = mend, replace(self.tried, steps=after.steps)
+        return unseen
 
     def keep(self, name: str, asked: list[AskedRows]) -> None:
         """Let a right function stay right where it calls the one that is changed; a wrong one that
@@ -290,7 +295,7 @@ class _Search:
         for step in firsts:
             if found := self._likely((*before, step), []):
                 return found
-        return None if better else self._pair()
+        return None
 
     def _parts(self):
         """Yield formulas that make one of several things right that a function returns."""
@@ -339,7 +344,7 @@ class _Search:
         whether long ones are looked for.
         """
         needs, known = self._needs(steps)
-        found = _found(known, short_formulas)
+        found = [*needs.named(), *_found(known, short_formulas)]
         mend = self._surest(found, needs, steps)
         if mend or not deep:
             return mend
@@ -373,20 +378,6 @@ class _Search:
         known = [pair for pair in known if pair[1] is not None]
         return needs, known + ([*needs.in_part()] if part is None else [])
 
-    def _pair(self):
-        """Return the first two likely changes that make all right together."""
-        if (few := self._wrong_rows(self.tried.steps)) is None:
-            return None
-        tried = replace(self.tried, wave=PAIRED)
-        count = self._count(tried)
-        first = min(count, MOST_PAIRS // max(count, 1))
-        pairs = [[k, other] for k in range(first) for other in range(k + 1, count)]
-        for place in range(len(few.tolerance)):
-            right = self._right(few.part([place]), tried, pairs).all(axis=(1, 2))
-            pairs = [pair for pair, good in zip(pairs, right) if good]
-        found = (self._sure(tried, pair) for pair in pairs[:MOST_SURE])
-        return next(filter(None, found), None)
-
     def _sure(self, tried, numbers):
         """Return the mend of these changes if all rows are right with them, and those of right
         functions stay so.
@@ -418,6 +409,12 @@ class _Search:
             if len(places):
                 return rows.part(places[spread(len(places), most)])
         return None
+
+    def _came(self, rows, tried):
+        plain = rows_from(rows.columns)
+        asked = replace(tried, numbers=[[] for _ in plain])
+        replies = self.student.ask(rows.exercise.name, plain, rows.constants, tried=asked)
+        return numbers_of(rows.exercise, replies)
 
     def _right(self, rows: AskedRows, tried: Tried, changes: list[list[int]]) -> np.ndarray:
         """Return which numbers are right with each of these changes: (changes, rows, numbers)."""

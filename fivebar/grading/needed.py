@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain, starmap
 
 import numpy as np
 
 from ..base.backend import wrap
-from .beside import guesses_of_matrices, known_values
+from .beside import guesses_of_matrices, guesses_of_names, known_values
 from .following import Helped
 from .formulas import CLOSE, OLD, Values
 from .judge import numbers_of
@@ -133,11 +134,19 @@ class Needs:
                 matrices = self._matrices(number)
                 yield from self._right_ones(number, guesses_of_matrices(matrices))
 
-    def in_part(self) -> Iterator[tuple[Place, Values]]:
-        """Yield places with more numbers in a call than are wrong, as a helper is called once for
-        each leg; with what stands beside them and what the answer shows of it, in a few rows.
+    def named(self) -> Iterator[tuple[Place, str, str]]:
+        """Yield (place, kind, formula) of what is right with one other value, in places with more
+        numbers in a call than the answer: a helper is called once for each leg.
         """
-        for number, values in self._many():
+        for number, values in self._many.items():
+            if len(values.old) > len(self.wrong) * len(self._few):
+                yield from self._right_ones(number, guesses_of_names(values))
+
+    def in_part(self) -> Iterator[tuple[Place, Values]]:
+        """Yield places with more numbers in a call than are wrong, with what stands beside them
+        and what the answer shows of it.
+        """
+        for number, values in self._many.items():
             old = values.old.reshape(len(self._few), -1)
             now, before = {number: old}, {number: self._before}
             slopes = self._slopes(now, before, self._few, LARGE_STEP)[number]
@@ -148,8 +157,12 @@ class Needs:
             values = replace(values, wanted=wanted.ravel(), slopes=slopes[..., moved])
             yield self._place(number, moved), values
 
+    @cached_property
     def _many(self):
-        """Yield (place, Values) of the places with more numbers in a call than are wrong."""
+        """Return what stands beside places with more numbers in a call than are wrong, in a few
+        rows: place -> Values.
+        """
+        found = {}
         for number in range(len(self._told)):
             visits = self._visits_of(number)
             counts = {*map(len, visits)}
@@ -161,7 +174,8 @@ class Needs:
                 continue
             values = self._values(number, [(row, ()) for row in self._few], max(sizes))
             if values is not None:
-                yield number, values
+                found[number] = values
+        return found
 
     def _visits_of(self, number):
         """Return the visits of a place in each row."""

@@ -91,6 +91,20 @@ def test_each_kind_of_slip_is_undone_by_a_change(right, wrong, request):
     assert kind in {told[0] for told in found}, found
 
 
+def test_a_line_of_one_leg_is_tried_as_that_of_the_other():
+    right = (
+        "def f(q11, q21):\n    q11DD = q11 / (2 + q11) + q11**3\n"
+        "    q21DD = q21 / (2 + q21) + q21**3\n    return 1 / (2 + q11DD), 1 / (2 + q21DD)\n"
+    )
+    for old, new in [
+        ("q21DD = q21 / (2 + q21) + q21**3", "q21DD = q21"),
+        ("1 / (2 + q21DD)", "q21DD"),
+        ("return 1 / (2 + q11DD)", "return q11DD"),
+    ]:
+        found = outcomes((right, right.replace(old, new)), "f", 0.3, 0.7)
+        assert [told for told in found if told[0] == "a line unlike the other leg's"], old
+
+
 def test_the_last_term_of_a_sum_is_taken_out_of_its_product():
     right = "def f(a, b):\n    return a * (b - 2) + 3\n"
     found = outcomes((right, "def f(a, b):\n    return a * (b - 2 + 3)\n"), "f", 0.3, 0.7)
@@ -381,6 +395,20 @@ def test_two_slips_in_one_function_are_told_together(tmp_path):
     assert found.points == 18 and name.startswith("right but for two things: ")
     (spot,) = {c.spot for c in found.checks if c.function == "dgm"}
     assert spot.count("right answers come with") == 2 and "E1: right answers come with E2" in spot
+
+
+@pytest.mark.deep
+def test_what_is_left_after_a_change_in_a_helper_is_told(tmp_path):
+    """The bias of a leg and the dynamic model that calls it are wrong, each by itself."""
+    source = FRAMES.replace("- c2 * (qaD + qpD) ** 2", "- c2 * qpD**2")
+    source = source.replace("c = mR * J.T @ la.inv(A) @ b", "c = mR * J.T @ b")
+    path = tmp_path / "five_bar_models.py"
+    path.write_text(source, "utf-8")
+    graded = grade(find_lab("amoro"), Job(path, seed="mends"))
+    wrong = {check.function: check for check in graded.checks if check.share < 1}
+    assert len(wrong) == 2 and "leg_bias" not in wrong["dynamic_model"].misconception
+    assert wrong["dynamic_model"].spot.endswith("after the change in your leg_bias")
+    assert "la.inv(A)" in wrong["dynamic_model"].spot
 
 
 @pytest.mark.deep

@@ -20,22 +20,18 @@ from typing import Any
 from additions import additions
 from alternatives import FIRST_ADDED, alternatives, exchanges, places
 from loading import deep
-from scopes import Scope, compiled, exchanged, put_in, scopes, short
+from scopes import Scope, compiled, exchanged, other_leg, put_in, scopes, short
 from watched import Plain, Watched
 
 MOST_CHANGES = 4_000
 MOST_KNOWN = 4  # programs that are remembered
 MOST_TOLD = 8  # changes of one request that are told in words
-WAVES = (0, 1), (2,), (3, 4), (0, 1, 2, 4)  # ranks tried together; two of the last at once
-PAIRED = 3  # the wave of which two are tried at once, of these kinds only, in this order
-_PAIRED_KINDS = (
-    *("a sign", "the order", "an index", "a variable"),
-    *("a function", "an operator", "a factor"),
-)
+WAVES = (0, 1), (2,), (3, 4)  # ranks tried together
 MOST_STEPS = 10_000  # of a loop: more of them, and a change has made it endless
 SWITCHES = "__on__"  # name of the switches in the student's module
 DROPPED = "no such line"
 INDENTATION = "the indentation"
+ONE_LEG = "a line unlike the other leg's"
 _LEG = re.compile(r"(?<=[A-Za-z_])[12]|left|right")
 _INDEX = re.compile(r"(?<=\[)[01](?=\])")  # is the leg where no name has its number
 _NAME = re.compile(r"(?<![(\w])[A-Za-z_]\w*")  # of a variable, in a short text of a node
@@ -161,10 +157,6 @@ class Variants:
                 for key in one.alike:
                     groups.setdefault(key, []).append(one)
         self.changes = _ordered(groups)
-        if ranks == WAVES[PAIRED]:
-            kinds = {kind: place for place, kind in enumerate(_PAIRED_KINDS)}
-            some = [one for one in self.changes if one.kind in kinds]
-            self.changes = sorted(some, key=lambda one: (one.rank > MOST_ALIKE, kinds[one.kind]))
 
     def changed(self, number: int) -> tuple[list[ast.stmt], list[list]]:
         """Return the program's statements after a change, and the change in words."""
@@ -321,6 +313,7 @@ def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
     parts = [*ast.walk(scope.function)]
     lists = [getattr(node, name, None) for node in parts for name in ("body", "orelse")]
     for body in [part for part in lists if isinstance(part, list)]:
+        yield from _of_other_leg(body)
         for node, after in zip(body, [*body[1:], None]):
             if isinstance(node, ast.AugAssign):
                 yield from _of_update(node)
@@ -346,6 +339,30 @@ def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
             simple = isinstance(after, ast.Assign | ast.AugAssign)
             if simple and isinstance(node, ast.Assign | ast.AugAssign):
                 yield 4, "the order of lines", [node, after], [[after, node], [ast.Pass()]]
+
+
+def _of_other_leg(body):
+    """Yield lines as the other leg's, and a returned pair with a part like the other one."""
+    lines = {}
+    for node in body:
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            lines[node.targets[0].id] = node
+    for name, node in lines.items():
+        twin = lines.get(other_leg(name), node)
+        value = _leg_read(twin.value)
+        if twin is not node and ast.unparse(value) != ast.unparse(node.value):
+            yield 2, ONE_LEG, [node], [[ast.Assign(node.targets, value)]]
+    last = body[-1] if body else None
+    pair = last.value if isinstance(last, ast.Return) else None
+    if isinstance(pair, ast.Tuple) and len(pair.elts) == 2:
+        first, second = pair.elts
+        for both in ([first, _leg_read(first)], [_leg_read(second), second]):
+            yield 2, ONE_LEG, [last], [[ast.Return(ast.Tuple(both, ast.Load()))]]
+
+
+def _leg_read(node):
+    """Return an expression with the names of the other leg."""
+    return ast.parse(other_leg(ast.unparse(node)), mode="eval").body
 
 
 def _of_indentation(node, after):
