@@ -13,23 +13,23 @@ from tests.helpers.density import densities
 # Room: most syntax nodes, nodes a line, lines over 100 columns, nested comprehensions.
 LIMITS = {
     "": (479, 2.45, 0, 0),
-    "amoro": (6524, 5.87, 0, 0),
+    "amoro": (6544, 5.87, 0, 0),
     "base": (10755, 6.23, 0, 0),
-    "cli": (17871, 5.74, 0, 0),
+    "cli": (17883, 5.74, 0, 0),
     "constraints": (11407, 6.37, 0, 0),
     "control": (6294, 6.33, 0, 0),
-    "estimation": (34759, 6.43, 0, 0),
+    "estimation": (34881, 6.44, 0, 0),
     "exporters": (7867, 5.49, 0, 0),
-    "grading": (68693, 6.50, 0, 0),
-    "linkages": (14339, 6.14, 0, 0),
+    "grading": (70297, 6.50, 0, 0),
+    "linkages": (14341, 6.14, 0, 0),
     "models": (19139, 6.20, 0, 0),
-    "optimal_design": (12166, 6.47, 0, 0),
+    "optimal_design": (12164, 6.47, 0, 0),
     "paths": (48272, 6.40, 0, 0),
-    "planning": (17925, 6.45, 0, 0),
+    "planning": (17987, 6.45, 0, 0),
     "simulation": (14612, 6.49, 0, 0),
     "singularities": (18449, 6.48, 0, 0),
-    "study": (18721, 6.23, 0, 0),
-    "visualization": (31427, 5.95, 0, 0),
+    "study": (18750, 6.22, 0, 0),
+    "visualization": (31475, 5.95, 0, 0),
 }
 UNFORMATTED = 1  # tables of numbers that the formatter leaves as they are
 

@@ -17,7 +17,9 @@ OLD = "__old__"  # what stands in the place now
 CLOSE = 1e-6  # of the largest value: the robot's numbers are typed with seven digits
 SMALL = 1e-2  # of the old value: what is less is compared with so much
 SMALLEST = 1e-12  # of a factor
-DENOMINATORS, MOST_ABOVE = (1, 2, 3, 4, 6, 8), 24  # of numbers that people write
+# Of numbers that people write.
+DENOMINATORS = (1, 2, 3, 4, 6, 8)
+MOST_ABOVE = 24
 MOST_ATOMS = 120  # values beside the place, of which two are multiplied
 MOST_FACTORS = 40  # of which three are multiplied, or sums of products are made
 MOST_OF_FOUR = 30
@@ -87,11 +89,9 @@ def _of_itself(values):
         yield kind, _times(factor, OLD)
     made = {
         f"{OLD}**2": ("a square", old**2),
-        f"{OLD}**3": ("a square", old**3),
         f"{MATH}sqrt({OLD})": ("a root", np.sqrt(old)),
         f"1/{OLD}": ("an operator", 1 / old),
         f"abs({OLD})": ("a sign", np.abs(old)),
-        f"-abs({OLD})": ("a sign", -np.abs(old)),
     }
     half, quarter = f"{MATH}pi", f"{MATH}pi/2"
     for text, turned in ((OLD, old), (f"-{OLD}", -old)):

@@ -29,7 +29,14 @@ MOST_UNKNOWNS = 4  # numbers of a place in one call that are looked for
 STEPS = 12  # of Newton's method
 SOLVED = 1e-9  # of the largest right answer
 HALVINGS = 4  # of a step that leads nowhere
-STARTS = (1, -1), (-1, 1), (-1, -1), (0.5, 0.5), (0.1, 0.1), (2, 2)  # factors of a place's numbers
+STARTS = (  # factors of a place's numbers
+    (1, -1),
+    (-1, 1),
+    (-1, -1),
+    (0.5, 0.5),
+    (0.1, 0.1),
+    (2, 2),
+)
 NEARLY = 1e-6  # of the largest right answer: what other signs leave where it is the signs
 SLOW = 0.9  # of the error, that a step leaves: where it leaves more, there is no such value
 FARTHEST = 1e4  # that a number goes in a step: a loop that subtracts turns must come to its end

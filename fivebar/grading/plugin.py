@@ -38,7 +38,14 @@ _ASK = pytest.StashKey[Ask]()
 MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
 BY_LEGS = "ikm", "ikm2"  # a slip of one leg spoils one number of theirs alone: they come first
 NO_NAME = Misconception("", "", None)
-MENDED = ("value", "nan", "exception", "shape", "type", "accepted")
+MENDED = (
+    "value",
+    "nan",
+    "exception",
+    "shape",
+    "type",
+    "accepted",
+)
 
 
 def is_named(check: Check) -> bool:

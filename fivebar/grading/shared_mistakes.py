@@ -100,7 +100,11 @@ class SharedMistakes:
 def _alike(mine, other):
     """Return whether two functions need the same values in a place."""
     a, b = mine.wanted, other.wanted
-    return a.shape == b.shape and bool(np.all(np.abs(a - b) <= CLOSE * np.abs(b).max()))
+    if a.shape != b.shape:
+        return False
+    most = CLOSE * np.abs(b).max()
+    off = np.abs(a - b)
+    return bool(np.all(off <= most))
 
 
 def _is_model(need):

@@ -58,7 +58,6 @@ TRIED = {
     "a sign": ("return a - b * l", "return a + b * l"),
     "a square": ("return a**2 + l", "return a * 2 + l"),
     "a bracket": ("return a / (2 * b)", "return a / 2 * b"),
-    "a factor": ("c = a + 1\n    return c * l + b", "c = a + 1\n    return c + b"),
     "a function": ("return l * sin(a) + b", "return l * cos(a) + b"),
     "a number": ("return 6 * a + b", "return 5 * a + b"),
     "a variable": (
@@ -103,6 +102,12 @@ def test_a_line_of_one_leg_is_tried_as_that_of_the_other():
     ]:
         found = outcomes((right, right.replace(old, new)), "f", 0.3, 0.7)
         assert [told for told in found if told[0] == "a line unlike the other leg's"], old
+
+
+def test_a_forgotten_mode_is_a_factor():
+    right = "def f(a, gamma1):\n    return a + 2 * a * gamma1\n"
+    found = outcomes((right, right.replace(" * gamma1", "")), "f", 0.3, -1)
+    assert ("a factor", "2 * a", "2 * a * gamma1") in found
 
 
 def test_the_last_term_of_a_sum_is_taken_out_of_its_product():

@@ -54,7 +54,14 @@ SIGNATURES = {
     "inverse_dynamics": f"{FOUR}, {RATES}, q11DD, q21DD) -> tau1, tau2",
     "forward_dynamics": f"{FOUR}, {RATES}, tau1, tau2) -> q11DD, q21DD",
 }
-SHAPES: dict[str, tuple[int, ...]] = {"c": (2,), "d": (2,)} | dict.fromkeys("ABJM", (2, 2))
+SHAPES: dict[str, tuple[int, ...]] = {
+    "c": (2,),
+    "d": (2,),
+    "A": (2, 2),
+    "B": (2, 2),
+    "J": (2, 2),
+    "M": (2, 2),
+}
 HELPERS = (
     "A",
     "B",

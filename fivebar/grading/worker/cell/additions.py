@@ -1,4 +1,4 @@
-"""What has been forgotten in a formula: a factor, an inverse, a matrix; standard library only.
+"""What has been forgotten in a formula: a mode, an inverse, a matrix; standard library only.
 
 What else is forgotten is found from the values that formulas need.
 """
@@ -44,14 +44,10 @@ def _added(place):
     for name in _matrices(scope) if matrices else ():
         yield 4, "a matrix product", ast.BinOp(name_of(name), ast.MatMult(), node)
         yield 4, "a matrix product", with_(ast.MatMult(), name_of(name))
-    if not place.term:
-        return
-    yield 4, "a factor", with_(ast.Div(), ast.Constant(2))
-    yield 4, "a factor", with_(ast.Mult(), ast.Constant(2))
-    for name in scope.values:
-        if name in scope.constants or re.match("assembly|gamma|branch", name):
+    # Rows of one mode alone are wrong without it, and do not tell a mode from a sign.
+    for name in scope.arguments if place.term else ():
+        if re.match("assembly|gamma|branch", name):
             yield 4, "a factor", with_(ast.Mult(), name_of(name))
-            yield 4, "a factor", with_(ast.Div(), name_of(name))
 
 
 def _matrices(scope):

@@ -46,12 +46,6 @@ class Scope:
         bare = _bare(name)
         return sorted(other for other in self.names if other != name and _bare(other) == bare)
 
-    @property
-    def values(self) -> list[str]:
-        """Names that hold numbers: first the file's numbers and the modes, then all others."""
-        modes = [name for name in self.arguments if re.match("assembly|gamma|branch", name)]
-        return [*dict.fromkeys((*self.constants, *modes, *self.stored, *self.arguments))]
-
 
 def _bare(name):
     return re.sub(r"^v", "u", re.sub(r"^y", "x", re.sub(r"\d", "", name)))
