@@ -33,6 +33,7 @@ MOST_COMPARED = 3  # formulas that make all right, of which one may help other f
 MOST_FIRST = 2  # changes that make more numbers right, to each of which a second one is sought
 MOST_NEEDED = 8  # rows in which values are looked for that a function needs
 MOST_FORMULAS = 2  # of a place
+BY_CHANCE = 0.1  # of the numbers, that may be right by two mistakes
 _NAME = re.compile(r"[A-Za-z_]\w*")
 UNLIKELY = 10  # letters by which a formula counts longer in the place of a name
 DOUBLED = 3  # by which a multiple of an angle does
@@ -184,7 +185,8 @@ class _Search:
         plain = replace(self.tried, wave=None)
         after = replace(plain, steps=(mend.step,))
         for rows in self.asked:
-            if (self._right(rows, after, [[]]) < self._right(rows, plain, [[]])).any():
+            lost = self._right(rows, after, [[]]) < self._right(rows, plain, [[]])
+            if lost.mean() > BY_CHANCE:
                 return False
             came = self._came(rows, after), self._came(rows, plain)
             unseen |= not np.array_equal(*came, equal_nan=True)
@@ -243,7 +245,7 @@ class _Search:
         found: list[tuple[Needs, dict]] = []
         for rows in dict.fromkeys((*self.asked[-1:], *self.asked[:1])):
             every = spread(len(rows.good), MOST_NEEDED)
-            needs = Needs(self.student, self.tried, rows.part(every))
+            needs = Needs(self.student, replace(self.tried, steps=()), rows.part(every))
             if needs.wrong.any():
                 found.append((needs, {need.place.number: need for need in needs.all()}))
         if not found:

@@ -104,14 +104,23 @@ def test_the_last_step_that_gets_accurate_is_taken(calls):
     assert best_of(way("one", *steps)).objective == 2.0
     assert len(calls) == 4
     assert best_of(way("one", Step(accurate=False), Step(solved=False))) is None
-    assert best_of(way("one", Step(solved=False))) is None
+    assert best_of(way("one", Step(solved=False), Step(solved=False))) is None
+
+
+def test_a_way_that_ends_in_its_first_step_goes_on_after_all_others(calls):
+    ways = way(0, Step(solved=False), Step(1.0), Step(solved=False)), way(1, Step(solved=False))
+    with pytest.raises(StopIteration):  # the other way goes on, too
+        best_of(*ways)
+    assert [name for name, *_ in calls] == [0, 1, 0, 0, 1]
+    first, *_, again, _, _ = calls
+    assert again[3] == (ways[0][0].steps[0], 4.0) and again[2] == [4.0] and again[-1] == first[-1]
 
 
 def test_the_best_of_all_ways_is_taken_and_all_are_counted(calls):
     last = Step(solved=False, work=1)
     costs = 3.0, 1.0, 2.0
     ways = [way(k, Step(cost, work=50), last) for k, cost in enumerate(costs)]
-    plan = best_of(*ways, way("no plan", last))
+    plan = best_of(*ways, way("no plan", last, last))
     assert plan.objective == 1.0 and plan.tried == 4
     one, other = Step(1.0), Step(1.0)
     plan = best_of(way(0, one, last), way(1, other, last))
