@@ -391,15 +391,15 @@ def test_what_cannot_be_mended_in_one_place_is_not_told_so(tmp_path):
 @pytest.mark.deep
 def test_two_slips_in_one_function_are_told_together(tmp_path):
     path = tmp_path / "my.py"
-    wrong = FRAMES.replace(
-        "P = E2 + rot(assembly_mode * alpha)", "P = E1 + rot(assembly_mode + alpha)"
-    )
+    wrong = FRAMES.replace("(v - J1[:, 0] * q11D) / l", "(v - J1[:, 0] * q11D)")
+    wrong = wrong.replace("(v - J2[:, 0] * q21D) / l", "(v + J2[:, 0] * q21D) / l")
     path.write_text(wrong, "utf-8")
     found = grade(find_lab("amoro"), Job(path, seed="mends"))
-    (name,) = {c.misconception for c in found.checks if c.function == "dgm"}
+    checks = [check for check in found.checks if check.function == "dkm_passive"]
+    (name,) = {check.misconception for check in checks}
     assert found.points == 18 and name.startswith("right but for two things: ")
-    (spot,) = {c.spot for c in found.checks if c.function == "dgm"}
-    assert spot.count("right answers come with") == 2 and "E1: right answers come with E2" in spot
+    (spot,) = {check.spot for check in checks}
+    assert spot.count("right answers come with") == 2 and "line 101: q21D: right answers come with -q21D" in spot
 
 
 @pytest.mark.deep

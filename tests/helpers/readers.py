@@ -293,6 +293,7 @@ COVERS = {
     "grading.course.course:_table": "marks", "grading.worker.submission:_bytes": "hand-in.py",
     "grading.worker.submission:_code": "hand-in.ipynb", "grading.worker.submission:_member": "hand-in.zip",
     "grading.worker.submission:opened": "hand-in.py", "grading.worker.submission:opened_archive": "hand-in.zip",
+    "grading.worker.submission:inner_archive": "hand-in.zip", "grading.plugin:_from_options": "hand-in.py",
     "linkages.study:from_csv": "Study", "paths.certificates.checker:check": "certificate", 
     "planning.plans:from_csv": "Plan", "paths.recorded_path:recorded_path": "setpoints", "simulation.run:from_csv": "Run", "singularities.maps:from_npz": "Map",
     "study.speed_accuracy.store:__init__": "partial", "study.speed_accuracy.store:_parsed": "partial",
