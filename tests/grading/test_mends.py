@@ -399,7 +399,10 @@ def test_two_slips_in_one_function_are_told_together(tmp_path):
     (name,) = {check.misconception for check in checks}
     assert found.points == 18 and name.startswith("right but for two things: ")
     (spot,) = {check.spot for check in checks}
-    assert spot.count("right answers come with") == 2 and "line 101: q21D: right answers come with -q21D" in spot
+    assert (
+        spot.count("right answers come with") == 2
+        and "line 101: q21D: right answers come with -q21D" in spot
+    )
 
 
 @pytest.mark.deep
