@@ -25,7 +25,7 @@ MOST_FACTORS = 40  # of which three are multiplied, or sums of products are made
 MOST_OF_FOUR = 30
 # A name, its sine or cosine, what a function gives for it, the sum of two rates.
 _PLAIN = re.compile(r"[\w.]+|__import__\('math'\)\.\w+\(\w+\)|\([\w.]+\(\w+\)\)|\(\w+D [+-] \w+D\)")
-_RATE = re.compile(r"[\w.]*[^D\W]D+")
+_DERIVATIVE = re.compile(r"[\w.]*[^D\W]D+")
 _MADE_SUM = re.compile(r"\([\w.]+ [+-] [\w.]+\)")
 MATH, NUMPY = "__import__('math').", "__import__('numpy')."
 Found = tuple[str, str]  # kind of the mistake, and the formula
@@ -171,6 +171,7 @@ def _with_products(values, count, most):
         return
     every = np.array([*combinations_with_replacement(range(len(names)), count)])
     below = np.array([_divides(name) for name in names])
+    wanted, more = values.seen(values.wanted), values.seen(values.wanted - values.old)
     for split in (None, *range(count)):
         picked = every
         if split is not None:
@@ -181,12 +182,12 @@ def _with_products(values, count, most):
         if split is not None:
             products = products / table[picked[:, split]] ** 2
         terms, factors = values.seen(products), values.seen(products * values.old)
-        for chosen, factor in _fitting(values.seen(values.wanted - values.old) / terms, picked):
+        for chosen, factor in _fitting(more / terms, picked):
             yield "a term", _plus(factor, _product(names, chosen, split))
-        for chosen, factor in _fitting(values.seen(values.wanted) / terms, picked):
+        for chosen, factor in _fitting(wanted / terms, picked):
             text = _times(factor, _product(names, chosen, split))
             yield "a variable" if text in names else "a formula", text
-        for chosen, factor in _fitting(values.seen(values.wanted) / factors, picked):
+        for chosen, factor in _fitting(wanted / factors, picked):
             yield "a factor", _times(factor, f"{OLD}*{_product(names, chosen, split)}")
 
 
@@ -306,7 +307,7 @@ def _divides(name):
     """Return whether a formula may be divided by it: nobody forgets to divide by a rate, or by a
     sum, a sine or a cosine that the program does not have.
     """
-    return not (name.startswith(MATH) or _MADE_SUM.fullmatch(name) or _RATE.fullmatch(name))
+    return not (name.startswith(MATH) or _MADE_SUM.fullmatch(name) or _DERIVATIVE.fullmatch(name))
 
 
 def _number(values: np.ndarray) -> str:

@@ -321,9 +321,9 @@ class _Search:
         """
         if (few := self._wrong_rows(tried.steps)) is None:
             return None
-        count = self._count(tried)
         before = self._right(few, tried, [[]])[0]
-        right = self._right(few.part([0]), tried, [[k] for k in range(count)])[:, 0]
+        every = [[k] for k in range(self.student.changes_count)]
+        right = self._right(few.part([0]), tried, every)[:, 0]
         more = (right >= before[0]).all(axis=1) & (right > before[0]).any(axis=1)
         candidates = [[k] for k in np.flatnonzero(more).tolist()]
         now = self._right(few, tried, candidates)
@@ -398,10 +398,6 @@ class _Search:
             helps += all(self._right(rows, tried, [numbers]).all() for rows in asked)
         made = replace(tried, numbers=[numbers])
         return Mend(tuple(changes), self.function, made, helps, self.before)
-
-    def _count(self, tried):
-        self._right(self.asked[0].part([0]), tried, [[]])
-        return self.student.changes_count
 
     def _wrong_rows(self, steps, asked=None, most=FEW):
         """Return a few rows that have wrong answers after these steps, None where none has."""

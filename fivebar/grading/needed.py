@@ -135,9 +135,7 @@ class Needs:
         beside them: a matrix has too many numbers to be solved for.
         """
         for number in range(len(self._told)):
-            visits = self._visits_of(number)
-            once = {len(row) for row in visits} == {1}
-            if once and {len(row[0]) for row in visits} == {4}:
+            if self._shape(number) == (1, 4):
                 matrices = self._matrices(number)
                 yield from self._right_ones(number, guesses_of_matrices(matrices))
 
@@ -171,15 +169,10 @@ class Needs:
         """
         found = {}
         for number in range(len(self._told)):
-            visits = self._visits_of(number)
-            counts = {*map(len, visits)}
-            sizes = {len(part) for row in visits for part in row}
-            if len(counts) != 1 or len(sizes) != 1:
+            count, size = self._shape(number)
+            if not self.wrong.sum() < count * size <= MOST_GUESSED:
                 continue
-            unknowns = max(counts) * max(sizes)
-            if not self.wrong.sum() < unknowns <= MOST_GUESSED:
-                continue
-            values = self._values(number, [(row, ()) for row in self._few], max(sizes))
+            values = self._values(number, [(row, ()) for row in self._few], size)
             if values is not None:
                 found[number] = values
         return found
@@ -187,6 +180,16 @@ class Needs:
     def _visits_of(self, number):
         """Return the visits of a place in each row."""
         return [seen.get(number, []) for seen in self._visits]
+
+    def _shape(self, number):
+        """Return how many visits a place has in each row, and how many numbers in each visit; 0, 0
+        where these are not the same.
+        """
+        visits = self._visits_of(number)
+        counts = {*map(len, visits)}
+        sizes = {len(numbers) for row in visits for numbers in row}
+        same = len(counts) == len(sizes) == 1
+        return (max(counts), max(sizes)) if same else (0, 0)
 
     def _right_ones(self, number, guesses):
         """Yield (place, kind, formula) of the guesses with which all is right in a few rows."""
@@ -230,11 +233,9 @@ class Needs:
         """Return place -> what it is worth (rows, numbers), of those whose numbers are few."""
         starts = {}
         for number in range(len(self._told)):
-            visits = self._visits_of(number)
-            sizes = {len(numbers) for row in visits for numbers in row}
-            counts = {*map(len, visits)}
-            if len(sizes) == len(counts) == 1 and 0 < max(sizes) * max(counts) <= MOST_UNKNOWNS:
-                starts[number] = np.reshape(visits, (len(visits), -1))
+            count, size = self._shape(number)
+            if 0 < count * size <= MOST_UNKNOWNS:
+                starts[number] = np.reshape(self._visits_of(number), (-1, count * size))
         return starts
 
     def _solve(self, starts, rows):

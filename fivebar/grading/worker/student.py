@@ -38,9 +38,10 @@ class Tried:
     the list for this function and wave, None for no list.
 
     apart: functions that are not changed; steps: changes that are made before, each (wave, number),
-    or what is written in some places: (place, kind of mistake, formula) of each; watched: whether
-    the values of all places are shown instead, with, of each row, the place whose visits are told,
-    and (place, the numbers of its visits) for those in which others are put.
+    or what is written in some places: (place, kind of mistake, formula) of each, or first of all
+    those for another function: (its name, its steps); watched: whether the values of all places
+    are shown instead, with, of each row, the place whose visits are told, and (place, the numbers
+    of its visits) for those in which others are put.
     """
 
     function: str
