@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Generator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -19,45 +19,31 @@ import numpy as np
 import pytest
 
 from ..models.robots import Robot
+from .advice import Advice
 from .ask import Ask, Wrong
 from .diagnosis import consistent, denied, explains
 from .exercise import Misconception
-from .following import NEVER, builds_on, helped, may_help, reached, remark
+from .following import NEVER, helped, may_help, reached, remark
 from .helpers import wrong_helpers
 from .judge import Verdict
 from .labs import Lab
-from .mends import MOST_FUNCTIONS, Lead, Mend, find_mend
 from .program import Job, Program
-from .report.text import check_lines, not_started, number
-from .results import Check, checked
-from .shared_mistakes import SharedMistakes
+from .report.text import check_lines, number
+from .results import checked
 from .variants import PUBLIC_SEED
 from .worker.sandbox import IsolationError, KilledError
 
 _ASK = pytest.StashKey[Ask]()
-MOST_IN_VAIN = 2  # long searches of a file that find nothing: a draft has many mistakes
-BY_LEGS = "ikm", "ikm2"  # a slip of one leg spoils one number of theirs alone: they come first
 NO_NAME = Misconception("", "", None)
-MENDED = (
-    "value",
-    "nan",
-    "exception",
-    "shape",
-    "type",
-    "accepted",
-)
 
 
-def is_named(check: Check) -> bool:
-    """Return whether it is known what is wrong, not only in which function."""
-    name = check.misconception
-    return bool(name) and not name.startswith("consistent with your")
+@dataclass(frozen=True)
+class Failed:
+    """A test that failed, with what it asked first, and its arguments."""
 
-
-def may_be_mended(check: Check) -> bool:
-    """Return whether a check got wrong answers from a function that is written to its end."""
-    ended = "is a return missing" not in check.text
-    return check.reason in MENDED and not check.spot and not not_started(check) and ended
+    item: pytest.Function
+    ask: Ask
+    arguments: dict
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -100,6 +86,7 @@ class Checks:
         self.program, self.seed = program, seed
         self.found: list = []
         self.trouble: list = []
+        self.notes: list[str] = []  # on the whole file
         self.interrupted = False
         self.explains = True  # what is wrong, and with what it would be right
         self.killed: Any = None
@@ -107,9 +94,9 @@ class Checks:
         self._hopeless: dict = {}
         self._known: dict = {}  # of all checks; the latter: diagnoses by function
         self._helpers: dict | None = None  # wrong ones
-        self._verdicts: dict = {}  # function -> place in `found` -> Verdict
-        self._asks: list[Ask] = []
-        self._failed: dict = {}  # name -> a test that failed, what it asked first, its arguments
+        self.verdicts: dict = {}  # function -> place in `found` -> Verdict
+        self.asks: list[Ask] = []
+        self.failed: dict[str, Failed] = {}  # by a test's name
         self._payers: dict = {}  # helper -> the functions that lose points for it
 
     def pytest_configure(self, config: pytest.Config) -> None:
@@ -134,7 +121,7 @@ class Checks:
         lab, order = Lab(request.path.parent), self._drawn("order", request.node)
         ask = Ask(self.program, lab, self._hopeless, order, self._known)
         request.node.stash[_ASK] = ask
-        self._asks.append(ask)
+        self.asks.append(ask)
         return ask
 
     @pytest.hookimpl(wrapper=True)
@@ -154,16 +141,16 @@ class Checks:
         The first function that a wrong helper spoils pays for it: it is told, and keeps its points.
         """
         lab, first = Lab(item.path.parent), item.stash[_ASK]
-        self._failed[item.name] = item, first, dict(item.funcargs)
+        self.failed[item.name] = Failed(item, first, dict(item.funcargs))
         before = error.verdict if isinstance(error, Wrong) else Verdict(0.0, "value")
         if before.reason in NEVER or "RecursionError" in before.text:
             raise error
-        called, helpers = self._called(lab, first.asked), self._helpers_of(lab, first.asked)
+        called, helpers = self.called(lab, first.asked), self._helpers_of(lab, first.asked)
         payer = frozenset(first.asked)
         paid = {name for name in helpers if self._payers.get(name, payer) != payer}
         given = called | {name: helpers[name].exercise for name in paid}
         if given:
-            ask, after, left = self._again(item, lab, given, True)
+            ask, after, left = self.again(item, lab, given, True)
             doubtful = called.keys() - self._right()
             judged = {name: rows for name, rows in ask.rows.items() if name in doubtful}
             wrong = first.mistakes(judged) if after > before.share else {}
@@ -179,7 +166,7 @@ class Checks:
         for name, helper in helpers.items():
             if name in paid or share == 1:
                 continue
-            _, after, left = self._again(item, lab, given | {name: helper.exercise}, False)
+            _, after, left = self.again(item, lab, given | {name: helper.exercise}, False)
             if after > share:
                 share, last = after, left
                 guilty.append(name)
@@ -190,7 +177,7 @@ class Checks:
         if error is not None:
             raise error from None
 
-    def _called(self, lab, asked):
+    def called(self, lab, asked):
         """Return the lab's functions that those asked may call, none where all are right."""
         names = may_help(self.program.student.outline, lab, asked)
         if names <= self._right():
@@ -212,7 +199,7 @@ class Checks:
         names.sort(key=lambda name: len(reached(outline, name)))
         return {name: self._helpers[name] for name in names}
 
-    def _again(self, item, lab, given, deep, change=None):
+    def again(self, item, lab, given, deep, change=None):
         """Return the Ask of a check run with the right ones of these functions, the share of its
         points that it earns, and what is wrong, None where nothing is; deep: as in Ask; change: of
         the program, made in it, too.
@@ -223,7 +210,7 @@ class Checks:
             ask.deep = deep
             arguments = {"ask": ask, "draw": self._drawn("", item)}
             for name in signature(item.obj).parameters:
-                arguments.setdefault(name, self._failed[item.name][2].get(name))
+                arguments.setdefault(name, self.failed[item.name].arguments.get(name))
             wanted = signature(item.obj).parameters
             share, left = 1.0, None
             try:
@@ -293,7 +280,7 @@ class Checks:
         """Give the mistake of a function the same name in all of its checks, where one name tells
         both.
         """
-        last, known = self.found[-1], self._verdicts.setdefault(self.found[-1].function, {})
+        last, known = self.found[-1], self.verdicts.setdefault(self.found[-1].function, {})
         known[len(self.found) - 1] = verdict
         for place, earlier in known.items():
             check = self.found[place]
@@ -312,7 +299,7 @@ class Checks:
         """Take back the mistakes that give the answers of one check of a function only: its other
         checks ask the same formulas.
         """
-        for known in self._verdicts.values():
+        for known in self.verdicts.values():
             others = [*known.values()]
             for place, verdict in [*known.items()]:
                 mistake = verdict.diagnosis
@@ -322,99 +309,16 @@ class Checks:
                     self._rename(place, NO_NAME)
                     known[place] = replace(verdict, diagnosis=None)
 
-    def tell_mends(self, lab: Lab) -> None:
-        """Tell where one change makes a function right; what else builds on the function that is
-        changed is judged with the change.
-        """
+    def tell_advice(self, lab: Lab) -> None:
+        """Tell what makes wrong functions right, and judge again what builds on them."""
         self._withdraw_names()
         if self.program is not None and self.program.confined:
-            self._tell_mends_of_session(lab)
-            return
-        if not self.explains or self.program is None or self.program.again is None:
-            return
-        told_at_all = lab.spots_from() is not None
-        asked: dict = {}
-        for ask in self._asks:
-            for rows in ask.rows_asked:
-                asked.setdefault(rows.exercise.name, []).append(rows)
-        written = {check.function: None for check in self.found if may_be_mended(check)}
-        lost = {check.function for check in self.found if check.share < 1}
-        shared = SharedMistakes(self.program, lab, lost)
-        in_vain = 0
-        mends: list[Mend] = []
-        names = [name for name in written if name in asked]
-        names.sort(key=lambda name: name not in BY_LEGS)
-        for function in names[:MOST_FUNCTIONS]:
-            places = [k for k, check in enumerate(self.found) if check.function == function]
-            wrong = {check.function for check in self.found if check.share < 1}
-            if not any(may_be_mended(self.found[k]) for k in places):
-                continue  # it was judged with a change found before
-            mistakes = [self._diagnosis(k) for k in places if self.found[k].share < 1]
-            named = all(mistake and mistake.model for mistake in mistakes)
-            if self._paid_elsewhere(function, shared, named):
-                continue
-            if all(mistake and mistake.idle for mistake in mistakes):
-                continue  # it is still to be written, or answers by chance
-            deep = not named and in_vain < MOST_IN_VAIN
-            before = self._mend_of_helper(function, mends, lab)
-            mend = find_mend(self.program, lab, function, asked, wrong, deep, before)
-            in_vain += deep and not isinstance(mend, Mend)
-            if not isinstance(mend, Mend):
-                shared.let_pay(function, asked[function], named)
-            if mend is not None:
-                self._tell(mend, places, told_at_all)
-            if isinstance(mend, Mend):
-                mends.append(mend)
-                self._judge_with(mend, lab)
+            self._tell_advice_of_session(lab)
+        elif self.explains and self.program is not None and self.program.again is not None:
+            Advice(self, lab).tell()
 
-    def _mend_of_helper(self, function, mends, lab):
-        """Return the last of these mends that is in helpers of a function, None for none."""
-        outline, exercises = self.program.student.outline, lab.exercises()
-        for mend in reversed(mends):
-            if not mend.inside & exercises.keys() and builds_on(outline, function, mend.inside):
-                return mend
-        return None
-
-    def _tell(self, mend, places, told_at_all):
-        """Tell what was found in those checks of a function that are not right."""
-        spot = mend.spot(self.program.where)
-        for k in places:
-            check = self.found[k]
-            if check.share == 1:
-                continue
-            if isinstance(mend, Lead) and is_named(check):
-                continue
-            told = {}
-            if told_at_all:
-                told["spot"] = spot
-            if not is_named(check):
-                told["misconception"] = mend.name
-                told["hint"] = mend.hint
-            self.found[k] = replace(check, **told)
-
-    def _paid_elsewhere(self, function, shared, named):
-        """Return whether a function is wrong by values of a helper for which another one pays; it
-        gets its points then.
-        """
-        failed, asked = [], []
-        for k, check in enumerate(self.found):
-            if check.function == function and check.share < 1 and check.name in self._failed:
-                ask = self._failed[check.name][1]
-                rows = [rows for rows in ask.rows_asked if len(rows.wrong)]
-                if rows:
-                    failed.append((k, ask))
-                    asked += rows
-        if not failed:
-            return False
-        payer, helper = shared.payer(function, asked, named)
-        for k, ask in failed if payer else ():
-            check = self.found[k]
-            ask.remark(f"wrong by the same values of your {helper} as {payer}, which pays for them")
-            self.found[k] = checked(check.name, check.title, check.max_points, ask.record, None)
-        return bool(payer)
-
-    def _tell_mends_of_session(self, lab):
-        """Tell mends of a session's functions: what is tried runs in a process of its own."""
+    def _tell_advice_of_session(self, lab):
+        """Tell it of a session's functions: what is tried runs in a process of its own."""
         live = self.program
         if all(check.share == 1 for check in self.found):
             return
@@ -425,31 +329,8 @@ class Checks:
         with other.student:
             self.program = replace(other, robot=live.robot_in(lab))
             if other.student.trouble is None:
-                self.tell_mends(lab)
+                self.tell_advice(lab)
         self.program = live
-
-    def _diagnosis(self, place):
-        """Return what was found wrong with the answers of a check, None where nothing was."""
-        verdict = self._verdicts.get(self.found[place].function, {}).get(place)
-        return verdict and verdict.diagnosis
-
-    def _judge_with(self, mend, lab):
-        """Judge the other functions that call the one that is to be mended with the change made."""
-        outline, changed = self.program.student.outline, mend.inside
-        for k, check in enumerate(self.found):
-            failed = self._failed.get(check.name)
-            if failed is None or check.share == 1 or check.function == mend.function:
-                continue
-            item, asked = failed[0], failed[1].asked
-            if not any(builds_on(outline, name, changed) for name in asked):
-                continue
-            given = self._called(lab, asked)
-            ask, share, left = self._again(item, lab, given, True, mend.made)
-            if share > check.share:
-                count = "one change" if len(mend.changes) == 1 else "two changes"
-                helper = " and ".join(sorted(changed))
-                ask.remark(f"judged with {count} in your {helper}, for which {mend.function} pays")
-                self.found[k] = checked(check.name, check.title, check.max_points, ask.record, left)
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:

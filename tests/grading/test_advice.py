@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from fivebar.grading.advice import Advice
 from fivebar.grading.grade import grade
 from fivebar.grading.labs import find_lab
 from fivebar.grading.program import Job
@@ -218,3 +219,29 @@ def test_the_order_of_the_functions_does_not_matter_where_a_helper_is_called_by_
         ),
     )
     assert report("amoro", "amoro_blocks", tmp_path, changes[0], changes[1]).points == 18
+
+
+@pytest.mark.deep
+def test_a_slip_beside_one_of_a_helper_that_is_found_later_is_told(tmp_path):
+    """The inverse model is looked at first; the change in its helper is found for the direct one."""
+    matrix = "B = np.array([[sin(q12), 0], [0, sin(q22)]])"
+    product = "np.linalg.inv(B).dot(A.dot(np.array([xDD, yDD])) - b)"
+    found = report(
+        "amoro-biglide",
+        "biglide_blocks",
+        tmp_path,
+        (matrix, matrix.replace("sin", "cos")),
+        (product, "np.linalg.inv(B).dot(A.dot(np.array([xDD, yDD]))) - b"),
+    )
+    (spot,) = {c.spot for c in found.checks if c.function == "ikm2" and c.share < 1}
+    assert f"right answers come with {product}, after the change in your compute_A_B" in spot
+
+
+def test_points_stand_where_the_search_fails(tmp_path, monkeypatch):
+    def fail(advice):
+        raise ZeroDivisionError("a seam")
+
+    monkeypatch.setattr(Advice, "tell", fail)
+    found = report("lab1", "lab1", tmp_path, ("D = np.linalg.norm(PQ)", "D = 1"))
+    (note,) = [note for note in found.notes if "ZeroDivisionError: a seam" in note]
+    assert "The points stand" in note and 0 < found.points < found.max_points

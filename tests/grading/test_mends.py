@@ -232,7 +232,7 @@ def test_a_name_that_another_check_of_the_function_denies_is_taken_back(monkeypa
     checks.found = [replace(named, misconception="a mistake", hint="?"), named]
     mistake = Misconception("a mistake", "?", lambda: None)
     first, second = Verdict(0.0, diagnosis=mistake, answers="home"), Verdict(0.0, answers="all")
-    checks._verdicts = {"dgm": {0: first, 1: second}}
+    checks.verdicts = {"dgm": {0: first, 1: second}}
     monkeypatch.setattr(plugin, "denied", lambda mistake, answers: answers == "all")
     checks._withdraw_names()
     assert [check.misconception for check in checks.found] == ["", ""]
