@@ -92,6 +92,31 @@ def igm_steps(
     return tuple(found)
 
 
+# (name, hint, reading) of what becomes of the angle of a vector.
+READINGS = (
+    (
+        "atan for atan2",
+        "Some of your angles are off by half a turn. What does y / x forget?",
+        lambda z: np.arctan(z.imag / z.real),
+    ),
+    (
+        "atan2 with x before y",
+        "atan2 of a point on the x axis is 0. Try yours on (1, 0).",
+        lambda z: np.pi / 2 - np.angle(z),
+    ),
+    (
+        "as for the other sign of x",
+        "Which way does your vector point?",
+        lambda z: np.angle(-z.conj()),
+    ),
+)
+
+
+def _read_slips():
+    for name, hint, reading in READINGS:
+        yield from each_leg(name, hint, read=reading)
+
+
 def igm_slips(kind: Kind) -> tuple[Slip, ...]:
     gamma = (
         "gamma1 belongs to the left leg, gamma2 to the right one. Change one alone: what changes?"
@@ -156,21 +181,7 @@ def igm_slips(kind: Kind) -> tuple[Slip, ...]:
             " turn?",
             {"to_m": lambda m, line: line, "elbow": lambda m, up, robot, leg: m},
         ),
-        *each_leg(
-            "atan for atan2",
-            "Some of your angles are off by half a turn. What does y / x forget?",
-            read=lambda z: np.arctan(z.imag / z.real),
-        ),
-        *each_leg(
-            "atan2 with x before y",
-            "atan2 of a point on the x axis is 0. Try yours on (1, 0).",
-            read=lambda z: np.pi / 2 - np.angle(z),
-        ),
-        *each_leg(
-            "as for the other sign of x",
-            "Which way does your vector point?",
-            read=lambda z: np.angle(-z.conj()),
-        ),
+        *_read_slips(),
     ]
     return tuple(slips)
 
@@ -225,16 +236,8 @@ def passive_slips(kind: Kind) -> tuple[Slip, ...]:
             "Does your dgm get the assembly mode?",
             {"sign": lambda mode: 1 + 0 * mode},
         ),
-        *each_leg(
-            "atan for atan2", "What does y / x forget?", read=lambda z: np.arctan(z.imag / z.real)
-        ),
-        *each_leg(
-            "atan2 with x before y",
-            "atan2 of a point on the x axis is 0.",
-            read=lambda z: np.pi / 2 - np.angle(z),
-        ),
         *each_leg("bar read from its end to its beginning", ends, read=lambda z: np.angle(-z)),
-        *each_leg("as for the other sign of x", ends, read=lambda z: np.angle(-z.conj())),
+        *_read_slips(),
     ]
     if not kind.turns:
         hint = "A foot slides and does not turn. From which direction is its bar's angle measured?"

@@ -4,14 +4,41 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from functools import cache, partial
+from functools import partial, wraps
 from typing import Any
 
 import numpy as np
 
 from ...models.robots import Robot
 from ..columns import QUARTER, Array, Columns, inverse, times
-from ..exercise import Slip
+
+
+def of_legs(derivation: Callable) -> Callable:
+    """Let a step of a derivation be a pair of steps, one for each leg, None for the right one.
+
+    A step gives (n, 2), or (n, 2, 2) with the leg second.
+    """
+    defaults = {name: p.default for name, p in inspect.signature(derivation).parameters.items()}
+
+    @wraps(derivation)
+    def with_pairs(*row, **steps):
+        for key, step in steps.items():
+            if isinstance(step, tuple):
+                steps[key] = _joined(*(own or defaults[key] for own in step))
+        return derivation(*row, **steps)
+
+    return with_pairs
+
+
+def _joined(left, right):
+    """Return a step that is one step in the left leg and another one in the right leg."""
+
+    def step(*arguments):
+        of_left, of_right = (np.asarray(own(*arguments)) for own in (left, right))
+        is_left = np.array([True, False])
+        return np.where(is_left if of_left.ndim < 3 else is_left[:, None], of_left, of_right)
+
+    return step
 
 
 class Joints:
@@ -75,6 +102,7 @@ def diagonal_B(b: Array, j: Joints) -> Array:
     return diagonal(b)
 
 
+@of_legs
 def parts_of(
     robot: Robot,
     *q: Array,
@@ -130,6 +158,7 @@ def minus_both(near: Array, far: Array) -> Array:
     return -near - far
 
 
+@of_legs
 def bias(
     j: Joints,
     rates: Columns,
@@ -275,6 +304,7 @@ def relative_to_elbow(end: Array, drag: Array, j: Joints) -> Array:
     return end - drag
 
 
+@of_legs
 def passive_motion(
     robot: Robot,
     *row: Array,
@@ -305,44 +335,3 @@ def passive_motion(
     distal = per(along_normal, j)
     relative = distal - own(q, j)
     return tuple(relative.T)
-
-
-def only(leg: int, wrong: Callable, usual: Callable) -> Callable:
-    """Return a step that is wrong in one leg; it gives (n, 2), or (n, 2, 2) with the leg second."""
-
-    def step(*arguments):
-        bad = np.asarray(wrong(*arguments))
-        good = np.asarray(usual(*arguments))
-        keep = np.arange(2) == leg
-        if bad.ndim == 3:
-            keep = keep[:, None]
-        return np.where(keep, bad, good)
-
-    return step
-
-
-def per_leg(
-    name: str, hint: str, key: str, wrong: Callable, usual: Callable, **beside: Callable
-) -> tuple[Slip, ...]:
-    """Return the slip in both legs, in the left one and in the right one; beside: more steps."""
-    left = only(0, wrong, usual)
-    right = only(1, wrong, usual)
-    return (
-        Slip(name, hint, {key: wrong} | beside),
-        Slip(f"{name}, in the left leg", hint, {key: left} | beside),
-        Slip(f"{name}, in the right leg", hint, {key: right} | beside),
-    )
-
-
-@cache
-def usual(function: Callable, step: str) -> Callable:
-    """Return the right step of a derivation."""
-    return inspect.signature(function).parameters[step].default
-
-
-def in_legs(function: Callable, *cases: tuple[str, str, str, Callable]) -> list[Slip]:
-    """Return the slips of each case: its name, its hint, the step and the wrong step."""
-    slips: list[Slip] = []
-    for name, hint, step, wrong in cases:
-        slips += per_leg(name, hint, step, wrong, usual(function, step))
-    return slips

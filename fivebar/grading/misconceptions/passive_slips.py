@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from ..exercise import Slip
+from .geometry_steps import each_leg
 from .motion_slips import angle_slips
-from .motion_steps import dot, in_legs, passive_motion, per_leg, usual
+from .motion_steps import dot, elbow_centripetal, elbow_velocity
 from .right import Kind
 
 
 def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
     """Of dkm_passive, or of dkm2_passive."""
-    drag, own = usual(passive_motion, "drag"), usual(passive_motion, "own")
     word, unit_ = ("acceleration", "m/s²") if accelerations else ("rate", "m/s")
     pivot = kind.words.pivots
     away = (
@@ -20,27 +20,23 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
     length = f"{unit_} is no unit of a passive {word}. Which length lies between?"
     slips = [
         *angle_slips(kind),
-        *in_legs(
-            passive_motion,
-            (
-                "u instead of v for the distal bar",
-                "Which way does the end of the distal bar move when only the passive joint turns?",
-                "v",
-                lambda j: j.u2,
-            ),
-            (
-                "+90 degrees turned the other way",
-                "Turn (1, 0) by +90 degrees. Is it (0, 1) or (0, -1)?",
-                "v",
-                lambda j: -j.v2,
-            ),
-            (f"share of the {pivot} forgotten", away, "drag", lambda j, v: 0 * drag(j, v)),
-            (
-                f"share of the {pivot} not projected",
-                "Which part of it lies along v12?",
-                "drag",
-                lambda j, v: j.proximal + 0 * drag(j, v),
-            ),
+        *each_leg(
+            "u instead of v for the distal bar",
+            "Which way does the end of the distal bar move when only the passive joint turns?",
+            v=lambda j: j.u2,
+        ),
+        *each_leg(
+            "+90 degrees turned the other way",
+            "Turn (1, 0) by +90 degrees. Is it (0, 1) or (0, -1)?",
+            v=lambda j: -j.v2,
+        ),
+        *each_leg(
+            f"share of the {pivot} forgotten", away, drag=lambda j, v: 0 * elbow_velocity(j, v)
+        ),
+        *each_leg(
+            f"share of the {pivot} not projected",
+            "Which part of it lies along v12?",
+            drag=lambda j, v: j.proximal + 0 * elbow_velocity(j, v),
         ),
         Slip(
             f"share of the {pivot} added instead of subtracted",
@@ -52,64 +48,53 @@ def passive_slips(kind: Kind, accelerations: bool) -> tuple[Slip, ...]:
             length,
             {"take": lambda end, drag, j: end - drag * j.distal},
         ),
-        *in_legs(
-            passive_motion,
-            ("length of the bar forgotten", length, "per", lambda value, j: value + 0 * j.distal),
-        ),
+        *each_leg("length of the bar forgotten", length, per=lambda value, j: value + 0 * j.distal),
     ]
     if kind.turns:
         turn = "Turn (1, 0) and (0, 1) by +90 degrees: where do they go?"
+        solve = "The distal bar turns at q11' + q12'. Solve that for q12'."
         slips += [
             Slip(
                 "+90 degrees turned the other way for both bars",
                 turn,
                 {"v": lambda j: -j.v2, "drag": lambda j, v: j.proximal * dot(v, -j.v1)},
             ),
-        ]
-        solve = "The distal bar turns at q11' + q12'. Solve that for q12'."
-        slips += [
-            *in_legs(
-                passive_motion,
-                (f"absolute {word} instead of relative", solve, "own", lambda q, j: 0 * q),
-                (
-                    f"active {word} divided by the length, too",
-                    solve,
-                    "own",
-                    lambda q, j: q / j.distal,
-                ),
-                (f"active {word} added instead of subtracted", solve, "own", lambda q, j: -q),
+            *each_leg(f"absolute {word} instead of relative", solve, own=lambda q, j: 0 * q),
+            *each_leg(
+                f"active {word} divided by the length, too", solve, own=lambda q, j: q / j.distal
             ),
+            *each_leg(f"active {word} added instead of subtracted", solve, own=lambda q, j: -q),
         ]
     else:
-        slips += per_leg(
+        slips += each_leg(
             "foot's speed subtracted as in the five-bar",
             "A foot does not turn.",
-            "own",
-            lambda q, j: q,
-            own,
+            own=lambda q, j: q,
         )
     return (*slips, *(_pulls(kind) if accelerations else ()))
 
 
 def _pulls(kind):
     """Return what becomes of the centripetal term of the proximal bar."""
-    usual_pull = usual(passive_motion, "pull")
-    kept = "You multiply by v12. What is left there of a vector along u12?"
 
-    def all_of(own, passive, j):
-        return own + passive if j.turns else passive
+    def with_own(j, v, own, passive):
+        rate = own + passive if j.turns else passive
+        return elbow_centripetal(j, v, own, passive) + j.distal * rate**2
 
-    own_kept = Slip(
+    kept = Slip(
         "centripetal term of the distal bar kept",
-        kept,
-        {"pull": lambda j, v, own, q: usual_pull(j, v, own, q) + j.distal * all_of(own, q, j) ** 2},
+        "You multiply by v12. What is left there of a vector along u12?",
+        {"pull": with_own},
     )
     if not kind.turns:
-        return (own_kept,)
+        return (kept,)
     term = "The elbow's centripetal acceleration is -l11 q11'^2 u11. What does v12 . u11 give?"
-    wrong = (
-        ("centripetal term missing", lambda j, v, own, q: 0 * own),
-        ("centripetal term of the wrong sign", lambda j, v, own, q: -usual_pull(j, v, own, q)),
+    return (
+        *each_leg("centripetal term missing", term, pull=lambda j, v, own, q: 0 * own),
+        *each_leg(
+            "centripetal term of the wrong sign",
+            term,
+            pull=lambda j, v, own, q: -elbow_centripetal(j, v, own, q),
+        ),
+        kept,
     )
-    each = [s for name, pull in wrong for s in per_leg(name, term, "pull", pull, usual_pull)]
-    return *each, own_kept
