@@ -53,7 +53,7 @@ class Advice:
                 self._asked.setdefault(rows.exercise.name, []).append(rows)
         self._shared = SharedMistakes(checks.program, lab, self._wrong())
         self._mends: list[Mend] = []
-        self._in_vain: dict[str, Mend | None] = {}  # function -> the change made before the search
+        self._in_vain: dict[str, list[Mend]] = {}  # function -> changes found before the search
 
     def tell(self) -> None:
         """Tell where one change makes a function right; what else builds on the function that is
@@ -73,7 +73,7 @@ class Advice:
         # What a function needs may be a change that was found for another one after it.
         for function, before in [*self._in_vain.items()]:
             unnamed = [k for k in self._places(function) if not is_named(self._checks.found[k])]
-            if unnamed and self._mend_of_helper(function) is not before:
+            if unnamed and self._mends_of_helpers(function) != before:
                 self._search(function, self._mistakes(function))
 
     def _wrong(self):
@@ -96,7 +96,7 @@ class Advice:
         """Look for what makes a function right, tell it, and judge others with it."""
         named = _are_named(mistakes)
         deep = not named and len(self._in_vain.keys() - {function}) < MOST_IN_VAIN
-        before = self._mend_of_helper(function)
+        before = self._mends_of_helpers(function)
         mend = find_mend(
             self._program, self._lab, function, self._asked, self._wrong(), deep, before
         )
@@ -110,13 +110,14 @@ class Advice:
             self._in_vain[function] = before
         self._shared.let_pay(function, self._asked[function], named)
 
-    def _mend_of_helper(self, function):
-        """Return the last change found in helpers of a function, None for none."""
-        outline, exercises = self._program.student.outline, self._lab.exercises()
-        for mend in reversed(self._mends):
-            if not mend.inside & exercises.keys() and builds_on(outline, function, mend.inside):
-                return mend
-        return None
+    def _mends_of_helpers(self, function):
+        """Return the changes found in helpers that a function may call, the last one first."""
+        outline, exercises = self._program.student.outline, self._lab.exercises().keys()
+        return [
+            mend
+            for mend in reversed(self._mends)
+            if not mend.inside & exercises and builds_on(outline, function, mend.inside)
+        ]
 
     def _tell(self, mend, function):
         """Tell what was found in those checks of a function that are not right."""
@@ -155,9 +156,10 @@ class Advice:
     def _judge_with(self, mend):
         """Judge the other functions that call the one that is to be mended with the change made."""
         outline, changed = self._program.student.outline, mend.inside
+        payers = {each.function for each in mend.all}
         for k, check in enumerate(self._checks.found):
             failed = self._checks.failed.get(check.name)
-            if failed is None or check.share == 1 or check.function == mend.function:
+            if failed is None or check.share == 1 or check.function in payers:
                 continue
             asked = failed.ask.asked
             if not any(builds_on(outline, name, changed) for name in asked):

@@ -55,10 +55,10 @@ class Values:
         return np.einsum("...ru,ruk->...rk", parts, self.slopes).reshape(*values.shape[:-1], -1)
 
     def alike(self, a: np.ndarray, b: np.ndarray) -> bool:
-        """Return whether two formulas are worth the same in all samples."""
-        off = a - b
-        if self.turns:
-            off = wrap(off)
+        """Return whether two formulas are worth the same in all samples, but for half turns: a
+        vector and its opposite may give the same answer.
+        """
+        off = wrap(2 * (a - b)) / 2
         scale = max(np.abs(b).max(), SMALL * np.abs(self.old).max())
         return bool(np.all(np.abs(off) <= CLOSE * scale))
 
@@ -139,9 +139,9 @@ def _with_one(values):
                 yield "a factor", _times(factor, f"{OLD}/{text}")
             if factor := _number(_ratio(more, one)):
                 yield "a term", _plus(factor, text)
-        if values.turns and values.alike(old + value, wanted):
+        if values.alike(old + value, wanted):
             yield "a term", f"{OLD} + {name}"
-        if values.turns and values.alike(old - value, wanted):
+        if values.alike(old - value, wanted):
             yield "a term", f"{OLD} - {name}"
 
 
@@ -297,6 +297,8 @@ def _term(values):
     """Return what is to be added to the old value, "" where no formula is."""
     if values.alike(values.wanted, values.old):
         return "0"
+    if number := _number(values.wanted - values.old):
+        return number
     for kind, text in chain(_with_one(values), _with_two(values)):
         if kind == "a term":
             return text.removeprefix(f"{OLD} + ").replace(f"{OLD} - ", "-")

@@ -5,7 +5,7 @@ is told that was not tried.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, islice
 
@@ -29,7 +29,7 @@ FEW = 4  # rows that the others must have right first
 MOST_KEPT = 8  # rows of a check of a right function that are asked again
 MOST_FUNCTIONS = 8  # of a file that are looked at
 MOST_CHANGES = 2  # that are told: with more of them, a formula is another one
-MOST_COMPARED = 3  # formulas that make all right, of which one may help other functions, too
+MOST_COMPARED = 16  # formulas that make all right, of which one may help other functions, too
 MOST_FIRST = 2  # changes that make more numbers right, to each of which a second one is sought
 MOST_NEEDED = 8  # rows in which values are looked for that a function needs
 MOST_FORMULAS = 2  # of a place
@@ -100,14 +100,19 @@ class Mend:
             f"{where(change.line)}: {change.old}: right answers come with {change.new}"
             for change in self.changes
         ]
-        first = self.after.inside if self.after else ()
-        also = f", after the change in your {' and '.join(sorted(first))}" if first else ""
+        first = sorted(set().union(*(mend.inside for mend in self.all[1:])))
+        also = f", after the change in your {' and '.join(first)}" if first else ""
         return "; and ".join(told) + also
 
     @property
     def inside(self) -> set[str]:
         """The functions that are changed."""
         return {change.function for change in self.changes}
+
+    @property
+    def all(self) -> list[Mend]:
+        """This one, and those before it."""
+        return [self, *(self.after.all if self.after else ())]
 
     @property
     def step(self) -> tuple:
@@ -145,23 +150,23 @@ def find_mend(
     asked: dict[str, list[AskedRows]],
     wrong: set[str],
     deep: bool,
-    before: Mend | None = None,
+    before: Sequence[Mend] = (),
 ) -> Mend | Lead | None:
     """Return the changes that make a function right, else the last wrong value, None where there
     is none of which all others follow.
 
     asked: what the checks asked of all functions: what is right stays right; wrong: the wrong
     functions of the lab, of which right ones stand in for those that are called; deep: whether
-    unlikely changes, and two at once, are tried as well; before: what was found for another
-    function in a helper that this one calls, too.
+    unlikely changes, and two at once, are tried as well; before: what was found for other
+    functions in helpers that this one may call, too, the last one first.
     """
     with with_right_called(program, lab, function, wrong) as other:
         search = _Search(other, lab, function, asked[function])
-        begun = before is not None and search.begin_after(before, False)
+        begun = any(search.begin_after(mend, False) for mend in before)
         for name in asked.keys() - {function}:
             search.keep(name, asked[name])
         found = search.mend(deep)
-        if found is None and before and not begun and search.begin_after(before, True):
+        if found is None and before and not begun and search.begin_after(before[0], True):
             found = search.mend(deep)
         return search.lead() if found is None and deep else found
 
@@ -357,10 +362,12 @@ class _Search:
         """Return the mend of the shortest of these formulas that makes all right; first of all one
         in a helper with which other functions become right, too.
         """
-        found = sorted(found, key=_size)
+        different = {(place.number, *written): (place, *written) for place, *written in found}
+        found = sorted(different.values(), key=_size)
         helpers = [one for one in found if one[0].function != self.function]
         mends = self._sure_ones(helpers, needs, steps) if self.others else ()
-        best = max(islice(mends, MOST_COMPARED), key=lambda mend: mend.helps, default=None)
+        few = islice(mends, MOST_COMPARED)
+        best = max(few, key=lambda mend: (mend.helps, -len(mend.changes)), default=None)
         if best and best.helps:
             return best
         return next(self._sure_ones(found, needs, steps), None)

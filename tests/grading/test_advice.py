@@ -14,7 +14,7 @@ from tests.helpers.hand_ins import FOLDER
 FRESH = FOLDER / "fresh"
 
 
-def report(lab, base, folder, *changes):
+def report(lab, base, folder, *changes, fails=False):
     """The report on a file of the corpus with these changes, (old, new)."""
     source = (FRESH / f"{base}.py").read_text("utf-8")
     for old, new in changes:
@@ -24,6 +24,7 @@ def report(lab, base, folder, *changes):
     path.write_text(source, encoding="utf-8")
     found = grade(find_lab(lab), Job(path, seed="advice"))
     assert not found.faults
+    assert fails or not any("search for what is wrong failed" in note for note in found.notes)
     return found
 
 
@@ -242,6 +243,6 @@ def test_points_stand_where_the_search_fails(tmp_path, monkeypatch):
         raise ZeroDivisionError("a seam")
 
     monkeypatch.setattr(Advice, "tell", fail)
-    found = report("lab1", "lab1", tmp_path, ("D = np.linalg.norm(PQ)", "D = 1"))
+    found = report("lab1", "lab1", tmp_path, ("D = np.linalg.norm(PQ)", "D = 1"), fails=True)
     (note,) = [note for note in found.notes if "ZeroDivisionError: a seam" in note]
     assert "The points stand" in note and 0 < found.points < found.max_points

@@ -54,7 +54,9 @@ def patched(source, hunk, title):
 def graded(case, folder, seed="corpus"):
     path = Path(folder) / "hand_in.py"
     path.write_bytes(case.source.encode(case.encoding))
-    return grade(find_lab(case.lab), Job(path, seed=seed))
+    report = grade(find_lab(case.lab), Job(path, seed=seed))
+    assert not any("search for what is wrong failed" in note for note in report.notes)
+    return report
 
 
 def outcome(case, report):

@@ -118,11 +118,9 @@ def _like(value, numbers):
 
 def _named(frame):
     """Return the numbers that names have in a frame, those of an object's parts among them."""
-    named: dict = {}
-    for name, value in frame.f_locals.items():
-        parts = getattr(value, "__dict__", {}) if name == "self" else {}
-        named |= {f"self.{part}": flat(own) for part, own in parts.items()}
-        named[name] = flat(value)
+    named = {name: flat(value) for name, value in frame.f_locals.items()}
+    own = getattr(frame.f_locals.get("self"), "__dict__", {})
+    named |= {f"self.{part}": flat(value) for part, value in own.items()}
     for name, value in frame.f_globals.items():
         if type(value) in (int, float) and not name.startswith("_"):
             named[f"globals()['{name}']" if name in named else name] = flat(value)
