@@ -56,9 +56,9 @@ class Values:
 
     def alike(self, a: np.ndarray, b: np.ndarray) -> bool:
         """Return whether two formulas are worth the same in all samples, but for half turns: a
-        vector and its opposite may give the same answer.
+        direction and its opposite may give the same answer.
         """
-        off = wrap(2 * (a - b)) / 2
+        off = wrap(a - b) if self.turns else wrap(2 * (a - b)) / 2
         scale = max(np.abs(b).max(), SMALL * np.abs(self.old).max())
         return bool(np.all(np.abs(off) <= CLOSE * scale))
 

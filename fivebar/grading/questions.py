@@ -149,8 +149,8 @@ class Questions:
         return judge(exercise, other, columns, replies, rows.tolerance, rows.refuse).diagnosis
 
     def with_others(self, longer=False):
-        """Return the robot with other masses and inertias, or with longer bars and its bases farther
-        apart, and the file's constants for it: those that it gives a number.
+        """Return the robot with other masses and inertias, or with longer bars and its bases
+        farther apart, and the file's constants for it: those that it gives a number.
         """
         constants, own = self._constants or {key: (key,) for key in self._robot.parameters}, {}
         for name in [key for key in constants if key in self._program.student.constants]:
