@@ -275,8 +275,8 @@ class _Search:
         call = call_text(needs.rows.exercise, needs.rows.columns, int(row))
         old, wanted = last.old[row, number], last.wanted[row, number]
         told = (
-            f"all is right that is computed from {last.place.text}, which is {old:.6g} where"
-            f" {wanted:.6g} is needed, in {call}"
+            f"{last.place.text} is {old:.6g}, but {wanted:.6g} is needed, in {call}; what is"
+            " computed from it is right"
         )
         return Lead("", last.place.line, told)
 

@@ -92,7 +92,8 @@ def _refuse_other_shape(name, came, asked):
         return
     if kept == wanted[::-1]:
         raise Unfit("shape", f"{name} has shape {came}, asked is {asked}: its transpose?")
-    text = f"{name} has shape {came}, asked is {asked or 'a number'}"
+    has = f"has shape {came}" if came else "is a number"
+    text = f"{name} {has}, asked is {f'shape {asked}' if asked else 'a number'}"
     if len(kept) == 1:
         text += ": print the shapes of what you add and multiply"
     raise Unfit("shape", text)

@@ -334,7 +334,7 @@ SLIPS = {
         "alpha = np.arccos(n / (2 * l))",
         "alpha = n**1.2 + 3 * n",
         r"",
-        r"line \d+: all is right that is computed from .*, which is .* where .* is needed, in dgm",
+        r"line \d+: .* is .*, but .* is needed, in dgm\(.*\); what is computed from it is right",
     ),
 }
 

@@ -92,7 +92,7 @@ def test_what_is_read_in_which_order_and_what_is_remarked(exercise, value, numbe
         (DGM, [1.0, ["a"]], "type", "y holds something that is not a number"),
         (MODEL, [[1, 2], [3, 4]], "shape", "returned M alone where 2 (M, c) are asked"),
         (WIDE, np.ones((3, 2)), "shape", "J has shape (3, 2), asked is (2, 3): its transpose?"),
-        (MODEL, [np.eye(3), [1, 2]], "shape", "M has shape (3, 3), asked is (2, 2)"),
+        (MODEL, [np.eye(3), [1, 2]], "shape", "M has shape (3, 3), asked is shape (2, 2)"),
     ],
 )
 def test_what_cannot_be_read_says_why(exercise, value, reason, text):

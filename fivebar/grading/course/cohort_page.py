@@ -15,7 +15,7 @@ from ..report.page import page, text
 from ..report.text import number
 from ..results import Report
 from .cohort import trouble_of
-from .items import has_marks, items, misconceptions, scores
+from .items import has_marks, in_numbers, items, misconceptions, scores_text
 
 STYLE = """
 .fivebar table { border-collapse: collapse; width: 100%; }
@@ -98,7 +98,7 @@ def write_summary(
     for title, (columns, found) in parts.items():
         if found:
             body += f"<h2>{title}</h2>{table(title, columns, [map(text, row) for row in found])}"
-    write_whole(out / "summary.html", page(f"{lab}: {len(graded)} students", body, STYLE))
+    write_whole(out / "summary.html", page(f"{lab}: {in_numbers(len(graded))}", body, STYLE))
 
 
 def _item(item):
@@ -108,7 +108,6 @@ def _item(item):
 
 
 def _body(lab, reports):
-    of = scores(reports)
     bins = Counter(min(int(report.percent / 10), 9) for report in reports)
     shares = []
     for k in range(10):
@@ -134,10 +133,7 @@ def _body(lab, reports):
         "Misconceptions": (("Misconception", "share", "students"), names),
         "Students": (("Student", "share", "points"), map(_student, reports)),
     }
-    words = (
-        f"<h1>{text(lab)}</h1><p>{of['students']} students, mean {of['mean']:.0f} %, median"
-        f" {of['median']:.0f} %, with all points: {of['full']}</p>"
-    )
+    words = f"<h1>{text(lab)}</h1><p>{scores_text(reports)}</p>"
     for title, (heads, rows) in parts.items():
         words += f"<h2>{title}</h2>"
         if title == "Checks":

@@ -81,25 +81,22 @@ def misconceptions(reports: list[Report]) -> list[tuple[tuple[str, str], int]]:
     return sorted(met.items(), key=lambda pair: (-pair[1], pair[0]))
 
 
-def scores(reports: list[Report]) -> dict[str, float]:
-    """Return number of students, mean, median, and how many have all points, in per cent of the
+def in_numbers(count: int) -> str:
+    """Return how many students."""
+    return f"{count} student{'s' * (count != 1)}"
+
+
+def scores_text(reports: list[Report]) -> str:
+    """Return number of students, mean and median in per cent of the points, and how many have all
     points.
     """
     percent = [report.percent for report in reports]
+    middle = f"mean {fmean(percent):.0f} %, median {median(percent):.0f} %"
     full = sum(_all_right(report) for report in reports)
-    return {
-        "students": len(percent),
-        "mean": fmean(percent),
-        "median": median(percent),
-        "full": full,
-    }
+    return f"{in_numbers(len(reports))}, {middle}, with all points: {full}"
 
 
 def summary_text(lab: str, reports: list[Report]) -> str:
     """Return the scores in a line, without those who handed in no program."""
     reports = list(filter(has_marks, reports))
-    if not reports:
-        return f"{lab}: nobody is graded"
-    of = scores(reports)
-    middle = f"mean {of['mean']:.0f} %, median {of['median']:.0f} %"
-    return f"{lab}: {of['students']} students, {middle}, with all points: {of['full']}"
+    return f"{lab}: {scores_text(reports) if reports else 'nobody is graded'}"
