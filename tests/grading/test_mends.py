@@ -220,6 +220,21 @@ def test_an_array_under_two_names_becomes_two_arrays():
     assert ("an array in place", "x = y = [0.0]", "x = [0.0]; y = [0.0]") in found
 
 
+def test_what_reads_alike_but_for_a_sign_is_changed_at_once():
+    """The bases of the legs are at -d/2 and d/2."""
+    right = "def f(a):\n    b = pow(a + 3, 2)\n    c = pow(a - 3, 2)\n    return b + 10 * c\n"
+    wrong = right.replace("(a + 3, 2)", "(2, a + 3)").replace("(a - 3, 2)", "(2, a - 3)")
+    found = outcomes((right, wrong), "f", 0.4)
+    assert ("the order", "pow(2, a + 3)", "pow(a + 3, 2), in 2 places") in found
+
+
+def test_the_sign_of_a_term_comes_before_one_in_it():
+    body = ast.parse("def f(a, b):\n    return a * pow(b, 3) + 1\n").body
+    told = [change.told[3:] for change in Variants(body, "f", [], [], WAVES[1]).changes]
+    inside, whole = ("b", "-b"), ("a * pow(b, 3)", "-(a * pow(b, 3))")
+    assert told.index(whole) < told.index(inside)
+
+
 def test_a_line_that_forgets_what_was_there_adds_to_it():
     right = "def f(a):\n    x = [0.0]\n    x[0] = a * a\n    x[0] -= 3 * a\n    return x[0]\n"
     found = outcomes((right, right.replace("x[0] -= 3", "x[0] = -3")), "f", 0.4)

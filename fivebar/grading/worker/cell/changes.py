@@ -36,6 +36,7 @@ _LEG = re.compile(r"(?<=[A-Za-z_])[12]|left|right")
 _INDEX = re.compile(r"(?<=\[)[01](?=\])")  # is the leg where no name has its number
 _NAME = re.compile(r"(?<![(\w])[A-Za-z_]\w*")  # of a variable, in a short text of a node
 _TURNED = re.compile(r"\b(sin|cos)\b")
+_ADDED = re.compile(r"\((Add|Sub)\)")
 MOST_ALIKE = 1  # rank of changes that are made together where they read alike but for the names
 LATE = 2  # of the rank of changes in many places
 _LEGS = {"1": 1, "0": 1, "left": 1, "2": 2, "right": 2}
@@ -231,8 +232,8 @@ class _Single:
     @property
     def alike(self) -> list[tuple]:
         """Keys of the groups of changes that are made together: those of equal places, of a line,
-        under sine and cosine, and of all places that read alike. In one order: the number of a
-        change is the same in every process.
+        under sine and cosine, and of all places that read alike, also but for signs, as the bases
+        at -d/2 and d/2 do. In one order: the number of a change is the same in every process.
         """
         kind, text, around = self.key
         line = self.place[0]
@@ -242,6 +243,7 @@ class _Single:
             keys = near if kind == "an index" else [self.key, *near]
         else:
             far = [(kind, text, _TURNED.sub("", around)), (kind, text), bare]
+            far.append((kind, _ADDED.sub("±", text)))
             keys = [self.key, *near, *far]
         return [*dict.fromkeys(keys)]
 
@@ -405,7 +407,7 @@ def _is_first(node, scope):
 
 def _ordered(groups):
     """Return the changes, of one place and of all places alike, by rank: those of more than two
-    places, both legs or both coordinates, come late.
+    places, both legs or both coordinates, come late, and signs of long terms before those in them.
     """
     ranked, seen = [], set()
     for group in groups.values():
@@ -418,9 +420,11 @@ def _ordered(groups):
             if key not in seen:
                 seen.add(key)
                 late = LATE if len(members) > 2 else 0
-                ranked.append((members[0].rank + late, len(ranked), members, swaps))
-    ranked.sort(key=lambda item: item[:2])
-    return [Change(members, swaps) for _, _, members, swaps in ranked[:MOST_CHANGES]]
+                first = members[0]
+                length = len(first.key[1]) if first.kind == "a sign" else 0
+                ranked.append(((first.rank + late, -length, len(ranked)), members, swaps))
+    ranked.sort(key=lambda item: item[0])
+    return [Change(members, swaps) for _, members, swaps in ranked[:MOST_CHANGES]]
 
 
 def _leg_free(text):
