@@ -113,11 +113,12 @@ class Advice:
     def _mends_of_helpers(self, function):
         """Return the changes found in helpers that a function may call, the last one first."""
         outline, exercises = self._program.student.outline, self._lab.exercises().keys()
-        return [
-            mend
-            for mend in reversed(self._mends)
-            if not mend.inside & exercises and builds_on(outline, function, mend.inside)
-        ]
+        found = []
+        for mend in reversed(self._mends):
+            helpers = mend.inside - exercises
+            if helpers and builds_on(outline, function, helpers):
+                found.append(mend)
+        return found
 
     def _tell(self, mend, function):
         """Tell what was found in those checks of a function that are not right."""

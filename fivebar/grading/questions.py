@@ -149,13 +149,13 @@ class Questions:
         return judge(exercise, other, columns, replies, rows.tolerance, rows.refuse).diagnosis
 
     def with_others(self, longer=False):
-        """Return the robot with other masses and inertias, or with longer bars and its bases
-        farther apart, and the file's constants for it: those that it gives a number.
+        """Return the robot with other masses and inertias, or longer bars and its bases farther
+        apart as well, and the file's constants for it: those that it gives a number.
         """
         constants, own = self._constants or {key: (key,) for key in self._robot.parameters}, {}
         for name in [key for key in constants if key in self._program.student.constants]:
             first = constants[name][0]
-            if longer == (first[0] in "ld"):
+            if longer or first[0] not in "ld":
                 factor = (1.3 + 0.1 * len(own)) * (2 if first[0] == "l" else 1)
                 own[name] = factor * getattr(self._robot, first)
         changed = {key: value for name, value in own.items() for key in constants[name]}

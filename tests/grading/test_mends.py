@@ -64,13 +64,21 @@ TRIED = {
         "q11, q21 = a, b\n    return q11 + 3 * q21",
         "q11, q21 = a, b\n    return q11 + 3 * q11",
     ),
+    "a whole number": (
+        "c = array([0.0, 0])\n    c[1] = a * b\n    return c[1]",
+        "c = array([0, 0])\n    c[1] = a * b\n    return c[1]",
+    ),
     "an index": ("p = [a, b]\n    return p[1] * l", "p = [a, b]\n    return p[0] * l"),
+    "a matrix of ones": (
+        "return (a * eye(2))[0] @ [a, b]",
+        "return (a * ones((2, 2)))[0] @ [a, b]",
+    ),
     "the order": ("return atan2(a, b)", "return atan2(b, a)"),
     "an inverse": ("return (inv(A(a, b)) @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),
     "a transpose": ("return (A(a, b).T @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),
 }
 HEAD = """from math import atan2, cos, sin, sqrt
-from numpy import array
+from numpy import array, eye, ones
 from numpy.linalg import inv
 l = 0.09
 

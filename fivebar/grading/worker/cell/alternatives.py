@@ -338,6 +338,8 @@ def _of_number(place):
         return
     if type(value) not in (int, float) or abs(value) > MOST_WHOLE:
         return
+    if type(value) is int and isinstance(place.parent, ast.List | ast.Tuple):
+        yield 0, "a whole number", ast.Constant(float(value))
     near = (value - 1, value + 1) if type(value) is int else ()
     for other in dict.fromkeys((*near, *_FACTORS)):
         if other != value:
@@ -382,9 +384,9 @@ def _of_call(place):
     if name == "solve" and len(arguments) == 2:
         yield 1, "an inverse", ast.BinOp(arguments[0], ast.MatMult(), arguments[1])
         yield 1, "a transpose", ast.Call(node.func, [transposed(arguments[0]), arguments[1]], [])
-    if name in ("ones", "zeros") and isinstance(arguments[0], ast.Tuple):
+    if name == "ones" and isinstance(arguments[0], ast.Tuple):
         eye = ast.parse(ast.unparse(node.func).replace(name, "eye"), mode="eval").body
-        yield 1, "a function", ast.Call(eye, arguments[0].elts[:1], [])
+        yield 1, "a matrix of ones", ast.Call(eye, arguments[0].elts[:1], [])
     quotient = arguments[0]
     if name in _ATAN and isinstance(quotient, ast.BinOp) and isinstance(quotient.op, ast.Div):
         both = [quotient.left, quotient.right]
