@@ -78,7 +78,7 @@ TRIED = {
     "a transpose": ("return (A(a, b).T @ [a, b])[0]", "return (A(a, b) @ [a, b])[0]"),
 }
 HEAD = """from math import atan2, cos, sin, sqrt
-from numpy import array, eye, ones
+from numpy import array, ones
 from numpy.linalg import inv
 l = 0.09
 

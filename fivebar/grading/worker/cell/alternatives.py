@@ -69,7 +69,8 @@ _FACTORS = (1, 2, 0.5, 0.25)  # tried in the place of another number
 MOST_WHOLE = 20  # of whole numbers that may be off by 1
 MOST_FACTORS = 4  # of a product of matrices of which all orders are tried
 MOST_ARGUMENTS = 4  # of a call of which all orders are tried
-LINEAR_ALGEBRA = "__import__('numpy').linalg."
+NUMPY = "__import__('numpy')"
+LINEAR_ALGEBRA = f"{NUMPY}.linalg."
 MOST_TOKENS = 60  # of a formula in which brackets are tried
 _TOKEN = re.compile(r"[\w.]+|\*\*|//|[^\s\w]")
 _WORD = re.compile(r"[\w.]")
@@ -385,7 +386,8 @@ def _of_call(place):
         yield 1, "an inverse", ast.BinOp(arguments[0], ast.MatMult(), arguments[1])
         yield 1, "a transpose", ast.Call(node.func, [transposed(arguments[0]), arguments[1]], [])
     if name == "ones" and isinstance(arguments[0], ast.Tuple):
-        eye = ast.parse(ast.unparse(node.func).replace(name, "eye"), mode="eval").body
+        numpy = ast.unparse(getattr(node.func, "value", ast.Name(NUMPY)))
+        eye = ast.parse(f"{numpy}.eye", mode="eval").body
         yield 1, "a matrix of ones", ast.Call(eye, arguments[0].elts[:1], [])
     quotient = arguments[0]
     if name in _ATAN and isinstance(quotient, ast.BinOp) and isinstance(quotient.op, ast.Div):
