@@ -70,7 +70,7 @@ TRIED = {
     ),
     "an index": ("p = [a, b]\n    return p[1] * l", "p = [a, b]\n    return p[0] * l"),
     "a matrix of ones": (
-        "return (a * eye(2))[0] @ [a, b]",
+        "return a * a",
         "return (a * ones((2, 2)))[0] @ [a, b]",
     ),
     "the order": ("return atan2(a, b)", "return atan2(b, a)"),
