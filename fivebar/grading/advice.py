@@ -100,12 +100,12 @@ class Advice:
         mend = find_mend(
             self._program, self._lab, function, self._asked, self._wrong(), deep, before
         )
-        if mend is not None:
-            self._tell(mend, function)
         if isinstance(mend, Mend):
             self._mends.append(mend)
-            self._judge_with(mend)
+            self._tell(mend, function, self._judge_with(mend))
             return
+        if mend is not None:
+            self._tell(mend, function)
         if deep:
             self._in_vain[function] = before
         self._shared.let_pay(function, self._asked[function], named)
@@ -120,15 +120,20 @@ class Advice:
                 found.append(mend)
         return found
 
-    def _tell(self, mend, function):
-        """Tell what was found in those checks of a function that are not right."""
+    def _tell(self, mend, function, others=()):
+        """Tell what was found in those checks of a function that are not right.
+
+        others: names of mistakes of the functions that are right with it, too. A mistake that they
+        do not share only happens to give the same answers.
+        """
         told_at_all = self._lab.spots_from() is not None
         for k in self._places(function):
             check = self._checks.found[k]
-            if isinstance(mend, Lead) and is_named(check):
+            named = is_named(check)
+            if isinstance(mend, Lead) and named:
                 continue
             told = {"spot": mend.spot(self._program.where)} if told_at_all else {}
-            if not is_named(check):
+            if not named or set(others) - {check.misconception}:
                 told |= {"misconception": mend.name, "hint": mend.hint}
             self._checks.found[k] = replace(check, **told)
 
@@ -155,7 +160,10 @@ class Advice:
         return bool(payer)
 
     def _judge_with(self, mend):
-        """Judge the other functions that call the one that is to be mended with the change made."""
+        """Judge the other functions that call the one that is to be mended with the change made;
+        return the names of mistakes that these had.
+        """
+        names = set()
         outline, changed = self._program.student.outline, mend.inside
         payers = {each.function for each in mend.all}
         for k, check in enumerate(self._checks.found):
@@ -171,7 +179,9 @@ class Advice:
                 count = "one change" if len(mend.changes) == 1 else "two changes"
                 helper = " and ".join(sorted(changed))
                 ask.remark(f"judged with {count} in your {helper}, for which {mend.function} pays")
+                names.add(check.misconception)
                 self._renew(k, ask, left)
+        return names
 
     def _renew(self, place, ask, error):
         """Put a check in its place that ended with this error, None for a right one."""

@@ -246,3 +246,34 @@ def test_points_stand_where_the_search_fails(tmp_path, monkeypatch):
     found = report("lab1", "lab1", tmp_path, ("D = np.linalg.norm(PQ)", "D = 1"), fails=True)
     (note,) = [note for note in found.notes if "ZeroDivisionError: a seam" in note]
     assert "The points stand" in note and 0 < found.points < found.max_points
+
+
+@pytest.mark.deep
+def test_slips_beside_one_of_a_constructor_are_told_in_their_places(tmp_path):
+    found = report(
+        "amoro",
+        "amoro_legs",
+        tmp_path,
+        ("self.phi = q1 + q2", "self.phi = q2"),
+        ("math.acos(dist", "math.asin(dist"),
+        ("self.n2() / l - self.q1D\n", "self.n2() / l\n"),
+        ("+ l * self.q1D**2 * self.e1()", "- l * self.q1D**2 * self.e1()"),
+    )
+    lines = {c.function: c.spot.split(":")[0] for c in found.checks if c.share < 1}
+    assert lines == {
+        "igm": "line 43",
+        "ikm": "line 20",
+        "dkm_passive": "line 57",
+        "dkm2_passive": "line 63",
+    }
+
+
+@pytest.mark.deep
+def test_a_name_that_functions_of_one_helper_do_not_share_gives_way_to_the_helpers(tmp_path):
+    square = "-phiD / math.sin(phi) ** 2"
+    found = report(
+        "amoro-biglide", "biglide_cotangents", tmp_path, (square, square.removesuffix(" ** 2"))
+    )
+    assert {name for _, _, name in said(found)} == {
+        "right but for one thing: a factor, in your cot_dot"
+    }
