@@ -123,8 +123,8 @@ class Advice:
     def _tell(self, mend, function, others=()):
         """Tell what was found in those checks of a function that are not right.
 
-        others: names of mistakes of the functions that are right with it, too. A mistake that they
-        do not share only happens to give the same answers.
+        others: names of mistakes of the functions that are right with it, too. Where these are not
+        the same, each only happens to give the same answers.
         """
         told_at_all = self._lab.spots_from() is not None
         for k in self._places(function):
@@ -179,7 +179,7 @@ class Advice:
                 count = "one change" if len(mend.changes) == 1 else "two changes"
                 helper = " and ".join(sorted(changed))
                 ask.remark(f"judged with {count} in your {helper}, for which {mend.function} pays")
-                names.add(check.misconception)
+                names |= {check.misconception} if is_named(check) else set()
                 self._renew(k, ask, left)
         return names
 
