@@ -236,6 +236,13 @@ def test_what_reads_alike_but_for_a_sign_is_changed_at_once():
     assert ("the order", "pow(2, a + 3)", "pow(a + 3, 2), in 2 places") in found
 
 
+def test_a_name_given_to_an_argument_of_that_name_is_the_last_to_be_wrong():
+    source = "def g(q21):\n    return q21\n\n\ndef f(q21, q22):\n    return g(q21) * g(q22)\n"
+    changes = Variants(ast.parse(source).body, "f", [], [], WAVES[0]).changes
+    told = [change.told[3:] for change in changes if change.told[2] == "f"]
+    assert told.index(("q22", "q21")) < told.index(("q21", "q22"))
+
+
 def test_the_sign_of_a_term_comes_before_one_in_it():
     body = ast.parse("def f(a, b):\n    return a * pow(b, 3) + 1\n").body
     told = [change.told[3:] for change in Variants(body, "f", [], [], WAVES[1]).changes]

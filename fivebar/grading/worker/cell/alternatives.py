@@ -200,13 +200,24 @@ def name_of(name: str) -> ast.expr:
 
 def _of_name(place):
     name, scope = place.node.id, place.scope
-    yield from ((0, "a variable", name_of(other)) for other in scope.like(name))
+    rank = int(_is_given_by_name(place))
+    yield from ((rank, "a variable", name_of(other)) for other in scope.like(name))
     yield from ((0, "a function", name_of(other)) for other in FUNCTIONS.get(name, ()))
     if name not in scope.known:
         yield from ((0, "a variable", name_of(other)) for other in scope.stored)
     arguments = scope.functions.get(name)
     if arguments is not None and set(arguments) <= scope.names:
         yield 1, "a call", ast.Call(place.node, [*map(name_of, arguments)], [])
+
+
+def _is_given_by_name(place):
+    """Return whether a name is given to a function that has the same name for that argument."""
+    call = place.parent
+    if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name):
+        return False
+    arguments = place.scope.functions.get(call.func.id, [])
+    given = zip(call.args, arguments)
+    return any(node is place.node and node.id == argument for node, argument in given)
 
 
 def _of_operation(node):
