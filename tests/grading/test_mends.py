@@ -236,6 +236,13 @@ def test_what_reads_alike_but_for_a_sign_is_changed_at_once():
     assert ("the order", "pow(2, a + 3)", "pow(a + 3, 2), in 2 places") in found
 
 
+def test_two_numbers_of_a_file_are_exchanged_in_one_part_of_a_list():
+    right = "m = 2.0\nk = 3.0\n\n\ndef f(a):\n    return [m + k * a, m + k * a**2]\n"
+    wrong = right.replace("m + k * a**2", "k + m * a**2")
+    found = outcomes((right, wrong), "f", 0.4)
+    assert ("a variable", "k + m * a ** 2", "m + k * a ** 2") in found
+
+
 def test_a_name_given_to_an_argument_of_that_name_is_the_last_to_be_wrong():
     source = "def g(q21):\n    return q21\n\n\ndef f(q21, q22):\n    return g(q21) * g(q22)\n"
     changes = Variants(ast.parse(source).body, "f", [], [], WAVES[0]).changes

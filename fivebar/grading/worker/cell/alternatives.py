@@ -167,7 +167,8 @@ def alternatives(place: Place) -> Alternatives:
         yield from _of_list(node)
     if place.term and isinstance(node, ast.BinOp | ast.Call | ast.Name | ast.Subscript):
         yield 2, "a sign", ast.UnaryOp(ast.USub(), node)
-    if isinstance(place.parent, ast.stmt | ast.Lambda) or isinstance(node, ast.Call):
+    whole = isinstance(place.parent, ast.stmt | ast.Lambda | ast.List | ast.Tuple)
+    if whole or isinstance(node, ast.Call):
         yield from _exchanged(node, place.scope.constants)
 
 
@@ -352,7 +353,7 @@ def _of_number(place):
         return
     if type(value) is int and isinstance(place.parent, ast.List | ast.Tuple):
         yield 0, "a whole number", ast.Constant(float(value))
-    near = (value - 1, value + 1) if type(value) is int else ()
+    near = (value + 1, value - 1) if type(value) is int else ()
     for other in dict.fromkeys((*near, *_FACTORS)):
         if other != value:
             yield 1, "a number", ast.Constant(other)
