@@ -28,8 +28,9 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
         parts = [visit.get(text, []) for visit in visits]
         sizes = {*map(len, parts)}
         if sizes in ({1}, {size}):
-            values = np.broadcast_to(np.array(parts), (len(visits), size)).ravel()
-            numbers[text if _NAME.fullmatch(text) else f"({text})"] = values
+            values = np.broadcast_to(np.array(parts), (len(visits), size))
+            name = text if _NAME.fullmatch(text) else f"({text})"
+            numbers[name] = values.ravel()
         if len(sizes) == 1 and _NAME.fullmatch(text):
             arrays[text] = np.array(parts)
     old = {OLD: numbers.pop(OLD)} if OLD in numbers else {}
@@ -37,8 +38,12 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
     numbers |= _sums(numbers)
     numbers |= _turned(numbers)
     numbers |= _speeds(plain)
-    made = _products(arrays) if size == 1 else _images(arrays, arrays | _pairs(arrays), size)
-    return old | _different(numbers | made)
+    if size == 1:
+        numbers |= _products(arrays)
+    else:
+        vectors = arrays | _pairs(arrays)
+        numbers |= _images(arrays, vectors, size)
+    return old | _different(numbers)
 
 
 def guesses_of_matrices(matrices: dict[str, np.ndarray]) -> list[Guess]:
@@ -48,11 +53,12 @@ def guesses_of_matrices(matrices: dict[str, np.ndarray]) -> list[Guess]:
     if OLD not in matrices:
         return []
     old = matrices[OLD]
-    others = {name: value for name, value in matrices.items() if _NAME.fullmatch(name)}
-    others = {name: others[name] for name in [*others][:MOST_MATRICES] if name != OLD}
-    products = {
-        f"{one} @ {other}": a @ b for one, a in others.items() for other, b in others.items()
-    }
+    names = [name for name in matrices if _NAME.fullmatch(name)]
+    others = {name: matrices[name] for name in names[:MOST_MATRICES] if name != OLD}
+    products = {}
+    for one, a in others.items():
+        for other, b in others.items():
+            products[f"{one} @ {other}"] = a @ b
     made = [("a variable", name, value) for name, value in others.items()]
     for name, value in (others | products).items():
         made.append(("a term", f"{OLD} + {name}", old + value))
@@ -122,7 +128,9 @@ def _products(arrays):
     for name, (x, y) in vectors.items():
         made[f"{name}[0]"] = x
         made[f"{name}[1]"] = y
-    for (one, (x, y)), (other, (u, v)) in combinations(vectors.items(), 2):
+    for one, other in combinations(vectors, 2):
+        x, y = vectors[one]
+        u, v = vectors[other]
         made[f"({one}[0]*{other}[0] + {one}[1]*{other}[1])"] = x * u + y * v
         made[f"({one}[0]*{other}[1] - {one}[1]*{other}[0])"] = x * v - y * u
     return made
@@ -143,10 +151,13 @@ def _images(matrices, vectors, size):
     """Return the products of so many numbers of matrices with two columns and vectors."""
     made = {}
     for one, a in matrices.items():
-        for other, b in vectors.items() if a.shape[1] == 2 * size else ():
+        if a.shape[1] != 2 * size:
+            continue
+        rows = a.reshape(-1, size, 2)
+        for other, b in vectors.items():
             if b.shape[1] == 2:
-                rows = a.reshape(-1, size, 2)
-                made[f"({one} @ {other})"] = np.einsum("nij,nj->ni", rows, b).ravel()
+                products = np.einsum("nij,nj->ni", rows, b)
+                made[f"({one} @ {other})"] = products.ravel()
     return made
 
 
@@ -155,5 +166,6 @@ def _different(numbers):
     known: dict = {}
     for name, value in numbers.items():
         first = value[np.flatnonzero(value)[:1]].sum()
-        known.setdefault(tuple(np.round(value * np.sign(first or 1), DIGITS)), name)
+        size = value * np.sign(first or 1)
+        known.setdefault(tuple(np.round(size, DIGITS)), name)
     return {name: numbers[name] for name in known.values()}

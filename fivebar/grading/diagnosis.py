@@ -146,18 +146,21 @@ def consistent(names: str) -> Misconception:
 
 def _in_parts(answers):
     """Return a known mistake in some parts of the answer, where the others are right."""
-    exercise, starts = answers.exercise, _starts(answers)
+    exercise = answers.exercise
+    starts = _starts(answers)
     right = _right_parts(answers, starts)
-    owners = [name for name in exercise.returns for _ in range(int(np.prod(exercise.shape(name))))]
+    owners = []
+    for name in exercise.returns:
+        owners += [name] * int(np.prod(exercise.shape(name)))
     for misconception in exercise.wrong:
         alike = answers.alike(answers.outcome(misconception.model), misconception.turn)
         taken = ~right & _by_parts(alike | answers.refused[:, None], starts)
         if np.any(taken) and np.all(right | taken):
             names = dict.fromkeys(owners[start] for start in starts[taken])
-            alone = (
-                f", in {' and '.join(names)} alone" if set(names) < set(exercise.returns) else ""
-            )
-            return replace(misconception, name=misconception.name + alone)
+            told = misconception.name
+            if len(names) < len(exercise.returns):
+                told += f", in {' and '.join(names)} alone"
+            return replace(misconception, name=told)
     return None
 
 
@@ -171,13 +174,13 @@ def _starts(answers):
     with np.errstate(invalid="ignore"):
         for name, part in zip(exercise.returns, exercise.parts(answers.expected[~answers.none])):
             shape = exercise.shape(name)
-            square = len(shape) == 2 and shape[0] == shape[1]
-            symmetric = (
-                square
-                and np.allclose(part, part.swapaxes(1, 2))
-                and np.any(part * (1 - np.eye(shape[0])))
-            )
-            count, size = int(np.prod(shape[:1])), shape[-1] if len(shape) > 1 else 1
+            count = int(np.prod(shape[:1]))
+            size = shape[-1] if len(shape) > 1 else 1
+            symmetric = False
+            if len(shape) == 2 and count == size:
+                beside_diagonal = part * (1 - np.eye(size))
+                same = np.allclose(part, part.swapaxes(1, 2))
+                symmetric = same and np.any(beside_diagonal)
             widths += [count * size] if symmetric else [size] * count
     return np.cumsum([0, *widths[:-1]])
 

@@ -21,11 +21,9 @@ from .worker.live import Live
 from .worker.replies import Reply
 from .worker.student import LIMIT, Tried
 
-MOST_ASKED, MOST_KEPT, ASKED = (
-    30_000,
-    2_000,
-    16,
-)  # rows of right functions in a check; kept; asked of the student's own
+MOST_ASKED = 30_000  # rows of right functions in a check
+MOST_KEPT = 2_000
+ASKED = 16  # of them, of the student's own
 PATIENCE = 5  # a call that waits for right answers may take so many times as long
 NEVER = (
     "missing",
@@ -106,24 +104,21 @@ def _answer(exercise, robot, row):
     """Return the right answer to one row as lists, None where there is none."""
     if exercise.of_lists:
         return _answer_to_lists(exercise, robot, row)
-    plain = len(row) == len(exercise.arguments) and all(
-        type(v) in (int, float) and abs(v) < 1e6 for v in row
-    )
-    if not plain:
+    if len(row) != len(exercise.arguments):
         return None
-    columns = [
-        np.array([int(v) if name in MODES else v]) for name, v in zip(exercise.arguments, row)
-    ]
+    columns = []
+    for name, value in zip(exercise.arguments, row):
+        if type(value) not in (int, float) or abs(value) >= 1e6:
+            return None
+        columns.append(np.array([int(value) if name in MODES else value]))
     try:
         with np.errstate(all="ignore"):
             numbers = exercise.outcome(exercise.answer, robot, columns)
     except (ArithmeticError, ValueError, LookupError, TypeError):
         return None
-    return (
-        [part[0].tolist() for part in exercise.parts(numbers)]
-        if np.isfinite(numbers).all()
-        else None
-    )
+    if not np.isfinite(numbers).all():
+        return None
+    return [part[0].tolist() for part in exercise.parts(numbers)]
 
 
 def _answer_to_lists(exercise, robot, row):
@@ -206,20 +201,15 @@ def modelled(verdict: Verdict) -> bool:
 
 def remark(wrong: dict[str, str]) -> str:
     """Return what is said of who gets points in spite of these functions of his own."""
-    names, known = (
-        " and ".join(wrong),
-        {name: mistake for name, mistake in wrong.items() if mistake},
-    )
-    told = "; ".join(
-        known.values()
-        if len(wrong) == 1
-        else (f"{name}: {mistake}" for name, mistake in known.items())
-    )
-    are = "are" if len(wrong) > 1 else "is"
-    return (
-        f"judged with the right {names} in place of your own, which {are}"
-        f" wrong{told and f' ({told})'}"
-    )
+    names = " and ".join(wrong)
+    several = len(wrong) > 1
+    mistakes = []
+    for name, mistake in wrong.items():
+        if mistake:
+            mistakes.append(f"{name}: {mistake}" if several else mistake)
+    told = f" ({'; '.join(mistakes)})" if mistakes else ""
+    are = "are" if several else "is"
+    return f"judged with the right {names} in place of your own, which {are} wrong{told}"
 
 
 def some(rows: list) -> list[np.ndarray]:

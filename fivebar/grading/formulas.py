@@ -214,8 +214,11 @@ def _factors(values, most):
 def _product(names, chosen, split=None):
     """Return the product of the chosen names, divided by the one at place `split`."""
     above = [names[k] for place, k in enumerate(chosen) if place != split]
-    powers = {name: above.count(name) for name in above}
-    text = "*".join(name if n == 1 else f"{name}**{n}" for name, n in powers.items())
+    powers = []
+    for name in dict.fromkeys(above):
+        count = above.count(name)
+        powers.append(name if count == 1 else f"{name}**{count}")
+    text = "*".join(powers)
     return text if split is None else f"{text}/{names[chosen[split]]}"
 
 
@@ -231,11 +234,13 @@ def _sums(values):
     for sign in (1, -1):
         joint = " + " if sign > 0 else " - "
         for one, other in _adding_up(values, values.wanted, products, sign):
-            texts = _product(names, picked[one]), _product(names, picked[other])
-            yield "a formula", joint.join(texts)
+            first = _product(names, picked[one])
+            second = _product(names, picked[other])
+            yield "a formula", first + joint + second
         for one, other in _adding_up(values, values.wanted - values.old, products, sign):
-            texts = OLD, _product(names, picked[one])
-            yield "a term", " + ".join(texts) + joint + _product(names, picked[other])
+            first = _product(names, picked[one])
+            second = _product(names, picked[other])
+            yield "a term", f"{OLD} + {first}{joint}{second}"
 
 
 def _adding_up(values, wanted, products, sign):
@@ -283,14 +288,17 @@ def _by_parts(values):
         for name, value in values.beside.items()
         if np.all(value.reshape(-1, size) == value[::size, None])
     }
-    parts = [
-        Values(values.old[k::size], values.wanted[k::size], numbers, size=1) for k in range(size)
-    ]
-    terms = [_term(part) for part in parts]
-    if all(terms):
-        rows = [terms] if size != 4 else [terms[:2], terms[2:]]
-        told = ", ".join(f"[{', '.join(row)}]" for row in rows)
-        yield "a term", f"{OLD} + {NUMPY}array({told if len(rows) == 1 else f'[{told}]'})"
+    terms = []
+    for k in range(size):
+        part = Values(values.old[k::size], values.wanted[k::size], numbers)
+        terms.append(_term(part))
+    if not all(terms):
+        return
+    told = f"[{', '.join(terms)}]"
+    if size == 4:
+        first, second = ", ".join(terms[:2]), ", ".join(terms[2:])
+        told = f"[[{first}], [{second}]]"
+    yield "a term", f"{OLD} + {NUMPY}array({told})"
 
 
 def _term(values):

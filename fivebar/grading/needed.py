@@ -256,11 +256,11 @@ class Needs:
                     del now[number]
             if not now:
                 break
-            steps = {
-                number: _newton_steps(slopes[number], off[number], moved[number])
-                for number in now
-                if np.isfinite(slopes[number]).all() and np.isfinite(off[number]).all()
-            }
+            steps = {}
+            for number in now:
+                slope, error = slopes[number], off[number]
+                if np.isfinite(slope).all() and np.isfinite(error).all():
+                    steps[number] = _newton_steps(slope, error, moved[number])
             now, off = self._stepped(now, off, steps, moved, rows)
             for number in [*now]:
                 left = self._left(off[number], moved[number]).max()
@@ -281,11 +281,11 @@ class Needs:
         now = dict(starts)
         off = self._errors(now, rows)
         for factors in STARTS:
-            tried = {
-                number: values * factors[: values.shape[1]]
-                for number, values in starts.items()
-                if values.shape[1] <= len(factors) and {*factors[: values.shape[1]]} != {1}
-            }
+            tried = {}
+            for number, values in starts.items():
+                used = factors[: values.shape[1]]
+                if len(used) == values.shape[1] and {*used} != {1}:
+                    tried[number] = values * used
             for number, errors in self._errors(tried, rows).items():
                 nothing = np.isnan(off[number]).any(axis=1) & np.isfinite(errors).all(axis=1)
                 other = ~np.isclose(errors, off[number], atol=SOLVED, equal_nan=True)
@@ -324,11 +324,10 @@ class Needs:
         """Return place -> errors (rows, numbers) with these numbers put in it."""
         if not put:
             return {}
-        calls = [
-            (row, ((number, values[k]),))
-            for number, values in put.items()
-            for k, row in enumerate(rows)
-        ]
+        calls = []
+        for number, values in put.items():
+            for k, row in enumerate(rows):
+                calls.append((row, ((number, values[k]),)))
         off = self._off(self._replies(calls), [row for row, _ in calls])
         return dict(zip(put, off.reshape(len(put), len(rows), -1)))
 
@@ -338,7 +337,8 @@ class Needs:
         for number, values in now.items():
             for k, row in enumerate(rows):
                 for j in range(values.shape[1]):
-                    width = step * max(abs(values[k, j]), SMALLEST)
+                    size = max(abs(values[k, j]), SMALLEST)
+                    width = step * size
                     other = values[k].copy()
                     other[j] += width
                     widths.append(width)
@@ -348,9 +348,11 @@ class Needs:
         for number, values in now.items():
             count = values.size
             some = errors[start : start + count].reshape(*values.shape, -1)
-            size = np.array(widths[start : start + count]).reshape(values.shape)
+            size = np.array(widths[start : start + count])
+            size = size.reshape(*values.shape, 1)
             with np.errstate(invalid="ignore"):
-                slopes[number] = self._turned(some - off[number][:, None]) / size[..., None]
+                change = self._turned(some - off[number][:, None])
+                slopes[number] = change / size
             start += count
         return slopes
 

@@ -40,8 +40,9 @@ def session_program(
             return None
         texts.append(re.sub(rf"\bdef {value.__name__}\b", f"def {name}", text, count=1))
         space = value.__globals__
-        used = [key for key in _names(value.__code__) if key in space]
-        waiting += [(key, space[key]) for key in used if not hasattr(builtins, key)]
+        for key in _names(value.__code__):
+            if key in space and not hasattr(builtins, key):
+                waiting.append((key, space[key]))
     names, starts, line = [], [], 1 + sum(text.count("\n") for text in lines)
     for text in texts:
         names.append(text.split("(")[0].removeprefix("def ").split(" =")[0].strip())
@@ -50,7 +51,9 @@ def session_program(
 
     def where(line):
         at = bisect_right(starts, line) - 1
-        return f"line {line - starts[at] + 1} of {names[at]}" if at >= 0 else f"line {line}"
+        if at < 0:
+            return f"line {line}"
+        return f"line {line - starts[at] + 1} of {names[at]}"
 
     return Submission("this session", "".join([*lines, *texts])), where
 

@@ -72,10 +72,15 @@ def outlined(data: object) -> dict[str, tuple[list[str], list[str]]]:
     """
     if not isinstance(data, dict):
         return {}
-    lists = [part for pair in data.values() if isinstance(pair, list) for part in pair]
-    words = [word for part in lists if isinstance(part, list) for word in part]
-    whole = len(lists) == 2 * len(data) and all(isinstance(word, str) for word in [*words])
-    return {name: (first, rest) for name, (first, rest) in data.items()} if whole else {}
+    outline = {}
+    for name, pair in data.items():
+        if not isinstance(pair, list) or len(pair) != 2:
+            return {}
+        for words in pair:
+            if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
+                return {}
+        outline[name] = tuple(pair)
+    return outline
 
 
 @dataclass(frozen=True)
@@ -97,11 +102,12 @@ def told(data: object) -> list[Change]:
         raise Garbled("changes that are no list")
     changes = []
     for row in data:
-        if not isinstance(row, list) or len(row) != 5 or type(row[0]) is not int:
+        line, *words = row if isinstance(row, list) and row else [None]
+        if type(line) is not int or len(words) != 4:
             raise Garbled("a change that is none")
-        if not all(isinstance(part, str) for part in row[1:]):
+        if not all(isinstance(word, str) for word in words):
             raise Garbled("a change that is none")
-        changes.append(Change(row[0], *map(clean, row[1:])))
+        changes.append(Change(line, *map(clean, words)))
     return changes
 
 
@@ -172,10 +178,10 @@ def value(data: object, depth: int = 0) -> object:
     kind = data.get("~")
     if kind == "complex" and _is_number(data.get("re")) and _is_number(data.get("im")):
         return complex(data["re"], data["im"])
-    if kind == "dict" and isinstance(pairs := data.get("pairs"), list):
-        if not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
-            raise Garbled("a dict that holds no pairs")
-        pairs = [[value(key, depth + 2), value(part, depth + 2)] for key, part in pairs]
+    if kind == "dict":
+        pairs = []
+        for key, part in _pairs(data.get("pairs")):
+            pairs.append([value(key, depth + 2), value(part, depth + 2)])
         return {"~": "dict", "pairs": pairs}
     if kind == "array":
         return _array(data.get("shape"), data.get("data"), depth + 1)

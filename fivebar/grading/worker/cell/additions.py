@@ -32,10 +32,13 @@ def _added(place):
         return ast.BinOp(node, op, right)
 
     if scope.complex_numbers:
-        conjugate = ast.parse(f"__import__('numpy').conj({ast.unparse(node)})", mode="eval")
-        yield 3, "a conjugate", conjugate.body
-        yield 4, "a direction", with_(ast.Mult(), ast.Constant(1j))
-        yield 4, "a direction", with_(ast.Mult(), ast.UnaryOp(ast.USub(), ast.Constant(1j)))
+        text = f"__import__('numpy').conj({ast.unparse(node)})"
+        conjugate = ast.parse(text, mode="eval").body
+        quarter = ast.Constant(1j)
+        back = ast.UnaryOp(ast.USub(), quarter)
+        yield 3, "a conjugate", conjugate
+        yield 4, "a direction", with_(ast.Mult(), quarter)
+        yield 4, "a direction", with_(ast.Mult(), back)
     matrices = isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.MatMult)
     whole = isinstance(parent, ast.Return | ast.Assign | ast.Tuple | ast.List | ast.Lambda)
     if matrices or whole or isinstance(parent, ast.Call | ast.Attribute):
@@ -57,6 +60,10 @@ def _matrices(scope):
         for part in ast.walk(scope.function)
         if isinstance(part, ast.BinOp) and isinstance(part.op, ast.MatMult)
     ]
-    sides = [side for part in products for side in (part.left, part.right)]
-    factors = [side.value if isinstance(side, ast.Attribute) else side for side in sides]
-    return sorted({factor.id for factor in factors if isinstance(factor, ast.Name)})
+    names = set()
+    for product in products:
+        for side in (product.left, product.right):
+            factor = side.value if isinstance(side, ast.Attribute) else side
+            if isinstance(factor, ast.Name):
+                names.add(factor.id)
+    return sorted(names)

@@ -230,7 +230,8 @@ def _of_operation(node):
     if not isinstance(op, ast.Pow):
         yield 2, kind, right
     if isinstance(op, ast.Sub):
-        yield 1, "a sign", ast.UnaryOp(ast.USub(), ast.BinOp(left, ast.Add(), right))
+        both = ast.BinOp(left, ast.Add(), right)
+        yield 1, "a sign", ast.UnaryOp(ast.USub(), both)
     if isinstance(op, ast.Mult) and isinstance(left, ast.Constant):
         yield 1, "a square", ast.BinOp(right, ast.Pow(), left)
     if isinstance(op, ast.Div) and isinstance(left, ast.Constant):
@@ -253,7 +254,9 @@ def _of_matrices(node):
     plain = [inverse or factor for factor, inverse in zip(factors, inverses)]
     ways: list = [factors]
     for place in range(len(plain) if any(inverses) else 0):
-        ways.append([*plain[:place], inverse_of(plain[place]), *plain[place + 1 :]])
+        way = [*plain]
+        way[place] = inverse_of(plain[place])
+        ways.append(way)
     for rank, way in enumerate(ways):
         for order in permutations(way):
             kind = "an inverse" if rank else "the order"
@@ -340,8 +343,9 @@ def _moved_ends(node):
     if powers and isinstance(left.op, ast.Pow) and isinstance(right.op, ast.Pow):
         yield ast.BinOp(ast.BinOp(left.left, op, right.left), ast.Pow(), left.right)
     if isinstance(op, ast.Add | ast.Sub) and isinstance(left, ast.Call) and left.args:
-        inner = ast.BinOp(left.args[-1], op, right)
-        yield ast.Call(left.func, [*left.args[:-1], inner], left.keywords)
+        *others, last = left.args
+        inner = ast.BinOp(last, op, right)
+        yield ast.Call(left.func, [*others, inner], left.keywords)
 
 
 def _of_number(place):
@@ -395,8 +399,9 @@ def _of_call(place):
         for order in exchanges(arguments):
             yield 2, "the order", ast.Call(node.func, order, keywords)
     if name == "solve" and len(arguments) == 2:
-        yield 1, "an inverse", ast.BinOp(arguments[0], ast.MatMult(), arguments[1])
-        yield 1, "a transpose", ast.Call(node.func, [transposed(arguments[0]), arguments[1]], [])
+        matrix, vector = arguments
+        yield 1, "an inverse", ast.BinOp(matrix, ast.MatMult(), vector)
+        yield 1, "a transpose", ast.Call(node.func, [transposed(matrix), vector], [])
     if name == "ones" and isinstance(arguments[0], ast.Tuple):
         numpy = ast.unparse(getattr(node.func, "value", ast.Name(NUMPY)))
         eye = ast.parse(f"{numpy}.eye", mode="eval").body
@@ -404,11 +409,14 @@ def _of_call(place):
     quotient = arguments[0]
     if name in _ATAN and isinstance(quotient, ast.BinOp) and isinstance(quotient.op, ast.Div):
         both = [quotient.left, quotient.right]
-        whole = isinstance(node.func, ast.Attribute)
-        other = f"{ast.unparse(node.func.value)}.{_ATAN[name]}" if whole else "atan2"
-        missing = not whole and "atan2" not in scope.names
-        other = "__import__('math').atan2" if missing else other
-        yield 1, "a function", ast.Call(ast.parse(other, mode="eval").body, both, [])
+        if isinstance(node.func, ast.Attribute):
+            other = f"{ast.unparse(node.func.value)}.{_ATAN[name]}"
+        elif "atan2" in scope.names:
+            other = "atan2"
+        else:
+            other = "__import__('math').atan2"
+        function = ast.parse(other, mode="eval").body
+        yield 1, "a function", ast.Call(function, both, [])
     last = arguments[-1]
     if isinstance(last, ast.BinOp) and isinstance(last.op, ast.Add | ast.Sub):
         inner = ast.Call(node.func, [*arguments[:-1], last.left], keywords)
@@ -433,9 +441,11 @@ def _of_list(node):
     for order in exchanges(parts):
         yield 1, "the order", kind(order, ast.Load())
     if len(parts) == 2 and not any(isinstance(part, ast.Tuple | ast.List) for part in parts):
-        first, second = parts
-        yield 2, "a direction", kind([ast.UnaryOp(ast.USub(), second), first], ast.Load())
-        yield 2, "a direction", kind([second, ast.UnaryOp(ast.USub(), first)], ast.Load())
+        x, y = parts
+        left = ast.UnaryOp(ast.USub(), y), x
+        right = y, ast.UnaryOp(ast.USub(), x)
+        yield 2, "a direction", kind([*left], ast.Load())
+        yield 2, "a direction", kind([*right], ast.Load())
 
 
 def _of_subscript(node, place):

@@ -171,7 +171,10 @@ class Variants:
         """
         choices, on = _Choices(), []
         for change in self.changes:
-            on.append({choices.place(k): choices.number(k, new) for k, new in change.swaps.items()})
+            switched = {}
+            for node, new in change.swaps.items():
+                switched[choices.place(node)] = choices.number(node, new)
+            on.append(switched)
         return compiled(self.body, self.scopes, choices.chosen), on
 
     @cached_property
@@ -312,9 +315,12 @@ class _Signs:
 
 def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
     """Yield (rank, kind, lines, lines in their place): left out, exchanged, with other targets."""
-    parts = [*ast.walk(scope.function)]
-    lists = [getattr(node, name, None) for node in parts for name in ("body", "orelse")]
-    for body in [part for part in lists if isinstance(part, list)]:
+    bodies = []
+    for part in ast.walk(scope.function):
+        bodies += [getattr(part, "body", None), getattr(part, "orelse", None)]
+    for body in bodies:
+        if not isinstance(body, list):
+            continue
         yield from _of_other_leg(body)
         for node, after in zip(body, [*body[1:], None]):
             if isinstance(node, ast.AugAssign):
@@ -411,7 +417,9 @@ def _ordered(groups):
     """
     ranked, seen = [], set()
     for group in groups.values():
-        sets = [[one] for one in group] + ([group] if len(group) > 1 else [])
+        sets = [[one] for one in group]
+        if len(group) > 1:
+            sets.append(group)
         for members in sets:
             swaps: dict = {}
             for one in members:

@@ -67,13 +67,13 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
             called = owner.name if owner and name == "__init__" else name
             defined.setdefault(called, []).append((made, name))
             arguments[called] = _own_arguments(made)
-    constants = [
-        part.id
-        for node in body
-        if isinstance(node, ast.Assign) and function_of(node)[0] is None
-        for part in chain(*map(ast.walk, node.targets))
-        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
-    ]
+    constants = []
+    for node in body:
+        if not isinstance(node, ast.Assign) or function_of(node)[0] is not None:
+            continue
+        for part in chain(*map(ast.walk, node.targets)):
+            if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
+                constants.append(part.id)
     top = {part.asname or part.name for node in body for part in getattr(node, "names", ())}
     every = [node for made in defined.values() for node, _ in made]
     complex_numbers = any("1j" in ast.unparse(node) for node in every)
@@ -84,9 +84,12 @@ def scopes(body: list[ast.stmt], function: str, apart: list[str]) -> Iterator[Sc
         if name in seen or name not in defined or (name in apart and name != function):
             continue
         seen.append(name)
-        for part in chain(*(ast.walk(node) for node, _ in defined[name])):
-            if isinstance(part, ast.Name | ast.Attribute):
-                waiting.append(getattr(part, "id", getattr(part, "attr", "")))
+        for node, _ in defined[name]:
+            for part in ast.walk(node):
+                if isinstance(part, ast.Name):
+                    waiting.append(part.id)
+                elif isinstance(part, ast.Attribute):
+                    waiting.append(part.attr)
     for node, name in chain(*(defined[name] for name in seen)):
         parts = [*ast.walk(node)]
         given = [part.arg for part in parts if isinstance(part, ast.arg) and part.arg != "self"]

@@ -81,7 +81,9 @@ class Watch:
             for known in self._beside.get(place, [])[:MOST_VISITS]:
                 name_of = other_leg if is_other else str
                 pairs = [[name_of(name), numbers] for name, numbers in known.items() if name]
-                told.append([*pairs[-1:], *pairs[: MOST_ATOMS - 1]])
+                own = pairs[-1:]
+                others = pairs[: MOST_ATOMS - 1]
+                told.append(own + others)
         return told
 
 
@@ -100,8 +102,11 @@ def flat(value: Any) -> list[float] | None:
         return None
     parts = value.ravel().tolist()
     if value.dtype.kind == "c":
-        parts = [*chain.from_iterable((part.real, part.imag) for part in parts)]
-    return [*map(float, parts)] if all(abs(part) < 1e12 for part in parts) else None
+        pairs = [(part.real, part.imag) for part in parts]
+        parts = [*chain.from_iterable(pairs)]
+    if any(abs(part) >= 1e12 for part in parts):
+        return None
+    return [*map(float, parts)]
 
 
 def _like(value, numbers):
@@ -162,7 +167,8 @@ class Watched:
         """
         words = []
         unread = {scope.name: " ".join(_unread(scope)) for scope in self._scopes}
-        for group in self.groups if any(row[0] == ALL for row in numbers) else ():
+        is_asked = any(row[0] == ALL for row in numbers)
+        for group in self.groups if is_asked else ():
             place, text = self._places[group[0][0]], self._texts[group[0][0]]
             kind = ARGUMENT if text in place.scope.arguments else ""
             inside = place.scope.name
@@ -181,9 +187,12 @@ class Watched:
             each = len(visits) // len(places)
             for k, (place, _) in enumerate(places):
                 put[place] = visits[k * each : (k + 1) * each]
-        asked = self._asked
-        told = [place for place, _ in self.groups[asked]] if asked not in (None, ALL) else []
-        space[WATCH].begin(put, None if asked is None else told)
+        told = None
+        if self._asked == ALL:
+            told = []
+        elif self._asked is not None:
+            told = [place for place, _ in self.groups[self._asked]]
+        space[WATCH].begin(put, told)
 
     def seen(self, space: dict) -> dict:
         """Return what the last call showed."""
@@ -210,9 +219,8 @@ class Watched:
             shown = short(ast.unparse(new))
             if len(group) > 1:
                 shown += f", in {len(group)} places"
-            told.append(
-                [place.node.lineno, kind, place.scope.name, short(self._texts[group[0][0]]), shown]
-            )
+            old = short(self._texts[group[0][0]])
+            told.append([place.node.lineno, kind, place.scope.name, old, shown])
         return exchanged(self._body, swaps), told
 
 
@@ -245,7 +253,9 @@ def _twins(places: list[Place], texts: list[str]) -> list[Group]:
     lines: dict = {}
     for k, place in enumerate(places):
         lines.setdefault((place.scope.name, place.line), []).append(k)
-    by_text = {(name, _read_line(line)): numbers for (name, line), numbers in lines.items()}
+    by_text = {}
+    for (name, line), numbers in lines.items():
+        by_text[name, _read_line(line)] = numbers
     twins: list[Group] = []
     alone: dict = {}
     for (name, line), numbers in lines.items():
