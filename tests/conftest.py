@@ -1,5 +1,6 @@
 """What several test files draw from: the source's reference numbers, robots and poses."""
 
+import gc
 import json
 import os
 import signal
@@ -20,11 +21,15 @@ import fivebar as fb
 from tests.helpers import DATA
 from tests.helpers.needs import lacking, need
 
+# What collecting makes, it keeps: to look through it for garbage again and again took a third of its time.
+gc.disable()
+
 # A job in the background ignores Ctrl-C, and so would every program that a test starts and interrupts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 CLOCKED = [hypothesis.HealthCheck.too_slow]  # a busy machine is no fault of a test's
+EXAMPLES = 1000 if os.environ.get("FIVEBAR_NIGHTLY") else 25
 hypothesis.settings.register_profile(
-    "fivebar", deadline=None, max_examples=60, derandomize=True, suppress_health_check=CLOCKED
+    "fivebar", deadline=None, max_examples=EXAMPLES, derandomize=True, suppress_health_check=CLOCKED
 )
 hypothesis.settings.load_profile("fivebar")
 
@@ -101,6 +106,13 @@ def pytest_collection_modifyitems(config, items):
         (elsewhere if is_deep and its_part != part else here).append(item)
     config.hook.pytest_deselected(items=elsewhere)
     items[:] = here
+
+
+def pytest_collection_finish():
+    """From here on there is garbage, but not among what was collected."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_terminal_summary(terminalreporter):

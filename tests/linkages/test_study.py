@@ -256,6 +256,7 @@ def test_damaged_studies_name_the_line(tmp_path):
             Study.from_csv(tmp_path / "x.csv")
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("name", STUDIES)
 def test_pictures_and_animations(name, tmp_path):
     linkage, options = STUDIES[name]

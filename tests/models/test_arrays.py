@@ -223,7 +223,7 @@ def test_derivatives_by_a_length_are_those_of_the_closed_loop(name):
     else:
         import jax
 
-        found = jax.jacfwd(lambda v: function(xp.asarray(q), l11=v))(0.09)
+        found = jax.jit(jax.jacfwd(lambda v: function(xp.asarray(q), l11=v)))(0.09)
     assert numbers(found) == pytest.approx(expected, rel=1e-12)
 
 

@@ -53,7 +53,7 @@ def test_constraints_on_poses_alone_and_comments_of_a_file(tmp_path):
 numbers = st.floats(-10, 10)
 
 
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(
     st.tuples(numbers, numbers), st.floats(0.01, 2), st.tuples(numbers, numbers), numbers, numbers
 )
