@@ -65,9 +65,7 @@ def nodes(file):
             node.body = []
         if isinstance(node, READ):
             found.append(node)
-        for part in vars(node).values():
-            parts = part if isinstance(part, list) else (part,)
-            waiting.extend(each for each in parts if isinstance(each, ast.AST))
+        waiting.extend(ast.iter_child_nodes(node))
     return found
 
 

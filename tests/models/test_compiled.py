@@ -326,7 +326,7 @@ def test_forced_motion_of_the_reference(five_bar_numbers, name, method, order, c
     )  # order 8 ends in rounding too soon
 
 
-@pytest.mark.every(4)
+@pytest.mark.every(9)
 @pytest.mark.parametrize("chart", ["auto", "joint", "task"])
 @pytest.mark.parametrize(
     "method, options",
