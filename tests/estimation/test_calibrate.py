@@ -20,6 +20,7 @@ def off(found, true, names=None):
     return max(abs(found.values[name] - true[name]) for name in names or found.values)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "nominal",
     [LAB, NOMINAL, fb.FiveBar(0.06, 0.1, 0.06, 0.1, 0.1), fb.FiveBar(0.2, 0.2, 0.2, 0.2, 0.1)],
@@ -291,6 +292,7 @@ def test_bounds_hold_and_are_named():
     assert "at a bound: l11" in str(found) and np.isfinite(found.sd["l12"])
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", ["l12", "d", "offset1", "x0"])
 @pytest.mark.parametrize("cut", [1e-9, -1e-6])
 def test_at_a_bound_the_others_fit_as_if_it_were_known(name, cut):

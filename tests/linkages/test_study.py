@@ -63,6 +63,7 @@ STUDIES = {
 }
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("name", STUDIES)
 def test_csv_and_back(name, tmp_path):
     linkage, options = STUDIES[name]
@@ -398,6 +399,7 @@ def test_cli_study_with_files(monkeypatch, capsys, tmp_path):
     ).read_text("utf-8")
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "argv",
     [

@@ -290,6 +290,7 @@ def forced(t):
     return 0.02 * casadi.cos(2 * np.pi * t), -0.016 * casadi.cos(2 * np.pi * t)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "name, method, order, counts",
     [

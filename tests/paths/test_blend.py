@@ -135,6 +135,7 @@ b, c, d = -0.3 * p, (p - 0.3 * q) / 2, q / 3
 CURVES["cusp at 0.3"] = [0, b / 3, (2 * b + c) / 3, b + c + d]
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("name", CURVES)
 @pytest.mark.parametrize("within", [1e-5, 1e-8])
 def test_beziers_are_kept_within(name, within):

@@ -37,6 +37,7 @@ def sampled(robot, path, working, count=2001):
     return np.abs(np.stack([*pose.sines, pose.det_A])), np.sign(pose.det_A)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("working", [(-1, -1), (-1, 1), (1, -1), (1, 1)])
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_checkers_equations_are_those_of_the_robot(robot, working):

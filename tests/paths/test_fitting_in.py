@@ -29,6 +29,7 @@ def test_bounds_hold_arcs_and_curves():
     ).all()
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "options",
     [

@@ -32,6 +32,7 @@ def in_mode(parts, working):
     return [part for part in parts if part.working == working]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("letter", "abcd")
 def test_maximum_inscribed_circles_of_liu(found, letter):
     """Liu's usable workspace is what lies above the stretched locus with the elbows outside: modes (1, -1), y > 0.

@@ -126,7 +126,7 @@ def test_sextic(robot):
         )
 
 
-@pytest.mark.every(5)
+@pytest.mark.every(4)
 @pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
 @pytest.mark.parametrize("mode", MODES, ids=str)
 def test_det_a_changes_sign_on_the_loci_only(robot, mode):
@@ -139,6 +139,7 @@ def test_det_a_changes_sign_on_the_loci_only(robot, mode):
         assert distance.max() <= 1e-10 * max(1, size_of(robot)), points[np.argmax(distance)]
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("robot", GENERIC.values(), ids=GENERIC)
 def test_every_type_2_piece_is_one_in_its_modes_and_no_other(robot):
     for locus in singularity_loci(robot).task:
@@ -271,6 +272,7 @@ def test_joint_space(robot, assembly):
         )
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("space", ("task", "joint"))
 @pytest.mark.parametrize("robot", ROBOTS.values(), ids=ROBOTS)
 def test_points(robot, space):

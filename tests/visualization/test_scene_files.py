@@ -176,6 +176,7 @@ def test_a_film_without_ffmpeg_names_it_and_what_goes_without(run, tmp_path, mon
     assert [path.name for path in tmp_path.iterdir()] == ["ffmpeg"]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("poses", [1, 6, 7])
 def test_strips_have_their_poses(crossing_run, tmp_path, poses):
     figure = view.strip(crossing_run, tmp_path / "strip.png", poses, show=view.SHOWS)
