@@ -54,7 +54,7 @@ COLUMNS = {
 }
 
 
-FAST = "q2 in degrees", "x in mm"
+FAST = "x in mm", "q2 in degrees"
 
 
 @pytest.mark.every(2)

@@ -207,7 +207,7 @@ def test_no_random_placement_has_more_than_the_bound(seed):
     centre = placed.path(np.linspace(0, placed.path.length, 60))[0].mean(axis=0)
     parts = [part for part in fb.aspects(robot) if part.working == working]
     best = 0.0
-    for k in range(400):
+    for k in range(150):
         near = k % 2  # around the placement found, and all over the workspace
         turn = placed.placement.turn + 0.1 * rng.normal() if near else rng.uniform(0, 2 * np.pi)
         turned = fb.Placement(turn=turn)(xi)

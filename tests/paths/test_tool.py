@@ -211,6 +211,7 @@ def test_a_motion_keeps_the_limits_of_the_tool():
     assert jerky.duration > motion.duration
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("tolerance", [0.0, 1e-4])
 def test_a_proof_holds_for_the_tool(tolerance, tmp_path):
     proof = fb.certify(PLOTCLOCK.robot, led(), tolerance, working=MODES)

@@ -102,6 +102,7 @@ def test_defects_between_nodes_shrink_with_their_order(degree):
     assert np.abs(measured - degree).max() <= 0.35
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "options",
     [
@@ -261,6 +262,7 @@ def test_jerk_and_a_mix_with_free_time():
     assert mixed.duration + 1e4 * effort + 1e-4 * jerk == pytest.approx(mixed.objective, rel=2e-3)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "ends, working",
     [

@@ -74,6 +74,7 @@ def test_computed_torque_agrees_with_a_constrained_integration(robot):
     assert np.abs(momentum - pushed)[5:-5].max() < 1e-3 * np.abs(pushed).max()
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("robot", [LAB, UNEQUAL], ids=["lab", "unequal"])
 def test_free_motion_goes_on_through_every_singularity(robot):
     start = fb.ikm(fb.igm(robot, (0.075, 0.2), (-1, 1)), (-1.2, 0.1))

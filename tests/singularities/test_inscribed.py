@@ -110,6 +110,7 @@ def test_rectangles_in_closed_form(found):
     )
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("ratio", [0.2, 1.0, 3.0])
 def test_rectangles_of_a_ratio_in_closed_form(found, ratio):
     # A disc of radius 3 without its middle: half of it, upright or level, as the ratio asks.

@@ -115,6 +115,7 @@ def test_long_gifs_are_shown_faster(tmp_path, monkeypatch):
     assert Image.open(io.BytesIO((tmp_path / "slow.gif").read_bytes())).n_frames == 4
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(("name", "codec"), [("run.mp4", "h264"), ("run.WEBM", "vp9")])
 def test_films_play_the_motion(tmp_path, name, codec):
     need("ffmpeg")

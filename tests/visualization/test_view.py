@@ -493,6 +493,7 @@ def test_view_turns_and_fits_again(opened):
     assert differ(picture(page), first) < 1e-3
 
 
+@pytest.mark.deep
 def test_roles_and_labels_say_what_is_there(opened, run):
     page = opened(view.scene(ROBOT, run, title="a run"))
     assert page.get_by_role("img", name="Animation: a run").count() == 1
