@@ -4,8 +4,11 @@ import gc
 import json
 import os
 import signal
+import sys
 import zlib
 from collections import Counter
+from contextlib import suppress
+from importlib import import_module
 
 # One test runs on each core: threads of the linear algebra would only wait for each other.
 # Before NumPy is imported in the processes that run the tests, which inherit it.
@@ -18,7 +21,7 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from tests.helpers import DATA
+from tests.helpers import DATA, ROOT
 from tests.helpers.needs import lacking, need
 
 # What collecting makes, it keeps: to look through it for garbage again and again took a third of its time.
@@ -84,6 +87,23 @@ def pytest_addoption(parser):
     parser.addoption(
         "--deep-part", default="1/1", metavar="K/N", help="the Kth of N parts of the deep tests"
     )
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session):
+    """Of the whole suite, let each worker begin to import at another file.
+
+    In a new clone pytest has to rewrite the asserts of every file: each worker then finds rewritten what the others began
+    with. A file that cannot be imported is left to be reported when it is collected.
+    """
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "").removeprefix("gw")
+    if not worker or sys.dont_write_bytecode or "tests" not in session.config.args:
+        return
+    files = sorted((ROOT / "tests").rglob("test_*.py"))
+    begin = int(worker) * len(files) // int(os.environ["PYTEST_XDIST_WORKER_COUNT"])
+    for file in files[begin:] + files[:begin]:
+        with suppress(Exception, pytest.skip.Exception):
+            import_module(".".join(file.relative_to(ROOT).with_suffix("").parts))
 
 
 @pytest.hookimpl(tryfirst=True)

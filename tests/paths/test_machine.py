@@ -103,6 +103,7 @@ def test_units_of_readings():
         machine.scale("grad")
 
 
+@pytest.mark.deep
 def test_a_calibrated_robot_draws_where_it_is_told(tmp_path, capsys):
     """Measured to 20 um; then the robot as it is built does what `setpoints.csv` says."""
     rng = np.random.default_rng(4)
