@@ -151,12 +151,19 @@ def test_counts_of_an_encoder():
 
 
 def test_a_start_that_leads_nowhere_is_replaced():
-    """Motors whose zero is anywhere, and a frame that lies anywhere."""
+    """A frame that lies anywhere."""
     rng = np.random.default_rng(11)
     unknown = (*GEOMETRY, "x0", "y0", "turn")
     true = twin(rng, LAB, unknown) | dict(x0=1.3, y0=-0.4, turn=2.0)
     found = fb.calibrate(LAB, measured(true, 30, rng), unknown)
     assert off(found, true) < 1e-11
+
+
+@pytest.mark.deep
+def test_a_start_whose_motors_have_their_zero_anywhere_is_replaced():
+    rng = np.random.default_rng(11)
+    unknown = (*GEOMETRY, "x0", "y0", "turn")
+    true = twin(rng, LAB, unknown) | dict(x0=1.3, y0=-0.4, turn=2.0)
     true |= dict(offset1=1.9, offset2=-2.6)
     data = measured(true, 30, rng)
     found = fb.calibrate(LAB, data, unknown)

@@ -377,6 +377,7 @@ def test_what_is_not_named_is_not_there(opened, run):
     ]
 
 
+@pytest.mark.deep
 def test_singularities_flash_and_are_marked(opened, run):
     page = opened(view.scene(ROBOT, run))
     (event,) = run.events
