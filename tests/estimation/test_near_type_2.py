@@ -104,6 +104,7 @@ def test_exact_data_near_type_2_give_exact_lengths():
     assert max(abs(result.values[name] - true[name]) for name in UNKNOWN) < 1e-11
 
 
+@pytest.mark.deep
 def test_a_file_keeps_the_weights_of_the_loops(tmp_path):
     rng = np.random.default_rng(45)
     true = twin(rng, LAB, UNKNOWN, spread=0.55)

@@ -120,6 +120,7 @@ def test_schemes_agree(options, crossing):
     assert abs(np.trapezoid(squares, t) / found.objective - 1) <= 1e-3
 
 
+@pytest.mark.deep
 @pytest.mark.every(2)
 @pytest.mark.parametrize("degree", [2, 3])
 def test_minimum_time_on_a_mesh_four_times_finer(degree):

@@ -321,6 +321,7 @@ def test_errors_in_the_robots_units():
         fb.Tracker(fb.Biglide(mf1=0))
 
 
+@pytest.mark.deep
 def test_track_on_the_command_line(tmp_path, capsys):
     line = ["--from", "0", "0.2", "--to", "0.05", "0.3", "--duration", "0.5"]
     assert cli.main(["track", "--robot", "biglide", *line, "--controller", "pd", "--json"]) == 0
