@@ -1,10 +1,14 @@
 """What several test files draw from: the source's reference numbers, robots and poses."""
 
+import gc
 import json
 import os
 import signal
+import sys
 import zlib
 from collections import Counter
+from contextlib import suppress
+from importlib import import_module
 
 # One test runs on each core: threads of the linear algebra would only wait for each other.
 # Before NumPy is imported in the processes that run the tests, which inherit it.
@@ -17,14 +21,18 @@ import numpy as np
 import pytest
 
 import fivebar as fb
-from tests.helpers import DATA
+from tests.helpers import DATA, ROOT
 from tests.helpers.needs import lacking, need
+
+# What collecting makes, it keeps: to look through it for garbage again and again took a third of its time.
+gc.disable()
 
 # A job in the background ignores Ctrl-C, and so would every program that a test starts and interrupts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 CLOCKED = [hypothesis.HealthCheck.too_slow]  # a busy machine is no fault of a test's
+EXAMPLES = 1000 if os.environ.get("FIVEBAR_NIGHTLY") else 25
 hypothesis.settings.register_profile(
-    "fivebar", deadline=None, max_examples=60, derandomize=True, suppress_health_check=CLOCKED
+    "fivebar", deadline=None, max_examples=EXAMPLES, derandomize=True, suppress_health_check=CLOCKED
 )
 hypothesis.settings.load_profile("fivebar")
 
@@ -82,6 +90,23 @@ def pytest_addoption(parser):
 
 
 @pytest.hookimpl(tryfirst=True)
+def pytest_collection(session):
+    """Of the whole suite, let each worker begin to import at another file.
+
+    In a new clone pytest has to rewrite the asserts of every file: each worker then finds rewritten what the others began
+    with. A file that cannot be imported is left to be reported when it is collected.
+    """
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "").removeprefix("gw")
+    if not worker or sys.dont_write_bytecode or "tests" not in session.config.args:
+        return
+    files = sorted((ROOT / "tests").rglob("test_*.py"))
+    begin = int(worker) * len(files) // int(os.environ["PYTEST_XDIST_WORKER_COUNT"])
+    for file in files[begin:] + files[:begin]:
+        with suppress(Exception, pytest.skip.Exception):
+            import_module(".".join(file.relative_to(ROOT).with_suffix("").parts))
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
     """Of a test that is marked every(n), each nth case runs by default; the others are deep.
 
@@ -101,6 +126,14 @@ def pytest_collection_modifyitems(config, items):
         (elsewhere if is_deep and its_part != part else here).append(item)
     config.hook.pytest_deselected(items=elsewhere)
     items[:] = here
+
+
+def pytest_collection_finish():
+    """From here on there is garbage, but not among what was collected; and less often than Python looks for it."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 20)
+    gc.enable()
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -10,8 +10,8 @@ from tests.helpers.needs import need
 @pytest.mark.parametrize(
     "benchmark, figures",
     [
-        (speed, 8),
         (singularities, 4),
+        (speed, 8),
         pytest.param(engine, 5, marks=pytest.mark.deep),
         pytest.param(live_page, 9, marks=pytest.mark.deep),
     ],

@@ -17,6 +17,7 @@ PAGE = FOLDER / "glossary.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", PICTURES)
 def test_a_picture_is_current_and_small(name):
     stored = (FOLDER / f"glossary_{name}.png").read_bytes()

@@ -49,15 +49,24 @@ def dotted(path):
     )
 
 
+READ = (
+    ast.Import, ast.ImportFrom, ast.Name, ast.Attribute, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef,
+)  # fmt: skip
+
+
 @cache
 def nodes(file):
-    """All of a file's syntax but what only a type checker reads."""
-    tree = ast.parse(FILES[file].read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
+    """Those of a file's syntax that are READ, but what only a type checker reads."""
+    found, waiting = [], [ast.parse(FILES[file].read_text(encoding="utf-8"))]
+    while waiting:
+        node = waiting.pop()
         test = getattr(node, "test", None)  # of an if: TYPE_CHECKING or typing.TYPE_CHECKING
         if "TYPE_CHECKING" in (getattr(test, "id", ""), getattr(test, "attr", "")):
             node.body = []
-    return list(ast.walk(tree))
+        if isinstance(node, READ):
+            found.append(node)
+        waiting.extend(ast.iter_child_nodes(node))
+    return found
 
 
 FILES = {dotted(path): path for path in PACKAGE.rglob("*.py")}

@@ -219,4 +219,4 @@ class Grading(RuleBasedStateMachine):
 
 TestSimulating = story(Simulating, 12, 12)
 TestResuming = story(Resuming, 15, 12)
-TestGrading = story(Grading, 3, 6)
+TestGrading = story(Grading, 2, 5)

@@ -259,7 +259,7 @@ def readers(plan):
 
 
 @pytest.mark.deep
-@settings(CALMLY, max_examples=200)
+@settings(CALMLY, max_examples=60)
 @given(
     st.sampled_from(["trajectory", "run", "plan", "study"]),
     st.lists(
@@ -292,7 +292,7 @@ def test_damaged_files_are_read_or_refused_with_their_name(
         assert str(error).startswith(str(path)), error
 
 
-@settings(CALMLY, max_examples=200)
+@settings(CALMLY, max_examples=60)
 @given(
     st.one_of(
         st.binary(), st.text().map(str.encode), st.text('t,xy0.\n#"e-', max_size=40).map(str.encode)
@@ -307,7 +307,7 @@ def test_other_files_are_refused_with_their_name(tmp_path, readers, content):
 
 
 @pytest.mark.deep
-@settings(CALMLY, max_examples=200)
+@settings(CALMLY, max_examples=60)
 @given(
     st.lists(
         st.tuples(st.floats(0, 1), st.integers(0, 3), st.binary(max_size=4)), min_size=1, max_size=4
@@ -368,7 +368,7 @@ def test_a_file_of_another_kind_is_called_what_it_is(tmp_path, readers):
         fb.Run.from_csv(tmp_path / "it.csv")
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(4)
 @pytest.mark.parametrize("number", [1, 0, None, True, b"x", 2, False, 1.0, ["a"]])
 def test_numbers_are_no_files(number, plan):
     """`open` takes them for the caller's own streams, and closes these."""

@@ -46,8 +46,9 @@ def run_checks(lab: Lab, program: Program, seed: str, watched: bool = False) -> 
         _alone(lab),
         progress(unit=" checks", leave=False) if watched else nullcontext() as checks.bar,
     ):
-        arguments = (*_OPTIONS, "--rootdir", str(lab.folder.parent), str(lab.tests))
-        code = pytest.main(list(map(str, arguments)), plugins=[checks])
+        # Without a --confcutdir pytest would look through every folder above the lab.
+        where = ("--rootdir", lab.folder.parent, "--confcutdir", lab.folder.parent, lab.tests)
+        code = pytest.main([*_OPTIONS, *map(str, where)], plugins=[checks])
     if checks.interrupted:
         raise KeyboardInterrupt
     if checks.killed:

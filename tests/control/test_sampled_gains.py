@@ -37,6 +37,7 @@ def case(seed):
     return robot, fb.igm(robot, (draw.uniform(-0.02, 0.02), draw.uniform(0.1, 0.13)))
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("delay", [0, 1])
 @pytest.mark.parametrize("seed", range(3))
 def test_the_limit_of_pd_is_that_of_the_simulated_robot(seed, delay):

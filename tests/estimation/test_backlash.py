@@ -26,6 +26,7 @@ def measured(backlash, sigma, seed, rows=60):
     return dict(q1=q[:, 0], q2=q[:, 1], x=xi[:, 0], y=xi[:, 1])
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("seed", range(3))
 def test_a_calibration_names_the_motor_with_backlash(seed):
     backlash = math.radians(0.3)
@@ -47,6 +48,7 @@ def test_the_value_is_within_its_interval():
     assert np.abs(off).max() < 4 and 0.4 < np.sqrt(np.mean(np.square(off))) < 1.7
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("seed", range(4))
 def test_none_is_named_without_backlash(seed):
     found = fb.calibrate(DRAWN, measured((0.0, 0.0), 2e-5, seed), UNKNOWN)

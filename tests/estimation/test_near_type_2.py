@@ -66,6 +66,7 @@ def test_a_measuring_frame_of_another_scale():
     assert abs(share_inside(100, rng, True, 60, unknown=unknown) - 0.95) < 0.03
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("det", [0.3, 1e-2, 1e-3, 1e-4, 1e-6, 0.0])
 def test_whitened_errors_of_the_legs_are_independent_and_of_variance_one(det):
     """4 10^5 points with noise at a pose with this det A; at 1e-4, its second order matters as much as its first."""
@@ -103,6 +104,7 @@ def test_exact_data_near_type_2_give_exact_lengths():
     assert max(abs(result.values[name] - true[name]) for name in UNKNOWN) < 1e-11
 
 
+@pytest.mark.deep
 def test_a_file_keeps_the_weights_of_the_loops(tmp_path):
     rng = np.random.default_rng(45)
     true = twin(rng, LAB, UNKNOWN, spread=0.55)

@@ -61,6 +61,7 @@ def test_a_lens_that_bends_lines_is_found_by_the_edges(lens, drawn):
     np.testing.assert_allclose(gaps(found), gaps(made(drawn, drawn.crosses)), atol=1.2e-4)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("turn, channels", [(0.05, 4), (1.6, 0)])
 def test_crosses_are_found_in_a_small_photograph(turn, channels, drawn, monkeypatch):
     """Of a sheet that lies or stands, in colours or in grey, put straight in coarse pixels."""

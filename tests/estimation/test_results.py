@@ -373,6 +373,7 @@ def test_a_mistake_is_told_with_what_the_bars_miss():
     assert after < 0.05 and 1e3 < before < 1e6
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("names", [("x0", "y0", "turn"), ("x0", "y0", "turn", "scale")])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_turned_frame_is_found_by_points_of_both_assembly_modes(seed, names):

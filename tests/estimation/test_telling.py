@@ -49,6 +49,7 @@ SYMMETRIC = np.stack([(t := np.linspace(0.1, 0.7, 9)), np.pi - t], axis=-1)
 CROSSED = (-1, 1), (1, -1)  # the modes of motors on one axis: in the others both legs are one
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "robot, unknown, axes, q, lost",
     [

@@ -43,6 +43,7 @@ DIALECTS = {
 }
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("machine", [PLOTCLOCK, TURNED], ids=["plain", "turned"])
 @pytest.mark.parametrize("name", DIALECTS)
 def test_a_replayed_file_keeps_deviation_speed_time_and_pen(name, machine, motion, tmp_path):

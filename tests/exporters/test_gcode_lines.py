@@ -74,6 +74,7 @@ DIALECTS = {
 }
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("machine", [PLAIN, TURNED], ids=["plain", "turned"])
 @pytest.mark.parametrize("name", DIALECTS)
 def test_the_joints_are_at_the_end_of_each_line_where_the_head_says(name, machine, motion):
@@ -206,6 +207,7 @@ def tip_moved_by_units(motion, machine, t, scale):
     return moved
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("share", np.geomspace(1.0, 10.0, 12)[:-1])
 @pytest.mark.parametrize("of", ["deviation", "speed_error"])
 def test_axes_have_as_many_decimals_as_rounding_to_a_fifth_needs(of, share, motion):

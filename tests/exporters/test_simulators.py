@@ -87,6 +87,7 @@ def dry(robot, rates):
     return np.multiply((robot.physics or Physics()).coulomb, np.sign(rates.q_dot))
 
 
+@pytest.mark.every(3)
 def test_the_opened_tree_in_every_simulator(robot):
     """Seen along the motions that keep the loop closed, its mass matrix and bias are the robot's M and c."""
     for tree in all_trees(robot):
@@ -173,6 +174,7 @@ def weighed(mass, accelerations):
     return np.sqrt(accelerations @ mass @ accelerations)
 
 
+@pytest.mark.every(3)
 def test_accelerations_of_the_loop_in_mujoco_to_its_compliance(robot):
     """Its constraint obeys J a = held - R f: with that gap taken in, nothing else is left."""
     loaded, count = InMujoco(fb.export(robot, "mjcf")), 0

@@ -133,6 +133,7 @@ def marked(capsys, *arguments):
     return code, *capsys.readouterr()
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "robot, task, gains, low, high",
     [

@@ -153,6 +153,7 @@ def test_a_file_that_ends_or_hangs_on_import_is_still_graded(code, isolate, monk
         assert student.trouble.kind == "import" and student.trouble.source == code.splitlines()[-1]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "code",
     [

@@ -35,6 +35,7 @@ def without(source, name):
     )
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "change",
     [

@@ -33,7 +33,7 @@ def test_forty_files_and_ten_in_another_hand():
     assert len(NOT_NAMED) <= 0.06 * sum(len(case.truths) for case in CASES)
 
 
-@pytest.mark.every(30)
+@pytest.mark.every(50)
 @pytest.mark.parametrize(
     "case", CASES, ids=[f"{case.title.replace(' ', '_')}_{k}" for k, case in enumerate(CASES)]
 )

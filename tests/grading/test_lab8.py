@@ -68,6 +68,7 @@ def test_task_5_asks_for_the_wrong_point_and_for_no_numbers():
     assert np.mean(np.array(off) > 1e-4) >= 0.95
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     ("function", "old", "new", "words"),
     [

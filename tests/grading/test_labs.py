@@ -73,7 +73,7 @@ NOT_NAMED = {
 }
 
 
-@pytest.mark.parametrize("every", [8, pytest.param(1, marks=pytest.mark.deep)])
+@pytest.mark.parametrize("every", [16, pytest.param(1, marks=pytest.mark.deep)])
 @pytest.mark.parametrize("lab", FOLDERS)
 def test_each_mistake_loses_points_and_is_named(lab, every):
     for function, name, source in list(mistakes(lab))[::every]:

@@ -287,7 +287,7 @@ for ranks in WAVES:
         print(*change.told, len(change.members))
 """
     found = set()
-    for seed in "123":
+    for seed in "12":
         run = subprocess.run(
             [sys.executable, "-c", lines],
             input=FRAMES,

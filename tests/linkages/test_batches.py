@@ -32,6 +32,7 @@ def outputs(motion):
     yield motion.transmission_angle()
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("linkage", LINKAGES, ids=lambda x: x.title)
 @pytest.mark.parametrize("symbol", [casadi.SX, casadi.MX], ids=["SX", "MX"])
 def test_floats_batches_and_casadi_agree(linkage, symbol):

@@ -278,6 +278,7 @@ def test_singular_poses_have_positions_but_no_rates():
         move(FourBar(2, 1, 2, 1), np.array([0.0, 1.0, 0.0])).rate("rocker")
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "robot",
     [fb.FiveBar(), UNEQUAL, fb.FiveBar(l12=0.1, l22=0.13)],

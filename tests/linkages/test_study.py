@@ -63,6 +63,7 @@ STUDIES = {
 }
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("name", STUDIES)
 def test_csv_and_back(name, tmp_path):
     linkage, options = STUDIES[name]
@@ -256,6 +257,7 @@ def test_damaged_studies_name_the_line(tmp_path):
             Study.from_csv(tmp_path / "x.csv")
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("name", STUDIES)
 def test_pictures_and_animations(name, tmp_path):
     linkage, options = STUDIES[name]
@@ -397,6 +399,7 @@ def test_cli_study_with_files(monkeypatch, capsys, tmp_path):
     ).read_text("utf-8")
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "argv",
     [

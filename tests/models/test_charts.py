@@ -16,6 +16,7 @@ def single(values):
     return tuple(float(value) for value in values)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("chart", ALL, ids=lambda chart: chart.name)
 def test_charts_agree(robot, reachable, chart):
     xi, working = reachable
@@ -45,6 +46,7 @@ def test_charts_agree(robot, reachable, chart):
         assert chart.coordinates(known)[2] == told[chart.name]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("chart", ALL, ids=lambda chart: chart.name)
 def test_accelerations_do_not_depend_on_where_the_robot_stands(robot, reachable, chart):
     xi, working = reachable

@@ -290,6 +290,7 @@ def forced(t):
     return 0.02 * casadi.cos(2 * np.pi * t), -0.016 * casadi.cos(2 * np.pi * t)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "name, method, order, counts",
     [
@@ -326,7 +327,7 @@ def test_forced_motion_of_the_reference(five_bar_numbers, name, method, order, c
     )  # order 8 ends in rounding too soon
 
 
-@pytest.mark.every(4)
+@pytest.mark.every(9)
 @pytest.mark.parametrize("chart", ["auto", "joint", "task"])
 @pytest.mark.parametrize(
     "method, options",

@@ -188,6 +188,7 @@ def test_dynamics_agree_with_each_other(robot, reachable):
     )
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("kind", [casadi.SX, casadi.MX])
 @pytest.mark.parametrize("model", ["dgm", "igm"])
 def test_casadi_symbols_give_the_same_numbers(robot, reachable, kind, model):

@@ -157,6 +157,7 @@ def test_motors_in_a_file(tmp_path):
     assert fb.load_machine(tmp_path / "robot.toml").constraints.motors == (fb.MOTORS["ax-12a"],) * 2
 
 
+@pytest.mark.deep
 def test_a_tracker_that_knows_the_line_asks_for_no_more():
     path = fb.path([(0.09, 0.068), (0.03, 0.1)])
     motion = fb.time_path(LAB, path, constraints=fb.Constraints(motors=SLOW))

@@ -51,6 +51,7 @@ def test_a_front_whose_answer_is_known():
     assert front.designs[0].gaps["bars"] < 1e-6 and front.designs[-1].gaps["workspace_area"] < 1e-6
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("power", [0.5, 2.0])
 def test_fronts_of_zitzler_deb_and_thiele(power):
     """ZDT1 and ZDT2 in six parameters: f2 = 1 - f1^power where all but the first are 0; one bends in, one out."""

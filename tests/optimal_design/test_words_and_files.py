@@ -175,6 +175,7 @@ def parallel_bars(half, l1, l2):
         yield (elbow[good] + other) / 2, q2
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "lengths", [(1.2, 1.0, 1.6), (0.9, 1.1, 0.6), (1.0, 1.3, 2.9), (0.5, 1.6, 1.8)]
 )
@@ -192,6 +193,7 @@ def test_the_inscribed_circle_is_the_largest_on_the_axis(lengths):
     assert radius == pytest.approx(expected, rel=3e-3)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("l2", [0.03, 4e-3, 4e-4, 1e-5])
 def test_a_circle_of_short_distal_bars_is_above_its_locus(l2):
     """It touches both legs' outer circles and, below it, the locus on the axis."""

@@ -106,7 +106,7 @@ def test_what_is_no_path_is_refused(make, message):
 numbers = st.floats(-2, 2)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     numbers,
     numbers,

@@ -53,7 +53,7 @@ def test_constraints_on_poses_alone_and_comments_of_a_file(tmp_path):
 numbers = st.floats(-10, 10)
 
 
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(
     st.tuples(numbers, numbers), st.floats(0.01, 2), st.tuples(numbers, numbers), numbers, numbers
 )
@@ -103,6 +103,7 @@ def test_units_of_readings():
         machine.scale("grad")
 
 
+@pytest.mark.deep
 def test_a_calibrated_robot_draws_where_it_is_told(tmp_path, capsys):
     """Measured to 20 um; then the robot as it is built does what `setpoints.csv` says."""
     rng = np.random.default_rng(4)

@@ -116,6 +116,7 @@ def test_a_factor_of_the_torques_beside_type_2(mesh):
     assert mesh.layer(k) == pytest.approx(min(layers))
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("elbow", [0.0, 0.003])
 def test_torques_are_kept_on_both_sides_of_type_2(elbow):
     """On a coarse mesh, by the models at places between its nodes."""

@@ -199,7 +199,8 @@ def test_a_constraint_more_never_gives_more_clearance(seed):
         assert tighter <= 1.0101 * looser + slack
 
 
-@pytest.mark.parametrize("seed", [4, pytest.param(5, marks=pytest.mark.deep)])
+@pytest.mark.deep
+@pytest.mark.parametrize("seed", [4, 5])
 def test_no_random_placement_has_more_than_the_bound(seed):
     rng, robot, path, _, working = random_problem(seed)
     placed = fb.place(robot, path, working=working)
@@ -259,6 +260,12 @@ def test_a_page_as_large_as_it_fits_is_the_largest_rectangle_of_its_ratio():
     assert height <= page.largest_bound <= 1.011 * page.scale
 
 
+@pytest.mark.deep
+def test_a_page_that_does_not_fit():
+    with pytest.raises(ValueError, match="the page does not fit at scale 1"):
+        fb.place(ROBOT, page=(0.21, 0.148), constraints=fb.Constraints(clearance=0.002), turn=0.0)
+
+
 def test_bad_input():
     with pytest.raises(ValueError, match=r"give either a path or a page=\(width, height\)"):
         fb.place(ROBOT)
@@ -266,8 +273,6 @@ def test_bad_input():
         fb.place(ROBOT, RECTANGLE, page=(0.1, 0.1))
     with pytest.raises(ValueError, match="page's width"):
         fb.place(ROBOT, page=(-0.1, 0.1))
-    with pytest.raises(ValueError, match="the page does not fit at scale 1"):
-        fb.place(ROBOT, page=(0.21, 0.148), constraints=fb.Constraints(clearance=0.002), turn=0.0)
     with pytest.raises(ValueError, match="strips without ends"):
         fb.place(fb.Biglide(), RECTANGLE)
     with pytest.raises(TypeError, match="path must be a Path"):

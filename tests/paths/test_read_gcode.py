@@ -188,7 +188,7 @@ words = st.lists(
 )  # fmt: skip
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(words)
 def test_any_text_is_read_or_refused(parts):
     try:

@@ -60,6 +60,7 @@ def test_a_timed_path_comes_back_exactly_at_its_rows(seed):
     assert np.abs(again(t)[0] - motion(t)[0]).max() < jump * 0.002**2 / 50
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("tool", [None, TOOL], ids=["joint C", "tool"])
 @pytest.mark.parametrize("angles", ["rad", "deg", "counts"])
 def test_setpoints_of_a_calibrated_robot_come_back_in_its_own_frame(tool, angles):

@@ -17,6 +17,7 @@ from tests.helpers.paths_to_time import used
 from tests.paths.test_polygons import CASES
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "name, gap, looks",
     [

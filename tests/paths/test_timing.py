@@ -143,6 +143,7 @@ def test_type_2_is_crossed_by_the_criterion_with_finite_torque():
         ).max() <= 0.1 * (1 + 1e-6)
 
 
+@pytest.mark.deep
 def test_a_path_through_type_2_is_replayed_within_its_torques():
     motion = fb.time_path(
         ROBOT, ACROSS, constraints=fb.Constraints(torque=0.0195)

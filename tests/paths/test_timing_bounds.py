@@ -113,6 +113,7 @@ def test_rows_are_above_zero_where_the_models_exceed_a_limit():
             assert np.abs(off).max() < (2e-3 if name == "acceleration" else 1e-9)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name, seed", [("rubbing", 3), ("all", 24)])
 def test_on_a_coarse_mesh_a_slow_motion_is_found_where_no_fast_one_is(name, seed):
     robot, torque, centre, width = ROBOTS[name]

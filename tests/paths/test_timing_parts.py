@@ -768,6 +768,7 @@ def most_used(motion, name):
     return np.abs(line + acc.rates.q_dot / motion.limits.no_load).max()
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "name", ["speed", "acceleration", "joint_speed", "joint_acceleration", "torque", "jerk"]
 )

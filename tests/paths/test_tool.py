@@ -211,6 +211,7 @@ def test_a_motion_keeps_the_limits_of_the_tool():
     assert jerky.duration > motion.duration
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("tolerance", [0.0, 1e-4])
 def test_a_proof_holds_for_the_tool(tolerance, tmp_path):
     proof = fb.certify(PLOTCLOCK.robot, led(), tolerance, working=MODES)
@@ -448,8 +449,12 @@ def test_a_machine_with_a_tool_comes_back(tmp_path):
         fb.load_machine(tmp_path / "robot.toml")
 
 
+@pytest.mark.deep
 def test_the_map_of_a_tool(tmp_path, capsys):
     assert main(["map", "--robot", "plotclock", "--out", str(tmp_path / "map.png")]) == 0
     assert capsys.readouterr().out.splitlines()[1].split()[:2] == ["1", "++"]
     assert (tmp_path / "map.png").stat().st_size > 10000
+
+
+def test_a_map_of_a_tool_has_no_margins():
     assert main(["map", "--robot", "plotclock", "--det-A", "0.1"]) == 2

@@ -30,6 +30,7 @@ def effort(motion):
     return casadi.sumsqr(motion.tau)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("degree", [2, 3, 5])
 def test_the_users_own_effort_is_the_package_s(degree):
     collocation = fb.Collocation(degree=degree)

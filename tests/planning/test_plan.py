@@ -102,6 +102,7 @@ def test_defects_between_nodes_shrink_with_their_order(degree):
     assert np.abs(measured - degree).max() <= 0.35
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "options",
     [
@@ -119,6 +120,7 @@ def test_schemes_agree(options, crossing):
     assert abs(np.trapezoid(squares, t) / found.objective - 1) <= 1e-3
 
 
+@pytest.mark.deep
 @pytest.mark.every(2)
 @pytest.mark.parametrize("degree", [2, 3])
 def test_minimum_time_on_a_mesh_four_times_finer(degree):
@@ -261,6 +263,7 @@ def test_jerk_and_a_mix_with_free_time():
     assert mixed.duration + 1e4 * effort + 1e-4 * jerk == pytest.approx(mixed.objective, rel=2e-3)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "ends, working",
     [

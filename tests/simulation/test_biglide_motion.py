@@ -74,6 +74,7 @@ def test_computed_torque_agrees_with_a_constrained_integration(robot):
     assert np.abs(momentum - pushed)[5:-5].max() < 1e-3 * np.abs(pushed).max()
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("robot", [LAB, UNEQUAL], ids=["lab", "unequal"])
 def test_free_motion_goes_on_through_every_singularity(robot):
     start = fb.ikm(fb.igm(robot, (0.075, 0.2), (-1, 1)), (-1.2, 0.1))
@@ -320,6 +321,7 @@ def test_errors_in_the_robots_units():
         fb.Tracker(fb.Biglide(mf1=0))
 
 
+@pytest.mark.deep
 def test_track_on_the_command_line(tmp_path, capsys):
     line = ["--from", "0", "0.2", "--to", "0.05", "0.3", "--duration", "0.5"]
     assert cli.main(["track", "--robot", "biglide", *line, "--controller", "pd", "--json"]) == 0

@@ -29,6 +29,7 @@ SWINGING = {
 }
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", SWINGING)
 def test_energy_balances_to_1e_9_over_10_s_through_both_types(name):
     robot = SWINGING[name]

@@ -43,6 +43,7 @@ def simulated(robot, **options):
     return fb.simulate(robot, CONTROLLER, LINE, **options)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("torques", [viscous, viscous_of_floats])
 @pytest.mark.parametrize("coulomb", [0.0, 0.02])
 def test_friction_of_the_users_own_is_that_of_the_package(torques, coulomb):

@@ -29,6 +29,7 @@ REFERENCES = {
 }
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", REFERENCES)
 def test_a_reference_is_the_same_elsewhere(name):
     reference = REFERENCES[name]()

@@ -129,7 +129,7 @@ def agree(own, inside, x, y, step, what, apart_too=True):
     assert 0 not in where and not (apart_too and len(set(where)) != len(where)), what
 
 
-@pytest.mark.every(4)
+@pytest.mark.every(9)
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.__name__)
 def test_no_part_is_lost_and_none_is_two(family):
     for robot in robots(family):

@@ -110,6 +110,7 @@ def test_closed_forms(found):
     ]
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_components_and_areas_of_a_grid(found, name):
     robot, n = ROBOTS[name], 451
@@ -131,6 +132,7 @@ def test_components_and_areas_of_a_grid(found, name):
             np.testing.assert_allclose(got, expected, rtol=0.03, atol=40 * cell)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", ROBOTS | LIU)
 def test_areas_have_converged(found, name, monkeypatch):
     for part in found[name]:
@@ -147,6 +149,7 @@ def test_areas_have_converged(found, name, monkeypatch):
         assert part.area == pytest.approx(finer, rel=1e-10)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", ["amoro", "unequal", "hoang", "coaxial", "rhombus", "e"])
 def test_each_regular_point_is_in_one_aspect(found, name):
     robot = (ROBOTS | LIU)[name]

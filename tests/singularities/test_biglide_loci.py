@@ -167,7 +167,7 @@ def test_aspects_are_refused_with_the_reason():
             call(LAB)
 
 
-@pytest.mark.every(4)
+@pytest.mark.every(5)
 @pytest.mark.parametrize("space", ["task", "joint"])
 def test_map(slides, space, tmp_path):
     data = fb.singularity_map(slides, space=space, shape=(301, 61))

@@ -230,6 +230,7 @@ def test_rings_of_coaxial_motors_in_closed_form():
                 )
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_contains_is_what_the_margins_say(name):
     robot, k, s = ROBOTS[name], 0.35, 0.15

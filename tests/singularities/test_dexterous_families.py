@@ -74,7 +74,7 @@ def corner(robot, rng):
     return (k if 0 <= k <= 1 else 0.2), s
 
 
-@pytest.mark.every(6)
+@pytest.mark.every(11)
 @pytest.mark.parametrize(
     "margins", [drawn, crossing, touching_circle, corner], ids=lambda each: each.__name__
 )

@@ -32,6 +32,7 @@ def in_mode(parts, working):
     return [part for part in parts if part.working == working]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("letter", "abcd")
 def test_maximum_inscribed_circles_of_liu(found, letter):
     """Liu's usable workspace is what lies above the stretched locus with the elbows outside: modes (1, -1), y > 0.
@@ -109,6 +110,7 @@ def test_rectangles_in_closed_form(found):
     )
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("ratio", [0.2, 1.0, 3.0])
 def test_rectangles_of_a_ratio_in_closed_form(found, ratio):
     # A disc of radius 3 without its middle: half of it, upright or level, as the ratio asks.

@@ -84,6 +84,7 @@ def test_a_robot_that_turns_as_a_whole_with_its_elbows_at_a_limit_has_no_such_cu
     ]
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("det_A, sin", LEVELS)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_pieces_are_where_det_a_is_that_and_end_on_the_circles(name, det_A, sin):
@@ -125,6 +126,7 @@ def test_pieces_are_where_det_a_is_that_and_end_on_the_circles(name, det_A, sin)
             assert vertex.circles or number % 2 == 0  # a curve that meets itself goes on
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("det_A, sin", [(0.3, 0.2), (0.0, 0.3)])
 @pytest.mark.parametrize("name", ["unequal", "grashof", "coaxial"])
 def test_pieces_are_all_there_is(name, det_A, sin):

@@ -107,7 +107,7 @@ def test_types():
     assert singularity(unreachable).tolist() == [0, 0]
 
 
-@pytest.mark.every(2)
+@pytest.mark.every(3)
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("working", (None, (-1, -1), (1, -1)))
 def test_locus_distance_against_dense_sampling(robot, working):
@@ -131,6 +131,7 @@ def test_locus_distance_against_dense_sampling(robot, working):
     assert np.mean(kind == types) > 0.98
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_locus_distance_to_rounding(robot):
     """A step e along the normal of a piece is e away from it, wherever no other piece is nearer."""

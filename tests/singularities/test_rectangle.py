@@ -248,6 +248,7 @@ def test_the_point_of_largest_clearance_of_what_is_kept():
     assert _point_of_largest_clearance(oval(walls=(), allowed=lambda z: z.imag > 1)) == (0, 0.0)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("margin", [0.0, 0.02])
 def test_fitted_rectangles_touch_exactly(margin):
     """In the oval 2 a b; with a margin, corners on its parallel curve; in a half of it; off a hole and a puncture."""

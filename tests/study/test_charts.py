@@ -46,6 +46,7 @@ def measured_order(chart, problem, name, panel, knobs):
     return orders(Result(chart, {}, rows), panel)[name]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "name, knobs",
     [
@@ -157,6 +158,7 @@ def test_single_precision_costs_a_chip_digits_and_saves_it_instructions():
     assert rows["double", "double"]["executed"] < 2 * rows["float", "double"]["executed"] < 1000
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("p, q, delay", [(1.0, 1.0, 0), (0.4, 1.6, 0), (0.1, 0.5, 1)])
 def test_gain_of_noise(p, q, delay):
     """Against the sum over the response to one disturbed measurement, and against the robot."""

@@ -758,6 +758,7 @@ def test_from_the_command_line(tmp_path, capsys):
     assert "No such file" in capsys.readouterr().err
 
 
+@pytest.mark.deep
 def test_a_moment_has_a_link_that_the_page_follows(opened, tmp_path, run):  # noqa: F811
     page = opened(written(run, tmp_path))
     page.locator("#controls input[type=range]").evaluate(

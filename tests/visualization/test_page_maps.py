@@ -123,6 +123,7 @@ def test_pointing_at_the_map_shows_the_pose(opened, tmp_path):  # noqa: F811
         )
 
 
+@pytest.mark.deep
 def test_the_map_of_a_biglide(opened, tmp_path):  # noqa: F811
     data, path = written(tmp_path, ROBOTS["biglide"])
     page = opened(path)

@@ -472,6 +472,7 @@ def test_who_wants_little_motion_is_guided_too(page):
     assert not page.locator("#guide").is_visible()
 
 
+@pytest.mark.deep
 def test_the_place_is_said_once(opened, path):  # noqa: F811
     """While the robot moves its place in the sentence and in the numbers are of one moment."""
     page = opened(path)
@@ -484,6 +485,7 @@ def test_the_place_is_said_once(opened, path):  # noqa: F811
         page.wait_for_timeout(30)
 
 
+@pytest.mark.deep
 def test_two_radii_that_differ_are_shown_apart(page):
     page.get_by_label("robot by name").select_option("reprapfirmware")  # its largest has 127.5 mm
     page.evaluate("wantsDisc = true")
@@ -497,6 +499,7 @@ def test_two_radii_that_differ_are_shown_apart(page):
         assert re.fullmatch(words + r"\.", page.locator("#verdict").text_content())
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("width, height", [(390, 844), (1440, 900)])
 def test_the_radius_is_not_behind_a_bar(opened, path, width, height):  # noqa: F811
     """Its middle is 10 px and more from all bars, wherever the robot is in its aspect."""
@@ -532,6 +535,7 @@ def test_let_go_keeps_up_and_its_energy_stays_bounded(page):
     assert seconds < 30
 
 
+@pytest.mark.deep
 def test_the_scale_bar_is_a_round_length(page):
     """1, 2 or 5 times a power of ten, the largest that fits, and its text says it."""
     sizes = {"m": 1, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9}

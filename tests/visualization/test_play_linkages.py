@@ -196,6 +196,7 @@ def test_a_page_for_a_linkage(opened, tmp_path, capsys):  # noqa: F811
         fb.play(LINKAGES[0][2], fb.igm(fb.FiveBar(), (0.0, 0.1)))
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("number", range(len(LINKAGES)))
 def test_arrows_and_title_of_a_linkage(opened, tmp_path, number):  # noqa: F811
     """At each crank angle all arrows are inside the plane; the title names the linkage."""

@@ -115,6 +115,7 @@ def test_long_gifs_are_shown_faster(tmp_path, monkeypatch):
     assert Image.open(io.BytesIO((tmp_path / "slow.gif").read_bytes())).n_frames == 4
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(("name", "codec"), [("run.mp4", "h264"), ("run.WEBM", "vp9")])
 def test_films_play_the_motion(tmp_path, name, codec):
     need("ffmpeg")
@@ -176,6 +177,7 @@ def test_a_film_without_ffmpeg_names_it_and_what_goes_without(run, tmp_path, mon
     assert [path.name for path in tmp_path.iterdir()] == ["ffmpeg"]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("poses", [1, 6, 7])
 def test_strips_have_their_poses(crossing_run, tmp_path, poses):
     figure = view.strip(crossing_run, tmp_path / "strip.png", poses, show=view.SHOWS)

@@ -377,6 +377,7 @@ def test_what_is_not_named_is_not_there(opened, run):
     ]
 
 
+@pytest.mark.deep
 def test_singularities_flash_and_are_marked(opened, run):
     page = opened(view.scene(ROBOT, run))
     (event,) = run.events
@@ -493,6 +494,7 @@ def test_view_turns_and_fits_again(opened):
     assert differ(picture(page), first) < 1e-3
 
 
+@pytest.mark.deep
 def test_roles_and_labels_say_what_is_there(opened, run):
     page = opened(view.scene(ROBOT, run, title="a run"))
     assert page.get_by_role("img", name="Animation: a run").count() == 1

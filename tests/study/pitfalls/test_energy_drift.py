@@ -26,6 +26,7 @@ def test_ours_does(ours):
     assert worst(drift_of_ours(step=1e-4)) < 1e-12
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     "name",
     [

@@ -39,6 +39,7 @@ def foretells_the_robot(criterion, delay):
     return True
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("delay", DELAYS)
 def test_criteria(delay):
     assert foretells_the_robot(is_stable, delay)
