@@ -11,7 +11,6 @@ import numpy as np
 
 from .formulas import MATH, NUMPY, OLD, Values
 
-MOST_MATRICES = 6  # beside a matrix, of which products are tried
 Guess = tuple[str, str, np.ndarray]  # kind of the mistake, the formula, and its values
 DIGITS = 9  # after the point, in which two values are the same
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
@@ -44,35 +43,6 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
         vectors = arrays | _pairs(arrays)
         numbers |= _images(arrays, vectors, size)
     return old | _different(numbers)
-
-
-def guesses_of_matrices(matrices: dict[str, np.ndarray]) -> list[Guess]:
-    """Return (kind, formula, its values (rows, 2, 2)) of what a matrix may be, OLD's among those
-    beside it.
-    """
-    if OLD not in matrices:
-        return []
-    old = matrices[OLD]
-    names = [name for name in matrices if _NAME.fullmatch(name)]
-    others = {name: matrices[name] for name in names[:MOST_MATRICES] if name != OLD}
-    products = {}
-    for one, a in others.items():
-        for other, b in others.items():
-            products[f"{one} @ {other}"] = a @ b
-    made = [("a variable", name, value) for name, value in others.items()]
-    for name, value in (others | products).items():
-        made.append(("a term", f"{OLD} + {name}", old + value))
-        made.append(("a term", f"{OLD} - {name}", old - value))
-    for name, value in products.items():
-        made.append(("a formula", name, value))
-        made.append(("a formula", f"-{name}", -value))
-        for other, last in others.items():
-            made.append(("a formula", f"{name} @ {other}", value @ last))
-            made.append(("a formula", f"-{name} @ {other}", -(value @ last)))
-    for name, value in others.items():
-        made.append(("a factor", f"{name} @ {OLD}", value @ old))
-        made.append(("a factor", f"{OLD} @ {name}", old @ value))
-    return made
 
 
 def guesses_of_names(values: Values) -> list[Guess]:
@@ -148,16 +118,16 @@ def _pairs(arrays):
 
 
 def _images(matrices, vectors, size):
-    """Return the products of so many numbers of matrices with two columns and vectors."""
+    """Return the products of so many numbers: of what has two columns, and what has two rows."""
     made = {}
     for one, a in matrices.items():
-        if a.shape[1] != 2 * size:
-            continue
-        rows = a.reshape(-1, size, 2)
         for other, b in vectors.items():
-            if b.shape[1] == 2:
-                products = np.einsum("nij,nj->ni", rows, b)
-                made[f"({one} @ {other})"] = products.ravel()
+            width = b.shape[1] // 2
+            fits = b.shape[1] in (2, 4) and a.shape[1] % 2 == 0
+            if fits and a.shape[1] * width == 2 * size:
+                left = a.reshape(len(a), -1, 2)
+                right = b.reshape(len(b), 2, width)
+                made[f"({one} @ {other})"] = (left @ right).ravel()
     return made
 
 

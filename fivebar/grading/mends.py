@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, islice
+from itertools import islice
 
 import numpy as np
 
@@ -297,7 +297,7 @@ class _Search:
         better.sort(key=lambda one: -one[0])
         firsts = [step for _, step in better[:MOST_FIRST]]
         before = self.tried.steps
-        for step in chain(firsts, self._parts()):
+        for step in firsts:
             steps = *before, step
             if self._wrong_rows(steps) and (found := self._written(steps, deep=False)):
                 return found
@@ -305,22 +305,6 @@ class _Search:
             if found := self._likely((*before, step), []):
                 return found
         return None
-
-    def _parts(self):
-        """Yield formulas that make one of several things right that a function returns."""
-        few = self._wrong_rows(self.tried.steps, most=MOST_NEEDED)
-        wrong = Needs(self.student, self.tried, few).wrong
-        exercise, start = self.asked[0].exercise, 0
-        for name in exercise.returns:
-            stop = start + int(np.prod(exercise.shape(name)))
-            part = np.zeros(len(wrong), bool)
-            part[start:stop] = wrong[start:stop]
-            start = stop
-            if part.any() and (part != wrong).any():
-                known = self._needs(self.tried.steps, part)[1]
-                found = sorted(_found(known, short_formulas), key=_size)
-                for place, *written in found[:MOST_FIRST]:
-                    yield ((place.number, *written),)
 
     def _single(self, tried, better):
         """Return the first change of a wave that makes all right; better: those that make more
@@ -358,7 +342,7 @@ class _Search:
         if mend or not deep:
             return mend
         found += _found(known, long_formulas)
-        return self._surest(found, needs, steps) or self._surest([*needs.guessed()], needs, steps)
+        return self._surest(found, needs, steps)
 
     def _surest(self, found, needs, steps):
         """Return the mend of the shortest of these formulas that makes all right; first of all one
@@ -381,13 +365,13 @@ class _Search:
             if mend := self._sure(tried, []):
                 yield mend
 
-    def _needs(self, steps, part=None):
+    def _needs(self, steps):
         """Return what is needed after these steps, and places with what stands beside them."""
         rows = self._wrong_rows(steps, reversed(self.asked), MOST_NEEDED)
         needs = Needs(self.student, replace(self.tried, steps=steps), rows)
-        known = [(need.place, needs.values(need)) for need in needs.all(part)]
+        known = [(need.place, needs.values(need)) for need in needs.all()]
         known = [pair for pair in known if pair[1] is not None]
-        return needs, known + ([*needs.in_part()] if part is None else [])
+        return needs, [*known, *needs.in_part()]
 
     def _sure(self, tried, numbers):
         """Return the mend of these changes if all rows are right with them, and those of right

@@ -11,7 +11,7 @@ from itertools import chain, starmap
 import numpy as np
 
 from ..base.backend import wrap
-from .beside import guesses_of_matrices, guesses_of_names, known_values
+from .beside import guesses_of_names, known_values
 from .following import Helped
 from .formulas import CLOSE, OLD, Values
 from .judge import numbers_of
@@ -114,13 +114,10 @@ class Needs:
         self._told = [*student.changes]
         self._visits = [reply.visits for reply in replies]
 
-    def all(
-        self, part: np.ndarray | None = None, where: Callable[[Spot], bool] | None = None
-    ) -> Iterator[Need]:
-        """Yield the needs of all places that can make numbers right that are wrong; part: those
-        numbers (answer,), all of them where None; where: whether to look there.
+    def all(self, where: Callable[[Spot], bool] | None = None) -> Iterator[Need]:
+        """Yield the needs of all places that can make numbers right that are wrong; where: whether
+        to look there.
         """
-        self._part = self.wrong if part is None else part
         starts = self._starts()
         if where is not None:
             starts = {k: start for k, start in starts.items() if where(spot_of(self._told[k]))}
@@ -129,15 +126,6 @@ class Needs:
         every = range(len(self._plain))
         for number, (wanted, moved) in self._solve(whole, every).items():
             yield Need(self._place(number, moved), starts[number], wanted)
-
-    def guessed(self) -> Iterator[tuple[Place, str, str]]:
-        """Yield (place, kind, formula) of matrices that are right as products and sums of those
-        beside them: a matrix has too many numbers to be solved for.
-        """
-        for number in range(len(self._told)):
-            if self._shape(number) == (1, 4):
-                matrices = self._matrices(number)
-                yield from self._right_ones(number, guesses_of_matrices(matrices))
 
     def named(self) -> Iterator[tuple[Place, str, str]]:
         """Yield (place, kind, formula) of what is right with one other value, in places with more
@@ -210,20 +198,6 @@ class Needs:
     def _place(self, number, moved):
         return Place(number, self._told[number], moved, bool(self._angles[moved].all()))
 
-    def _matrices(self, number):
-        """Return name -> (rows, 2, 2) of the matrices beside a place, in a few rows."""
-        calls = [(row, ()) for row in self._few]
-        told = [reply.beside for reply in self._replies(calls, number)]
-        if {*map(len, told)} != {1}:
-            return {}
-        known = [visits[0] for visits in told]
-        matrices = {}
-        for name in known[0]:
-            parts = [one.get(name, ()) for one in known]
-            if {*map(len, parts)} == {4}:
-                matrices[name] = np.reshape(parts, (-1, 2, 2))
-        return matrices
-
     def leads(self, need: Need) -> bool:
         """Return whether all wrong numbers, and more than a place has, are right with its need."""
         moved = need.place.moved
@@ -250,9 +224,9 @@ class Needs:
             slopes = self._slopes(now, off, rows)
             for number in [*now]:
                 depends = (np.abs(slopes[number]) > 0).any(axis=(0, 1))
-                known = moved.get(number, False) | depends & (self._part | ~self.wrong)
+                known = moved.get(number, False) | depends
                 moved[number] = known
-                if not (known & self._part).any() or known.sum() < now[number].shape[1]:
+                if not (known & self.wrong).any() or known.sum() < now[number].shape[1]:
                     del now[number]
             if not now:
                 break
