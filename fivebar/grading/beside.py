@@ -14,6 +14,7 @@ from .formulas import MATH, NUMPY, OLD, Values
 Guess = tuple[str, str, np.ndarray]  # kind of the mistake, the formula, and its values
 DIGITS = 9  # after the point, in which two values are the same
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
+_ARRAY = re.compile(r"[A-Za-z_][\w.]*(\(\w+\))?")  # a name, or what a function gives for one
 _RATE = re.compile(r"\w*[^D]D")
 _ANGLE = re.compile(r"\(?[^()*/]*(q|phi|theta|psi|angle|alpha|beta)\w*(?<![Dd])\b[^()*/]*\)?")
 
@@ -30,7 +31,7 @@ def known_values(visits: list[dict[str, list[float]]], size: int) -> dict[str, n
             values = np.broadcast_to(np.array(parts), (len(visits), size))
             name = text if _NAME.fullmatch(text) else f"({text})"
             numbers[name] = values.ravel()
-        if len(sizes) == 1 and _NAME.fullmatch(text):
+        if len(sizes) == 1 and _ARRAY.fullmatch(text):
             arrays[text] = np.array(parts)
     old = {OLD: numbers.pop(OLD)} if OLD in numbers else {}
     plain = dict(numbers)

@@ -23,6 +23,7 @@ MOST_ABOVE = 24
 MOST_ATOMS = 120  # values beside the place, of which two are multiplied
 MOST_FACTORS = 40  # of which three are multiplied, or sums of products are made
 MOST_OF_FOUR = 30
+MATRIX = 4  # numbers
 # A name, its sine or cosine, what a function gives for it, the sum of two rates.
 _PLAIN = re.compile(r"[\w.]+|__import__\('math'\)\.\w+\(\w+\)|\([\w.]+\(\w+\)\)|\(\w+D [+-] \w+D\)")
 _DERIVATIVE = re.compile(r"[\w.]*[^D\W]D+")
@@ -201,11 +202,15 @@ def _fitting(ratios, picked):
 
 
 def _factors(values, most):
-    """Return names and values (names, samples) of what can be multiplied: 0 and 1 cannot."""
+    """Return names and values (names, samples) of what can be multiplied: 0 and 1 cannot, and
+    nobody multiplies matrices by elements on purpose.
+    """
     names = [
         name
         for name, value in values.beside.items()
-        if np.all(np.abs(value) > SMALLEST) and not _number(value)
+        if np.all(np.abs(value) > SMALLEST)
+        and not _number(value)
+        and (values.size < MATRIX or _is_repeated(value, values.size))
     ]
     names = names[:most]
     return names, np.array([values.beside[name] for name in names])
@@ -282,11 +287,8 @@ def _by_parts(values):
     size = values.size
     if size == 1:
         return
-    # A number beside an array stands there once for each of its parts.
     numbers = {
-        name: value[::size]
-        for name, value in values.beside.items()
-        if np.all(value.reshape(-1, size) == value[::size, None])
+        name: value[::size] for name, value in values.beside.items() if _is_repeated(value, size)
     }
     terms = []
     for k in range(size):
@@ -299,6 +301,11 @@ def _by_parts(values):
         first, second = ", ".join(terms[:2]), ", ".join(terms[2:])
         told = f"[[{first}], [{second}]]"
     yield "a term", f"{OLD} + {NUMPY}array({told})"
+
+
+def _is_repeated(value, size):
+    """Return whether a value beside an array is a number, once for each of the array's parts."""
+    return np.all(value.reshape(-1, size) == value[::size, None])
 
 
 def _term(values):

@@ -187,7 +187,7 @@ class Watched:
             each = len(visits) // len(places)
             for k, (place, _) in enumerate(places):
                 put[place] = visits[k * each : (k + 1) * each]
-        told = None
+        told: list[int] | None = None
         if self._asked == ALL:
             told = []
         elif self._asked is not None:
