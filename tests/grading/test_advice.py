@@ -5,7 +5,7 @@ import re
 import pytest
 
 from fivebar.grading.advice import Advice
-from fivebar.grading.grade import grade
+from fivebar.grading.grade import check, grade
 from fivebar.grading.labs import find_lab
 from fivebar.grading.program import Job
 from tests.helpers import DATA
@@ -236,6 +236,20 @@ def test_a_slip_beside_one_of_a_helper_that_is_found_later_is_told(tmp_path):
     )
     (spot,) = {c.spot for c in found.checks if c.function == "ikm2" and c.share < 1}
     assert f"right answers come with {product}, after the change in your compute_A_B" in spot
+
+
+def test_a_name_is_not_denied_where_its_mistake_gives_right_answers():
+    """At constant speed, and on and on: a path that rests before and after is a matter of its own."""
+    space = {}
+    exec(
+        "def trajectory(t, x0, y0, x1, y1, duration):\n"
+        "    s, xD, yD = t / duration, (x1 - x0) / duration, (y1 - y0) / duration\n"
+        "    return x0 + s * (x1 - x0), y0 + s * (y1 - y0), xD, yD, 0.0, 0.0\n",
+        space,
+    )
+    between, beyond, *_ = check("lab6", trajectory=space["trajectory"]).checks
+    assert between.misconception == "constant speed" and beyond.share < 1
+    assert not beyond.misconception
 
 
 def test_points_stand_where_the_search_fails(tmp_path, monkeypatch):
