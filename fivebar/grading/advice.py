@@ -120,7 +120,7 @@ class Advice:
                 found.append(mend)
         return found
 
-    def _tell(self, mend, function, others=()):
+    def _tell(self, mend, function, others=frozenset()):
         """Tell what was found in those checks of a function that are not right.
 
         others: names of mistakes of the functions that are right with it, too. Where these are not
@@ -133,7 +133,7 @@ class Advice:
             if isinstance(mend, Lead) and named:
                 continue
             told = {"spot": mend.spot(self._program.where)} if told_at_all else {}
-            if not named or set(others) - {check.misconception}:
+            if not named or others - {check.misconception}:
                 told |= {"misconception": mend.name, "hint": mend.hint}
             self._checks.found[k] = replace(check, **told)
 
@@ -165,7 +165,7 @@ class Advice:
         """
         names = set()
         outline, changed = self._program.student.outline, mend.inside
-        payers = {each.function for each in mend.all}
+        payers = {each.function for each in mend.with_before}
         for k, check in enumerate(self._checks.found):
             failed = self._checks.failed.get(check.name)
             if failed is None or check.share == 1 or check.function in payers:
@@ -179,15 +179,15 @@ class Advice:
                 count = "one change" if len(mend.changes) == 1 else "two changes"
                 helper = " and ".join(sorted(changed))
                 ask.remark(f"judged with {count} in your {helper}, for which {mend.function} pays")
-                names |= {check.misconception} if is_named(check) else set()
+                if is_named(check):
+                    names.add(check.misconception)
                 self._renew(k, ask, left)
         return names
 
     def _renew(self, place, ask, error):
         """Put a check in its place that ended with this error, None for a right one."""
         check = self._checks.found[place]
-        record = ask.record
-        made = checked(check.name, check.title, check.max_points, record, error)
+        made = checked(check.name, check.title, check.max_points, ask.record, error)
         self._checks.found[place] = made
 
 

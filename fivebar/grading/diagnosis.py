@@ -63,13 +63,13 @@ class Answers:
         known, nothing = np.all(np.isfinite(self.came), axis=1), np.isnan(outcome[:, 0])
         same = np.all(alike, axis=1)
         fits = same | (~known & nothing) | self.refused
-        # Where no answer exists, rounding makes one of the right model as well.
         wrong = fits & ~self.good & ~(nothing & self.none)
         wrong &= self.differs(outcome) | nothing
         return bool(fits.all() and same.any() and wrong.any())
 
     def differs(self, outcome: np.ndarray) -> np.ndarray:
         """Return in which rows (n,) an outcome is another one than the right model's."""
+        # Where no answer exists, rounding makes one of the right model as well.
         away = self.difference(outcome, self.unmasked) > EXACT * largest(self.unmasked)
         return np.any(away, axis=1) | (np.isnan(outcome) != np.isnan(self.unmasked)).any(axis=1)
 

@@ -108,7 +108,7 @@ def _answer(exercise, robot, row):
         return None
     columns = []
     for name, value in zip(exercise.arguments, row):
-        if type(value) not in (int, float) or abs(value) >= 1e6:
+        if type(value) not in (int, float) or not abs(value) < 1e6:  # false for NaN
             return None
         columns.append(np.array([int(value) if name in MODES else value]))
     try:

@@ -102,7 +102,7 @@ class Mend:
             f"{where(change.line)}: {change.old}: right answers come with {change.new}"
             for change in self.changes
         ]
-        first = sorted(set().union(*(mend.inside for mend in self.all[1:])))
+        first = sorted(set().union(*(mend.inside for mend in self.with_before[1:])))
         also = f", after the change in your {' and '.join(first)}" if first else ""
         return "; and ".join(told) + also
 
@@ -112,9 +112,9 @@ class Mend:
         return {change.function for change in self.changes}
 
     @property
-    def all(self) -> list[Mend]:
-        """This one, and those before it."""
-        return [self, *(self.after.all if self.after else ())]
+    def with_before(self) -> list[Mend]:
+        """This one, and those before it, the last one first."""
+        return [self, *(self.after.with_before if self.after else ())]
 
     @property
     def step(self) -> tuple:

@@ -1,13 +1,15 @@
 """A mistake is paid for once: where a function calls a wrong one, it is judged with the right one in its place."""
 
+import math
+
 import numpy as np
 import pytest
 
 from fivebar.grading import check
-from fivebar.grading.following import modelled, reached
+from fivebar.grading.following import Helped, modelled, reached
 from fivebar.grading.grade import grade
 from fivebar.grading.judge import Verdict, related
-from fivebar.grading.labs import Lab
+from fivebar.grading.labs import Lab, find_lab
 from fivebar.grading.program import Job
 from fivebar.grading.worker.cell.stand_in import StandIn
 from fivebar.grading.worker.student import Student
@@ -130,6 +132,13 @@ def test_where_there_is_no_answer_ones_own_function_refuses():
         StandIn(lambda a: 1 / a, lambda row: None)(0)
     matrix = StandIn(lambda a: np.matrix(np.eye(2)), lambda row: [[[1.0, 2.0], [3.0, 4.0]]])(0)
     assert isinstance(matrix, np.matrix) and matrix[1, 0] == 3.0
+
+
+def test_arguments_that_are_no_number_have_no_right_answer():
+    lab = find_lab("amoro")
+    right = Helped(None, lab.exercises(), lab.robot())._right("dgm", lab.robot())
+    assert right([0.1, 0.2, 1]) is not None
+    assert right([0.1, 0.2, math.nan]) is None and right([math.nan, 0.2, 1]) is None
 
 
 def test_what_a_function_may_call_is_what_it_mentions():

@@ -24,6 +24,7 @@ from tests.helpers.hand_ins import FOLDER
 
 sys.path.insert(0, str(places.CELL))
 from changes import Trials  # noqa: E402
+from watched import flat  # noqa: E402
 
 sys.path.remove(str(places.CELL))
 
@@ -233,6 +234,11 @@ def test_a_place_shows_its_visits_and_takes_other_values():
     assert dict(map(tuple, seen))[place] == [[0.3 * math.cos(0.4)], [0.3 * math.cos(0.7)]]
     other, _ = called([None, [place, [[1.0], [2.0]]]], 0.4, 0.7)
     assert other == pytest.approx((2.0, plain[1] - 2 * 0.3 * math.cos(0.7) + 4.0))
+
+
+def test_an_array_that_holds_no_number_is_not_told():
+    assert flat(np.array([0.5, 2.0])) == [0.5, 2.0]
+    assert flat(np.array([0.5, np.nan])) is None and flat(np.array([np.inf])) is None
 
 
 def test_places_of_both_legs_are_one_group_with_the_names_of_the_first():

@@ -15,7 +15,7 @@ from ..report.page import page, text
 from ..report.text import number
 from ..results import Report
 from .cohort import trouble_of
-from .items import has_marks, in_numbers, items, misconceptions, scores_text
+from .items import has_marks, items, misconceptions, scores_text, students_text
 
 STYLE = """
 .fivebar table { border-collapse: collapse; width: 100%; }
@@ -98,7 +98,7 @@ def write_summary(
     for title, (columns, found) in parts.items():
         if found:
             body += f"<h2>{title}</h2>{table(title, columns, [map(text, row) for row in found])}"
-    write_whole(out / "summary.html", page(f"{lab}: {in_numbers(len(graded))}", body, STYLE))
+    write_whole(out / "summary.html", page(f"{lab}: {students_text(len(graded))}", body, STYLE))
 
 
 def _item(item):

@@ -81,7 +81,7 @@ def misconceptions(reports: list[Report]) -> list[tuple[tuple[str, str], int]]:
     return sorted(met.items(), key=lambda pair: (-pair[1], pair[0]))
 
 
-def in_numbers(count: int) -> str:
+def students_text(count: int) -> str:
     """Return how many students."""
     return f"{count} student{'s' * (count != 1)}"
 
@@ -93,7 +93,7 @@ def scores_text(reports: list[Report]) -> str:
     percent = [report.percent for report in reports]
     middle = f"mean {fmean(percent):.0f} %, median {median(percent):.0f} %"
     full = sum(_all_right(report) for report in reports)
-    return f"{in_numbers(len(reports))}, {middle}, with all points: {full}"
+    return f"{students_text(len(reports))}, {middle}, with all points: {full}"
 
 
 def summary_text(lab: str, reports: list[Report]) -> str:

@@ -245,8 +245,8 @@ class _Single:
         if isinstance(self.nodes[0], ast.Constant):  # equal numbers mean different things
             keys = near if kind == "an index" else [self.key, *near]
         else:
-            far = [(kind, text, _TURNED.sub("", around)), (kind, text), bare]
-            far.append((kind, _ADDED.sub("±", text)))
+            unsigned = kind, _ADDED.sub("±", text)
+            far = [(kind, text, _TURNED.sub("", around)), (kind, text), bare, unsigned]
             keys = [self.key, *near, *far]
         return [*dict.fromkeys(keys)]
 
@@ -317,10 +317,9 @@ def _of_statements(scope) -> Iterator[tuple[int, str, list, list]]:
     """Yield (rank, kind, lines, lines in their place): left out, exchanged, with other targets."""
     bodies = []
     for part in ast.walk(scope.function):
-        bodies += [getattr(part, "body", None), getattr(part, "orelse", None)]
+        both = getattr(part, "body", None), getattr(part, "orelse", None)
+        bodies += [body for body in both if isinstance(body, list)]
     for body in bodies:
-        if not isinstance(body, list):
-            continue
         yield from _of_other_leg(body)
         for node, after in zip(body, [*body[1:], None]):
             if isinstance(node, ast.AugAssign):

@@ -104,7 +104,7 @@ def flat(value: Any) -> list[float] | None:
     if value.dtype.kind == "c":
         pairs = [(part.real, part.imag) for part in parts]
         parts = [*chain.from_iterable(pairs)]
-    if any(abs(part) >= 1e12 for part in parts):
+    if not all(abs(part) < 1e12 for part in parts):  # false for NaN
         return None
     return [*map(float, parts)]
 
